@@ -1,0 +1,46 @@
+# Everything from nothing: `make validate` and `make test` make their own environment first.
+.DELETE_ON_ERROR:
+VENV := .venv
+BIN := $(VENV)/bin
+PYTHON ?= $(firstword $(foreach v,3.14 3.13 3.12 3.11,$(shell command -v python$(v) 2>/dev/null)) $(shell command -v python3 2>/dev/null))
+
+.PHONY: help install validate test test-slow test-browser lint reports clean
+help:
+	@echo "make validate      run the shipped scenes in both models and write the report"
+	@echo "make test          the tests (under 10 minutes); test-slow, test-browser: the others"
+	@echo "make lint          ruff, mypy --strict, import contracts"
+	@echo "make clean         remove the environment and what it produced"
+
+install: $(VENV)/.installed
+
+# The stamp comes last: whatever an interrupted set-up left behind is made anew by the next call.
+$(VENV)/.installed: pyproject.toml constraints.txt
+	@test -n "$(PYTHON)" || { echo "sixbar: no python3 found; install Python 3.11 or newer"; exit 2; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	  || { echo "sixbar: $(PYTHON) is older than Python 3.11; name a newer one: make PYTHON=/path/to/python"; exit 2; }
+	@rm -f $@
+	@$(BIN)/python -m pip --version >/dev/null 2>&1 || { rm -rf $(VENV); $(PYTHON) -m venv $(VENV) >/dev/null; } \
+	  || { rm -rf $(VENV); echo "sixbar: Python could not make a virtual environment; install python3-venv"; exit 2; }
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@
+
+validate: $(VENV)/.installed
+	$(BIN)/sixbar validate
+
+test: $(VENV)/.installed
+	$(BIN)/python -m pytest
+
+test-slow: $(VENV)/.installed
+	$(BIN)/python -m pytest -m slow
+
+test-browser: $(VENV)/.installed
+	$(BIN)/python -m pytest -m browser
+
+lint: $(VENV)/.installed
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+clean:
+	rm -rf $(VENV) build ./*.egg-info reports/out .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

@@ -1,0 +1,54 @@
+"""Compilation of the kernels, with a cache that cannot go stale.
+
+numba's own cache looks only at the file of a function: a cached caller does not notice that a function
+it *calls* in another module has changed, and goes on running the old code. So every version of this
+package's sources gets a cache folder of its own.
+"""
+
+import hashlib
+import os
+import sys
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import TypeVar, cast
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., object])
+
+
+def user_cache_folder() -> Path:
+    """Return the folder that this platform keeps a user's cached files in."""
+    if "XDG_CACHE_HOME" in os.environ:
+        return Path(os.environ["XDG_CACHE_HOME"])
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", str(Path.home())))
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches"
+    return Path.home() / ".cache"
+
+
+def source_hash() -> str:
+    """Return a hash over all sources of this package and the versions of what compiles them."""
+    digest = hashlib.sha256(f"{sys.version} {numba.__version__} {version('numpy')}".encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.name.encode() + b"\0" + source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+_FOLDER = str(user_cache_folder() / "sixbar-crossval" / "numba" / f"reference-{source_hash()}")
+
+
+def kernel(function: F) -> F:
+    """Compile `function` to machine code at its first call, cached on disk between processes.
+
+    The setting is numba's global one; it is in force only while this package's own functions are
+    decorated, so that nobody else's cache moves.
+    """
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = _FOLDER
+    try:
+        return cast(F, numba.njit(cache=True, error_model="numpy")(function))
+    finally:
+        numba.config.CACHE_DIR = before

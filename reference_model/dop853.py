@@ -1,0 +1,129 @@
+"""One step of the eighth-order Dormand-Prince method with its seventh-order dense output.
+
+E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", 2nd ed., Sec. II.5-II.6.
+The coefficients are scipy's. The stages need only the free coordinates: the integrals behind them are
+quadratures, which the method's weights give at the same order without further evaluations.
+"""
+
+import math
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from reference_model.compiled import kernel
+from reference_model.minimal import FREE, STATES, Array, Modes, right_hand_side
+from reference_model.parameters import Constants
+
+STAGES = 12
+"""Of the step; row 12 of the stage array is the derivative at its end, rows 13-15 serve the dense output."""
+ROWS = 16
+
+_A = np.array(DOP853.A)
+_B = np.array(DOP853.B)
+_C = np.array(DOP853.C)
+_A_EXTRA = np.array(DOP853.A_EXTRA)
+_C_EXTRA = np.array(DOP853.C_EXTRA)
+_D = np.array(DOP853.D)
+_E3 = np.array(DOP853.E3)
+_E5 = np.array(DOP853.E5)
+
+
+@kernel
+def take_step(
+    c: Constants, t: float, h: float, y: Array, modes: Modes, k: Array, y1: Array, corners: Array
+) -> None:
+    """Advance `y` by `h` in frozen modes.
+
+    Parameters
+    ----------
+    c, t, h, y, modes
+        Constants, time (s), step (s), state (STATES,), modes (3, 4).
+    k
+        Stage derivatives, shape (ROWS, STATES): row 0 must hold the derivative at `t`; rows 1-12 are written.
+    y1
+        Written: the state at t + h.
+    corners
+        Written: gap, rate and tangential speed of each corner at t + h, shape (3, 4).
+    """
+    for i in range(1, STAGES):
+        y1[:FREE] = y[:FREE]
+        for j in range(i):
+            a = h * _A[i, j]
+            if a != 0.0:
+                for m in range(FREE):
+                    y1[m] += a * k[j, m]
+        right_hand_side(c, t + _C[i] * h, y1, modes, k[i], corners)
+    y1[:] = y
+    for j in range(STAGES):
+        b = h * _B[j]
+        if b != 0.0:
+            for m in range(STATES):
+                y1[m] += b * k[j, m]
+    right_hand_side(c, t + h, y1, modes, k[STAGES], corners)
+
+
+@kernel
+def error_norm(h: float, k: Array, weights: Array) -> float:
+    """Return the local error of a step in units of the tolerance (Hairer's combination of orders 5 and 3).
+
+    `weights`, shape (4,): one over the tolerated error of each coordinate and rate.
+    """
+    e5 = e3 = 0.0
+    for m in range(FREE):
+        s5 = s3 = 0.0
+        for j in range(STAGES + 1):
+            s5 += _E5[j] * k[j, m]
+            s3 += _E3[j] * k[j, m]
+        e5 += (s5 * weights[m]) ** 2
+        e3 += (s3 * weights[m]) ** 2
+    if e5 == 0.0:
+        return 0.0
+    return abs(h) * e5 / math.sqrt((e5 + 0.01 * e3) * FREE)
+
+
+@kernel
+def prepare_dense(
+    c: Constants,
+    t: float,
+    h: float,
+    y: Array,
+    y1: Array,
+    modes: Modes,
+    k: Array,
+    scratch: Array,
+    corners: Array,
+    f: Array,
+) -> None:
+    """Compute the coefficients `f`, shape (7, STATES), of the dense output over [t, t + h].
+
+    Costs three evaluations. `scratch` (STATES,) and `corners` (3, 4) are overwritten.
+    """
+    for i in range(3):
+        scratch[:FREE] = y[:FREE]
+        for j in range(STAGES + 1 + i):
+            a = h * _A_EXTRA[i, j]
+            if a != 0.0:
+                for m in range(FREE):
+                    scratch[m] += a * k[j, m]
+        right_hand_side(c, t + _C_EXTRA[i] * h, scratch, modes, k[STAGES + 1 + i], corners)
+    for m in range(STATES):
+        change = y1[m] - y[m]
+        f[0, m] = change
+        f[1, m] = h * k[0, m] - change
+        f[2, m] = 2.0 * change - h * (k[STAGES, m] + k[0, m])
+        for i in range(4):
+            s = 0.0
+            for j in range(ROWS):
+                s += _D[i, j] * k[j, m]
+            f[3 + i, m] = h * s
+
+
+@kernel
+def dense(y: Array, f: Array, x: float, count: int, out: Array) -> None:
+    """Evaluate the first `count` states at the share `x` in [0, 1] of the step that started in `y`."""
+    for m in range(count):
+        value = 0.0
+        for i in range(6, -1, -1):
+            value += f[i, m]
+            value *= x if i % 2 == 0 else 1.0 - x
+        out[m] = y[m] + value

@@ -1,0 +1,44 @@
+"""Modified Coulomb friction (Eqs. 13-14), taken apart into its smooth pieces.
+
+The dynamic correction coefficient c_d of Eq. 14 has kinks at |v_t| = v0 and v1. Between them it is
+smooth, so an integrator that knows in which regime it is, and locates the change, never steps over a kink.
+Regimes: -2, +2 full friction; -1, +1 on the ramp between v0 and v1; 0 none.
+"""
+
+from reference_model.compiled import kernel
+from reference_model.parameters import Constants
+
+
+@kernel
+def friction_regime(c: Constants, v_t: float) -> int:
+    """Return the regime of a tangential speed (m/s)."""
+    speed = abs(v_t)
+    regime = 0 if speed <= c.v0 else (1 if speed <= c.v1 else 2)
+    return regime if v_t >= 0.0 else -regime
+
+
+@kernel
+def regime_bounds(c: Constants, regime: int) -> tuple[float, float]:
+    """Return the lower and upper tangential speed (m/s) of a regime."""
+    if regime == 0:
+        return -c.v0, c.v0
+    if abs(regime) == 1:
+        return (c.v0, c.v1) if regime > 0 else (-c.v1, -c.v0)
+    return (c.v1, float("inf")) if regime > 0 else (-float("inf"), -c.v1)
+
+
+@kernel
+def signed_correction(c: Constants, v_t: float, regime: int) -> float:
+    """Return c_d v_t / |v_t| of Eq. 14 as the smooth function it is within `regime`."""
+    if regime == 0:
+        return 0.0
+    sign = 1.0 if regime > 0 else -1.0
+    if abs(regime) == 2:
+        return sign
+    return (v_t - sign * c.v0) / (c.v1 - c.v0)
+
+
+@kernel
+def friction_force(c: Constants, normal: float, v_t: float, regime: int) -> float:
+    """Return the friction force along +y on the slider, N (Eq. 13)."""
+    return -c.c_f * normal * signed_correction(c, v_t, regime)

@@ -1,0 +1,193 @@
+"""Adaptive integration with located contact events.
+
+Every step is taken in frozen modes, so the method sees a smooth right-hand side; a step in which a mode
+ends is taken again up to the located instant. There the impact speed of a new contact is frozen.
+The kernel works in chunks: it returns when it has passed `t_stop`, when its event buffer is full, or when
+it fails, and can be called again with the same `Progress`.
+"""
+
+import math
+
+import numpy as np
+
+from reference_model.compiled import kernel
+from reference_model.dop853 import ROWS, STAGES, dense, error_norm, prepare_dense, take_step
+from reference_model.events import GAP, RATE, first_switch, locate, step_may_switch
+from reference_model.minimal import FREE, MEMORY, STATES, Array, right_hand_side
+from reference_model.observation import CHANNELS, force_lead, note_forces, observe, turns_inside, widen
+from reference_model.parameters import Constants
+from reference_model.progress import (
+    BUFFERED,
+    EVALUATIONS,
+    EVENT_BUFFER,
+    REJECTED,
+    SAMPLES,
+    STEPS,
+    SWITCHES,
+    Progress,
+    end_contact,
+    free,
+    switch,
+)
+
+REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT = range(5)
+"""Why the kernel returned."""
+
+_SAFETY, _SHRINK, _GROW, _EXPONENT = 0.9, 0.2, 6.0, -1.0 / 8.0
+_VELOCITY_TIME = 1.0e-3
+"""s; the error of a rate counts as the error of position that it makes in this time."""
+_FIRST_IN_CONTACT = 0.1
+"""First step after a touch, in units of (m^2 / (K^2 v))^0.2: a contact lasts 3.2 of them, and the
+force's d^1.5 is not smooth at its start."""
+
+
+@kernel
+def first_step_in_contact(c: Constants, speed: float) -> float:
+    """Return a first step (s) after a touch at `speed` (m/s), from the slider's inertia about its centre."""
+    mass = c.J5 / (c.half_length * c.half_length)
+    return _FIRST_IN_CONTACT * math.pow(mass * mass / (c.K * c.K * speed), 0.2)
+
+
+@kernel
+def note_step(
+    c: Constants, p: Progress, t: float, h: float, y1: Array, k: Array, f: Array, before: Array, after: Array,
+    times: Array, samples: Array, state: Array, dy: Array, corners: Array, observed: Array,
+) -> None:  # fmt: skip
+    """Record samples, extrema and contact peaks of the step from `t` to t + h, just before it is accepted."""
+    count = p.counters[SAMPLES]
+    turning = turns_inside(p.modes, before, after)
+    if turning or (count < times.size and times[count] < t + h):
+        prepare_dense(c, t, h, p.y, y1, p.modes, k, state, corners, f)
+        p.counters[EVALUATIONS] += 3
+    while count < times.size and times[count] < t + h:
+        # A sample on a step's end belongs to the next step: the right limit at a jump.
+        dense(p.y, f, (times[count] - t) / h, FREE, state)
+        right_hand_side(c, times[count], state, p.modes, dy, corners)
+        observe(c, times[count], state, p.modes, dy, corners, samples[count])
+        widen(p.extrema, times[count], samples[count])
+        count += 1
+    p.counters[SAMPLES] = count
+    if turning:
+        for corner in range(4):
+            if p.modes[MEMORY, corner] > 0.0 and before[1, corner] < 0.0 < after[1, corner]:
+                share = locate(c, RATE, corner, 0.0, 0.0, 1.0, t, h, p.y, f, p.modes, state)
+                for peak in range(2):  # of the depth, then of the force
+                    if peak == 1:
+                        share -= force_lead(c, -corners[0, corner], p.modes[MEMORY, corner]) / h
+                        share = max(0.0, share)
+                    dense(p.y, f, share, FREE, state)
+                    right_hand_side(c, t + share * h, state, p.modes, dy, corners)
+                    observe(c, t + share * h, state, p.modes, dy, corners, observed)
+                    widen(p.extrema, t + share * h, observed)
+                    note_forces(p.modes, dy, corners, p.open_contacts)
+    note_forces(p.modes, k[STAGES], after, p.open_contacts)
+    observe(c, t + h, y1, p.modes, k[STAGES], after, observed)
+    widen(p.extrema, t + h, observed)
+
+
+@kernel
+def advance(
+    c: Constants, p: Progress, t_stop: float, t_end: float, tolerance: float, max_step: float,
+    step_limit: int, times: Array, samples: Array,
+) -> int:  # fmt: skip
+    """Integrate until `t_stop` is passed, never beyond `t_end`.
+
+    Parameters
+    ----------
+    c, p
+        Constants and progress; the latter is updated in place.
+    t_stop, t_end
+        s.
+    tolerance
+        Absolute local error of theta_4 and theta_5, rad.
+    max_step
+        s.
+    step_limit
+        Attempted steps and switches since t = 0 after which the work is given up.
+    times
+        Sample times, s, ascending; all before `t_end` are recorded when passed.
+    samples
+        Written: shape (len(times), CHANNELS).
+
+    Returns
+    -------
+    int
+        REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE or STEP_LIMIT.
+    """
+    t, h = p.clock[0], p.clock[1]
+    k, f = np.zeros((ROWS, STATES)), np.empty((7, STATES))
+    y1, state, dy = np.empty(STATES), np.empty(STATES), np.empty(STATES)
+    before, after, corners = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
+    observed = np.empty(CHANNELS)
+    weights = np.full(FREE, 1.0 / tolerance)
+    weights[2:] *= _VELOCITY_TIME
+    right_hand_side(c, t, p.y, p.modes, k[0], before)
+    status = REACHED
+    while t < t_stop:
+        if p.counters[BUFFERED] + 4 > EVENT_BUFFER:
+            status = BUFFER_FULL
+            break
+        if p.counters[STEPS] + p.counters[REJECTED] + p.counters[SWITCHES] >= step_limit:
+            status = STEP_LIMIT
+            break
+        remaining = t_end - t
+        final = h >= remaining
+        if final:
+            h = remaining
+        take_step(c, t, h, p.y, p.modes, k, y1, after)
+        p.counters[EVALUATIONS] += STAGES
+        error = error_norm(h, k, weights)
+        if not error <= 1.0:
+            p.counters[REJECTED] += 1
+            finite = np.isfinite(error)
+            h *= max(_SHRINK, _SAFETY * error**_EXPONENT) if finite else _SHRINK
+            if t + 0.1 * h == t:
+                status = STEP_TOO_SMALL if finite else NOT_FINITE
+                break
+            continue
+        next_h = min(max_step, h * (_GROW if error == 0.0 else min(_GROW, _SAFETY * error**_EXPONENT)))
+        kind, corner = -1, -1
+        if step_may_switch(c, p.modes, before, after):
+            prepare_dense(c, t, h, p.y, y1, p.modes, k, state, corners, f)
+            share, kind, corner = first_switch(c, t, h, p.y, f, p.modes, before, after, state)
+            p.counters[EVALUATIONS] += 3
+            if kind >= 0 and share < 1.0:
+                final = False
+                h *= share
+                if t + h > t:
+                    take_step(c, t, h, p.y, p.modes, k, y1, after)
+                    p.counters[EVALUATIONS] += STAGES
+        if free(p.modes):
+            p.clock[2] = next_h
+        if t + h > t:
+            p.counters[STEPS] += 1
+            note_step(c, p, t, h, y1, k, f, before, after, times, samples, state, dy, corners, observed)
+            t = t_end if final else t + h
+            p.y[:] = y1
+            before[:] = after
+            k[0] = k[STAGES]
+        h = next_h
+        if kind >= 0:
+            was_free = free(p.modes)
+            switch(c, t, kind, corner, before, p)
+            if kind == GAP:
+                if free(p.modes) and not was_free:
+                    h = max(h, p.clock[2])
+                elif p.modes[MEMORY, corner] > 0.0:
+                    h = min(h, first_step_in_contact(c, p.modes[MEMORY, corner]))
+            right_hand_side(c, t, p.y, p.modes, k[0], before)
+            p.counters[EVALUATIONS] += 1
+    p.clock[0], p.clock[1] = t, h
+    return status
+
+
+def finish(c: Constants, p: Progress, times: Array, samples: Array) -> None:
+    """Record the last sample and close the contacts that still touch."""
+    t, dy, corners = p.clock[0], np.empty(STATES), np.empty((3, 4))
+    if p.counters[SAMPLES] == times.size - 1 and times[-1] <= t:
+        right_hand_side(c, t, p.y, p.modes, dy, corners)
+        observe(c, t, p.y, p.modes, dy, corners, samples[-1])
+        p.counters[SAMPLES] += 1
+    for k in range(4):
+        if p.modes[MEMORY, k] > 0.0:
+            end_contact(k, t, p)
