@@ -1,0 +1,68 @@
+"""The cache of compiled kernels notices a change in a module that is only called."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import reference_model
+from reference_model import compiled
+
+SOURCES = Path(reference_model.__file__).parent
+RUN = "from reference_model.friction import friction_force, friction_regime\n" + (
+    "from reference_model.parameters import Constants\n"
+    "from reference_model.compiled import kernel\n"
+    "import reference_model.minimal as minimal, numpy as np\n"
+    "c = Constants(*np.full(len(Constants._fields), 0.5))\n"
+    "modes = np.zeros((3, 4)); modes[0] = 1.0; modes[1] = 2.0\n"
+    "y = np.zeros(minimal.STATES); dy = np.empty(minimal.STATES); corners = np.empty((3, 4))\n"
+    "minimal.right_hand_side(c, 0.0, y, modes, dy, corners)\n"
+    "print(repr(float(dy[2])))\n"
+)
+
+
+def run(folder: Path, cache: Path) -> float:
+    environment = os.environ | {"PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(cache)}
+    done = subprocess.run(
+        [sys.executable, "-c", RUN], cwd=folder, env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return float(done.stdout)
+
+
+def test_a_change_in_a_called_kernel_is_seen(tmp_path: Path) -> None:
+    folder, cache = tmp_path / "src", tmp_path / "cache"
+    shutil.copytree(SOURCES, folder / "reference_model", ignore=shutil.ignore_patterns("__pycache__"))
+    before = run(folder, cache)
+    assert run(folder, cache) == before
+    friction = folder / "reference_model" / "friction.py"
+    friction.write_text(friction.read_text().replace("return -c.c_f", "return -3.0 * c.c_f"))
+    assert run(folder, cache) != before
+    assert len(list((cache / "sixbar-crossval" / "numba").iterdir())) == 2
+
+
+def test_the_second_start_takes_everything_from_the_cache(tmp_path: Path) -> None:
+    run(SOURCES.parent, tmp_path)
+    files = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nb*")}
+    assert files
+    run(SOURCES.parent, tmp_path)
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nb*")} == files
+
+
+@pytest.mark.parametrize(
+    ("platform", "environment", "expected"),
+    [
+        ("linux", {"XDG_CACHE_HOME": "/somewhere"}, Path("/somewhere")),
+        ("linux", {"HOME": "/h"}, Path("/h/.cache")),
+        ("darwin", {"HOME": "/h"}, Path("/h/Library/Caches")),
+        ("win32", {"LOCALAPPDATA": "/local"}, Path("/local")),
+    ],
+)
+def test_cache_folder_of_each_platform(monkeypatch, platform, environment, expected) -> None:
+    monkeypatch.setattr(compiled.sys, "platform", platform)
+    monkeypatch.setattr(compiled.os, "environ", environment)
+    monkeypatch.setattr(compiled.Path, "home", lambda: Path(environment.get("HOME", "/nowhere")))
+    assert compiled.user_cache_folder() == expected

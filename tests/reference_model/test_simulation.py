@@ -1,0 +1,270 @@
+"""The press in the reference model: balance of energy, symmetry, events, convergence, limits."""
+
+import math
+
+import numpy as np
+import pytest
+
+from reference_model import simulate
+from reference_model.integrate import advance
+from reference_model.linkage import ideal_slider, rocker_tip, rod4_from_slider
+from reference_model.minimal import STATES, corner_state, right_hand_side
+from reference_model.observation import NAMES
+from reference_model.parameters import read_parameters
+from reference_model.progress import begin
+
+SLOPE_TOLERANCES = 10.0 ** -np.arange(6.0, 12.1, 0.5)
+
+
+def integrate_press(scene, changes, tolerance, cycles=1.0, chunks=1):
+    """Run the kernel itself, without samples; return constants and the final progress."""
+    p = read_parameters(scene(changes))
+    c = p.constants
+    theta4, omega4 = rod4_from_slider(c, 0.0, p.guide_x + p.slider_offset, p.slider_vx)
+    progress = begin(c, np.array([theta4, p.slider_angle, omega4, p.slider_omega]), 1e-6)
+    end = cycles * p.period
+    for stop in np.linspace(0.0, end, chunks + 1)[1:]:
+        code = advance(
+            c, progress, stop, end, tolerance, p.period / 50, 10**7, np.empty(0), np.empty((0, len(NAMES)))
+        )
+        assert code == 0
+    return p, progress
+
+
+def stored_energy(p, t, y, elastic_exponent=1.5):
+    """Kinetic energy of rod 4 and slider, and the potential K d^(n+1)/(n+1) of the corners, J."""
+    c, m4, m5 = p.constants, p.rod4.mass, p.slider.mass
+    _, _, vCx, vCy, _, _ = rocker_tip(c, t)
+
+    def speed2(arm):
+        return (vCx - arm * y[2] * math.sin(y[0])) ** 2 + (vCy + arm * y[2] * math.cos(y[0])) ** 2
+
+    kinetic = 0.5 * (m4 * speed2(p.rod4.centroid) + m5 * speed2(p.rod4.length))
+    kinetic += 0.5 * (p.rod4.inertia * y[2] ** 2 + p.slider.inertia * y[3] ** 2)
+    depths = [max(0.0, -corner_state(c, k, t, y)[0]) for k in range(4)]
+    return kinetic + sum(c.K * d ** (elastic_exponent + 1) / (elastic_exponent + 1) for d in depths)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"contact.restitution": 1.0, "friction.coefficient": 0.0}, {}],
+    ids=["conservative", "damped with friction"],
+)
+def test_energy_balance(scene, changes) -> None:
+    """Work of the pin and of gravity = change of stored energy + losses."""
+    tolerance = 1e-12
+    p, progress = integrate_press(scene, changes, tolerance)
+    _, start = integrate_press(scene, changes, tolerance, cycles=1e-9)
+    drive, gravity, damping, friction = progress.y[8:12]
+    change = stored_energy(p, progress.clock[0], progress.y) - stored_energy(p, 0.0, start.y)
+    residual = drive + gravity - change - damping - friction
+    if changes:
+        assert damping == 0.0
+        assert friction == 0.0
+    else:
+        assert damping > 1e-4
+        assert friction > 1e-3
+    # The largest kinetic energy is 0.5 * 0.27 kg * (2 m/s)^2 = 0.5 J; local errors of 1e-12 rad in some 3000
+    # steps, times the inertia forces of some N: 1e-9 J would be reached if all added up.
+    assert abs(residual) < 1e-9
+
+
+def test_angle_is_linear_between_contacts(scene) -> None:
+    result = simulate(scene({"output.samples_per_cycle": 5000, "drive.cycles": 1.0}))
+    time, angle = result.columns["time"], result.columns["slider_angle"]
+    touching = np.zeros(time.size, dtype=bool)
+    for start, end in zip(result.events["start"], result.events["end"], strict=True):
+        touching |= (time >= start) & (time <= end)
+    edges = np.flatnonzero(np.diff(np.concatenate([[1], touching.astype(int), [1]])))
+    flights = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 5]
+    assert len(flights) > 10
+    for a, b in flights:
+        line = np.polynomial.Polynomial.fit(time[a:b], angle[a:b], 1)
+        np.testing.assert_allclose(angle[a:b], line(time[a:b]), rtol=0, atol=1e-12)
+
+
+def test_height_is_an_exact_function_of_x_and_crank_angle(scene) -> None:
+    p = read_parameters(scene())
+    columns = simulate(scene()).columns
+    tip = np.array([rocker_tip(p.constants, t) for t in columns["time"]])
+    y = tip[:, 1] - np.sqrt(p.rod4.length**2 - (columns["slider_x"] - tip[:, 0]) ** 2)
+    np.testing.assert_allclose(columns["slider_y"], y, rtol=0, atol=1e-15)  # round-off of 0.5 m coordinates
+
+
+def test_accelerations_integrate_to_velocities(scene) -> None:
+    """Balance of forces and motion belong together: Simpson's rule over a stretch without contact."""
+    result = simulate(scene({"drive.cycles": 0.02, "initial.slider_vx": 0.0}))
+    assert result.events["start"].size == 0
+    columns, n = result.columns, 20
+    h = columns["time"][1]
+    weights = np.array([1, *([4, 2] * (n // 2 - 1)), 4, 1]) * h / 3.0
+    for v, a in (("slider_vx", "slider_ax"), ("slider_vy", "slider_ay"), ("slider_omega", "slider_alpha")):
+        change = columns[v][n] - columns[v][0]
+        # h^4/180 * d4a/dt4 * time: (4e-4)^4/180 * (16^4 * 80) * 8e-3 = 6e-12 m/s
+        assert change == pytest.approx(weights @ columns[a][: n + 1], abs=2e-11)
+
+
+def mirrored(scene):
+    pivot_x, pivot_y = scene()["mechanism"]["rocker_pivot"]
+    return scene(
+        {
+            "mechanism.rocker_pivot": [-pivot_x, pivot_y],
+            "mechanism.guide_x": 0.55,
+            "mechanism.reference_offset": -5e-5,
+            "mechanism.crank_angle_deg": 180.0 - 111.36,
+            "mechanism.rocker_branch": -1,
+            "drive.speed_rpm": -150.0,
+            "solver.reference.tolerance": 1e-12,
+            "drive.cycles": 0.5,
+        }
+    )
+
+
+def test_mirrored_press_moves_as_a_mirror_image(scene) -> None:
+    left = simulate(scene({"solver.reference.tolerance": 1e-12, "drive.cycles": 0.5})).columns
+    right = simulate(mirrored(scene)).columns
+    # Both runs have errors of some 1e-11 m (first-cycle convergence at 1e-12), doubled.
+    np.testing.assert_allclose(right["slider_x"], -left["slider_x"], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(right["slider_y"], left["slider_y"], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(right["slider_angle"], -left["slider_angle"], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(right["corner_lr_gap"], left["corner_ll_gap"], rtol=0, atol=1e-9)
+
+
+def test_events_are_where_the_gap_closes(scene) -> None:
+    """At start and end of every contact the gap of its corner is zero; between them it is negative."""
+    result = simulate(scene({"drive.cycles": 1.0, "output.samples_per_cycle": 20000}))
+    events, columns = result.events, result.columns
+    assert np.all(np.diff(events["start"]) >= 0.0)
+    assert np.all(events["end"] > events["start"])
+    assert np.all(events["normal_speed"] >= 1e-4)
+    for corner in ("ll", "lr", "ul", "ur"):
+        gap, mine = columns[f"corner_{corner}_gap"], events["corner"] == corner
+        for start, end in zip(events["start"][mine], events["end"][mine], strict=True):
+            # The gap, linear between samples h = 2e-5 s, accelerations up to 500 m/s^2: 500 h^2/8 = 3e-8 m.
+            assert abs(np.interp(start, columns["time"], gap)) < 3e-8
+            assert abs(np.interp(end, columns["time"], gap)) < 3e-8
+        inside = np.zeros(gap.size, dtype=bool)
+        for start, end in zip(events["start"][mine], events["end"][mine], strict=True):
+            inside |= (columns["time"] > start) & (columns["time"] < end)
+        assert np.all(gap[inside] <= 1e-15)
+        assert np.all(columns[f"corner_{corner}_normal"][~inside] == 0.0)
+        assert np.all(columns[f"corner_{corner}_normal"] >= 0.0)
+
+
+def test_extrema_and_peaks_bound_the_samples(scene) -> None:
+    result = simulate(scene({"drive.cycles": 1.0}))
+    for name, extremes in result.extrema.items():
+        assert extremes["min"] <= result.columns[name].min()
+        assert extremes["max"] >= result.columns[name].max()
+    for corner in ("ll", "ul"):
+        peaks = result.events["peak_force"][result.events["corner"] == corner]
+        assert peaks.max() == pytest.approx(result.extrema[f"corner_{corner}_normal"]["max"], rel=1e-12)
+
+
+def test_impulses_balance_the_spin_of_the_slider(scene) -> None:
+    """Without friction, J5 times the change of spin is the sum of the corners' moments."""
+    changes = {"friction.coefficient": 0.0, "drive.cycles": 0.2, "solver.reference.tolerance": 1e-11}
+    result = simulate(scene(changes))
+    arm = {"ll": 0.035, "ul": -0.035, "lr": -0.035, "ur": 0.035}
+    moments = [arm[k] * i for k, i in zip(result.events["corner"], result.events["impulse"], strict=True)]
+    spin = 0.0263e-3 * (result.columns["slider_omega"][-1] - result.columns["slider_omega"][0])
+    # The tilt (below 6e-3 rad) moves r_y by up to 6e-3 * 25 mm, relative 4e-3 of the sum of all moments.
+    assert spin == pytest.approx(sum(moments), abs=4e-3 * np.abs(moments).sum())
+
+
+def test_error_follows_the_tolerance(scene) -> None:
+    """First-cycle error of x over six decades: fitted slope 0.7-1.2, no point tenfold off the fit."""
+    exact = simulate(scene({"drive.cycles": 1.0, "solver.reference.tolerance": 1e-13})).columns["slider_x"]
+    errors = []
+    for tolerance in SLOPE_TOLERANCES:
+        run = simulate(scene({"drive.cycles": 1.0, "solver.reference.tolerance": tolerance}))
+        errors.append(np.abs(run.columns["slider_x"] - exact).max())
+    slope, level = np.polyfit(np.log10(SLOPE_TOLERANCES), np.log10(errors), 1)
+    off = np.log10(errors) - slope * np.log10(SLOPE_TOLERANCES) - level
+    assert 0.7 < slope < 1.2
+    assert np.abs(off).max() < 1.0
+
+
+def test_chunks_do_not_change_the_run(scene) -> None:
+    _, whole = integrate_press(scene, {}, 1e-9)
+    _, parts = integrate_press(scene, {}, 1e-9, chunks=37)
+    np.testing.assert_array_equal(whole.y, parts.y)
+    np.testing.assert_array_equal(whole.counters, parts.counters)
+
+
+def test_small_clearance_approaches_the_ideal_mechanism(scene) -> None:
+    """The slider stays within clearance + depth of its line, so y tends to the ideal one at first order."""
+    deviations = []
+    for clearance in (1e-4, 1e-5, 1e-6):
+        changes = {"clearance.slider": clearance, "mechanism.reference_offset": 0.0, "drive.cycles": 1.0}
+        result = simulate(scene(changes))
+        y = ideal_slider(read_parameters(scene(changes)).constants, result.columns["time"])[0]
+        deviations.append(np.abs(result.columns["slider_y"] - y).max())
+        # |dy| = tan(beta) |dx|, tan(beta) <= 0.2093, depth below 5e-6 m.
+        assert deviations[-1] < 0.21 * (clearance + 5e-6)
+    assert deviations[0] > 5.0 * deviations[1]
+
+
+def test_start_inside_a_wall_is_a_contact_from_the_start(scene) -> None:
+    changes = {"initial.slider_offset": -2.01e-4, "drive.cycles": 0.01}
+    result = simulate(scene(changes))
+    assert set(result.events["corner"][:2]) == {"ll", "ul"}
+    assert np.all(result.events["start"][:2] == 0.0)
+    assert np.all(result.events["normal_speed"][:2] == 1e-4)  # at rest: the floor
+
+
+def test_start_exactly_on_a_wall_runs(scene) -> None:
+    result = simulate(scene({"initial.slider_offset": -2e-4, "drive.cycles": 0.1}))
+    assert result.status == "success"
+    assert result.columns["slider_x"].min() > -0.5502 - 1e-5
+
+
+def test_grazing_touch_within_one_step_is_seen(scene) -> None:
+    """A tilted slider drifting past the wall: the kernel's largest step would jump over the shallow dip."""
+    coarse = simulate(scene({"solver.reference.tolerance": 1e-5, "drive.cycles": 1.0}))
+    for corner in ("ll", "lr", "ul", "ur"):
+        outside = coarse.extrema[f"corner_{corner}_gap"]["min"]
+        inside = coarse.events["largest_depth"][coarse.events["corner"] == corner]
+        # Whatever dips below zero has its row in the event table.
+        assert -outside <= max(inside, default=0.0) + 1e-12
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"drive.speed_rpm": 0.0}, "drive.speed_rpm = 0.0 must not be zero"),
+        ({"joints.crank_pin": "clearance"}, "joints.crank_pin = 'clearance'"),
+        ({"contact.law": "strip"}, "contact.law = 'strip'"),
+        ({"output.groups": ["energy"]}, "output.groups = 'energy'"),
+        ({"mechanism.crank.length": 0.5}, "cannot be assembled over a whole revolution"),
+        ({"mechanism.rod4.length": 0.04}, "rod 4 is too short"),
+        ({"mechanism.rod4.length": 0.04, "joints.slider": "ideal"}, "rod 4 is too short"),
+        ({"solver.reference.tolerance": 1e-30}, "must be at least 1e-14"),
+        ({"solver.reference.method": "euler"}, "solver.reference.method = 'euler'"),
+    ],
+)
+def test_scenes_beyond_the_model_are_refused_in_one_line(scene, changes, message) -> None:
+    with pytest.raises(ValueError, match=message) as caught:
+        simulate(scene(changes))
+    assert "\n" not in str(caught.value)
+
+
+def test_too_much_work_ends_with_a_status_and_keeps_what_was_computed(scene, monkeypatch) -> None:
+    monkeypatch.setattr("reference_model.simulation.STEPS_PER_CYCLE_LIMIT", 300)
+    result = simulate(scene({"drive.cycles": 1.0}))
+    assert result.status == "work-limit"
+    assert "solver.reference.tolerance" in result.remedy
+    assert 10 < result.columns["time"].size < 1000
+    assert all(np.isfinite(column).all() for column in result.columns.values())
+    assert result.events["start"].size > 0
+
+
+def test_all_four_corners_inside_at_once_give_finite_forces(scene) -> None:
+    """A slider wider than its guide: all four corners inside at once."""
+    c = read_parameters(scene({"clearance.slider": -1e-6})).constants
+    dy, corners, modes = np.empty(STATES), np.empty((3, 4)), np.zeros((3, 4))
+    modes[0] = 1e-4
+    theta4, omega4 = rod4_from_slider(c, 0.0, -0.55, 0.0)
+    right_hand_side(c, 0.0, np.array([theta4, 0.0, omega4, 0.0, *np.zeros(8)]), modes, dy, corners)
+    assert np.isfinite(dy).all()
+    assert np.all(dy[4:8] > 0.0)
