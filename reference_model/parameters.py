@@ -9,6 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+SMALLEST_TOLERANCE = 1e-14
+"""Of solver.reference.tolerance, rad."""
+
 
 @dataclass(frozen=True)
 class Rod:
@@ -234,6 +237,11 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
     solver = scene["solver"]["reference"]
     if solver["method"] != "dop853":
         raise ValueError(_unsupported("solver.reference.method", solver["method"], "dop853"))
+    if solver["tolerance"] < SMALLEST_TOLERANCE:
+        raise ValueError(
+            f"solver.reference.tolerance = {solver['tolerance']!r} must be at least {SMALLEST_TOLERANCE!r}: "
+            "the angles themselves are rounded at 1e-16 rad"
+        )
     pivot_x, pivot_y = mechanism["rocker_pivot"]
     parameters = Parameters(
         crank=_rod(mechanism["crank"]),

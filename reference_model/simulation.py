@@ -103,7 +103,7 @@ def _ideal(p: Parameters, times: Array) -> Result:
     if not np.isfinite(y).all():
         at = times[np.argmin(np.isfinite(y))]
         raise ValueError(
-            f"mechanism: rod 4 does not reach the slider's line at t = {at:.6g} s; it is too short"
+            f"mechanism: rod 4 is too short: it does not reach the slider's line at t = {at:.6g} s"
         )
     values = dict.fromkeys(_requested(p, corners=False), np.zeros_like(times))
     values |= {"slider_x": np.full_like(times, p.constants.line_x), "slider_y": y, "slider_vy": vy}
@@ -135,12 +135,12 @@ def _with_clearance(p: Parameters, times: Array, progress: Callable[[float], Non
     theta4, omega4 = rod4_from_slider(c, 0.0, p.guide_x + p.slider_offset, p.slider_vx)
     if not np.isfinite(theta4) or not np.isfinite(ideal_slider(c, np.linspace(0.0, p.period, 1000))).all():
         raise ValueError(
-            "mechanism: rod 4 does not reach the guide over the whole revolution; it is too short"
+            "mechanism: rod 4 is too short: it does not reach the guide all the way round"
         )
     largest = p.period * LARGEST_STEP_PER_CYCLE
     state = begin(c, np.array([theta4, p.slider_angle, omega4, p.slider_omega]), 1.0e-3 * largest)
     samples = np.empty((times.size, len(NAMES)))
-    limit = max(1, round(STEPS_PER_CYCLE_LIMIT * p.cycles))
+    limit = round(STEPS_PER_CYCLE_LIMIT * max(1.0, p.cycles))
     events = []
     t_end, t_stop = times[-1], 0.0
     code = integrate.REACHED
