@@ -1,0 +1,22 @@
+"""A planar six-bar press in Exudyn, with clearance between slider and guide.
+
+Equation, section and table numbers are those of Zuo et al., Lubricants 2025, 13(6), 246. Written without
+knowledge of ``reference_model``; the two share only the scene's numbers. Where to find what:
+
+- ``parameters``: the numbers of a scene in SI units (Tables 1, 2).
+- ``scene_reading``: these from the plain mapping; contact stiffness K, damping factor (Eqs. 10, 11).
+- ``assembly``: joints of the linkage (Eq. 16), initial positions and velocities; what cannot be assembled.
+- ``mechanism``: Exudyn's nodes, bodies, joints, drive, gravity and the object that carries the contact.
+- ``contact``: gaps of the four corners, normal force (Eqs. 9-11), friction (Eqs. 13, 14), the speed at the
+  instant of touch, and the user function that Exudyn calls. ``plain_contact``: the same in plain Python.
+- ``contact_memory``: freezes and forgets impact speeds from accepted states; the table of contacts.
+- ``accelerations``: the slider's accelerations by balance of forces at one state (Eqs. 15-21, reduced).
+- ``recording``: samples, contacts and extrema of a run.
+- ``solver``: every setting of Exudyn's solver with its reason; the run itself.
+- ``simulation``: from the scene's mapping to the result.
+- ``compiled``: numba with a cache that notices every change of this package.
+"""
+
+from exudyn_model.simulation import Result, simulate
+
+__all__ = ["Result", "simulate"]

@@ -1,0 +1,68 @@
+"""Compile this package's kernels, with a cache on disk that notices every change of the package.
+
+numba's own cache looks only at the file of the function it loads: a caller compiled before an edit of a
+*called* module would go on with the old callee. The folder of our kernels is therefore named by a hash
+of all sources of the package and of the versions that shape the machine code.
+"""
+
+import hashlib
+import os
+import platform
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+import numba
+import numpy as np
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def source_hash() -> str:
+    """Hash of this package's sources and of the Python, numba and numpy versions (16 hex digits)."""
+    digest = hashlib.sha256(f"{platform.python_version()} {numba.__version__} {np.__version__}".encode())
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.name.encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def cache_folder() -> Path:
+    """Folder of this package's compiled kernels.
+
+    Below ``NUMBA_CACHE_DIR`` where the user sets it, else in the platform's folder for caches
+    (``XDG_CACHE_HOME`` or ``~/.cache``, ``~/Library/Caches``, ``%LOCALAPPDATA%``).
+    """
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    if chosen:
+        base = Path(chosen)
+    elif sys.platform == "win32":
+        base = Path(os.environ.get("LOCALAPPDATA", "~\\AppData\\Local"))
+    elif sys.platform == "darwin":
+        base = Path("~/Library/Caches")
+    else:
+        base = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
+    return Path(os.path.expanduser(base)) / "sixbar-crossval" / f"exudyn_model-{source_hash()}"  # noqa: PTH111
+
+
+_FOLDER = str(cache_folder())
+
+
+def kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile ``function`` with numba and cache the machine code in :func:`cache_folder`.
+
+    numba reads the folder's name while it decorates; the setting is put back at once, so that other
+    packages of the process keep theirs. Where no folder can be written, the code is compiled anew in
+    each process.
+    """
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = _FOLDER
+    try:
+        compiled: Callable[P, R] = numba.njit(cache=True, error_model="numpy")(function)
+    except (RuntimeError, OSError):
+        compiled = numba.njit(error_model="numpy")(function)
+    finally:
+        numba.config.CACHE_DIR = before
+    return compiled

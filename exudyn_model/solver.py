@@ -1,0 +1,145 @@
+"""Exudyn's settings, each with its reason, and the solution of one run."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import exudyn as exu
+
+from exudyn_model.parameters import Drive, Integration
+from exudyn_model.recording import Recorder
+
+SPECTRAL_RADIUS = 0.9
+
+# s between two calls of `progress`
+_PROGRESS_INTERVAL = 0.1
+
+
+@dataclass(frozen=True)
+class Steps:
+    """The fixed steps of a run.
+
+    Attributes
+    ----------
+    sample_interval : float
+        s.
+    samples : int
+        Besides the one at t = 0.
+    per_sample : int
+        Steps in one sample interval.
+    """
+
+    sample_interval: float
+    samples: int
+    per_sample: int
+
+    @property
+    def size(self) -> float:
+        """The step in s."""
+        return self.sample_interval / self.per_sample
+
+
+def choose_steps(drive: Drive, integration: Integration) -> Steps:
+    """Take the largest step that divides the sample interval and does not exceed the one asked for."""
+    interval = drive.period / integration.samples_per_cycle
+    # An interval that is a whole number of steps must not get one more from round-off
+    per_sample = max(1, math.ceil(interval / integration.step * (1 - 1e-12)))
+    return Steps(interval, round(drive.cycles * integration.samples_per_cycle), per_sample)
+
+
+def settings(steps: Steps, tolerance: float) -> Any:
+    """Make ``exudyn.SimulationSettings`` for fixed steps; each value set here has its reason beside it."""
+    values = exu.SimulationSettings()
+    # No folder `solution/`, no file, no sensor: `recording` takes what it needs from memory
+    values.solution.file.write = False
+    values.solution.sensors.active = False
+    integration = values.timeIntegration
+    integration.verboseMode = 0
+    integration.endTime = steps.samples * steps.sample_interval
+    integration.numberOfSteps = steps.samples * steps.per_sample
+    # Equal steps: samples fall on states, the order of convergence means something, and no step is tried
+    # twice, so that each call before a step brings the recorder a new state
+    integration.adaptiveStep = False
+    integration.automaticStepSize = False
+    integration.generalizedAlpha.spectralRadius = SPECTRAL_RADIUS
+    # Constraints at position level (index 3): joints do not drift over many cycles
+    integration.generalizedAlpha.useIndex2Constraints = False
+    integration.generalizedAlpha.useNewmark = False
+    # The Jacobian changes little in a hundred steps; a new one in every iteration doubles the cost
+    integration.newton.useModifiedNewton = True
+    # In N and m alike. The usual 1e-7 is no limit: 1e-8 moves the slider of the paper's case by 2e-11 m, and
+    # the step of 2e-6 s leaves 3e-7 m. Much smaller ones ask for less than the forces' round-off
+    integration.newton.absoluteTolerance = tolerance
+    return values
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended: status, remedy ("" after success) and counters."""
+
+    status: str
+    remedy: str
+    counters: dict[str, int]
+
+
+def solve(
+    mbs: Any, steps: Steps, tolerance: float, recorder: Recorder, progress: Callable[[float], None] | None
+) -> Outcome:
+    """Integrate ``mbs`` from t = 0 and pass every accepted state to ``recorder``.
+
+    One call of Exudyn's solver for the whole run: a second one would start with new initial accelerations.
+    """
+    interruption: list[BaseException] = []
+    last_call = time.monotonic()
+
+    def accept() -> bool:
+        """Record the current state; False to stop."""
+        nonlocal last_call
+        data = mbs.systemData
+        is_sample = recorder.accept(
+            data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
+        )
+        if is_sample and progress is not None and time.monotonic() - last_call > _PROGRESS_INTERVAL:
+            last_call = time.monotonic()
+            progress((recorder.accepted - 1) / (steps.samples * steps.per_sample))
+        return True
+
+    def before_step(*_: Any) -> bool:
+        try:
+            return accept()
+        # Also a user's Ctrl-C: Exudyn would turn it into an error of its own
+        except BaseException as exception:
+            interruption.append(exception)
+            return False
+
+    mbs.SetPreStepUserFunction(before_step)
+    status, remedy = "success", ""
+    console = exu.config.printToConsole
+    exu.config.printToConsole = False
+    try:
+        mbs.SolveDynamic(settings(steps, tolerance))
+        if not interruption:
+            accept()  # the last state, which no further step starts from
+    except exu.SolverError:
+        status, remedy = "newton-failed", "reduce solver.exudyn.step, or raise solver.exudyn.tolerance"
+    except exu.ModelError as error:
+        # Ctrl-C or a fault inside the contact force arrives as the cause; it is no outcome of the scene
+        raise (error.__cause__ or error) from None
+    finally:
+        exu.config.printToConsole = console
+        mbs.SetPreStepUserFunction(0)
+    if interruption:
+        raise interruption[0]
+    if not recorder.is_finite():
+        status, remedy = "non-finite", "check the scene's masses and speeds, or reduce solver.exudyn.step"
+    if progress is not None and status == "success":
+        progress(1.0)
+    iterations = mbs.sys["dynamicSolver"].it
+    counters = {
+        "steps": recorder.accepted - 1,
+        "newton_iterations": iterations.newtonStepsCount,
+        "jacobians": iterations.newtonJacobiCount,
+    }
+    return Outcome(status, remedy, counters)

@@ -1,0 +1,129 @@
+"""The contact's force law and geometry, without Exudyn."""
+
+import math
+
+import numpy as np
+import pytest
+
+from exudyn_model import plain_contact
+from exudyn_model.contact import contact_law, corner_states, slider_force, touch
+from exudyn_model.parameters import Contact, Slider
+
+STEP = 2e-6
+SLIDER = Slider(mass=0.17, inertia=2.6e-5, length=0.07, width=0.05)
+
+
+def contact(**changes):
+    values = {
+        "clearance": 2e-4,
+        "stiffness": 4.8e9,
+        "exponent": 1.5,
+        "damping": 0.1425,
+        "impact_speed_floor": 1e-4,
+        "friction": 0.15,
+        "static_speed": 1e-4,
+        "transition_speed": 1e-3,
+    }
+    return Contact(**(values | changes))
+
+
+def frozen(speed):
+    """Corners that are all in contact since a touch at ``speed``."""
+    corners = corner_states()
+    corners["impact_speed"] = speed
+    return corners
+
+
+def test_compiled_and_plain_form_agree():
+    random = np.random.default_rng(7)
+    law, seen = contact(), 0
+    for _ in range(300):
+        q = [random.uniform(-3e-4, 3e-4), random.uniform(-0.1, 0.2), random.uniform(-4e-3, 4e-3)]
+        v = [random.normal(0, 0.1), random.normal(0, 1e-3), random.normal(0, 3)]
+        corners = corner_states()
+        corners["impact_speed"] = random.choice([0.0, 0.02], 4)
+        corners["gap"] = random.uniform(0, 1e-6, 4)
+        corners["rate"] = -random.uniform(0.1, 0.2, 4)
+        compiled = slider_force(q[0], q[2], *v, contact_law(law, SLIDER, STEP), corners)
+        plain = plain_contact.slider_force(q, v, law, SLIDER, STEP, corners)
+        seen += compiled[0] != 0
+        # A gap is a difference of lengths of 0.025 m: round-off 1e-17 m of depths down to 1e-8 m
+        np.testing.assert_allclose(compiled, plain, rtol=1e-8, atol=1e-12)
+    assert seen > 100
+
+
+@pytest.mark.parametrize(
+    ("offset", "angle"), [(2.03e-4, 0.0), (-2.05e-4, 1e-5), (1e-5, 6e-3), (-3e-5, -6.1e-3), (2e-4, 2e-3)]
+)
+def test_force_is_the_negative_gradient_of_the_elastic_energy(offset, angle):
+    """Without damping and friction: K depth^(n+1)/(n+1) a corner, whose depth the test finds itself."""
+    law = contact(damping=0.0, friction=0.0)
+
+    def energy(x, turn):
+        corners = np.array([[sx, sy] for sx in (-0.025, 0.025) for sy in (-0.035, 0.035)])
+        rotation = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+        horizontal = x + (corners @ rotation.T)[:, 0]
+        depth = np.where(corners[:, 0] > 0, horizontal - 0.0252, -0.0252 - horizontal)
+        return np.sum(law.stiffness * np.maximum(depth, 0) ** 2.5 / 2.5)
+
+    dx, dturn = 1e-9, 3e-8
+    fx = -(energy(offset + dx, angle) - energy(offset - dx, angle)) / (2 * dx)
+    moment = -(energy(offset, angle + dturn) - energy(offset, angle - dturn)) / (2 * dturn)
+    force = slider_force(offset, angle, 0.0, 0.0, 0.0, contact_law(law, SLIDER, STEP), frozen(1.0))
+    assert abs(fx) + abs(moment) > 1e-3
+    # Differences over 1e-9 m of depths of some 1e-6 m: relative error near (1e-3)^2 / 24, and round-off
+    np.testing.assert_allclose(force, [fx, 0.0, moment], rtol=1e-5, atol=1e-5)
+
+
+def test_damping_follows_the_frozen_impact_speed_and_never_pulls():
+    law = contact(friction=0.0)
+    elastic = 2 * law.stiffness * (3e-6) ** 1.5  # both right corners, 3 um deep
+
+    def pressure(vx, impact_speed):
+        force = slider_force(2.03e-4, 0.0, vx, 0.0, 0.0, contact_law(law, SLIDER, STEP), frozen(impact_speed))
+        return -force[0] / elastic
+
+    # Depths of 3e-6 m from lengths of 0.025 m: relative round-off 1e-12
+    assert pressure(0.0, 0.05) == pytest.approx(1.0, rel=1e-10)
+    assert pressure(0.05, 0.05) == pytest.approx(1.1425, rel=1e-10)
+    assert pressure(-0.05, 0.1) == pytest.approx(1 - 0.1425 / 2, rel=1e-10)
+    assert pressure(-1.0, 0.05) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("slip", "share"), [(0.0, 0.0), (0.9e-4, 0.0), (5.5e-4, 0.5), (-5.5e-4, -0.5), (2.0, 1.0), (-2.0, -1.0)]
+)
+def test_friction_opposes_the_slip_with_the_paper_s_ramp(slip, share):
+    law = contact()
+    fx, fy, _ = slider_force(-2.03e-4, 0.0, 0.0, slip, 0.0, contact_law(law, SLIDER, STEP), frozen(1.0))
+    assert fx > 0
+    assert fy == pytest.approx(-0.15 * share * fx, rel=1e-9)
+
+
+def test_friction_sees_the_corner_s_own_velocity():
+    """Turning about the centre moves right corners along the guide by omega r_x, left ones the other way."""
+    law = contact_law(contact(), SLIDER, STEP)
+    right = slider_force(2.03e-4, 0.0, 0.0, 0.0, 1.0, law, frozen(1.0))
+    left = slider_force(-2.03e-4, 0.0, 0.0, 0.0, 1.0, law, frozen(1.0))
+    assert right[1] < 0 < left[1]
+    # Both push down the turning side: moment r_x F_y of full friction, the normal forces' moments cancel
+    # up to the damping of corners that turn in and out (omega r_y = 0.035 m/s, impact speed 1 m/s)
+    assert right[2] < 0
+    assert left[2] < 0
+
+
+@pytest.mark.parametrize("fraction", [1e-6, 0.3, 0.97])
+def test_touch_speed_is_exact_for_constant_acceleration(fraction):
+    law = contact_law(contact(), SLIDER, 1e-3)[0]
+    speed, acceleration = 0.04, 60.0
+    touched = fraction * 1e-3
+    gap = speed * touched + acceleration * touched**2 / 2
+    end = gap - speed * 1e-3 - acceleration * 1e-6 / 2
+    found, impact = touch(gap, -speed, end, -speed - acceleration * 1e-3, law)
+    assert found == pytest.approx(fraction, rel=1e-8)
+    assert impact == pytest.approx(speed + acceleration * touched, rel=1e-10)
+
+
+def test_touch_speed_is_floored():
+    law = contact_law(contact(), SLIDER, 1e-3)[0]
+    assert touch(1e-10, -1e-6, -1e-9, -1e-6, law)[1] == 1e-4

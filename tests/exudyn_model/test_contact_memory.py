@@ -1,0 +1,89 @@
+"""The corners' memory, fed by hand with states of a slider that goes straight into the right wall and out."""
+
+import numpy as np
+import pytest
+
+from exudyn_model.contact import contact_law, corner_states
+from exudyn_model.contact_memory import EVENT, renew_corners
+from exudyn_model.parameters import Contact, Slider
+
+STEP = 1e-3
+WALL = 2e-4
+
+
+@pytest.fixture
+def renew():
+    """Function that takes offset and speed of the next state; attributes hold what it changes."""
+    contact = Contact(
+        clearance=WALL,
+        stiffness=4.8e9,
+        exponent=1.5,
+        damping=0.0,
+        impact_speed_floor=1e-4,
+        friction=0.15,
+        static_speed=1e-4,
+        transition_speed=1e-3,
+    )
+    law = contact_law(contact, Slider(mass=0.17, inertia=2.6e-5, length=0.07, width=0.05), STEP)
+
+    def renew(offset, speed, slip=0.0):
+        count, *force = renew_corners(
+            renew.index,
+            np.array([offset, 0.0, 0.0]),
+            np.array([speed, slip, 0.0]),
+            law,
+            renew.corners,
+            renew.events,
+            renew.count,
+        )
+        renew.index, renew.count = renew.index + 1, count
+        return force
+
+    renew.index, renew.count = 0, 0
+    renew.corners, renew.events = corner_states(), np.zeros(8, EVENT)
+    return renew
+
+
+def test_impact_speed_is_frozen_from_touch_to_leaving_and_then_forgotten(renew):
+    renew(WALL - 1e-5, 0.02)
+    assert not renew.corners["impact_speed"].any()
+    renew(WALL + 1e-5, 0.02)
+    # Right corners only; straight flight, round-off of lengths of 0.025 m
+    np.testing.assert_allclose(renew.corners["impact_speed"], [0, 0.02, 0, 0.02], rtol=1e-9)
+    renew(WALL + 2e-5, 0.001)
+    renew(WALL + 1e-5, -0.02)
+    np.testing.assert_allclose(renew.corners["impact_speed"], [0, 0.02, 0, 0.02], rtol=1e-9)
+    assert renew.count == 0
+    renew(WALL - 1e-5, -0.02)
+    assert not renew.corners["impact_speed"].any()
+    assert renew.count == 2
+    renew(WALL - 1e-5, 0.03)
+    renew(WALL + 1e-5, 0.03)
+    assert renew.corners["impact_speed"][1] == pytest.approx(0.03, rel=1e-9)
+
+
+def test_contact_is_timed_and_integrated_from_inside_the_steps(renew):
+    renew(WALL - 0.5e-5, 0.02)
+    renew(WALL + 1.5e-5, 0.02)  # touches after a quarter of the step
+    deepest = -renew(WALL + 2e-5, 0.0)[0] / 2
+    renew(WALL + 0.5e-5, -0.02)
+    renew(WALL - 1.5e-5, -0.02)  # leaves after a quarter
+    for event in renew.events[:2]:
+        assert event["start"] == pytest.approx(0.25 * STEP, rel=1e-9)
+        assert event["end"] == pytest.approx(3.25 * STEP, rel=1e-9)
+        assert event["normal_speed"] == pytest.approx(0.02, rel=1e-9)
+        assert event["largest_depth"] == pytest.approx(2e-5, rel=1e-9)
+        assert event["peak_force"] == deepest == pytest.approx(4.8e9 * 2e-5**1.5, rel=1e-9)
+        forces = 4.8e9 * np.array([0, 1.5e-5, 2e-5, 0.5e-5, 0]) ** 1.5
+        trapezoids = np.trapezoid(forces, np.array([0.25, 1, 2, 3, 3.25]) * STEP)
+        assert event["impulse"] == pytest.approx(trapezoids, rel=1e-9)
+    assert sorted(renew.events["corner"][:2]) == [1, 3]
+
+
+def test_resultant_of_both_corners(renew):
+    fx, fy, moment = renew(WALL + 1e-5, 0.0, slip=0.5)
+    normal = 4.8e9 * 1e-5**1.5
+    assert fx == pytest.approx(-2 * normal, rel=1e-9)
+    assert fy == pytest.approx(-0.15 * 2 * normal, rel=1e-9)
+    # Both at r_x = 0.025 m; the normal forces' moments about the centre cancel
+    assert moment == pytest.approx(0.025 * fy, rel=1e-9)

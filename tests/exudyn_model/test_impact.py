@@ -1,0 +1,91 @@
+"""A free body that flies onto one wall in Exudyn, through the press's own contact, against exact facts."""
+
+import exudyn as exu
+import numpy as np
+import pytest
+from exudyn.itemInterface import NodeRigidBody2D, ObjectGenericODE2, ObjectRigidBody2D
+
+from exudyn_model import plain_contact
+from exudyn_model.contact import contact_law, corner_states, force_user_function
+from exudyn_model.contact_memory import EVENT, renew_corners
+from exudyn_model.parameters import Contact, Slider
+from exudyn_model.solver import Steps, settings
+
+SPEED, DURATION = 0.05, 6e-4
+# Flown before the touch: no whole number of steps in any run
+DISTANCE = 1.0437e-5
+# The two right corners coincide in the mass point: twice the stiffness, which does not change the restitution
+POINT = Slider(mass=0.02, inertia=1e-5, length=0.0, width=0.0)
+
+
+def fly(restitution, steps, compiled=True):
+    """Velocity at the end, and the table of contacts, of a mass point thrown onto the right wall."""
+    contact = Contact(
+        clearance=DISTANCE,
+        stiffness=4.8e9,
+        exponent=1.5,
+        damping=0.75 * (1 - restitution**2),
+        impact_speed_floor=1e-4,
+        friction=0.0,
+        static_speed=1e-4,
+        transition_speed=1e-3,
+    )
+    step = DURATION / steps
+    law, corners, events = contact_law(contact, POINT, step), corner_states(), np.zeros(100, EVENT)
+    if compiled:
+        force = force_user_function(law, corners)
+    else:
+        force = plain_contact.force_user_function(contact, POINT, step, corners)
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    node = mbs.AddNode(NodeRigidBody2D(initialVelocities=[SPEED, 0.0, 0.0]))
+    mbs.AddObject(ObjectRigidBody2D(mass=POINT.mass, inertia=POINT.inertia, nodeNumber=node))
+    mbs.AddObject(ObjectGenericODE2(nodeNumbers=[node], massMatrix=np.zeros((3, 3)), forceUserFunction=force))
+    mbs.Assemble()
+    count, done = 0, 0
+
+    def before_step(mbs, _):
+        nonlocal count, done
+        q, v = mbs.systemData.GetODE2Coordinates(), mbs.systemData.GetODE2Coordinates_t()
+        count = renew_corners(done, q, v, law, corners, events, count)[0]
+        done += 1
+        return True
+
+    mbs.SetPreStepUserFunction(before_step)
+    mbs.SolveDynamic(settings(Steps(DURATION, 1, steps), 1e-9))
+    return mbs.systemData.GetODE2Coordinates_t()[0], events[:count]
+
+
+# ln[(1+C)/(1-C e)] = C(1+e) with C = 3(1-c_e^2)/4, solved to ten digits
+@pytest.mark.parametrize(
+    ("coefficient", "exact"), [(0.9, 0.9131766778), (0.5, 0.7252411140), (0.1, 0.6652654068)]
+)
+def test_restitution_converges_to_the_exact_value_at_second_order(coefficient, exact):
+    counts = [150, 300, 600, 1200, 2400, 4800]
+    errors = [abs(-fly(coefficient, n)[0] / SPEED - exact) for n in counts]
+    order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    # Where in its step the touch falls differs from step to step: the errors scatter about the line
+    assert order == pytest.approx(2.0, abs=0.2), errors
+    # 170 us of contact in 1360 steps: (pi / 1360)^2 / 12 = 4e-7 for a half-wave, with some margin
+    assert errors[-1] < 1.5e-6
+
+
+def test_event_of_an_impact():
+    speed, events = fly(1.0, 4800)
+    assert len(events) == 2  # both right corners, at once
+    for event in events:
+        # Free flight up to the touch; the rest of that step, 1e-7 s at most, brakes by some 1e-9 m/s already
+        assert event["normal_speed"] == pytest.approx(SPEED, rel=1e-7)
+        assert event["start"] == pytest.approx(DISTANCE / SPEED, rel=1e-9)
+        # Elastic Hertz contact of half the mass a corner, exact; second order in 1/1400 of the contact
+        half = POINT.mass / 2
+        assert event["end"] - event["start"] == pytest.approx(
+            3.2181 * (half**2 / (4.8e9**2 * SPEED)) ** 0.2, rel=3e-5
+        )
+        assert event["largest_depth"] == pytest.approx((5 * half * SPEED**2 / (4 * 4.8e9)) ** 0.4, rel=1e-5)
+        assert event["peak_force"] == pytest.approx(4.8e9 * event["largest_depth"] ** 1.5, rel=1e-12)
+        assert event["impulse"] == pytest.approx(half * (SPEED - speed), rel=1e-6)
+
+
+def test_plain_user_function_gives_the_same_motion():
+    assert fly(0.5, 300, compiled=False)[0] == pytest.approx(fly(0.5, 300)[0], rel=1e-10)

@@ -1,0 +1,141 @@
+"""What a run leaves behind: samples, events, extrema, provenance, failures; and nothing on disk or screen."""
+
+import json
+
+import numpy as np
+import pytest
+
+from exudyn_model import simulate
+
+SHORT = {"drive.cycles": 0.1, "solver.exudyn.step": 4e-6}
+
+
+@pytest.fixture(scope="module")
+def result(make_scene):
+    return simulate(make_scene(SHORT))
+
+
+def test_channels_and_sample_times(result, make_scene):
+    corners = [f"corner_{c}_{p}" for c in ("ll", "lr", "ul", "ur") for p in ("gap", "normal", "friction")]
+    state = ["slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega"]
+    assert list(result.columns) == ["time", *state, "slider_ax", "slider_ay", "slider_alpha", *corners]
+    assert np.array_equal(result.columns["time"], np.arange(101) * (0.4 / 1000))
+    assert {values.shape for values in result.columns.values()} == {(101,)}
+    assert {values.dtype for values in result.columns.values()} == {np.dtype(np.float64)}
+    assert set(result.extrema) == set(result.columns) - {"time"}
+    bare = simulate(make_scene({**SHORT, "drive.cycles": 0.01, "output.groups": []}))
+    assert list(bare.columns) == ["time", *state]
+
+
+def test_step_divides_the_sample_interval_and_both_are_told(make_scene):
+    scene = make_scene({"drive.cycles": 0.002, "solver.exudyn.step": 3e-6})
+    settings = simulate(scene).provenance["settings"]
+    assert settings["step"] == 3e-6
+    assert settings["steps_per_sample"] == 134  # 4e-4 s / 3e-6 s = 133.3
+    assert settings["step_used"] == pytest.approx(4e-4 / 134, rel=1e-14)
+
+
+def test_extrema_and_events_agree_with_a_sample_at_every_step(make_scene):
+    scene = make_scene({**SHORT, "output.samples_per_cycle": 100_000})
+    result = simulate(scene)
+    time = result.columns["time"]
+    for name, extreme in result.extrema.items():
+        values = result.columns[name]
+        assert (extreme["min"], extreme["max"]) == (values.min(), values.max())
+        assert extreme["time_of_min"] == pytest.approx(time[np.argmin(values)], rel=1e-12)
+        assert extreme["time_of_max"] == pytest.approx(time[np.argmax(values)], rel=1e-12)
+    events = result.events
+    assert np.all(np.diff(events["start"]) >= 0)
+    for corner in ("ll", "lr", "ul", "ur"):
+        normal, gap = result.columns[f"corner_{corner}_normal"], result.columns[f"corner_{corner}_gap"]
+        own = events["corner"] == corner
+        assert np.count_nonzero(own) == np.count_nonzero((gap[1:] < 0) & (gap[:-1] >= 0))
+        if own.any():
+            assert events["peak_force"][own].max() == normal.max()
+            assert events["largest_depth"][own].max() == -gap.min()
+            # The first and last part-step differ: forces near 0 there, some 1e-4 of an impulse
+            assert events["impulse"][own].sum() == pytest.approx(np.trapezoid(normal, time), rel=1e-3)
+
+
+def test_samples_do_not_depend_on_how_many_are_taken(result, make_scene):
+    often = simulate(make_scene({**SHORT, "output.samples_per_cycle": 4000}))
+    for name, values in result.columns.items():
+        if name != "time":
+            # The same steps; times k h of a run are rounded differently
+            np.testing.assert_allclose(often.columns[name][::4], values, rtol=1e-9, atol=1e-12)
+
+
+def test_equal_scenes_give_equal_results_with_and_without_progress(result, make_scene):
+    shares = []
+    again = simulate(make_scene(SHORT), progress=shares.append)
+    for name, values in result.columns.items():
+        assert np.array_equal(again.columns[name], values), name
+    assert again.provenance["counters"] == result.provenance["counters"]
+    assert shares[-1] == 1.0
+    assert shares == sorted(shares)
+    assert len(shares) < 100
+
+
+def test_provenance_is_json(result):
+    provenance = json.loads(json.dumps(result.provenance))
+    assert provenance["model"] == "exudyn"
+    counters = provenance["counters"]
+    assert counters["steps"] == 10_000
+    # The work: some 3.5 iterations a step, and a Jacobian that serves hundreds of steps
+    assert counters["newton_iterations"] < 4.5 * counters["steps"]
+    assert counters["jacobians"] < 0.01 * counters["steps"]
+    assert provenance["status"] == result.status == "success"
+    assert provenance["versions"]["exudyn"] == "1.13.6"
+
+
+def test_a_failing_solver_keeps_what_was_computed_and_says_what_to_try(
+    make_scene, tmp_path, monkeypatch, capfd
+):
+    monkeypatch.chdir(tmp_path)
+    # The step is as long as a contact, and the walls are a million times as stiff
+    result = simulate(
+        make_scene({"drive.cycles": 0.2, "solver.exudyn.step": 2e-5, "contact.youngs_modulus": 2.1e17})
+    )
+    assert result.status == "newton-failed"
+    assert "solver.exudyn.step" in result.remedy
+    count = len(result.columns["time"])
+    assert 5 < count < 201
+    assert all(np.all(np.isfinite(values)) and len(values) == count for values in result.columns.values())
+    assert result.provenance["counters"]["steps"] < 4000
+    assert capfd.readouterr() == ("", "")
+    assert not list(tmp_path.iterdir())
+
+
+def test_numbers_that_overflow_are_told_from_a_step_that_is_too_long(make_scene):
+    result = simulate(make_scene({"drive.cycles": 0.01, "initial.slider_vx": 1e200}))
+    assert result.status == "non-finite"
+    assert result.remedy
+
+
+def test_a_run_writes_nothing(make_scene, tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    simulate(make_scene({"drive.cycles": 0.01}))
+    assert capfd.readouterr() == ("", "")
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_exception_of_the_caller_s_progress_arrives_unchanged(make_scene, monkeypatch):
+    monkeypatch.setattr("exudyn_model.solver._PROGRESS_INTERVAL", 0.0)
+
+    def stop(_):
+        raise KeyboardInterrupt("enough")
+
+    with pytest.raises(KeyboardInterrupt, match="enough"):
+        simulate(make_scene(SHORT), progress=stop)
+
+
+def test_ctrl_c_inside_the_contact_force_arrives_as_such(make_scene, monkeypatch):
+    def interrupted(*_):
+        def force(*_):
+            raise KeyboardInterrupt
+
+        return force
+
+    monkeypatch.setattr("exudyn_model.mechanism.force_user_function", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        simulate(make_scene(SHORT))

@@ -1,0 +1,54 @@
+"""Derived quantities, and one-line refusals of what the model does not simulate."""
+
+import pytest
+
+from exudyn_model import simulate
+from exudyn_model.scene_reading import read_scene
+
+
+def test_contact_stiffness_and_damping_of_the_paper(make_scene):
+    contact = read_scene(make_scene({})).contact
+    # By hand: sigma = (1 - 0.28^2) / 210e9 = 4.388571e-12 for each body; sqrt(1e-3) = 0.03162278
+    assert contact.stiffness == pytest.approx(4 * 0.0316227766 / (3 * 2 * 4.3885714286e-12), rel=1e-9)
+    assert contact.damping == pytest.approx(0.1425, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"contact.law": "strip"},
+            "contact.law = 'strip' is not simulated by the Exudyn model yet; use 'hertz-corners'",
+        ),
+        (
+            {"joints.crank_pin": "clearance"},
+            "joints.crank_pin = 'clearance' is not simulated by the Exudyn model yet; use 'ideal'",
+        ),
+        (
+            {"output.groups": ["corners", "energy"]},
+            "output.groups = 'energy' is not simulated by the Exudyn model yet; "
+            "use 'accelerations' or 'corners'",
+        ),
+        (
+            {"solver.exudyn.method": "dopri5"},
+            "solver.exudyn.method = 'dopri5' is not simulated by the Exudyn model yet; "
+            "use 'generalized-alpha'",
+        ),
+        ({"drive.speed_rpm": 0.0}, "drive.speed_rpm = 0.0 must not be zero"),
+        ({"drive.cycles": 0.0}, "drive.cycles = 0.0 must be positive"),
+        (
+            {"drive.cycles": 4e-4},
+            "drive.cycles = 0.0004 must last for a sample at least: 1000 samples a cycle",
+        ),
+        ({"solver.exudyn.step": -1e-6}, "solver.exudyn.step = -1e-06 must be positive"),
+        ({"contact.impact_speed_floor": 0.0}, "contact.impact_speed_floor = 0.0 must be positive"),
+        (
+            {"friction.transition_speed": 1e-4},
+            "friction.transition_speed = 0.0001 must be greater than friction.static_speed = 0.0001",
+        ),
+    ],
+)
+def test_unsupported_scenes_are_refused_in_one_line(make_scene, changes, message):
+    with pytest.raises(ValueError, match=r"must|not simulated") as caught:
+        simulate(make_scene(changes))
+    assert str(caught.value) == message
