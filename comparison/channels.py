@@ -1,0 +1,79 @@
+"""The channels of a result: what each is, its scale for differences, and which of them a scene asks for."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+CORNERS = {"ll": "lower left", "lr": "lower right", "ul": "upper left", "ur": "upper right"}
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One channel; the fields are explained at the top of ``channels.toml``."""
+
+    name: str
+    label: str
+    unit: str
+    sign: str
+    group: str
+    scale: str
+    floor: float
+    round_off: float
+    rate: str | None = None
+    angle: bool = False
+
+    def scale_value(self, scene: Mapping[str, Any] | None, both_ranges: float) -> float:
+        """Evaluate the scale in the channel's unit.
+
+        Parameters
+        ----------
+        scene
+            The scene mapping; without one, or without clearance, the scale is the range.
+        both_ranges
+            Distance from the smallest to the largest value in both results together.
+        """
+        if self.scale == "range" or scene is None or scene["clearance"]["slider"] == 0:
+            return both_ranges
+        rule, per, _ = self.scale.partition("/(T/100)")
+        clearance = float(scene["clearance"]["slider"])
+        value = {
+            "clearance": clearance,
+            "clearance*tan_beta": clearance * _tan_beta(),
+            "clearance/length": clearance / float(scene["mechanism"]["slider"]["length"]),
+        }[rule]
+        period = 60.0 / abs(float(scene["drive"]["speed_rpm"]))
+        return value / (period / 100.0) if per else value
+
+
+@cache
+def channels() -> dict[str, Channel]:
+    """Every channel by its name, in the order of a table's columns."""
+    known = {name: Channel(name=name, **keys) for name, keys in _file()["channel"].items()}
+    for corner, words in CORNERS.items():
+        for quantity, keys in _file()["corner"].items():
+            name = f"corner_{corner}_{quantity}"
+            label = f"{keys['label']}, {words} corner"
+            known[name] = Channel(name=name, group="corners", **(keys | {"label": label}))
+    return known
+
+
+def expected(scene: Mapping[str, Any]) -> list[str]:
+    """Name the channels that a scene asks for, without ``time``; an ideal slider has no corner channels."""
+    groups = {"motion", *scene["output"]["groups"]}
+    if scene["joints"]["slider"] == "ideal":
+        groups.discard("corners")
+    return [name for name, channel in channels().items() if channel.group in groups]
+
+
+@cache
+def _file() -> dict[str, Any]:
+    return tomllib.loads(files("comparison").joinpath("channels.toml").read_text("utf-8"))
+
+
+def _tan_beta() -> float:
+    return float(_file()["tan_beta"])

@@ -1,0 +1,242 @@
+"""The command line, ``sixbar``. Everything heavy is imported by the command that needs it."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from comparison.console import complain, fail, progress, warn
+
+REPORTS = Path("reports/out")
+# The class that this typer raises: some of its releases bring a click of their own.
+_UsageError: Any = typer.BadParameter.__base__
+
+app = typer.Typer(
+    name="sixbar",
+    add_completion=False,
+    rich_markup_mode=None,
+    help="Cross-validation of two models of a press with clearance in its slider's guide.",
+    epilog="Exit codes: 0 agree; 1 differ; 2 cannot compare or bad input; 3 indeterminate; "
+    "70 internal error; 130 interrupted. Of several scenes the worst.",
+)
+
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a scene key, e.g. drive.speed_rpm=210."),
+]
+Accuracy = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME|METRES",
+        help="draft, standard, strict, or the wanted error of slider_x in metres over the first cycle.",
+    ),
+]
+AllowIndeterminate = Annotated[
+    bool, typer.Option("--allow-indeterminate", help="Exit with 0 where the verdict is indeterminate.")
+]
+OutFolder = Annotated[Path | None, typer.Option(help="Folder of the report.", show_default="reports/out/...")]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command line and return its exit code."""
+    try:
+        code = int(typer.main.get_command(app)(arguments, prog_name="sixbar", standalone_mode=False) or 0)
+    except _UsageError as error:
+        asked = getattr(error.ctx, "command_path", "sixbar")
+        return complain(f"{error.format_message()} (see {asked} --help)", 2)
+    except (KeyboardInterrupt, typer.Abort):
+        code = 130
+    except SystemExit:
+        # Typer's way to say that the reader of our output (head, less) has left; its code 1 means "differ".
+        return 141
+    except Exception as error:
+        return fail(error)
+    # Some releases of typer turn Ctrl-C into this code themselves.
+    return complain("interrupted; finished runs are kept for the next time", 130) if code == 130 else code
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"sixbar-crossval {version('sixbar-crossval')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    _version: Annotated[
+        bool,
+        typer.Option("--version", is_eager=True, callback=_print_version, help="Print the version and exit."),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def scenes() -> int:
+    """List the shipped scenes: name, speed, clearance, title."""
+    from comparison.scene import load_scene, shipped_scenes
+
+    for name in shipped_scenes():
+        scene = load_scene(name)
+        ideal = scene.data["joints"]["slider"] == "ideal"
+        clearance = "no clearance" if ideal else f"{scene.data['clearance']['slider'] * 1e3:g} mm"
+        typer.echo(f"{name:<16} {scene.data['drive']['speed_rpm']:>6g} rpm  {clearance:<12}  {scene.title}")
+    return 0
+
+
+@app.command()
+def run(
+    scene: Annotated[str, typer.Argument(help="A shipped scene or the path of a TOML file.")],
+    model: Annotated[str, typer.Option(metavar="reference|exudyn", help="Which model runs it.")],
+    out: Annotated[Path, typer.Option(help="The table to write: .csv or .parquet.")],
+    accuracy: Accuracy = None,
+    overrides: Overrides = None,
+) -> int:
+    """Run one scene by one model and write its table, with events and provenance beside it."""
+    from comparison.accuracy import solver_values
+    from comparison.files import check_folder
+    from comparison.run import MODELS, Job, RunError, run_all
+    from comparison.scene import load_scene, parse_set
+    from comparison.table import check_format, write
+
+    if model not in MODELS:
+        raise typer.BadParameter(f"--model {model!r} must be {' or '.join(MODELS)}")
+    check_format(out)
+    check_folder(out.parent)
+    loaded = load_scene(scene, parse_set(overrides or []))
+    if accuracy is not None:
+        loaded = loaded.with_values(solver_values(model, accuracy))
+    warn(loaded.warnings)
+    job = Job(loaded, model)
+    with progress(f"{loaded.name} by {model}") as report:
+        (outcome,) = run_all([job], 1, report, cached=False)
+    if outcome.table is None:
+        raise RunError(outcome, job)
+    typer.echo(str(write(outcome.table, out)))
+    return 0
+
+
+@app.command()
+def compare(
+    a: Annotated[Path, typer.Argument(help="A table: .csv or .parquet.")],
+    b: Annotated[Path, typer.Argument(help="The other table.")],
+    scene: Annotated[
+        str | None, typer.Option(help="What they are results of; found beside the tables if both record it.")
+    ] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Allowed difference, as a share of each channel's scale.")
+    ] = None,
+    out: OutFolder = None,
+    json: Annotated[Path | None, typer.Option(help="Also write the numbers to this file.")] = None,
+    allow_indeterminate: AllowIndeterminate = False,
+) -> int:
+    """Compare any two tables with our channel names. Without a tolerance: metrics, and "indeterminate"."""
+    from comparison.compare import Runs, recorded_scene
+    from comparison.compare import compare as compare_runs
+    from comparison.files import check_folder, write_json
+    from comparison.scene import load_scene
+    from comparison.summary import EXIT_CODES, as_mapping, channel_lines, exit_code, scene_lines
+    from comparison.table import read
+
+    if tolerance is not None and not 0 < tolerance < float("inf"):
+        raise typer.BadParameter(f"--tolerance {tolerance:g} must be a positive number")
+    folder = out or REPORTS / "compare"
+    check_folder(folder)
+    tables = read(a), read(b)
+    loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(*tables)
+    if tolerance is None and loaded is not None:
+        tolerance = loaded.tolerance
+    command = shlex.join(
+        ["sixbar", "compare", str(a), str(b)]
+        + (["--scene", scene] if scene is not None else [])
+        + (["--tolerance", f"{tolerance:g}"] if tolerance is not None else [])
+    )
+    labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
+    comparison = compare_runs(
+        Runs(tables[0]),
+        Runs(tables[1]),
+        scene=loaded,
+        tolerance=tolerance,
+        labels=labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)"),
+        command=command,
+        warnings=warnings,
+    )
+    report = _report([comparison], folder, command)
+    if json is not None:
+        json.parent.mkdir(parents=True, exist_ok=True)
+        write_json(as_mapping(comparison), json)
+    for line in (*channel_lines(comparison), *scene_lines([comparison]), str(report)):
+        typer.echo(line)
+    return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
+
+
+@app.command()
+def validate(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[SCENE]...", help="Shipped names or TOML files.", show_default="all"),
+    ] = None,
+    out: OutFolder = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Runs at a time.", show_default="CPUs")] = None,
+    accuracy: Accuracy = None,
+    allow_indeterminate: AllowIndeterminate = False,
+) -> int:
+    """Run scenes by both models, each with a finer run and a twin, compare them, and write a report."""
+    from comparison.files import check_folder, write_json
+    from comparison.scene import SceneError, load_scene, shipped_scenes
+    from comparison.summary import EXIT_CODES, as_mapping, exit_code, scene_lines
+    from comparison.table import write
+    from comparison.validation import validate as validate_scenes
+
+    loaded = [load_scene(name) for name in dict.fromkeys(scenes or shipped_scenes())]
+    names = [scene.name for scene in loaded]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise SceneError(f"scene {twice!r}: two of the scenes have this name; the report needs one for each")
+    folder = out or REPORTS / (names[0] if len(names) == 1 else "validate")
+    check_folder(folder)
+    with progress(f"{len(names)} scenes by both models" if len(names) > 1 else names[0]) as report:
+        results = validate_scenes(loaded, n_jobs=jobs or _cpus(), accuracy=accuracy, on_progress=report)
+    comparisons = [result.comparison for result in results]
+    codes = [70 if result.crashed else EXIT_CODES[result.comparison.verdict] for result in results]
+    code = exit_code(codes, allow_indeterminate=allow_indeterminate)
+    command = shlex.join(
+        ["sixbar", "validate", *(scenes or [])] + (["--accuracy", accuracy] if accuracy is not None else [])
+    )
+    page = _report(comparisons, folder, command)
+    for result in results:
+        for model in result.comparison.labels:
+            path = folder / "tables" / f"{result.comparison.name}-{model}.csv"
+            if model in result.runs:
+                write(result.runs[model].base, path)
+            else:
+                path.unlink(missing_ok=True)  # of an earlier call: it would seem to belong to this report
+    write_json(
+        {
+            "command": command,
+            "exit_code": code,
+            "scenes": [as_mapping(comparison) for comparison in comparisons],
+        },
+        folder / "summary.json",
+    )
+    for line in (*scene_lines(comparisons), str(page)):
+        typer.echo(line)
+    return code
+
+
+def _report(comparisons: list[Any], folder: Path, command: str) -> Path:
+    from comparison.report import write_report
+
+    title = comparisons[0].title if len(comparisons) == 1 else "Cross-validation of the two models"
+    return write_report(comparisons, folder, title=title, command=command)
+
+
+def _cpus() -> int:
+    """CPUs that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,179 @@
+"""Two models' runs of a scene, or any two tables, compared channel by channel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comparison.align import align
+from comparison.channels import channels, expected
+from comparison.scene import Scene, SceneError, scene_from_mapping
+from comparison.table import Table, TableError, check
+from comparison.uncertainty import round_off, uncertainty, window_samples
+from comparison.verdict import SceneComparison, compare_channel, scene_verdict, thresholds
+
+
+@dataclass(frozen=True)
+class Runs:
+    """One model's runs of a scene; without a finer run it has no uncertainty."""
+
+    base: Table
+    finer: Table | None = None
+    twin: Table | None = None
+    """Moved start; None where the start cannot be moved."""
+
+
+def compare(
+    a: Runs,
+    b: Runs,
+    *,
+    scene: Scene | None = None,
+    tolerance: float | None = None,
+    labels: tuple[str, str] = ("a", "b"),
+    name: str = "compare",
+    command: str = "",
+    warnings: tuple[str, ...] = (),
+) -> SceneComparison:
+    """Compare two models' runs of a scene, or any two tables.
+
+    Parameters
+    ----------
+    a, b
+        With a finer run each: judged by their numerical uncertainty. Else by the tolerance.
+    scene
+        What the tables are results of: fixes the channels they must hold, the time they must span and the
+        scales. Without it both must hold the same channels over the same time, and scales are ranges.
+    tolerance
+        Share of each channel's scale; only for tables without uncertainty. With neither, the verdict is
+        "indeterminate".
+    labels, name, command, warnings
+        What the result calls the two, the comparison and its command; what else the reader must know.
+
+    Raises
+    ------
+    TableError
+        If the tables cannot be compared: a channel missing or unexpected, a number that is not finite, time
+        that does not increase, a truncated run.
+    """
+    both = tuple(zip(labels, (a, b), strict=True))
+    tables = {f"{label}{kind}": table for label, runs in both for kind, table in _kinds(runs)}
+    names = _names(a.base, b.base, scene)
+    for label, table in tables.items():
+        check(table, names, None if scene is None else (0.0, scene.duration), name=label)
+    _check_times(both)
+    aligned = align(a.base, b.base, names)
+    if aligned.interpolated and a.finer is not None and b.finer is not None:
+        raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
+    if aligned.interpolated:
+        which = labels[0] if aligned.interpolated == "a" else labels[1]
+        warnings += (
+            f"{which} was interpolated to the times of the other: nothing shorter than a sample is resolved",
+        )
+    limits = thresholds()
+    results = {
+        name: compare_channel(
+            channels()[name],
+            aligned.time,
+            aligned.a[name],
+            aligned.b[name],
+            scene=None if scene is None else scene.data,
+            u=(_uncertainty(a, name, scene), _uncertainty(b, name, scene)),
+            tolerance=tolerance,
+            limits=limits,
+        )
+        for name in names
+    }
+    verdict, reason = scene_verdict(results)
+    return SceneComparison(
+        name=name if scene is None else scene.name,
+        title="Two tables" if scene is None else scene.title,
+        description="" if scene is None else scene.description,
+        labels=labels,
+        verdict=verdict,
+        reason=reason,
+        warnings=(() if scene is None else scene.warnings) + warnings,
+        time=aligned.time,
+        period=None if scene is None else scene.period,
+        channels=results,
+        events=(a.base.events, b.base.events),
+        provenance={label: table.provenance for label, table in tables.items()},
+        scene=None if scene is None else scene.data,
+        command=command,
+    )
+
+
+def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
+    """Find the scene that both tables record; settings of solvers and output may differ.
+
+    Returns
+    -------
+    scene, warnings
+        No scene where they record none; none and a warning where they record two that differ.
+    """
+    record_a, record_b = a.provenance.get("scene"), b.provenance.get("scene")
+    if not isinstance(record_a, dict) or not isinstance(record_b, dict):
+        return None, ()
+    sections = {*record_a, *record_b} - {"scene", "solver", "output"}
+    changed = sorted(section for section in sections if record_a.get(section) != record_b.get(section))
+    if changed:
+        return None, (
+            f"the tables are of different scenes ({', '.join(changed)} differ): the scales are ranges",
+        )
+    try:
+        return scene_from_mapping(record_a), ()
+    except SceneError as error:
+        return None, (f"the scene recorded beside the tables is not used: {error}",)
+
+
+def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
+    yield "", runs.base
+    if runs.finer is not None:
+        yield " finer", runs.finer
+    if runs.twin is not None:
+        yield " twin", runs.twin
+
+
+def _names(a: Table, b: Table, scene: Scene | None) -> list[str]:
+    """Name the channels that both must hold: the scene's, or else all that either holds."""
+    if scene is not None:
+        return expected(scene.data)
+    return [name for name in channels() if name in a.frame or name in b.frame]
+
+
+def _check_times(both: tuple[tuple[str, Runs], ...]) -> None:
+    """Refuse runs of one model on different grids, and tables of which one stops early.
+
+    Raises
+    ------
+    TableError
+        If so. One sample of the coarser table is allowed at either end: two grids seldom end together.
+    """
+    for label, runs in both:
+        for kind, table in _kinds(runs):
+            if not np.array_equal(table.time, runs.base.time):
+                raise TableError(f"{label}{kind}: its times are not those of {label}")
+    (label_a, a), (label_b, b) = ((label, runs.base.time) for label, runs in both)
+    slack = max(float(np.median(np.diff(a))), float(np.median(np.diff(b)))) * (1 + 1e-6)
+    if abs(a[0] - b[0]) > slack or abs(a[-1] - b[-1]) > slack:
+        raise TableError(
+            f"{label_a} spans {a[0]:g} to {a[-1]:g} s and {label_b} {b[0]:g} to {b[-1]:g} s: "
+            "one of them is truncated"
+        )
+
+
+def _uncertainty(runs: Runs, name: str, scene: Scene | None) -> NDArray[np.float64] | None:
+    """Uncertainty of one channel of one model; None without a finer run."""
+    if runs.finer is None or scene is None:
+        return None
+    time, base = runs.base.time, runs.base.values(name)
+    interval = float(time[-1] - time[0]) / (time.size - 1)
+    return uncertainty(
+        base,
+        runs.finer.values(name),
+        None if runs.twin is None else runs.twin.values(name),
+        window_samples(scene.period, interval),
+        round_off(base, time, channels()[name].round_off),
+    )

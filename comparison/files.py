@@ -1,0 +1,62 @@
+"""Writing to files so that nothing is ever half there."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+
+class FolderError(ValueError):
+    """A folder that cannot be written to; the message is one line."""
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse a folder that could not be written to, before the work is done whose result it is to take.
+
+    Raises
+    ------
+    FolderError
+        If it, or the first of its parents that exists, is not a folder with write permission.
+    """
+    existing = next(path for path in (folder, *folder.parents) if path.exists())
+    if not existing.is_dir():
+        raise FolderError(f"{existing}: is not a folder")
+    if not os.access(existing, os.W_OK):
+        raise FolderError(f"{existing}: no permission to write here")
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a temporary name in the same folder that takes the place of ``path`` if the block succeeds."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        yield part
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_json(value: Mapping[str, Any], path: Path) -> None:
+    """Write strict JSON (numbers that are not finite become null) under a temporary name first."""
+    with replacing(path) as part:
+        part.write_text(
+            json.dumps(_plain(value), indent=1, allow_nan=False, ensure_ascii=False) + "\n", "utf-8"
+        )
+
+
+def _plain(value: Any) -> Any:
+    """Replace what JSON does not have."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(part) for part in value]
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,115 @@
+"""Which figures a scene gets, and what stands beside them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from markupsafe import Markup
+
+from comparison.channels import channels
+from comparison.report import rule
+from comparison.report.figures import ChannelFigure, Curves
+from comparison.report.quantity import percent, quantity
+from comparison.report.summary import worst_channel
+from comparison.verdict import Array, ChannelComparison, SceneComparison
+
+_ENLARGED = 0.02  # of a crank turn (or of the run) to either side of the worst sample
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure with its text."""
+
+    heading: str
+    caption: str
+    verdict: str
+    alt: str
+    svg: Markup
+
+
+def figures(scene: SceneComparison, key: str) -> list[Drawing]:
+    """Draw the scene's worst sample enlarged and its channels, inside `svg.style`.
+
+    Left out are the unexcited channels, which are flat, and the derived ones.
+
+    Parameters
+    ----------
+    key
+        Starts the ids of the figures; unique on the page.
+    """
+    order = {name: n for n, name in enumerate(channels())}
+    shown = [c for c in scene.channels.values() if c.verdict != "unexcited" and not is_derived(c)]
+    shown.sort(key=lambda channel: order.get(channel.channel, len(order)))
+    pages: dict[str, ChannelFigure] = {}  # by the name of the threshold, which stands in the legend
+    drawings = []
+    worst = worst_channel(scene)
+    if worst is not None and np.isfinite(worst.worst_time) and worst.verdict != "unexcited":
+        drawings.append(_draw(scene, worst, pages, f"{key}-worst", enlarged=True))
+    return drawings + [_draw(scene, channel, pages, f"{key}-{n}") for n, channel in enumerate(shown)]
+
+
+def is_derived(channel: ChannelComparison) -> bool:
+    """Return whether a channel is left to the table: a corner's gap or friction force that does not differ.
+
+    These follow from positions and normal forces, which are drawn, and would treble the corners' figures.
+    """
+    corner = channel.channel.startswith("corner_") and not channel.channel.endswith("_normal")
+    return corner and channel.verdict not in {"differ", "unexcited"}
+
+
+def _draw(
+    scene: SceneComparison,
+    channel: ChannelComparison,
+    pages: dict[str, ChannelFigure],
+    key: str,
+    *,
+    enlarged: bool = False,
+) -> Drawing:
+    limit, limit_name = rule.threshold(channel)
+    if limit_name not in pages:
+        pages[limit_name] = ChannelFigure(scene.labels, limit_name)
+    curves = _curves(scene, channel, limit)
+    known = channels().get(channel.channel)
+    heading = f"{channel.label} ({known.sign})" if known else channel.label
+    if enlarged:
+        curves = curves.between(*_around(scene, channel.worst_time))
+        heading = f"The worst predictable sample, at {channel.worst_time:.4f} s, enlarged: {heading}"
+    caption = f"{channel.channel}: largest difference {quantity(channel.max_difference, channel.unit)}"
+    caption += f", coverage {percent(channel.coverage)}, explained {percent(channel.explained)}"
+    alt = (
+        f"{heading} over time, {scene.labels[0]} solid and {scene.labels[1]} dashed; below it the size of "
+        f"their difference against {limit_name}, logarithmic. "
+        f"Verdict {channel.verdict}: {channel.reason}. {caption}."
+    )
+    svg = Markup(pages[limit_name].svg(curves, key))  # matplotlib escapes the text in its drawings
+    return Drawing(heading=heading, caption=caption, verdict=channel.verdict, alt=alt, svg=svg)
+
+
+def _curves(scene: SceneComparison, channel: ChannelComparison, limit: Array | None) -> Curves:
+    curves = Curves(
+        label=channel.label.partition(",")[0].removeprefix("slider "),
+        unit=channel.unit,
+        period=scene.period,
+        walls=None,
+        time=scene.time,
+        a=channel.a,
+        b=channel.b,
+        size=np.abs(channel.difference),
+        threshold=limit,
+        predictable_below=rule.limit_of_predictability(channel),
+        predictable=channel.predictable,
+        beyond=rule.beyond(channel),
+    )
+    if channel.channel != "slider_x" or scene.scene is None:
+        return curves
+    # A clearance of 0.2 mm is not seen on an axis of half a metre: x is drawn from the guide's centre line.
+    guide = float(scene.scene["mechanism"]["guide_x"])
+    clearance = float(scene.scene["clearance"]["slider"])
+    walls = (-clearance, clearance) if scene.scene["joints"]["slider"] == "clearance" else None
+    return replace(curves, label="x − guide", a=channel.a - guide, b=channel.b - guide, walls=walls)
+
+
+def _around(scene: SceneComparison, instant: float) -> tuple[float, float]:
+    reach = _ENLARGED * (scene.period if scene.period is not None else float(scene.time[-1] - scene.time[0]))
+    return instant - reach, instant + reach

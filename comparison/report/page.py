@@ -1,0 +1,122 @@
+"""The report: one HTML file that needs nothing but itself."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import os
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import numpy as np
+from markupsafe import Markup
+
+from comparison.report import rule, summary, svg, tables
+from comparison.report.gallery import figures, is_derived
+from comparison.report.quantity import MISSING, percent
+from comparison.verdict import SceneComparison
+
+_HERE = Path(__file__).parent
+# Closed parts are opened for printing where the browser's style sheets cannot do it.
+_SCRIPT = (
+    'addEventListener("beforeprint",()=>document.querySelectorAll("details:not([open])")'
+    '.forEach(d=>{d.open=true;d.dataset.closed=""}));'
+    'addEventListener("afterprint",()=>document.querySelectorAll("[data-closed]")'
+    ".forEach(d=>{d.open=false;delete d.dataset.closed}));"
+)
+
+
+def write_report(comparisons: Sequence[SceneComparison], out: Path, *, title: str, command: str) -> Path:
+    """Write ``report.html`` into a folder.
+
+    Parameters
+    ----------
+    comparisons
+        Scenes in the order in which they are to be shown; may be empty of channels ("cannot compare").
+    out
+        The folder; made if there is none. A report in it is replaced once the new one is complete.
+    title
+        Heading of the page.
+    command
+        What reproduces the whole report.
+
+    Returns
+    -------
+    path
+        Of the page. Equal comparisons give the same bytes.
+    """
+    html = render(comparisons, title=title, command=command)
+    out.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=out, suffix=".html")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(html)
+        Path(temporary).chmod(0o644)  # mkstemp lets only the owner read
+        path = out / "report.html"
+        Path(temporary).replace(path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+    return path
+
+
+def render(comparisons: Sequence[SceneComparison], *, title: str, command: str) -> str:
+    """Return the page as text."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_HERE),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    worst = max(range(len(comparisons)), key=lambda n: summary.rank(comparisons[n].verdict), default=None)
+    with svg.style():
+        scenes = [_scene(scene, f"s{n}", shown=n == worst) for n, scene in enumerate(comparisons)]
+    return environment.get_template("report.html.j2").render(
+        title=title,
+        command=command,
+        overall={"verdict": summary.overall_verdict(comparisons), "sentence": summary.sentence(comparisons)},
+        scenes=scenes,
+        symbols=summary.SYMBOLS,
+        definition=rule.definition(comparisons),
+        contact_headings=tables.CONTACT_HEADINGS,
+        css=Markup((_HERE / "report.css").read_text("utf-8")),
+        script=Markup(_SCRIPT),
+        script_hash=base64.b64encode(hashlib.sha256(_SCRIPT.encode()).digest()).decode(),
+    )
+
+
+def _scene(scene: SceneComparison, key: str, *, shown: bool) -> dict[str, Any]:
+    """Return what the template needs of one scene; ``key`` starts every id of its figures."""
+    worst = summary.worst_channel(scene)
+    rows = {
+        name: tables.channel_row(channel, scene.time, rule.beyond(channel))
+        for name, channel in scene.channels.items()
+    }
+    judged = [channel.coverage for channel in scene.channels.values() if channel.verdict != "unexcited"]
+    return {
+        "key": key,
+        "open": shown,
+        "name": scene.name,
+        "title": scene.title,
+        "description": scene.description,
+        "verdict": scene.verdict,
+        "reason": scene.reason,
+        "warnings": scene.warnings,
+        "labels": scene.labels,
+        "worst": rows[worst.channel] if worst else None,
+        "lowest_coverage": percent(float(np.min(judged))) if judged else MISSING,
+        "channels": list(rows.values()),
+        "figures": figures(scene, key),
+        "not_drawn": ", ".join(name for name, channel in scene.channels.items() if is_derived(channel)),
+        "unexcited": ", ".join(name for name, row in rows.items() if row["verdict"] == "unexcited"),
+        "without_contact": all(events is not None and events.empty for events in scene.events),
+        "contacts": tables.contact_rows(scene),
+        "runs": tables.run_rows(scene.provenance),
+        "versions": tables.version_lines(scene.provenance),
+        "numbers": tables.scene_values(scene.scene),
+        "command": scene.command,
+    }

@@ -1,0 +1,60 @@
+"""The rule behind the verdicts, in words and as the curve that a difference is held against."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from comparison.report.quantity import number
+from comparison.uncertainty import SAFETY_FACTOR, TWIN_SHIFT, WINDOW
+from comparison.verdict import Array, BoolArray, ChannelComparison, SceneComparison, thresholds
+
+
+def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
+    """Return how the verdicts of these scenes are made, one step a line."""
+    fixed = thresholds()
+    shift = number(TWIN_SHIFT, 1).removeprefix("1·")
+    lines = [
+        f"Uncertainty u(t) of one model: {SAFETY_FACTOR:g} times the largest distance of its run to its "
+        f"refined run and to its twin (start moved by {shift} of the clearance) "
+        f"within ±{WINDOW:.0%} of a crank turn; never below round-off. Of both models: u = √(u₁² + u₂²).",
+        f"Predictable: the samples with u ≤ {fixed.alpha:g} of the channel's scale. Coverage is their share; "
+        f"below {fixed.coverage:.0%} the channel is indeterminate.",
+        f"Agree: |difference| ≤ {fixed.k:g} u on at least {fixed.share:.0%} of the predictable samples "
+        "(explained); samples at which both models are exactly zero count for nothing. Differ: on fewer. "
+        "A scene differs if one channel does; else it is indeterminate if one is; else it agrees.",
+    ]
+    if any(channel.u is None for scene in comparisons for channel in scene.channels.values()):
+        lines.append(
+            "Tables without a refined run carry no uncertainty: a fixed tolerance (a share of the scale) is "
+            "the threshold and every sample counts as predictable; without one the verdict is indeterminate."
+        )
+    return lines
+
+
+def threshold(channel: ChannelComparison) -> tuple[Array | None, str]:
+    """Return what |difference| is held against, shape (n,), and its name.
+
+    k u where the tables carry an uncertainty, else the fixed tolerance; None without either.
+    """
+    if channel.u is not None:
+        k = thresholds().k
+        return k * channel.u, f"{k:g} u"
+    if np.isnan(channel.worst_threshold):
+        return None, "threshold"
+    return np.full(channel.difference.shape, channel.worst_threshold), "tolerance"
+
+
+def limit_of_predictability(channel: ChannelComparison) -> float:
+    """Return the threshold above which a sample is not predictable; nan where there is no uncertainty."""
+    fixed = thresholds()
+    return fixed.k * fixed.alpha * channel.scale if channel.u is not None else float("nan")
+
+
+def beyond(channel: ChannelComparison) -> BoolArray:
+    """Return where predictable samples are beyond the threshold, shape (n,)."""
+    held_against, _ = threshold(channel)
+    if held_against is None:
+        return np.zeros(channel.difference.shape, dtype=np.bool_)
+    return channel.predictable & (np.abs(channel.difference) > held_against)

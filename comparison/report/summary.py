@@ -1,0 +1,73 @@
+"""The verdict of all scenes in one sentence, and the channel that decides a scene."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from comparison.verdict import ChannelComparison, SceneComparison
+
+SYMBOLS = {"agree": "✓", "differ": "✗", "indeterminate": "?", "unexcited": "○", "cannot compare": "!"}
+"""Signs beside the words of a verdict, so that colour is not needed to find it."""
+
+_RANK = {"unexcited": 0, "agree": 1, "indeterminate": 2, "differ": 3, "cannot compare": 4}
+_COUNTED = {
+    "cannot compare": ("cannot be compared", "cannot be compared"),
+    "differ": ("differs", "differ"),
+    "indeterminate": ("is indeterminate", "are indeterminate"),
+    "agree": ("agrees", "agree"),
+}
+
+
+def rank(verdict: str) -> int:
+    """Return how bad a verdict is; an unknown one is the worst, lest it be overlooked."""
+    return _RANK.get(verdict, len(_RANK))
+
+
+def overall_verdict(comparisons: Sequence[SceneComparison]) -> str:
+    """Return the worst verdict of the scenes; without a scene nothing was compared."""
+    return max((scene.verdict for scene in comparisons), key=rank, default="cannot compare")
+
+
+def sentence(comparisons: Sequence[SceneComparison]) -> str:
+    """Return one sentence for all scenes: "Of 8 scenes 1 differs and 7 agree."."""
+    if not comparisons:
+        return "There is no scene to compare."
+    count = Counter(scene.verdict for scene in comparisons)
+    words = [
+        f"{number} {_COUNTED.get(verdict, (verdict, verdict))[number > 1]}"
+        for verdict, number in sorted(count.items(), key=lambda item: -rank(item[0]))
+    ]
+    said = words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+    if len(comparisons) == 1:
+        return f"The scene {comparisons[0].name} {said.removeprefix('1 ')}."
+    return f"All {said}." if len(words) == 1 else f"Of {len(comparisons)} scenes {said}."
+
+
+def worst_channel(scene: SceneComparison) -> ChannelComparison | None:
+    """Return the channel with the worst verdict and, of several, the one that is furthest on the wrong side.
+
+    Of channels that differ this is the one with the largest |difference| / threshold at its worst
+    predictable sample, of indeterminate ones that with the least coverage, of agreeing ones that with the
+    least explained share: the same that the reason of the scene's verdict names.
+    """
+    return max(scene.channels.values(), key=_badness, default=None)
+
+
+def largest_predictable(channel: ChannelComparison) -> float:
+    """Return the largest |difference| of the predictable samples, in the channel's unit; nan without one."""
+    part = channel.difference[channel.predictable]
+    return float(np.max(np.abs(part))) if part.size else math.nan
+
+
+def _badness(channel: ChannelComparison) -> tuple[int, float]:
+    if channel.verdict == "differ":
+        excess = (
+            abs(channel.worst_difference) / channel.worst_threshold if channel.worst_threshold else math.inf
+        )
+        return rank(channel.verdict), excess
+    wanting = 1.0 - (channel.coverage if channel.verdict == "indeterminate" else channel.explained)
+    return rank(channel.verdict), 0.0 if math.isnan(wanting) else wanting

@@ -1,0 +1,81 @@
+"""A matplotlib figure as SVG for inlining: unique ids, colours of the page, few bytes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import StringIO
+from pathlib import Path
+
+import matplotlib as mpl
+import matplotlib.figure
+
+STYLE = Path(__file__).with_name("sixbar.mplstyle")
+
+# What a colour of the drawing means; the page's style sheet says what it looks like, light and dark.
+INK, GRID, FIRST, SECOND = "#111111", "#222222", "#333333", "#444444"
+DIFFERENCE, THRESHOLD, SHADE, BEYOND, LIMIT = "#555555", "#666666", "#777777", "#888888", "#999999"
+_ROLES = {
+    INK: "currentColor",
+    GRID: "var(--grid)",
+    FIRST: "var(--first)",
+    SECOND: "var(--second)",
+    DIFFERENCE: "var(--difference)",
+    THRESHOLD: "var(--threshold)",
+    SHADE: "var(--shade)",
+    BEYOND: "var(--beyond)",
+    LIMIT: "var(--limit)",
+}
+_COLOUR = re.compile("|".join(_ROLES))
+_PATH = re.compile(r'(?<= )d="([^"]*)"')
+_NUMBER = re.compile(r"-?\d+\.\d+")
+_BLANKS = re.compile(r"\s*([MLQCz])\s*")
+_PREAMBLE = re.compile(r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->", re.DOTALL)
+_ID = re.compile(r' id="([^"]*)"')
+_REFERENCE = re.compile(r"(url\(#|href=\"#)([^\")]*)")
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw with the report's own settings, whatever the user's matplotlibrc says; settings are restored."""
+    with mpl.rc_context():
+        mpl.rc_file(STYLE)
+        yield
+
+
+def _rounded(match: re.Match[str]) -> str:
+    """Return a path with tenths of a point, relative to nothing, without needless blanks."""
+    path = _NUMBER.sub(
+        lambda m: f"{float(m.group()):.1f}".removesuffix(".0").replace("-0.", "-."), match.group(1)
+    )
+    return 'd="' + _BLANKS.sub(r"\1", path).strip() + '"'
+
+
+def inline_svg(figure: matplotlib.figure.Figure, key: str) -> str:
+    """Return the figure as an ``<svg>`` element to be put into an HTML page.
+
+    Parameters
+    ----------
+    figure
+        Made inside `style`, drawn with the colours of this module.
+    key
+        Unique on the page, letters, digits and hyphens; it starts every id. Matplotlib numbers the
+        parts of every figure alike and clip paths of equal rectangles get equal ids, so two
+        drawings on one page would otherwise use each other's.
+
+    Returns
+    -------
+    svg
+        The same text for the same drawing, at any time and place: no date, no random id.
+    """
+    text = StringIO()
+    figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
+    svg = _PREAMBLE.sub("", text.getvalue())
+    used = {name: f"{key}-{n}" for n, name in enumerate(dict.fromkeys(m[1] for m in _REFERENCE.findall(svg)))}
+    svg = _ID.sub(lambda m: f' id="{used[m.group(1)]}"' if m.group(1) in used else "", svg)
+    svg = _REFERENCE.sub(lambda m: m.group(1) + used[m.group(2)], svg)
+    svg = _COLOUR.sub(lambda m: _ROLES[m.group()], svg)
+    svg = _PATH.sub(_rounded, svg)
+    svg = re.sub(r'<svg [^>]*viewBox="([^"]*)"[^>]*>', r'<svg viewBox="\1" focusable="false">', svg, count=1)
+    return re.sub(r">\s+<", "><", svg).strip()

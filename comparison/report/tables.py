@@ -1,0 +1,166 @@
+"""Rows of the report's tables, as text: channels, contacts, runs, the scene's numbers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from comparison.channels import CORNERS
+from comparison.report.decimate import spans
+from comparison.report.quantity import MISSING, number, percent, pretty_unit, quantity
+from comparison.report.summary import largest_predictable
+from comparison.verdict import Array, BoolArray, ChannelComparison, SceneComparison
+
+CONTACT_HEADINGS = (
+    "Contacts",
+    "Median duration",
+    "Largest normal speed",
+    "Total impulse",
+    "Largest force",
+    "Deepest",
+)
+
+
+def channel_row(channel: ChannelComparison, time: Array, beyond: BoolArray) -> dict[str, Any]:
+    """Return one row of the channel table.
+
+    Parameters
+    ----------
+    time, beyond
+        s and whether the sample is predictable and beyond its threshold; shape (n,).
+    """
+    unit = channel.unit
+    within = largest_predictable(channel)
+    compared = channel.verdict != "unexcited"
+    located = compared and not np.isnan(channel.worst_threshold)
+    relation = ">" if abs(channel.worst_difference) > channel.worst_threshold else "≤"
+    return {
+        "name": channel.channel,
+        "label": channel.label,
+        "unit": pretty_unit(unit),
+        "verdict": channel.verdict,
+        "coverage": percent(channel.coverage) if compared else MISSING,
+        "explained": percent(channel.explained) if compared else MISSING,
+        "largest": quantity(channel.max_difference, unit),
+        "largest_scaled": _of_scale(channel.max_scaled),
+        "largest_predictable": quantity(within, unit),
+        "largest_predictable_scaled": _of_scale(within / channel.scale if channel.scale else np.nan),
+        "rms": quantity(channel.rms_difference, unit),
+        "rms_scaled": _of_scale(channel.rms_scaled),
+        "worst": quantity(abs(channel.worst_difference), unit) if located else MISSING,
+        "worst_threshold": (
+            f"{relation} {quantity(channel.worst_threshold, unit)}, at {channel.worst_time:.4f} s"
+            if located
+            else ""
+        ),
+        "reason": channel.reason,
+        "has_strip": compared,
+        "unpredictable": _strip(~channel.predictable, time),
+        "beyond": _strip(beyond, time),
+    }
+
+
+def contact_rows(scene: SceneComparison) -> list[dict[str, Any]]:
+    """Return one row a corner and one for all; nothing where there is no contact at all."""
+    if all(events is None or events.empty for events in scene.events):
+        return []
+    met = [set(events["corner"]) for events in scene.events if events is not None]
+    corners = [corner for corner in CORNERS if corner in set().union(*met)]
+    rows = [(CORNERS[corner], [_of_corner(events, corner) for events in scene.events]) for corner in corners]
+    rows.append(("all", list(scene.events)))
+    return [
+        {"corner": name, "cells": list(zip(*(_contacts(events) for events in pair), strict=True))}
+        for name, pair in rows
+    ]
+
+
+def run_rows(provenance: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]]:
+    """Return one row a run; what a run does not state is "n/a"."""
+    return [
+        {
+            "name": name,
+            "formulation": str(run.get("formulation", "")),
+            "integrator": str(run.get("integrator", MISSING)),
+            "settings": _pairs(run.get("settings")),
+            "counters": _pairs(run.get("counters")),
+            "wall_time": f"{run['wall_time_s']:.2f} s" if "wall_time_s" in run else MISSING,
+            "status": str(run.get("status", MISSING)),
+        }
+        for name, run in provenance.items()
+    ]
+
+
+def version_lines(provenance: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """Return one line for each set of versions and platform, naming the runs that share it."""
+    lines: dict[str, list[str]] = {}
+    for name, run in provenance.items():
+        versions = run.get("versions") or {}
+        parts = [f"{package} {version}" for package, version in versions.items()]
+        line = ", ".join([*parts, *([str(run["platform"])] if "platform" in run else [])])
+        if line:
+            lines.setdefault(line, []).append(name)
+    return [f"{', '.join(names)}: {line}" for line, names in lines.items()]
+
+
+def scene_values(scene: Mapping[str, Any] | None) -> str:
+    """Return the scene as lines ``drive.speed_rpm = 150.0``, keys as `--set` takes them; no texts."""
+    return "\n".join(_flat({key: value for key, value in (scene or {}).items() if key != "scene"}))
+
+
+def _flat(mapping: Mapping[str, Any], start: str = "") -> Iterable[str]:
+    for key, value in mapping.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{start}{key}.")
+        else:
+            yield f"{start}{key} = {json.dumps(value, ensure_ascii=False)}"
+
+
+def _strip(mask: BoolArray, time: Array) -> str:
+    """Return the stretches of a mask as an SVG path, 1000 wide (the run) and 10 high."""
+    start, per_second = float(time[0]), 1000 / float(time[-1] - time[0])
+    boxes = spans(mask, time, columns=200)
+    scaled = [(per_second * (low - start), per_second * (high - low)) for low, high in boxes]
+    return "".join(f"M{left:.0f} 0h{width:.0f}v10h-{width:.0f}z" for left, width in scaled)
+
+
+def _of_corner(events: pd.DataFrame | None, corner: str) -> pd.DataFrame | None:
+    return None if events is None else events[events["corner"] == corner]
+
+
+def _contacts(events: pd.DataFrame | None) -> list[str]:
+    """Return the cells of one model under `CONTACT_HEADINGS`."""
+    if events is None:
+        return [MISSING] * len(CONTACT_HEADINGS)
+    if events.empty:
+        return ["0", *[MISSING] * (len(CONTACT_HEADINGS) - 1)]
+    return [
+        str(len(events)),
+        quantity(float((events["end"] - events["start"]).median()), "s"),
+        quantity(float(events["normal_speed"].max()), "m/s"),
+        quantity(float(events["impulse"].sum()), "N s"),
+        quantity(float(events["peak_force"].max()), "N"),
+        quantity(float(events["largest_depth"].max()), "m"),
+    ]
+
+
+def _of_scale(scaled: float) -> str:
+    return "" if np.isnan(scaled) else f"{number(scaled)} of scale"
+
+
+def _pairs(values: Mapping[str, Any] | None) -> str:
+    """Return "steps 123,456, tolerance 1e-10"."""
+    if not values:
+        return MISSING
+    return ", ".join(f"{key} {_plain(value)}" for key, value in values.items())
+
+
+def _plain(value: object) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return f"{value:,}"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

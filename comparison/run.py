@@ -1,0 +1,206 @@
+"""Scenes run by the models, in worker processes: the only module that starts a model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from math import log10
+from typing import Any
+
+from comparison.cache import fetch, keep, run_key
+from comparison.channels import expected
+from comparison.scene import Scene, SceneError
+from comparison.table import Result, Table, TableError, check
+from comparison.workers import Died, Share, work
+
+MODELS = ("reference", "exudyn")
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run: a scene by a model."""
+
+    scene: Scene
+    model: str
+
+    @property
+    def cost(self) -> float:
+        """Expected time, s, roughly: it orders the runs and weighs their progress."""
+        drive, solver = self.scene.data["drive"], self.scene.data["solver"]
+        if self.model == "exudyn":
+            return float(1e-5 * self.scene.duration / solver["exudyn"]["step"])
+        return float(drive["cycles"] * 10 ** (-log10(solver["reference"]["tolerance"]) / 8 - 1))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a run.
+
+    Attributes
+    ----------
+    status
+        ``"success"``; ``"bad input"``: the model refuses the scene; ``"crashed"``: the process died or the
+        model raised what it should not; ``"unusable"``: the table fails `comparison.table.check`; or the
+        model's own status, such as ``"step-too-small"``.
+    message
+        One line; for a status of the model its remedy.
+    table
+        The result if the status is ``"success"``.
+    """
+
+    status: str
+    message: str = ""
+    table: Table | None = None
+
+
+class RunError(RuntimeError):
+    """A run that did not succeed, with its outcome."""
+
+    def __init__(self, outcome: Outcome, job: Job) -> None:
+        self.outcome = outcome
+        super().__init__(describe(job, outcome))
+
+
+def describe(job: Job, outcome: Outcome) -> str:
+    """Say in one line why a run did not succeed."""
+    where = f"scene {job.scene.name!r}"
+    if outcome.status == "bad input":
+        return f"{where}: {outcome.message}"
+    told = f"; {outcome.message}" if outcome.message else ""
+    return f"{where}: the {job.model} run did not succeed: {outcome.status}{told}"
+
+
+def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table:
+    """Run one scene by one model in this process, without the cache.
+
+    Parameters
+    ----------
+    scene
+        What to run.
+    model
+        ``"reference"`` or ``"exudyn"``.
+    progress
+        Called with the finished share, 0 to 1.
+
+    Raises
+    ------
+    SceneError
+        If the model refuses the scene.
+    RunError
+        If the run does not succeed.
+    """
+    job = Job(scene, model)
+    outcome = _attempt(job, progress)
+    if outcome.status == "bad input":
+        raise SceneError(describe(job, outcome))
+    if outcome.table is None:
+        raise RunError(outcome, job)
+    return _of_scene(outcome.table, scene)
+
+
+def run_all(
+    jobs: Sequence[Job],
+    n_jobs: int,
+    on_progress: Progress | None = None,
+    *,
+    cached: bool = True,
+) -> list[Outcome]:
+    """Run many scenes, the longest first, equal ones once.
+
+    Parameters
+    ----------
+    jobs
+        What to run.
+    n_jobs
+        How many worker processes may work at a time.
+    on_progress
+        Called with the finished share of the expected work, 0 to 1.
+    cached
+        Whether kept runs are used. Successful runs are kept in any case, each as soon as it ends.
+
+    Returns
+    -------
+    list of Outcome
+        In the order of ``jobs``.
+
+    Notes
+    -----
+    Workers are spawned: a script that calls this needs the usual ``if __name__ == "__main__":``.
+    """
+    keys = [run_key(job.scene, job.model, _package(job.model)) for job in jobs]
+    todo = dict(zip(keys, jobs, strict=True))
+    outcomes: dict[str, Outcome] = {}
+    for key, job in todo.items():
+        kept = fetch(key, *_demands(job)) if cached else None
+        if kept is not None:
+            outcomes[key] = Outcome("success", table=kept)
+    shares = {key: float(key in outcomes) for key in todo}
+    total = sum(job.cost for job in todo.values())
+
+    def report(key: str, share: float) -> None:
+        shares[key] = share
+        if on_progress:
+            on_progress(sum(todo[key].cost * share for key, share in shares.items()) / total)
+
+    waiting = sorted(todo.keys() - outcomes.keys(), key=lambda key: (-todo[key].cost, key))
+    with closing(work(_attempt, [(key, todo[key]) for key in waiting], n_jobs)) as events:
+        for key, event in events:
+            if isinstance(event, Share):
+                report(key, event.value)
+                continue
+            if isinstance(event, Died):
+                outcomes[key] = Outcome("crashed", f"its process ended with code {event.exit_code}")
+            else:
+                outcomes[key] = event
+                if event.table is not None:
+                    keep(key, event.table)
+            report(key, 1.0)
+    return [
+        replace(outcomes[key], table=_of_scene(table, job.scene))
+        if (table := outcomes[key].table)
+        else outcomes[key]
+        for key, job in zip(keys, jobs, strict=True)
+    ]
+
+
+def _attempt(job: Job, progress: Progress | None) -> Outcome:
+    """Run and check; whatever a model raises becomes an outcome."""
+    try:
+        result = _simulate(job.model, job.scene.data, progress)
+        if result.status != "success":
+            return Outcome(result.status, result.remedy)
+        table = Table.from_result(result)
+        check(table, *_demands(job), name=f"the {job.model} run")
+    except TableError as error:
+        return Outcome("unusable", str(error))
+    except ValueError as error:
+        return Outcome("bad input", " ".join(str(error).split()))
+    except Exception as error:
+        return Outcome("crashed", " ".join(f"{type(error).__name__}: {error}".split()))
+    return Outcome("success", table=table)
+
+
+def _simulate(model: str, scene: dict[str, Any], progress: Progress | None) -> Result:
+    """Start a model; imported here, so that reading tables and scenes needs neither."""
+    if model == "reference":
+        from reference_model import simulate as reference
+
+        return reference(scene, progress=progress)
+    from exudyn_model import simulate as exudyn
+
+    return exudyn(scene, progress=progress)
+
+
+def _package(model: str) -> str:
+    return f"{model}_model"
+
+
+def _demands(job: Job) -> tuple[list[str], tuple[float, float]]:
+    return expected(job.scene.data), (0.0, job.scene.duration)
+
+
+def _of_scene(table: Table, scene: Scene) -> Table:
+    """Record what was run: the whole scene, so that `sixbar compare` finds it beside the table."""
+    return replace(table, provenance={**table.provenance, "scene_hash": scene.hash, "scene": scene.data})

@@ -1,0 +1,88 @@
+"""A comparison in numbers (for JSON) and in a few lines (for the terminal)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from comparison.verdict import ChannelComparison, SceneComparison
+
+EXIT_CODES = {"agree": 0, "differ": 1, "cannot compare": 2, "indeterminate": 3}
+_WORST_FIRST = (70, 2, 1, 3, 0)
+_NUMBERS = (
+    "coverage",
+    "explained",
+    "max_difference",
+    "rms_difference",
+    "max_scaled",
+    "rms_scaled",
+    "worst_time",
+    "worst_difference",
+    "worst_threshold",
+)
+
+
+def exit_code(codes: Sequence[int], *, allow_indeterminate: bool = False) -> int:
+    """Return the worst of several exit codes: 70, 2, 1, 3, 0 in this order."""
+    code = next(code for code in _WORST_FIRST if code in codes)
+    return 0 if code == 3 and allow_indeterminate else code
+
+
+def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
+    """Everything but the curves, for JSON; numbers that do not exist are nan (null once written)."""
+    return {
+        "name": comparison.name,
+        "title": comparison.title,
+        "verdict": comparison.verdict,
+        "reason": comparison.reason,
+        "warnings": list(comparison.warnings),
+        "labels": list(comparison.labels),
+        "samples": int(comparison.time.size),
+        "command": comparison.command,
+        "channels": {name: _channel(channel) for name, channel in comparison.channels.items()},
+        "provenance": comparison.provenance,
+    }
+
+
+def scene_lines(comparisons: Sequence[SceneComparison]) -> list[str]:
+    """One line a scene: name, verdict, reason, and its warnings below."""
+    name_width = max(len(comparison.name) for comparison in comparisons)
+    lines = []
+    for comparison in comparisons:
+        lines.append(f"{comparison.name:<{name_width}}  {comparison.verdict:<14}  {comparison.reason}")
+        lines += [f"{'':<{name_width}}  {'warning':<14}  {warning}" for warning in comparison.warnings]
+    return lines
+
+
+def channel_lines(comparison: SceneComparison) -> list[str]:
+    """One line a channel: verdict, largest and RMS difference, both over its scale, coverage."""
+    heading = ("channel", "verdict", "max", "rms", "unit", "max/scale", "rms/scale", "coverage")
+    rows = [
+        (
+            channel.channel,
+            channel.verdict,
+            f"{channel.max_difference:.3g}",
+            f"{channel.rms_difference:.3g}",
+            channel.unit,
+            f"{channel.max_scaled:.3g}",
+            f"{channel.rms_scaled:.3g}",
+            f"{channel.coverage:.1%}",
+        )
+        for channel in comparison.channels.values()
+    ]
+    widths = [max(map(len, column)) for column in zip(heading, *rows, strict=True)]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in (heading, *rows)
+    ]
+
+
+def _channel(channel: ChannelComparison) -> dict[str, Any]:
+    numbers = {name: getattr(channel, name) for name in _NUMBERS}
+    return {
+        "verdict": channel.verdict,
+        "reason": channel.reason,
+        "unit": channel.unit,
+        "scale": channel.scale,
+        **numbers,
+    }

@@ -1,0 +1,249 @@
+"""Result tables: read, checked, written, with events, extrema and provenance beside them.
+
+``run.csv`` (or ``run.parquet``) holds the channels, ``run.events.csv`` one row a contact, ``run.json`` the
+provenance and the extrema over integration steps. Only the first is needed to compare.
+"""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from comparison.files import replacing, write_json
+
+FORMATS = (".csv", ".parquet")
+
+
+class TableError(ValueError):
+    """A table that cannot be used; the message is one line that names file, channel and row."""
+
+
+class Result(Protocol):
+    """What a model hands back; each model has a class of its own."""
+
+    @property
+    def columns(self) -> dict[str, NDArray[np.float64]]: ...  # noqa: D102
+    @property
+    def events(self) -> dict[str, NDArray[Any]]: ...  # noqa: D102
+    @property
+    def extrema(self) -> dict[str, dict[str, float]]: ...  # noqa: D102
+    @property
+    def provenance(self) -> dict[str, Any]: ...  # noqa: D102
+    @property
+    def status(self) -> str: ...  # noqa: D102
+    @property
+    def remedy(self) -> str: ...  # noqa: D102
+
+
+@dataclass(frozen=True)
+class Table:
+    """A run's results.
+
+    Attributes
+    ----------
+    frame
+        ``time`` (s) first, then one column a channel.
+    events
+        One row a contact, or None where the source has none.
+    extrema
+        Channel -> min, time_of_min, max, time_of_max over integration steps.
+    provenance
+        What produced it.
+    """
+
+    frame: pd.DataFrame
+    events: pd.DataFrame | None = None
+    extrema: dict[str, dict[str, float]] = field(default_factory=dict)
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def from_result(cls, result: Result) -> Table:
+        """Take over what a model's ``simulate`` returned, whatever its status.
+
+        Raises
+        ------
+        TableError
+            If its columns are not of one length.
+        """
+        try:
+            frame = pd.DataFrame(result.columns)
+            events = pd.DataFrame(result.events)
+        except ValueError as error:
+            raise TableError(f"the model's columns do not fit together: {error}") from error
+        provenance = {**result.provenance, "status": result.status, "remedy": result.remedy}
+        return cls(frame, events, result.extrema, provenance)
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Time, s, shape (n,)."""
+        return self.values("time")
+
+    @property
+    def channels(self) -> list[str]:
+        """Column names but ``time``."""
+        return [str(name) for name in self.frame.columns if name != "time"]
+
+    def values(self, channel: str) -> NDArray[np.float64]:
+        """One column, shape (n,)."""
+        return self.frame[channel].to_numpy(dtype=np.float64)
+
+
+def check(
+    table: Table, channels: Sequence[str], span: tuple[float, float] | None = None, *, name: str = "table"
+) -> None:
+    """Refuse a table that could not give a meaningful comparison.
+
+    Parameters
+    ----------
+    table
+        What to check.
+    channels
+        Exactly the channels it must hold, in any order, without ``time``.
+    span
+        First and last time (s) it must reach, within half a sample; None: any.
+    name
+        What the message calls the table.
+
+    Raises
+    ------
+    TableError
+        Naming the channel and the first bad row (data rows are counted from 1, without the header).
+    """
+    missing = [channel for channel in ("time", *channels) if channel not in table.frame]
+    if missing:
+        raise TableError(f"{name}: channel {missing[0]} is missing{_and_more(missing)}")
+    unexpected = [channel for channel in table.channels if channel not in channels]
+    if unexpected:
+        raise TableError(f"{name}: channel {unexpected[0]} is unexpected{_and_more(unexpected)}")
+    for channel in ("time", *channels):
+        if table.frame[channel].dtype.kind not in "fiu":
+            numbers = pd.to_numeric(table.frame[channel], errors="coerce").to_numpy(dtype=np.float64)
+            row = int(np.flatnonzero(~np.isfinite(numbers))[0]) if not np.isfinite(numbers).all() else 0
+            text = table.frame[channel].iloc[row] if len(table.frame) else ""
+            raise TableError(f"{name}: {channel} is not a number in data row {row + 1}: {text!r}")
+        values = table.values(channel)
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise TableError(
+                f"{name}: {channel} is {values[bad[0]]} in data row {bad[0] + 1} ({bad.size} such rows)"
+            )
+    time = table.time
+    if time.size < 2:
+        raise TableError(f"{name}: {time.size} data rows; at least 2 are needed")
+    steps = np.diff(time)
+    back = np.flatnonzero(steps <= 0)
+    if back.size:
+        raise TableError(
+            f"{name}: time does not increase in data row {back[0] + 2}: "
+            f"{time[back[0]]!s} s, then {time[back[0] + 1]!s} s"
+        )
+    if span is not None:
+        slack = 0.5 * float(np.median(steps))
+        if abs(time[0] - span[0]) > slack or abs(time[-1] - span[1]) > slack:
+            raise TableError(
+                f"{name}: truncated: it spans {time[0]:g} to {time[-1]:g} s "
+                f"and must span {span[0]:g} to {span[1]:g} s"
+            )
+
+
+def read(path: str | Path) -> Table:
+    """Read a table and what lies beside it. Nothing is checked but that it can be read: see `check`.
+
+    Raises
+    ------
+    TableError
+        If it is no CSV or Parquet file of columns, one of them ``time``.
+    """
+    path = Path(path)
+    check_format(path)
+    try:
+        frame = _read_csv(path) if path.suffix.lower() == ".csv" else pd.read_parquet(path)
+        events_path, record_path = _beside(path)
+        events = _read_csv(events_path) if events_path.is_file() else None
+        record = json.loads(record_path.read_text(encoding="utf-8")) if record_path.is_file() else {}
+    except ImportError as error:
+        raise TableError(f"{path}: {_NO_PARQUET}") from error
+    except OSError as error:
+        raise TableError(f"{path}: {error.strerror or error}") from error
+    except (
+        ValueError
+    ) as error:  # pandas' parser errors, pyarrow's, JSON's and UnicodeDecodeError are ValueErrors
+        raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
+    if "time" not in frame:
+        raise TableError(f"{path}: channel time is missing")
+    if not isinstance(record, dict):
+        raise TableError(f"{record_path}: must hold one JSON object")
+    frame.insert(0, "time", frame.pop("time"))
+    return Table(frame, events, record.pop("extrema", {}), record)
+
+
+def write(table: Table, path: str | Path) -> Path:
+    """Write a table with its events and provenance; the table itself last, so that it is never half there.
+
+    Doubles are written in full: reading them back gives the same bits. Missing folders are made.
+
+    Raises
+    ------
+    TableError
+        If it cannot be written.
+    """
+    path = Path(path)
+    check_format(path)
+    events_path, record_path = _beside(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if table.events is not None:
+            with replacing(events_path) as part:
+                table.events.to_csv(part, index=False)
+        write_json({**table.provenance, "extrema": table.extrema}, record_path)
+        with replacing(path) as part:
+            if path.suffix.lower() == ".csv":
+                table.frame.to_csv(part, index=False)
+            else:
+                table.frame.to_parquet(part, index=False)
+    except ImportError as error:
+        raise TableError(f"{path}: {_NO_PARQUET}") from error
+    except OSError as error:
+        raise TableError(f"{path}: cannot be written: {error.strerror or error}") from error
+    return path
+
+
+def check_format(path: Path) -> None:
+    """Refuse a file name whose ending names no format.
+
+    Raises
+    ------
+    TableError
+        If it is neither ``.csv`` nor ``.parquet``.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise TableError(f"{path}: the name must end in {' or '.join(FORMATS)}")
+
+
+_NO_PARQUET = "Parquet needs pyarrow: pip install 'sixbar-crossval[parquet]', or use .csv"
+
+
+def _read_csv(path: Path) -> pd.DataFrame:
+    with warnings.catch_warnings():
+        # Rows longer than the header: pandas would drop what is over, with a warning.
+        warnings.simplefilter("error", pd.errors.ParserWarning)
+        try:
+            return pd.read_csv(path, skipinitialspace=True, index_col=False, encoding="utf-8-sig")
+        except pd.errors.ParserWarning as warning:
+            raise ValueError("its rows hold more values than its header") from warning
+
+
+def _beside(path: Path) -> tuple[Path, Path]:
+    return path.with_name(f"{path.stem}.events.csv"), path.with_name(f"{path.stem}.json")
+
+
+def _and_more(names: Sequence[str]) -> str:
+    return f" (and {len(names) - 1} more)" if len(names) > 1 else ""

@@ -1,0 +1,132 @@
+"""The main job: scenes by both models, each with its finer run and its twin, compared."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from comparison.accuracy import finer, solver_values
+from comparison.compare import Runs, compare
+from comparison.run import MODELS, Job, Outcome, Progress, describe, run_all
+from comparison.scene import Scene
+from comparison.table import TableError
+from comparison.uncertainty import twin
+from comparison.verdict import SceneComparison
+
+
+@dataclass(frozen=True)
+class Validation:
+    """What came of a scene.
+
+    Attributes
+    ----------
+    comparison
+        Its verdict is "cannot compare", and it holds no channels, where a run did not succeed.
+    runs
+        Model -> its runs, where all of them succeeded.
+    crashed
+        Whether a run ended in a way that no input should cause.
+    """
+
+    comparison: SceneComparison
+    runs: dict[str, Runs]
+    crashed: bool = False
+
+
+def validate(
+    scenes: Sequence[Scene],
+    *,
+    n_jobs: int = 1,
+    accuracy: str | float | None = None,
+    on_progress: Progress | None = None,
+) -> list[Validation]:
+    """Run the scenes by both models and compare.
+
+    Parameters
+    ----------
+    scenes
+        What to run.
+    n_jobs
+        Worker processes.
+    accuracy
+        For both models, see `comparison.accuracy.solver_values`; None: what the scenes say.
+    on_progress
+        Called with the finished share, 0 to 1.
+
+    Raises
+    ------
+    AccuracyError
+        If the accuracy is out of reach.
+
+    Notes
+    -----
+    Uses worker processes: a script that calls this needs ``if __name__ == "__main__":``.
+    """
+    if accuracy is not None:
+        values = {key: value for model in MODELS for key, value in solver_values(model, accuracy).items()}
+        scenes = [scene.with_values(values) for scene in scenes]
+    planned = [
+        {(model, kind): job for model in MODELS for kind, job in _jobs(scene, model)} for scene in scenes
+    ]
+    outcomes = iter(run_all([job for jobs in planned for job in jobs.values()], n_jobs, on_progress))
+    return [
+        _judge(scene, jobs, {which: next(outcomes) for which in jobs}, accuracy)
+        for scene, jobs in zip(scenes, planned, strict=True)
+    ]
+
+
+def _jobs(scene: Scene, model: str) -> list[tuple[str, Job]]:
+    variants = {"base": scene, "finer": finer(model, scene), "twin": twin(scene)}
+    return [(kind, Job(variant, model)) for kind, variant in variants.items() if variant is not None]
+
+
+def _judge(
+    scene: Scene,
+    jobs: dict[tuple[str, str], Job],
+    outcomes: dict[tuple[str, str], Outcome],
+    accuracy: str | float | None,
+) -> Validation:
+    command = shlex.join(
+        ["sixbar", "validate", scene.source] + (["--accuracy", str(accuracy)] if accuracy is not None else [])
+    )
+    failed = {which: outcome for which, outcome in outcomes.items() if outcome.table is None}
+    if failed:
+        crashed = any(outcome.status == "crashed" for outcome in failed.values())
+        which = next((w for w in failed if failed[w].status == "crashed"), next(iter(failed)))
+        return Validation(_no_comparison(scene, describe(jobs[which], failed[which]), command), {}, crashed)
+    runs = {
+        model: Runs(
+            **{
+                kind: outcome.table
+                for (of, kind), outcome in outcomes.items()
+                if of == model and outcome.table
+            }
+        )
+        for model in MODELS
+    }
+    try:
+        comparison = compare(runs[MODELS[0]], runs[MODELS[1]], scene=scene, labels=MODELS, command=command)
+    except TableError as error:
+        return Validation(_no_comparison(scene, f"scene {scene.name!r}: {error}", command), {})
+    return Validation(comparison, runs)
+
+
+def _no_comparison(scene: Scene, reason: str, command: str) -> SceneComparison:
+    return SceneComparison(
+        name=scene.name,
+        title=scene.title,
+        description=scene.description,
+        labels=MODELS,
+        verdict="cannot compare",
+        reason=reason,
+        warnings=scene.warnings,
+        time=np.empty(0),
+        period=scene.period,
+        channels={},
+        events=(None, None),
+        scene=scene.data,
+        command=command,
+    )

@@ -1,0 +1,235 @@
+"""What a comparison found: one channel, and a scene of channels.
+
+The rule is that of verification and validation after ASME V&V 20-2009 (section 1): a difference
+``E`` between two results is explained by their numerical uncertainty ``u`` where ``|E| <= k u``;
+beyond it there is a difference of models. It is applied sample by sample, on the samples where the
+uncertainty is small against what the channel means (the predictable ones).
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from comparison.channels import Channel
+from comparison.metrics import maximum, rms, scaled
+from comparison.uncertainty import combined
+
+Array = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class ChannelComparison:
+    """One channel of two runs, on their common time grid of ``n`` samples."""
+
+    channel: str
+    label: str
+    unit: str
+    scale: float
+    a: Array
+    b: Array
+    difference: Array
+    """a - b, shape (n,)."""
+    u_a: Array | None
+    u_b: Array | None
+    u: Array | None
+    """Numerical uncertainties of a, b and their difference, shape (n,); None where the tables carry none."""
+    predictable: BoolArray
+    """u <= alpha * scale; all True where u is None."""
+    verdict: str
+    """"agree", "differ", "indeterminate" or "unexcited"."""
+    coverage: float
+    """Share of predictable samples."""
+    explained: float
+    """Share of the predictable samples within k u, or the tolerance; nan if there is none of either."""
+    max_difference: float
+    rms_difference: float
+    max_scaled: float
+    rms_scaled: float
+    """The four over all samples, predictable or not."""
+    worst_time: float
+    worst_difference: float
+    worst_threshold: float
+    """The predictable sample with the largest |E| / threshold; nan where there is none."""
+    reason: str
+    """One plain sentence."""
+
+
+@dataclass(frozen=True)
+class SceneComparison:
+    """All channels of one scene, with what is needed to read and to repeat the comparison."""
+
+    name: str
+    title: str
+    description: str
+    labels: tuple[str, str]
+    verdict: str
+    reason: str
+    warnings: tuple[str, ...]
+    time: Array
+    period: float | None
+    """Seconds a crank turn takes; turns = time / period. None where the tables do not say."""
+    channels: dict[str, ChannelComparison]
+    events: tuple[pd.DataFrame | None, pd.DataFrame | None]
+    provenance: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Of every run used: "reference", "reference finer", "reference twin", "exudyn", ..."""
+    scene: dict[str, Any] | None = None
+    """The scene mapping."""
+    command: str = ""
+    """Reproduces this comparison."""
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """The fixed numbers of a tier, explained in ``thresholds.toml``."""
+
+    k: float
+    share: float
+    alpha: float
+    coverage: float
+
+
+def thresholds(tier: str = "standard") -> Thresholds:
+    """Read the numbers of a tier, ``"standard"`` or ``"tight"``."""
+    record = tomllib.loads(files("comparison").joinpath("thresholds.toml").read_text("utf-8"))
+    return Thresholds(k=record["k"], share=record["share"], **record[tier])
+
+
+def compare_channel(
+    channel: Channel,
+    time: Array,
+    a: Array,
+    b: Array,
+    *,
+    scene: Mapping[str, Any] | None,
+    u: tuple[Array | None, Array | None],
+    tolerance: float | None,
+    limits: Thresholds,
+) -> ChannelComparison:
+    """Judge one channel on a common grid; arrays of shape (n,).
+
+    A sample at which both results are exactly zero is no evidence: a corner force is zero most of the time,
+    and a force that is missing altogether would agree with 99 % of the samples. The share of explained
+    samples is therefore taken over the predictable samples at which at least one of the two is not zero.
+
+    Parameters
+    ----------
+    channel
+        What is compared.
+    time, a, b
+        Common time (s) and the two results.
+    scene
+        The scene mapping, for the scale; None: the range is the scale.
+    u
+        Numerical uncertainties of a and of b; one that is None makes both unused.
+    tolerance
+        Share of the scale that is allowed where there is no uncertainty; None: "indeterminate".
+    limits
+        The tier's numbers.
+    """
+    both_ranges = float(max(a.max(), b.max()) - min(a.min(), b.min()))
+    scale = channel.scale_value(scene, both_ranges)
+    difference = a - b
+    u_a, u_b = u
+    u_both = None if u_a is None or u_b is None else combined(u_a, u_b)
+    threshold: Array | None
+    if u_both is not None:
+        threshold, predictable = limits.k * u_both, u_both <= limits.alpha * scale
+    else:
+        predictable = np.ones(time.shape, dtype=np.bool_)
+        threshold = None if tolerance is None else np.full(time.shape, tolerance * scale)
+    judged = predictable & ((a != 0) | (b != 0))
+    explained = worst_time = worst_difference = worst_threshold = float("nan")
+    if threshold is not None and judged.any():
+        size = np.abs(difference)
+        explained = float(np.mean((size <= threshold)[judged]))
+        excess = np.where(judged, size / np.maximum(threshold, np.finfo(np.float64).tiny), -1.0)
+        worst = int(excess.argmax())
+        worst_time, worst_difference = float(time[worst]), float(difference[worst])
+        worst_threshold = float(threshold[worst])
+    coverage = float(predictable.mean())
+    if both_ranges < channel.floor:
+        verdict = "unexcited"
+        reason = (
+            f"its range in both, {both_ranges:.2g} {channel.unit}, is below {channel.floor:g} {channel.unit}"
+        )
+    elif threshold is None:
+        verdict = "indeterminate"
+        reason = "there is neither an uncertainty nor a tolerance to judge by"
+    elif coverage < limits.coverage:
+        verdict = "indeterminate"
+        reason = f"{coverage:.1%} of the samples are predictable, {limits.coverage:.0%} are needed"
+    elif not judged.any():
+        verdict = "indeterminate"
+        reason = "no sample at which something happens is predictable"
+    elif explained < limits.share:
+        verdict = "differ"
+        reason = (
+            f"at t = {worst_time:.6g} s the difference is {worst_difference:.3g} {channel.unit}, "
+            f"the threshold {worst_threshold:.2g} {channel.unit}; "
+            f"{explained:.1%} of the predictable samples are within theirs, {limits.share:.0%} are needed"
+        )
+    else:
+        verdict = "agree"
+        reason = f"{explained:.2%} of the predictable samples are within their threshold"
+    max_difference, rms_difference = maximum(difference), rms(difference)
+    return ChannelComparison(
+        channel=channel.name,
+        label=channel.label,
+        unit=channel.unit,
+        scale=scale,
+        a=a,
+        b=b,
+        difference=difference,
+        u_a=u_a,
+        u_b=u_b,
+        u=u_both,
+        predictable=predictable,
+        verdict=verdict,
+        coverage=coverage,
+        explained=explained,
+        max_difference=max_difference,
+        rms_difference=rms_difference,
+        max_scaled=scaled(max_difference, scale),
+        rms_scaled=scaled(rms_difference, scale),
+        worst_time=worst_time,
+        worst_difference=worst_difference,
+        worst_threshold=worst_threshold,
+        reason=reason,
+    )
+
+
+def scene_verdict(results: Mapping[str, ChannelComparison]) -> tuple[str, str]:
+    """Verdict of a scene and its reason: differ before indeterminate before agree.
+
+    A scene in which no channel is excited is indeterminate: nothing was compared.
+    """
+    by_verdict: dict[str, list[ChannelComparison]] = {}
+    for result in results.values():
+        by_verdict.setdefault(result.verdict, []).append(result)
+    excited = len(results) - len(by_verdict.get("unexcited", []))
+    if differing := by_verdict.get("differ"):
+        worst = max(differing, key=lambda result: abs(result.worst_difference) / result.worst_threshold)
+        return (
+            "differ",
+            f"{len(differing)} of {excited} channels differ, most of all {worst.channel}: {worst.reason}",
+        )
+    if unsettled := by_verdict.get("indeterminate"):
+        worst = min(unsettled, key=lambda result: result.coverage)
+        return (
+            "indeterminate",
+            f"{len(unsettled)} of {excited} channels are indeterminate, most of all {worst.channel}: "
+            f"{worst.reason}",
+        )
+    if not excited:
+        return "indeterminate", "no channel is excited: nothing was compared"
+    worst = min(by_verdict["agree"], key=lambda result: result.explained)
+    return "agree", f"all {excited} excited channels agree, least of all {worst.channel}: {worst.reason}"

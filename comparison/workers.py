@@ -1,0 +1,128 @@
+"""Worker processes that outlive one another: a task that kills its process costs only itself.
+
+``multiprocessing`` is used directly, since a ``ProcessPoolExecutor`` gives up all of its tasks when one
+process dies, and does not say which task it was.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from typing import Any
+
+Attempt = Callable[[Any, Callable[[float], None]], Any]
+"""What a worker does with a task: it gets the task and a function to report the finished share to."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """Of a task, how much is finished, 0 to 1."""
+
+    value: float
+
+
+@dataclass(frozen=True)
+class Died:
+    """The process ended before the task did."""
+
+    exit_code: int | None
+
+
+def work(attempt: Attempt, tasks: Sequence[tuple[str, Any]], n_workers: int) -> Generator[tuple[str, Any]]:
+    """Hand tasks to worker processes in the given order and yield what becomes of them, as it comes.
+
+    Close the generator (`contextlib.closing`) to end the workers at once.
+
+    Parameters
+    ----------
+    attempt
+        A function of a module. It must not raise.
+    tasks
+        Names and what ``attempt`` is called with; must survive pickling.
+    n_workers
+        How many processes work at a time; they are started when there is work for them, and kept.
+
+    Yields
+    ------
+    name, event
+        The event is a `Share`, or else the last of this task: what ``attempt`` returned, or `Died`.
+    """
+    waiting = list(reversed(tasks))
+    idle: list[_Worker] = []
+    busy: dict[Any, tuple[_Worker, str]] = {}
+    try:
+        while waiting or busy:
+            while waiting and len(busy) < n_workers:
+                name, task = waiting.pop()
+                worker = idle.pop() if idle else _Worker(attempt)
+                busy[worker.connection] = (worker, name)
+                with suppress(OSError):  # the worker is dead: its connection reads as ended below
+                    worker.connection.send(task)
+            for connection in wait(list(busy)):
+                worker, name = busy[connection]
+                try:
+                    event = worker.connection.recv()
+                except (EOFError, OSError):
+                    worker.process.join()
+                    event = Died(worker.process.exitcode)
+                if not isinstance(event, Share):
+                    del busy[connection]
+                    if not isinstance(event, Died):
+                        idle.append(worker)
+                yield name, event
+    finally:
+        workers = [*idle, *(worker for worker, _ in busy.values())]
+        for worker in workers:
+            worker.process.terminate()
+        for worker in workers:
+            worker.process.join()
+
+
+class _Worker:
+    """A spawned process and our end of its pipe."""
+
+    def __init__(self, attempt: Attempt) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.connection, theirs = context.Pipe()
+        self.process = context.Process(target=_serve, args=(attempt, theirs), daemon=True)
+        with _inherited():
+            self.process.start()
+        theirs.close()  # so that the end of the process ends the connection
+
+
+def _serve(attempt: Attempt, connection: Connection) -> None:
+    """Work off tasks until the connection ends (in the worker)."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # for systems without a signal mask to inherit
+    with suppress(EOFError, OSError):
+        while True:
+            task = connection.recv()
+            connection.send(attempt(task, lambda share: connection.send(Share(share))))
+
+
+@contextmanager
+def _inherited() -> Iterator[None]:
+    """Set what a process that is started here inherits: one thread for numpy, and no Ctrl-C.
+
+    A terminal sends Ctrl-C to all processes, but to end workers is their parent's business. The signal is
+    held back from the very start: while Python starts, it would end in a traceback.
+    """
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update(dict.fromkeys(names, "1"))
+    can_mask = hasattr(signal, "pthread_sigmask")
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT]) if can_mask else set()
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+        if can_mask:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)

@@ -1,0 +1,72 @@
+"""Tables with known differences, and models with a known answer for the worker processes."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from comparison.scene import Scene, load_scene
+from comparison.table import Table
+
+FAKE = Path(__file__).with_name("fake_model.py")
+
+
+def _load() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("fake_model", FAKE)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+MODEL = _load()
+
+
+@pytest.fixture
+def fake_model() -> ModuleType:
+    """The fake model of this process."""
+    return MODEL
+
+
+@pytest.fixture
+def gravity() -> Any:
+    """The gravities by which a fake model is told what to do."""
+    return MODEL.GRAVITY
+
+
+@pytest.fixture
+def scene() -> Scene:
+    """The paper's central case with fewer samples."""
+    return load_scene("150rpm-0.2mm", {"output.samples_per_cycle": 200})
+
+
+@pytest.fixture
+def make_table(scene: Scene) -> Callable[..., Table]:
+    """Tables of the scene: ``make_table(error=..., stretch=...)``, see `fake_model.signals`."""
+
+    def make(error: float = 0.0, stretch: float = 0.0, of: Scene = scene, **changes: Any) -> Table:
+        return Table(pd.DataFrame(MODEL.signals(of.data, error, stretch) | changes))
+
+    return make
+
+
+@pytest.fixture
+def fake_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Let worker processes find fake models; the path of the log to which each run adds a line."""
+    for name in ("reference_model", "exudyn_model"):
+        (tmp_path / "fakes" / name).mkdir(parents=True)
+        shutil.copy(FAKE, tmp_path / "fakes" / name / "__init__.py")
+    monkeypatch.syspath_prepend(str(tmp_path / "fakes"))
+    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
+    log = tmp_path / "log"
+    monkeypatch.setenv("SIXBAR_TEST_LOG", str(log))
+    log.touch()
+    return log

@@ -1,0 +1,111 @@
+"""A model with a known answer and a known error, in place of a simulation; what it does hangs on the gravity.
+
+The tests copy this file to a folder as ``reference_model`` and as ``exudyn_model``, so that worker processes
+import it under these names.
+"""
+
+import os
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+
+GRAVITY = SimpleNamespace(
+    normal=9.81, crash=1.0, refuse=2.0, fail=3.0, nan=4.0, bug=5.0, differ=6.0, hang=7.0, short=8.0
+)
+MODEL = __name__.removesuffix("_model")
+
+
+@dataclass(frozen=True)
+class Result:
+    columns: dict
+    events: dict
+    extrema: dict = field(default_factory=dict)
+    provenance: dict = field(default_factory=dict)
+    status: str = "success"
+    remedy: str = ""
+
+
+def signals(scene, error=0.0, stretch=0.0):
+    """All channels of a scene as sines of the crank angle.
+
+    ``error`` moves each by up to twice this share of its amplitude, as a numerical error would.
+    ``stretch`` is an error that does not depend on settings: a difference of models.
+    """
+    per_cycle = scene["output"]["samples_per_cycle"]
+    period = 60.0 / abs(scene["drive"]["speed_rpm"])
+    count = round(scene["drive"]["cycles"] * per_cycle)
+    t = np.arange(count + 1) * (period / per_cycle)
+    phase = 2 * np.pi * t / period
+    w = 2 * np.pi / period
+    c = scene["clearance"]["slider"]
+    half = scene["mechanism"]["slider"]["length"] / 2
+    size = (1 + stretch) + error * (1 + np.cos(phase))
+    x, vx, ax = c * size * np.sin(phase), c * size * w * np.cos(phase), -c * size * w * w * np.sin(phase)
+    columns = {
+        "time": t,
+        "slider_x": scene["mechanism"]["guide_x"] + x,
+        "slider_y": 0.1 * np.cos(phase) + 0.2 * x,
+        "slider_angle": x / half,
+        "slider_vx": vx,
+        "slider_vy": -0.1 * w * np.sin(phase) + 0.2 * vx,
+        "slider_omega": vx / half,
+    }
+    if "accelerations" in scene["output"]["groups"]:
+        columns |= {"slider_ax": ax, "slider_ay": 0.2 * ax, "slider_alpha": ax / half}
+    if "corners" in scene["output"]["groups"] and scene["joints"]["slider"] == "clearance":
+        for corner in ("ll", "lr", "ul", "ur"):
+            inside = np.maximum(np.sin(phase) - 0.5, 0.0) * size
+            columns[f"corner_{corner}_gap"] = c * (0.5 - np.sin(phase) * size)
+            columns[f"corner_{corner}_normal"] = 40.0 * inside
+            columns[f"corner_{corner}_friction"] = -6.0 * inside
+    return columns
+
+
+def simulate(scene, *, progress=None):
+    gravity = scene["environment"]["gravity"]
+    if log := os.environ.get("SIXBAR_TEST_LOG"):
+        with Path(log).open("a") as file:
+            file.write(f"{MODEL} {gravity} {os.environ.get('OMP_NUM_THREADS')} {os.getpid()}\n")
+    if MODEL == "reference":
+        error = 10 * scene["solver"]["reference"]["tolerance"]
+    else:
+        error = 1e6 * scene["solver"]["exudyn"]["step"] ** 2
+    if progress:
+        progress(0.5)
+    stretch = 0.0
+    status = "success"
+    if MODEL == "exudyn":
+        if gravity == GRAVITY.crash:
+            os._exit(3)
+        if gravity == GRAVITY.refuse:
+            raise ValueError("contact.law = 'strip' is not simulated yet")
+        if gravity == GRAVITY.bug:
+            raise RuntimeError("index out of\nrange")
+        if gravity == GRAVITY.hang:
+            time.sleep(60)
+        status = "newton-failed" if gravity == GRAVITY.fail else "success"
+        stretch = 1e-3 if gravity == GRAVITY.differ else 0.0
+    columns = signals(scene, error, stretch)
+    if gravity == GRAVITY.nan and MODEL == "exudyn":
+        columns["slider_vy"][7] = np.nan
+    if gravity == GRAVITY.short and MODEL == "exudyn":
+        columns = {name: values[:-3] for name, values in columns.items()}
+    events = {
+        "corner": np.array(["ll"]),
+        "start": np.array([0.01]),
+        "end": np.array([0.02]),
+        "normal_speed": np.array([0.1]),
+        "impulse": np.array([0.02]),
+        "peak_force": np.array([40.0]),
+        "largest_depth": np.array([1e-6]),
+    }
+    return Result(
+        columns=columns,
+        events=events,
+        provenance={"model": MODEL, "counters": {"steps": 5}},
+        status=status,
+        remedy="" if status == "success" else "try a smaller step",
+    )

@@ -1,0 +1,89 @@
+"""The uncertainty covers a known error, lives in a window and never falls below round-off."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from comparison.scene import load_scene
+from comparison.uncertainty import (
+    SAFETY_FACTOR,
+    TIME_ROUND_OFF,
+    combined,
+    round_off,
+    twin,
+    uncertainty,
+    window_samples,
+)
+
+
+@pytest.mark.parametrize("order", [1, 2, 4])
+def test_it_covers_the_error_of_a_method_of_known_order(order):
+    phase = np.linspace(0, 4 * np.pi, 400)
+    truth = np.sin(phase)
+    base, finer = (truth + h**order * np.cos(3 * phase) for h in (1e-2, 0.5e-2))
+    u = uncertainty(base, finer, None, 4, 1e-15)
+    assert np.all(np.abs(base - truth) <= u)
+    # And not by more than the factor of safety: where the error peaks, S_h - S_h/2 is (1 - 2^-p) of it.
+    peak = np.abs(base - truth).argmax()
+    assert u[peak] == pytest.approx(SAFETY_FACTOR * (1 - 0.5**order) * 1e-2**order, rel=1e-6)
+
+
+def test_the_spread_counts_within_the_window_and_not_beyond():
+    base = np.zeros(50)
+    finer = base.copy()
+    finer[20] = 1.0
+    u = uncertainty(base, finer, None, 3, 1e-9)
+    np.testing.assert_array_equal(np.flatnonzero(u > 1e-9), np.arange(17, 24))
+    np.testing.assert_array_equal(u[17:24], SAFETY_FACTOR)
+
+
+def test_the_twin_counts_where_it_spreads_further_than_the_finer_run():
+    base = np.zeros(30)
+    u = uncertainty(base, base + 0.1, base + np.where(np.arange(30) > 20, 1.0, 0.0), 2, 0.0)
+    assert u[10] == pytest.approx(SAFETY_FACTOR * 0.1)
+    assert u[25] == pytest.approx(SAFETY_FACTOR)
+
+
+def test_identical_runs_leave_the_round_off():
+    time = np.linspace(0, 2, 2001)
+    assert np.all(uncertainty(time, time, time, 5, 1e-15) == 1e-15)
+    # The largest of: the absolute number, four epsilon of the value, the change within the clock's error.
+    assert round_off(np.zeros(2001), time, 1e-9) == 1e-9
+    assert round_off(np.full(2001, 1e6), time, 1e-15) == pytest.approx(4 * 2.22e-16 * 1e6, rel=1e-2)
+    assert round_off(3 * time, time, 1e-15) == pytest.approx(3 * TIME_ROUND_OFF * 2, rel=1e-9)
+
+
+@given(st.floats(1e-12, 1e12), st.integers(0, 2**32 - 1))
+def test_it_scales_with_the_unit(unit, seed):
+    base, finer, moved = np.random.default_rng(seed).normal(size=(3, 40))
+    u = uncertainty(base, finer, moved, 3, 1e-3)
+    np.testing.assert_allclose(
+        uncertainty(base * unit, finer * unit, moved * unit, 3, 1e-3 * unit), u * unit, 1e-9
+    )
+
+
+def test_two_models_add_in_squares():
+    np.testing.assert_allclose(
+        combined(np.array([3e-200, 3.0]), np.array([4e-200, 4.0])), [5e-200, 5.0], rtol=1e-15
+    )
+
+
+@pytest.mark.parametrize(
+    ("interval", "samples"), [(0.4e-3, 10), (0.4 / 1000, 10), (0.41e-3, 10), (0.39e-3, 11), (1.0, 1)]
+)
+def test_the_window_is_a_hundredth_of_a_turn_rounded_up(interval, samples):
+    assert window_samples(0.4, interval) == samples
+
+
+def test_the_twin_starts_a_billionth_of_the_clearance_away():
+    scene = load_scene("90rpm-0.5mm")
+    start, moved = scene.data["initial"], twin(scene).data["initial"]
+    # The offset is 5e-5 m: its last digit is 7e-21 m.
+    assert moved["slider_offset"] - start["slider_offset"] == pytest.approx(0.5e-12, rel=1e-6)
+    assert moved["slider_angle"] == pytest.approx(0.5e-12 / 0.07, rel=1e-12)
+    changed = {key: value for key, value in moved.items() if value != start[key]}
+    assert set(changed) == {"slider_offset", "slider_angle"}
+    assert twin(load_scene("ideal")) is None

@@ -1,0 +1,58 @@
+"""The main job in Python, with fakes; and once, slowly, with the two models."""
+
+from __future__ import annotations
+
+import pytest
+
+from comparison.accuracy import AccuracyError
+from comparison.compare import Runs, compare
+from comparison.run import MODELS, Job, run_all
+from comparison.scene import load_scene
+from comparison.validation import validate
+
+
+@pytest.mark.usefixtures("fake_models")
+def test_each_model_runs_base_finer_and_twin_and_the_ideal_scene_no_twin(scene, fake_models):
+    ideal = load_scene("ideal", {"output.samples_per_cycle": 50})
+    with_clearance, without = validate([scene, ideal], n_jobs=2)
+    assert with_clearance.runs["exudyn"].twin is not None
+    assert without.runs["exudyn"].twin is None
+    assert len(fake_models.read_text().splitlines()) == 6 + 4
+    finer = with_clearance.comparison.provenance["exudyn finer"]["scene"]["solver"]
+    assert finer["exudyn"]["step"] == 1e-6
+    assert finer["reference"]["tolerance"] == 1e-9
+
+
+@pytest.mark.usefixtures("fake_models")
+def test_accuracy_sets_both_models_and_stands_in_the_command(scene):
+    (result,) = validate([scene], accuracy="strict")
+    solver = result.comparison.scene["solver"]
+    assert (solver["reference"]["tolerance"], solver["exudyn"]["step"]) == (1e-11, 5e-7)
+    assert result.comparison.command == f"sixbar validate {scene.name} --accuracy strict"
+    with pytest.raises(AccuracyError, match="beyond the exudyn model"):
+        validate([scene], accuracy=1e-10)
+
+
+@pytest.mark.slow
+def test_the_two_models_agree_on_the_first_impacts_and_a_wrong_restitution_is_found(tmp_path, monkeypatch):
+    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
+    # Up to 0.06 s: the first impacts, before the slider chatters and nothing is predictable.
+    scene = load_scene("150rpm-0.2mm", {"drive.cycles": 0.15})
+    (result,) = validate([scene], n_jobs=2)
+    assert result.comparison.verdict == "agree", result.comparison.reason
+    wrong = scene.with_values({"contact.restitution": 0.891})
+    (faulty,) = validate([wrong], n_jobs=2)
+    mixed = compare(result.runs["reference"], faulty.runs["exudyn"], scene=scene, labels=MODELS)
+    assert mixed.verdict == "differ"
+    assert mixed.channels["slider_x"].verdict == "differ"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", MODELS)
+def test_a_models_table_has_the_channels_and_times_that_the_scene_asks_for(model, tmp_path, monkeypatch):
+    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
+    scenes = [load_scene(name, {"drive.cycles": 0.02}) for name in ("90rpm-0.5mm", "ideal")]
+    outcomes = run_all([Job(scene, model) for scene in scenes], 2)
+    assert [(o.status, o.message) for o in outcomes] == [("success", "")] * 2
+    table = outcomes[0].table
+    assert compare(Runs(table), Runs(table), scene=scenes[0], tolerance=1e-12).verdict == "agree"
