@@ -66,10 +66,24 @@ def finer(model: str, scene: Scene) -> Scene:
     In Exudyn both: Newton's iteration stops with an error of its own that halving the step alone leaves in
     both runs alike, where the comparison would take it for a difference of models.
     """
+    return _level(model, scene, "finer")
+
+
+def coarser(model: str, scene: Scene) -> Scene:
+    """Return the scene with the model's settings one level coarser: tolerance x 10, step x 2."""
+    return _level(model, scene, "coarser")
+
+
+def refinement(model: str) -> tuple[float, float]:
+    """Return the factor between two levels and the order at which the error should follow it."""
+    record = _record(model)
+    return record["factor"], record["order"]
+
+
+def _level(model: str, scene: Scene, which: str) -> Scene:
     settings = scene.data["solver"][model]
-    factors = _record(model)["finer"]
     return scene.with_values(
-        {f"solver.{model}.{key}": settings[key] * factor for key, factor in factors.items()}
+        {f"solver.{model}.{key}": settings[key] * factor for key, factor in _record(model)[which].items()}
     )
 
 

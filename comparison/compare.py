@@ -12,7 +12,7 @@ from comparison.align import align
 from comparison.channels import channels, expected
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.table import Table, TableError, check
-from comparison.uncertainty import round_off, uncertainty, window_samples
+from comparison.uncertainty import Levels, round_off, uncertainty, window_samples
 from comparison.verdict import SceneComparison, compare_channel, scene_verdict, thresholds
 
 
@@ -23,7 +23,10 @@ class Runs:
     base: Table
     finer: Table | None = None
     twin: Table | None = None
-    """Moved start; None where the start cannot be moved."""
+    """The coarser run (without one: the base) with its start moved; None where it cannot be moved."""
+    coarser: Table | None = None
+    refinement: tuple[float, float] = (2.0, 2.0)
+    """Factor between two levels and order of the error, `comparison.accuracy.refinement`."""
 
 
 def compare(
@@ -86,7 +89,7 @@ def compare(
         )
         for name in names
     }
-    verdict, reason = scene_verdict(results)
+    verdict, reason = scene_verdict(results, limits.coverage)
     return SceneComparison(
         name=name if scene is None else scene.name,
         title="Two tables" if scene is None else scene.title,
@@ -134,6 +137,8 @@ def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
         yield " finer", runs.finer
     if runs.twin is not None:
         yield " twin", runs.twin
+    if runs.coarser is not None:
+        yield " coarser", runs.coarser
 
 
 def _names(a: Table, b: Table, scene: Scene | None) -> list[str]:
@@ -170,10 +175,17 @@ def _uncertainty(runs: Runs, name: str, scene: Scene | None) -> NDArray[np.float
         return None
     time, base = runs.base.time, runs.base.values(name)
     interval = float(time[-1] - time[0]) / (time.size - 1)
+    factor, order = runs.refinement
+    levels = Levels(
+        base=base,
+        finer=runs.finer.values(name),
+        coarser=None if runs.coarser is None else runs.coarser.values(name),
+        twin=None if runs.twin is None else runs.twin.values(name),
+        factor=factor,
+        order=order,
+    )
     return uncertainty(
-        base,
-        runs.finer.values(name),
-        None if runs.twin is None else runs.twin.values(name),
+        levels,
         window_samples(scene.period, interval),
         round_off(base, time, channels()[name].round_off),
     )

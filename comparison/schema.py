@@ -164,7 +164,7 @@ class ReferenceSolver(Section):
     """Raw settings of the reference model; tolerance: absolute local error of the positions (m and rad)."""
 
     method: str = "dop853"
-    tolerance: Positive = 1e-9
+    tolerance: Positive = 1e-10
     baumgarte_alpha: NotNegative = 10.0
     baumgarte_beta: NotNegative = 10.0
 

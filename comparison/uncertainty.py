@@ -1,17 +1,27 @@
 r"""Numerical uncertainty of a run as a function of time.
 
-Three runs of one model give it: the run itself (S), one at a finer setting (S_f), and a twin whose start is
-moved by a billionth of the clearance (S_t). With the window W(t) of one hundredth of a crank turn to either
-side,
+Four runs of one model give it: the run itself (S), one at a finer setting (S_f), one at a coarser (S_c), and
+a twin of the coarser one whose start is moved by a billionth of the clearance (S_t): how far neighbours
+spread is a property of the motion, and the coarser setting shows it at the least cost. A level changes the
+setting by the factor r and should change the error by r^p. With the window W(t) of one hundredth of a crank
+turn to either side,
 
-.. math:: u(t) = \max\bigl(F_s \max_{W(t)} \max(|S - S_f|, |S - S_t|),\; u_0\bigr),
+.. math:: d_f = \max_{W(t)} |S - S_f|, \quad d_c = \max_{W(t)} |S_c - S|, \quad
+          d_t = \max_{W(t)} |S_c - S_t|, \quad d = \max(d_f, d_c / r^p),
 
-F_s = 3 being the factor of safety for two levels of P. J. Roache (J. Fluids Eng. 116, 1994, 405-413), and
-u_0 the channel's round-off. The window, and not a running maximum, because neighbouring runs that have
-spread come together again in sustained contact.
+.. math:: u(t) = \max\bigl(F_s d,\; 3 d_t,\; u_0\bigr),
+
+u_0 being the channel's round-off and F_s a factor of safety after P. J. Roache (J. Fluids Eng. 116, 1994,
+405-413): 3, but 1.25 r^p / (r^p - 1) where the three levels show the expected order, |log_r(d_c / d_f) - p|
+<= p / 4; then the error of S is r^p / (r^p - 1) of its distance to S_f. The third level is there because two
+can have the same error by chance, for a whole flight between two impacts, where their distance says nothing.
+The window, and not a running maximum, because neighbouring runs that have spread come together again in
+sustained contact.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +32,8 @@ from comparison.scene import Scene
 Array = NDArray[np.float64]
 
 SAFETY_FACTOR = 3.0
+SAFETY_FACTOR_IN_ORDER = 1.25
+ORDER_BAND = 0.25  # of the expected order, to either side
 WINDOW = 0.01  # of a crank turn, to either side
 TWIN_SHIFT = 1e-9  # of the clearance, across the guide; of clearance / slider length in the angle
 ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: storing it and a few operations
@@ -78,13 +90,28 @@ def round_off(values: Array, time: Array, absolute: float) -> float:
     return max(absolute, ROUND_OFF * largest, clock * rate)
 
 
-def uncertainty(base: Array, finer: Array, twin: Array | None, half_width: int, floor: float) -> Array:
+@dataclass(frozen=True)
+class Levels:
+    """One channel in the runs of one model at the same times, each of shape (n,)."""
+
+    base: Array
+    finer: Array
+    coarser: Array | None = None
+    twin: Array | None = None
+    """Of the coarser run, or of the base where there is none; None where the start cannot be moved."""
+    factor: float = 2.0
+    """Between the settings of two levels."""
+    order: float = 2.0
+    """At which the error should follow the setting."""
+
+
+def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
     """Evaluate u(t) for one channel, in its unit.
 
     Parameters
     ----------
-    base, finer, twin
-        The channel in the three runs at the same times, shape (n,); twin None: the start cannot be moved.
+    levels
+        The channel in the runs.
     half_width
         Of the window, samples.
     floor
@@ -95,11 +122,27 @@ def uncertainty(base: Array, finer: Array, twin: Array | None, half_width: int, 
     ndarray
         Shape (n,), positive.
     """
-    spread = np.abs(base - finer)
-    if twin is not None:
-        np.maximum(spread, np.abs(base - twin), out=spread)
-    spread = maximum_filter1d(spread, 2 * half_width + 1, mode="nearest")
-    return np.maximum(SAFETY_FACTOR * spread, floor)
+    distance = _widened(levels.base, levels.finer, half_width)
+    u = SAFETY_FACTOR * distance
+    if levels.coarser is not None:
+        gain = levels.factor**levels.order
+        coarse = _widened(levels.coarser, levels.base, half_width)
+        # Equal runs have no order: 0/0 is nan and x/0 is inf, both outside the band.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            order = np.log(coarse / distance) / np.log(levels.factor)
+        in_order = np.abs(order - levels.order) <= ORDER_BAND * levels.order
+        safety = np.where(in_order, SAFETY_FACTOR_IN_ORDER * gain / (gain - 1.0), SAFETY_FACTOR)
+        u = safety * np.maximum(distance, coarse / gain)
+    if levels.twin is not None:
+        original = levels.base if levels.coarser is None else levels.coarser
+        u = np.maximum(u, SAFETY_FACTOR * _widened(original, levels.twin, half_width))
+    return np.maximum(u, floor)
+
+
+def _widened(a: Array, b: Array, half_width: int) -> Array:
+    """Return the largest distance within the window, shape (n,)."""
+    widest: Array = maximum_filter1d(np.abs(a - b), 2 * half_width + 1, mode="nearest")
+    return widest
 
 
 def combined(u_a: Array, u_b: Array) -> Array:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from comparison.accuracy import finer, solver_values
+from comparison.accuracy import coarser, finer, refinement, solver_values
 from comparison.compare import Runs, compare
 from comparison.run import MODELS, Job, Outcome, Progress, describe, run_all
 from comparison.scene import Scene
@@ -79,7 +79,12 @@ def validate(
 
 
 def _jobs(scene: Scene, model: str) -> list[tuple[str, Job]]:
-    variants = {"base": scene, "finer": finer(model, scene), "twin": twin(scene)}
+    variants = {
+        "base": scene,
+        "finer": finer(model, scene),
+        "coarser": coarser(model, scene),
+        "twin": twin(coarser(model, scene)),
+    }
     return [(kind, Job(variant, model)) for kind, variant in variants.items() if variant is not None]
 
 
@@ -99,11 +104,12 @@ def _judge(
         return Validation(_no_comparison(scene, describe(jobs[which], failed[which]), command), {}, crashed)
     runs = {
         model: Runs(
+            refinement=refinement(model),
             **{
                 kind: outcome.table
                 for (of, kind), outcome in outcomes.items()
                 if of == model and outcome.table
-            }
+            },
         )
         for model in MODELS
     }

@@ -207,29 +207,47 @@ def compare_channel(
     )
 
 
-def scene_verdict(results: Mapping[str, ChannelComparison]) -> tuple[str, str]:
-    """Verdict of a scene and its reason: differ before indeterminate before agree.
+def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> tuple[str, str]:
+    """Verdict of a scene and its reason, by the rule of a channel applied to all excited ones together.
 
-    A scene in which no channel is excited is indeterminate: nothing was compared.
+    One channel that differs makes the scene differ. Else its coverage, the share of predictable samples among
+    those of all excited channels, is held against the same floor as a channel's. Channels that are by
+    themselves indeterminate are named in the reason. A scene without an excited channel is indeterminate:
+    nothing was compared.
+
+    Parameters
+    ----------
+    results
+        The channels.
+    floor
+        Smallest coverage, `Thresholds.coverage`.
     """
-    by_verdict: dict[str, list[ChannelComparison]] = {}
-    for result in results.values():
-        by_verdict.setdefault(result.verdict, []).append(result)
-    excited = len(results) - len(by_verdict.get("unexcited", []))
-    if differing := by_verdict.get("differ"):
+    excited = [result for result in results.values() if result.verdict != "unexcited"]
+    if not excited:
+        return "indeterminate", "no channel is excited: nothing was compared"
+    if differing := [result for result in excited if result.verdict == "differ"]:
         worst = max(differing, key=lambda result: abs(result.worst_difference) / result.worst_threshold)
         return (
             "differ",
-            f"{len(differing)} of {excited} channels differ, most of all {worst.channel}: {worst.reason}",
+            f"{len(differing)} of {len(excited)} channels differ, most of all {worst.channel}: "
+            f"{worst.reason}",
         )
-    if unsettled := by_verdict.get("indeterminate"):
+    unsettled = [result for result in excited if result.verdict == "indeterminate"]
+    agreeing = [result for result in excited if result.verdict == "agree"]
+    # A channel without a sample to judge covers nothing, however many are predictably zero.
+    judged = [0.0 if np.isnan(result.explained) else result.coverage for result in excited]
+    coverage = sum(judged) / len(excited)
+    if not agreeing or coverage < floor:
         worst = min(unsettled, key=lambda result: result.coverage)
         return (
             "indeterminate",
-            f"{len(unsettled)} of {excited} channels are indeterminate, most of all {worst.channel}: "
+            f"{len(unsettled)} of {len(excited)} channels are indeterminate, most of all {worst.channel}: "
             f"{worst.reason}",
         )
-    if not excited:
-        return "indeterminate", "no channel is excited: nothing was compared"
-    worst = min(by_verdict["agree"], key=lambda result: result.explained)
-    return "agree", f"all {excited} excited channels agree, least of all {worst.channel}: {worst.reason}"
+    worst = min(agreeing, key=lambda result: result.explained)
+    reason = f"{len(agreeing)} of {len(excited)} excited channels agree, least of all {worst.channel}: "
+    reason += f"{worst.reason}; {coverage:.1%} of all samples are predictable"
+    if unsettled:
+        names = ", ".join(f"{result.channel} ({result.reason})" for result in unsettled)
+        reason += f"; by itself indeterminate: {names}"
+    return "agree", reason

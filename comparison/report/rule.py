@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from comparison.report.quantity import number
-from comparison.uncertainty import SAFETY_FACTOR, TWIN_SHIFT, WINDOW
+from comparison.uncertainty import SAFETY_FACTOR, SAFETY_FACTOR_IN_ORDER, TWIN_SHIFT, WINDOW
 from comparison.verdict import Array, BoolArray, ChannelComparison, SceneComparison, thresholds
 
 
@@ -17,13 +17,17 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
     shift = number(TWIN_SHIFT, 1).removeprefix("1·")
     lines = [
         f"Uncertainty u(t) of one model: {SAFETY_FACTOR:g} times the largest distance of its run to its "
-        f"refined run and to its twin (start moved by {shift} of the clearance) "
-        f"within ±{WINDOW:.0%} of a crank turn; never below round-off. Of both models: u = √(u₁² + u₂²).",
+        "refined run, to its coarser run (divided by what a level should gain) "
+        f"and of that to its twin (start moved by {shift} of the clearance) "
+        f"within ±{WINDOW:.0%} of a crank turn; where the three levels show the method's order, "
+        f"{SAFETY_FACTOR_IN_ORDER:g} times the error they extrapolate to; never below round-off. "
+        "Of both models: u = √(u₁² + u₂²).",
         f"Predictable: the samples with u ≤ {fixed.alpha:g} of the channel's scale. Coverage is their share; "
         f"below {fixed.coverage:.0%} the channel is indeterminate.",
         f"Agree: |difference| ≤ {fixed.k:g} u on at least {fixed.share:.0%} of the predictable samples "
         "(explained); samples at which both models are exactly zero count for nothing. Differ: on fewer. "
-        "A scene differs if one channel does; else it is indeterminate if one is; else it agrees.",
+        "A scene differs if one channel does; else its coverage is the mean over its excited channels, held "
+        "against the same floor: below it is indeterminate, at or above it agrees.",
     ]
     if any(channel.u is None for scene in comparisons for channel in scene.channels.values()):
         lines.append(

@@ -7,7 +7,7 @@ from importlib.resources import files
 
 import pytest
 
-from comparison.accuracy import NAMES, AccuracyError, finer, solver_values
+from comparison.accuracy import NAMES, AccuracyError, coarser, finer, solver_values
 from comparison.scene import load_scene
 
 RECORD = tomllib.loads(files("comparison").joinpath("accuracy.toml").read_text("utf-8"))
@@ -47,8 +47,10 @@ def test_nonsense_is_refused(wanted):
 def test_finer_touches_its_own_model_only():
     scene = load_scene("ideal")
     assert finer("reference", scene).data["solver"]["reference"]["tolerance"] == pytest.approx(
-        1e-10, rel=1e-15
+        1e-11, rel=1e-15
     )
     assert finer("reference", scene).data["solver"]["exudyn"] == scene.data["solver"]["exudyn"]
     assert finer("exudyn", scene).data["solver"]["exudyn"]["step"] == 1e-6
+    assert coarser("exudyn", scene).data["solver"]["exudyn"]["step"] == 4e-6
+    assert coarser("reference", scene).data["solver"]["reference"]["tolerance"] == pytest.approx(1e-9)
     assert finer("exudyn", scene).data["solver"]["reference"] == scene.data["solver"]["reference"]

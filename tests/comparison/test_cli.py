@@ -130,7 +130,7 @@ def test_run_writes_the_table_and_says_where(scene_file, capsys):
 
 
 def test_accuracy_and_set_reach_the_model(scene_file):
-    for options in (["--accuracy", "strict"], ["--accuracy", "1e-7"], ["--set", "solver.exudyn.step=5e-7"]):
+    for options in (["--accuracy", "strict"], ["--accuracy", "3e-8"], ["--set", "solver.exudyn.step=5e-7"]):
         assert main(["run", scene_file("own"), "--model", "exudyn", "--out", "a.csv", *options]) == 0
         assert read("a.csv").provenance["scene"]["solver"]["exudyn"]["step"] == 5e-7
 
@@ -167,7 +167,7 @@ def test_validate_writes_report_summary_and_tables(scene_file, capsys):
     assert summary["scenes"][0]["channels"]["slider_x"]["explained"] == 1.0
     assert summary["scenes"][0]["command"] == f"sixbar validate {scene_file('one')}"
     assert set(summary["scenes"][0]["provenance"]) == {
-        f"{model}{kind}" for model in ("reference", "exudyn") for kind in ("", " finer", " twin")
+        f"{model}{kind}" for model in ("reference", "exudyn") for kind in ("", " finer", " twin", " coarser")
     }
     assert {path.name for path in Path("v/tables").glob("*.csv") if "events" not in path.name} == {
         "one-reference.csv", "one-exudyn.csv", "two-reference.csv", "two-exudyn.csv",

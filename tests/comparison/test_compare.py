@@ -17,8 +17,8 @@ LABELS = ("reference", "exudyn")
 
 
 def runs(make_table, error: float, stretch: float = 0.0, **options) -> Runs:
-    """Base, finer and twin of a second-order method with a known error."""
-    return Runs(*(make_table(part * error, stretch, **options) for part in (1.0, 0.25, 1.0)))
+    """Base, finer, twin and coarser run of a second-order method with a known error."""
+    return Runs(*(make_table(part * error, stretch, **options) for part in (1.0, 0.25, 4.0, 4.0)))
 
 
 def test_two_models_whose_errors_explain_their_difference_agree(scene, make_table):
@@ -26,7 +26,8 @@ def test_two_models_whose_errors_explain_their_difference_agree(scene, make_tabl
     assert {c.verdict for c in result.channels.values()} == {"agree"}
     assert (result.verdict, result.name, result.period) == ("agree", scene.name, scene.period)
     assert list(result.provenance) == [
-        "reference", "reference finer", "reference twin", "exudyn", "exudyn finer", "exudyn twin",
+        "reference", "reference finer", "reference twin", "reference coarser",
+        "exudyn", "exudyn finer", "exudyn twin", "exudyn coarser",
     ]  # fmt: skip
     assert np.all(np.diff(result.time) > 0)
     # The largest error of x is 2e-6 + 4e-6 of the clearance where both are largest.

@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 from comparison.scene import load_scene
 from comparison.uncertainty import (
     SAFETY_FACTOR,
+    SAFETY_FACTOR_IN_ORDER,
     TIME_ROUND_OFF,
+    Levels,
     combined,
     round_off,
     twin,
@@ -24,32 +26,52 @@ def test_it_covers_the_error_of_a_method_of_known_order(order):
     phase = np.linspace(0, 4 * np.pi, 400)
     truth = np.sin(phase)
     base, finer = (truth + h**order * np.cos(3 * phase) for h in (1e-2, 0.5e-2))
-    u = uncertainty(base, finer, None, 4, 1e-15)
+    u = uncertainty(Levels(base, finer), 4, 1e-15)
     assert np.all(np.abs(base - truth) <= u)
     # And not by more than the factor of safety: where the error peaks, S_h - S_h/2 is (1 - 2^-p) of it.
     peak = np.abs(base - truth).argmax()
     assert u[peak] == pytest.approx(SAFETY_FACTOR * (1 - 0.5**order) * 1e-2**order, rel=1e-6)
 
 
+@pytest.mark.parametrize(("factor", "order"), [(2.0, 2.0), (10.0, 1.0)])
+def test_three_levels_in_order_give_the_error_with_the_smaller_factor(factor, order):
+    phase = np.linspace(0, 4 * np.pi, 400)
+    truth, shape = np.sin(phase), np.cos(3 * phase)
+    coarser, base, finer = (truth + 1e-4 * h**order * shape for h in (factor, 1.0, 1.0 / factor))
+    u = uncertainty(Levels(base, finer, coarser, None, factor, order), 4, 1e-15)
+    # The levels differ by the exact order, so the extrapolated error is the error: 1e-4 where it peaks.
+    assert u[200 + np.abs(shape[200:220]).argmax()] == pytest.approx(SAFETY_FACTOR_IN_ORDER * 1e-4, rel=1e-2)
+    assert np.all(np.abs(base - truth) <= u)
+
+
+def test_a_third_level_covers_two_with_the_same_error_by_chance():
+    base = np.zeros(60)
+    error = 1e-3
+    coarser = base + 3.0 * error  # of a second-order method: 4 - 1 times the error of the base
+    u = uncertainty(Levels(base, base, coarser), 3, 1e-15)
+    assert np.all(u >= 2.0 * error)
+    assert np.all(uncertainty(Levels(base, base), 3, 1e-15) < error)
+
+
 def test_the_spread_counts_within_the_window_and_not_beyond():
     base = np.zeros(50)
     finer = base.copy()
     finer[20] = 1.0
-    u = uncertainty(base, finer, None, 3, 1e-9)
+    u = uncertainty(Levels(base, finer), 3, 1e-9)
     np.testing.assert_array_equal(np.flatnonzero(u > 1e-9), np.arange(17, 24))
     np.testing.assert_array_equal(u[17:24], SAFETY_FACTOR)
 
 
 def test_the_twin_counts_where_it_spreads_further_than_the_finer_run():
     base = np.zeros(30)
-    u = uncertainty(base, base + 0.1, base + np.where(np.arange(30) > 20, 1.0, 0.0), 2, 0.0)
+    u = uncertainty(Levels(base, base + 0.1, twin=base + np.where(np.arange(30) > 20, 1.0, 0.0)), 2, 0.0)
     assert u[10] == pytest.approx(SAFETY_FACTOR * 0.1)
     assert u[25] == pytest.approx(SAFETY_FACTOR)
 
 
 def test_identical_runs_leave_the_round_off():
     time = np.linspace(0, 2, 2001)
-    assert np.all(uncertainty(time, time, time, 5, 1e-15) == 1e-15)
+    assert np.all(uncertainty(Levels(time, time, time, time), 5, 1e-15) == 1e-15)
     # The largest of: the absolute number, four epsilon of the value, the change within the clock's error.
     assert round_off(np.zeros(2001), time, 1e-9) == 1e-9
     assert round_off(np.full(2001, 1e6), time, 1e-15) == pytest.approx(4 * 2.22e-16 * 1e6, rel=1e-2)
@@ -58,11 +80,9 @@ def test_identical_runs_leave_the_round_off():
 
 @given(st.floats(1e-12, 1e12), st.integers(0, 2**32 - 1))
 def test_it_scales_with_the_unit(unit, seed):
-    base, finer, moved = np.random.default_rng(seed).normal(size=(3, 40))
-    u = uncertainty(base, finer, moved, 3, 1e-3)
-    np.testing.assert_allclose(
-        uncertainty(base * unit, finer * unit, moved * unit, 3, 1e-3 * unit), u * unit, 1e-9
-    )
+    runs = np.random.default_rng(seed).normal(size=(4, 40))
+    u = uncertainty(Levels(*runs), 3, 1e-3)
+    np.testing.assert_allclose(uncertainty(Levels(*(runs * unit)), 3, 1e-3 * unit), u * unit, 1e-9)
 
 
 def test_two_models_add_in_squares():

@@ -12,22 +12,24 @@ from comparison.validation import validate
 
 
 @pytest.mark.usefixtures("fake_models")
-def test_each_model_runs_base_finer_and_twin_and_the_ideal_scene_no_twin(scene, fake_models):
+def test_each_model_runs_three_levels_and_a_twin_and_the_ideal_scene_no_twin(scene, fake_models):
     ideal = load_scene("ideal", {"output.samples_per_cycle": 50})
     with_clearance, without = validate([scene, ideal], n_jobs=2)
     assert with_clearance.runs["exudyn"].twin is not None
     assert without.runs["exudyn"].twin is None
-    assert len(fake_models.read_text().splitlines()) == 6 + 4
+    assert len(fake_models.read_text().splitlines()) == 8 + 6
     finer = with_clearance.comparison.provenance["exudyn finer"]["scene"]["solver"]
     assert finer["exudyn"]["step"] == 1e-6
-    assert finer["reference"]["tolerance"] == 1e-9
+    coarser = with_clearance.comparison.provenance["exudyn coarser"]["scene"]["solver"]
+    assert coarser["exudyn"]["step"] == 4e-6
+    assert finer["reference"]["tolerance"] == 1e-10
 
 
 @pytest.mark.usefixtures("fake_models")
 def test_accuracy_sets_both_models_and_stands_in_the_command(scene):
     (result,) = validate([scene], accuracy="strict")
     solver = result.comparison.scene["solver"]
-    assert (solver["reference"]["tolerance"], solver["exudyn"]["step"]) == (1e-11, 5e-7)
+    assert (solver["reference"]["tolerance"], solver["exudyn"]["step"]) == (1e-12, 5e-7)
     assert result.comparison.command == f"sixbar validate {scene.name} --accuracy strict"
     with pytest.raises(AccuracyError, match="beyond the exudyn model"):
         validate([scene], accuracy=1e-10)

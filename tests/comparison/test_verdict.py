@@ -187,9 +187,13 @@ def test_the_scene_takes_the_worst_verdict_and_nothing_excited_is_not_agreement(
         "indeterminate",
         "unexcited",
     ]
-    assert scene_verdict({"a": agree, "q": quiet})[0] == "agree"
-    assert scene_verdict({"a": agree, "o": open_, "q": quiet})[0] == "indeterminate"
-    assert scene_verdict({"a": agree, "o": open_, "d": differ})[0] == "differ"
-    verdict, reason = scene_verdict({"q": quiet})
+    assert scene_verdict({"a": agree, "q": quiet}, 0.5)[0] == "agree"
+    assert scene_verdict({"a": agree, "o": open_, "p": open_, "q": quiet}, 0.5)[0] == "indeterminate"
+    assert scene_verdict({"o": open_, "q": quiet}, 0.5)[0] == "indeterminate"
+    assert scene_verdict({"a": agree, "o": open_, "d": differ}, 0.5)[0] == "differ"
+    verdict, reason = scene_verdict({"a": agree, "b": agree, "o": open_}, 0.5)
+    assert verdict == "agree"
+    assert "by itself indeterminate" in reason
+    verdict, reason = scene_verdict({"q": quiet}, 0.5)
     assert verdict == "indeterminate"
     assert "nothing was compared" in reason

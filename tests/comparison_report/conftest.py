@@ -111,7 +111,7 @@ def make_scene(
         results[key] = compare_channel(
             channel, time, a[key], b[key], scene=scene.data, u=(u, u), tolerance=None, limits=thresholds()
         )
-    verdict, reason = scene_verdict(results)
+    verdict, reason = scene_verdict(results, thresholds().coverage)
     return SceneComparison(
         name=name,
         title=f"A made-up press, {cycles} cycles",
