@@ -41,8 +41,7 @@ def bearing_motion(c: Constants, t: float, y: Array) -> Bearing:
     raise NotImplementedError
 
 
-def fill_bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
-    """Write the motion of all five bodies, shape (5, 9), from a state and its derivative."""
+def _bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
     raise NotImplementedError
 
 
@@ -123,7 +122,7 @@ def _select_bearing(c, t, y) -> _Kernel:  # type: ignore[no-untyped-def]
     return table.get(_formulation(c), _no_bearing)
 
 
-@overload(fill_bodies)
+@overload(_bodies)
 def _select_bodies(c, t, y, dy, out) -> _Kernel:  # type: ignore[no-untyped-def]
     table: dict[Formulation, _Kernel] = {
         Formulation.SLIDER: lambda c, t, y, dy, out: bodies.motion_slider_clearance(c, t, y, dy, out),
@@ -188,3 +187,9 @@ def right_hand_side(c: Constants, t: float, y: Array, modes: Array, dy: Array, c
     for k in range(CONTACTS):
         dy[n + k] = contacts[NORMAL, k]
     dy[n + CONTACTS], dy[n + CONTACTS + 1], dy[n + CONTACTS + 2] = power, damping, friction
+
+
+@kernel
+def fill_bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
+    """Write the motion of all five bodies, shape (5, 9), from a state and its derivative."""
+    _bodies(c, t, y, dy, out)
