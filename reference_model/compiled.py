@@ -41,14 +41,21 @@ _FOLDER = str(user_cache_folder() / "sixbar-crossval" / "numba" / f"reference-{s
 
 
 def kernel(function: F) -> F:
-    """Compile `function` to machine code at its first call, cached on disk between processes.
+    """Compile `function` to machine code at its first call, cached on disk between processes."""
+    return _compile(function, inline=False)
 
-    The setting is numba's global one; it is in force only while this package's own functions are
-    decorated, so that nobody else's cache moves.
-    """
+
+def inlined(function: F) -> F:
+    """Compile a small function into its callers: the constants are many, and passing them on costs more."""
+    return _compile(function, inline=True)
+
+
+def _compile(function: F, inline: bool) -> F:
+    # The setting is numba's global one; it is in force only while this package's own functions are
+    # decorated, so that nobody else's cache moves.
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = _FOLDER
     try:
-        return cast(F, numba.njit(cache=True, error_model="numpy")(function))
+        return cast(F, numba.njit(cache=True, error_model="numpy", forceinline=inline)(function))
     finally:
         numba.config.CACHE_DIR = before

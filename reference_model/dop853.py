@@ -11,7 +11,8 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from reference_model.compiled import kernel
-from reference_model.minimal import FREE, STATES, Array, Modes, right_hand_side
+from reference_model.forces import Array
+from reference_model.formulations import free, right_hand_side
 from reference_model.parameters import Constants
 
 STAGES = 12
@@ -30,46 +31,48 @@ _E5 = np.array(DOP853.E5)
 
 @kernel
 def take_step(
-    c: Constants, t: float, h: float, y: Array, modes: Modes, k: Array, y1: Array, corners: Array
+    c: Constants, t: float, h: float, y: Array, modes: Array, k: Array, y1: Array, contacts: Array
 ) -> None:
     """Advance `y` by `h` in frozen modes.
 
     Parameters
     ----------
     c, t, h, y, modes
-        Constants, time (s), step (s), state (STATES,), modes (3, 4).
+        Constants, time (s), step (s), state (state_size,), modes (3, CONTACTS).
     k
-        Stage derivatives, shape (ROWS, STATES): row 0 must hold the derivative at `t`; rows 1-12 are written.
+        Stage derivatives, shape (ROWS, state_size): row 0 must hold the derivative at `t`; rows 1-12 are written.
     y1
         Written: the state at t + h.
-    corners
-        Written: gap, rate and tangential speed of each corner at t + h, shape (3, 4).
+    contacts
+        Written: states of the contacts at t + h, shape (5, CONTACTS).
     """
+    n = free(c)
     for i in range(1, STAGES):
-        y1[:FREE] = y[:FREE]
+        y1[:n] = y[:n]
         for j in range(i):
             a = h * _A[i, j]
             if a != 0.0:
-                for m in range(FREE):
+                for m in range(n):
                     y1[m] += a * k[j, m]
-        right_hand_side(c, t + _C[i] * h, y1, modes, k[i], corners)
+        right_hand_side(c, t + _C[i] * h, y1, modes, k[i], contacts)
     y1[:] = y
     for j in range(STAGES):
         b = h * _B[j]
         if b != 0.0:
-            for m in range(STATES):
+            for m in range(y.size):
                 y1[m] += b * k[j, m]
-    right_hand_side(c, t + h, y1, modes, k[STAGES], corners)
+    right_hand_side(c, t + h, y1, modes, k[STAGES], contacts)
 
 
 @kernel
 def error_norm(h: float, k: Array, weights: Array) -> float:
     """Return the local error of a step in units of the tolerance (Hairer's combination of orders 5 and 3).
 
-    `weights`, shape (4,): one over the tolerated error of each coordinate and rate.
+    `weights`: one over the tolerated error of each coordinate and rate.
     """
+    n = weights.size
     e5 = e3 = 0.0
-    for m in range(FREE):
+    for m in range(n):
         s5 = s3 = 0.0
         for j in range(STAGES + 1):
             s5 += _E5[j] * k[j, m]
@@ -78,7 +81,7 @@ def error_norm(h: float, k: Array, weights: Array) -> float:
         e3 += (s3 * weights[m]) ** 2
     if e5 == 0.0:
         return 0.0
-    return abs(h) * e5 / math.sqrt((e5 + 0.01 * e3) * FREE)
+    return abs(h) * e5 / math.sqrt((e5 + 0.01 * e3) * n)
 
 
 @kernel
@@ -88,25 +91,26 @@ def prepare_dense(
     h: float,
     y: Array,
     y1: Array,
-    modes: Modes,
+    modes: Array,
     k: Array,
     scratch: Array,
-    corners: Array,
+    contacts: Array,
     f: Array,
 ) -> None:
-    """Compute the coefficients `f`, shape (7, STATES), of the dense output over [t, t + h].
+    """Compute the coefficients `f`, shape (7, state_size), of the dense output over [t, t + h].
 
-    Costs three evaluations. `scratch` (STATES,) and `corners` (3, 4) are overwritten.
+    Costs three evaluations. `scratch` (state_size,) and `contacts` (5, CONTACTS) are overwritten.
     """
+    n = free(c)
     for i in range(3):
-        scratch[:FREE] = y[:FREE]
+        scratch[:n] = y[:n]
         for j in range(STAGES + 1 + i):
             a = h * _A_EXTRA[i, j]
             if a != 0.0:
-                for m in range(FREE):
+                for m in range(n):
                     scratch[m] += a * k[j, m]
-        right_hand_side(c, t + _C_EXTRA[i] * h, scratch, modes, k[STAGES + 1 + i], corners)
-    for m in range(STATES):
+        right_hand_side(c, t + _C_EXTRA[i] * h, scratch, modes, k[STAGES + 1 + i], contacts)
+    for m in range(y.size):
         change = y1[m] - y[m]
         f[0, m] = change
         f[1, m] = h * k[0, m] - change

@@ -1,52 +1,68 @@
 """Where a mode ends: first touch, separation, a force that would turn to a pull, a kink of the friction.
 
-Each is a zero of a switching function of one corner. A step is checked at its end, and for the gap also
-at the extremum in between, so that a corner that dips into the wall and out again within one step is seen.
+Each is a zero of a switching function of one contact. A step is checked at its end, and for the gap also
+at the extremum in between, so that a contact that dips into the wall and out again within one step is seen.
 """
+
+import math
 
 import numpy as np
 
 from reference_model.compiled import kernel
+from reference_model.contact import corner_arm, corner_gap, inward
 from reference_model.dop853 import dense
+from reference_model.forces import CLIPPED, CONTACTS, GAP, MEMORY, RATE, REGIME, SLIP, Array
+from reference_model.formulations import bearing_motion, free, slider_motion
 from reference_model.friction import regime_bounds
-from reference_model.minimal import CLIPPED, FREE, MEMORY, REGIME, Array, Modes, corner_state
+from reference_model.journal import JOURNAL
 from reference_model.parameters import Constants
 
-GAP, RATE, PULL, SLIP = 0, 1, 2, 3
-"""Kinds of switching function; the gap's rate only serves to find the extremum of the gap."""
+PULL = 5
+"""Kind of switching function, beside GAP and SLIP; RATE only serves to find the extremum of the gap."""
 
 _TOUCHING = 1.0e-15
 """m; gaps are differences of coordinates near 0.55 m and round at 1e-16 m."""
 
 
 @kernel
+def contact_state(c: Constants, k: int, t: float, y: Array) -> tuple[float, float, float]:
+    """Return gap (m), its rate and the slip (m/s) of contact `k` in a state."""
+    if k == JOURNAL:
+        bearing = bearing_motion(c, t, y)
+        return bearing.gap, bearing.rate, bearing.slip
+    x5, _, angle, vx5, vy5, w5 = slider_motion(c, t, y)
+    rx, ry = corner_arm(c, k, math.cos(angle), math.sin(angle))
+    return corner_gap(c, k, x5 + rx), inward(k) * (vx5 - w5 * ry), vy5 + w5 * rx
+
+
+@kernel
 def switching_value(
-    c: Constants, kind: int, corner: int, bound: float, t: float, y: Array, modes: Modes
+    c: Constants, kind: int, contact: int, bound: float, t: float, y: Array, modes: Array
 ) -> float:
     """Return one switching function in state `y`: m for GAP, m/s for the others."""
-    gap, rate, slip = corner_state(c, corner, t, y)
+    gap, rate, slip = contact_state(c, contact, t, y)
     if kind == GAP:
         return gap
     if kind == RATE:
         return rate
     if kind == PULL:  # 1 + C depth_rate / impact_speed, times the impact speed
-        return float(modes[MEMORY, corner]) - c.C * rate
+        return float(modes[MEMORY, contact]) - c.C * rate
     return slip - bound
 
 
 @kernel
 def locate(
-    c: Constants, kind: int, corner: int, bound: float, lo: float, hi: float,
-    t: float, h: float, y: Array, f: Array, modes: Modes, state: Array,
+    c: Constants, kind: int, contact: int, bound: float, lo: float, hi: float,
+    t: float, h: float, y: Array, f: Array, modes: Array, state: Array,
 ) -> float:  # fmt: skip
     """Return the share of the step, in (lo, hi], at which a switching function changes sign.
 
     The regula falsi in its Illinois form on the dense output; `hi` where the ends have the same sign.
     """
-    dense(y, f, lo, FREE, state)
-    f_lo = switching_value(c, kind, corner, bound, t + lo * h, state, modes)
-    dense(y, f, hi, FREE, state)
-    f_hi = switching_value(c, kind, corner, bound, t + hi * h, state, modes)
+    dense(y, f, lo, free(c), state)
+    f_lo = switching_value(c, kind, contact, bound, t + lo * h, state, modes)
+    dense(y, f, hi, free(c), state)
+    f_hi = switching_value(c, kind, contact, bound, t + hi * h, state, modes)
     if f_lo * f_hi > 0.0:
         return hi
     side = 0
@@ -54,8 +70,8 @@ def locate(
         if f_hi == 0.0 or hi - lo <= 4.0e-16 * (1.0 + t / h):
             break
         x = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
-        dense(y, f, x, FREE, state)
-        value = switching_value(c, kind, corner, bound, t + x * h, state, modes)
+        dense(y, f, x, free(c), state)
+        value = switching_value(c, kind, contact, bound, t + x * h, state, modes)
         if value * f_hi > 0.0:
             hi, f_hi = x, value
             if side == 1:
@@ -72,18 +88,18 @@ def locate(
 
 
 @kernel
-def step_may_switch(c: Constants, modes: Modes, before: Array, after: Array) -> bool:
-    """Return whether any mode can have ended in a step, from the corners' states (3, 4) at its ends."""
-    for k in range(4):
+def step_may_switch(c: Constants, modes: Array, before: Array, after: Array) -> bool:
+    """Return whether any mode can have ended in a step, from the contacts' states (5, CONTACTS) at its ends."""
+    for k in range(CONTACTS):
         side = -1.0 if modes[MEMORY, k] > 0.0 else 1.0  # in contact the gap is negative
-        if side * after[0, k] < 0.0 or (side * before[1, k] < 0.0 < side * after[1, k]):
+        if side * after[GAP, k] < 0.0 or (side * before[RATE, k] < 0.0 < side * after[RATE, k]):
             return True
         if modes[MEMORY, k] > 0.0:
-            pulling = modes[MEMORY, k] - c.C * after[1, k] < 0.0
+            pulling = modes[MEMORY, k] - c.C * after[RATE, k] < 0.0
             if pulling != (modes[CLIPPED, k] > 0.0):
                 return True
             lower, upper = regime_bounds(c, int(modes[REGIME, k]))
-            if not lower <= after[2, k] <= upper:
+            if not lower <= after[SLIP, k] <= upper:
                 return True
     return False
 
@@ -95,56 +111,56 @@ def first_switch(
     h: float,
     y: Array,
     f: Array,
-    modes: Modes,
+    modes: Array,
     before: Array,
     after: Array,
     state: Array,
 ) -> tuple[float, int, int]:
-    """Return share of the step (2.0: none), kind and corner of the first end of a mode in a step."""
-    best, best_kind, best_corner = 2.0, -1, -1
-    for k in range(4):
+    """Return share of the step (2.0: none), kind and contact of the first end of a mode in a step."""
+    best, best_kind, best_contact = 2.0, -1, -1
+    for k in range(CONTACTS):
         active = modes[MEMORY, k] > 0.0
         side = -1.0 if active else 1.0
         x = 2.0
         start = 0.0
-        turns = side * before[1, k] < 0.0 < side * after[1, k]
-        if side * after[0, k] < 0.0:
-            if side * before[0, k] <= 0.0:
+        turns = side * before[RATE, k] < 0.0 < side * after[RATE, k]
+        if side * after[GAP, k] < 0.0:
+            if side * before[GAP, k] <= 0.0:
                 # Just switched, and rounded to the wrong side: it can switch back after the extremum.
-                rises = side * before[1, k] > 0.0 > side * after[1, k]
+                rises = side * before[RATE, k] > 0.0 > side * after[RATE, k]
                 start = locate(c, RATE, k, 0.0, 0.0, 1.0, t, h, y, f, modes, state) if rises else 0.0
-                dense(y, f, start, FREE, state)
+                dense(y, f, start, free(c), state)
                 risen = side * switching_value(c, GAP, k, 0.0, t + start * h, state, modes) > 0.0
                 x = locate(c, GAP, k, 0.0, start, 1.0, t, h, y, f, modes, state) if risen else start
             else:
                 x = locate(c, GAP, k, 0.0, 0.0, 1.0, t, h, y, f, modes, state)
         elif turns:
             turn = locate(c, RATE, k, 0.0, 0.0, 1.0, t, h, y, f, modes, state)
-            dense(y, f, turn, FREE, state)
+            dense(y, f, turn, free(c), state)
             if side * switching_value(c, GAP, k, 0.0, t + turn * h, state, modes) < 0.0:
                 x = 0.0
-                if side * before[0, k] > 0.0:
+                if side * before[GAP, k] > 0.0:
                     x = locate(c, GAP, k, 0.0, 0.0, turn, t, h, y, f, modes, state)
         if x < best:
-            best, best_kind, best_corner = x, GAP, k
+            best, best_kind, best_contact = x, GAP, k
         if active:
-            pulling = modes[MEMORY, k] - c.C * after[1, k] < 0.0
+            pulling = modes[MEMORY, k] - c.C * after[RATE, k] < 0.0
             if pulling != (modes[CLIPPED, k] > 0.0):
                 x = locate(c, PULL, k, 0.0, 0.0, 1.0, t, h, y, f, modes, state)
                 if x < best:
-                    best, best_kind, best_corner = x, PULL, k
+                    best, best_kind, best_contact = x, PULL, k
             lower, upper = regime_bounds(c, int(modes[REGIME, k]))
-            if not lower <= after[2, k] <= upper:
-                bound = upper if after[2, k] > upper else lower
+            if not lower <= after[SLIP, k] <= upper:
+                bound = upper if after[SLIP, k] > upper else lower
                 x = locate(c, SLIP, k, bound, 0.0, 1.0, t, h, y, f, modes, state)
                 if x < best:
-                    best, best_kind, best_corner = x, SLIP, k
-    return best, best_kind, best_corner
+                    best, best_kind, best_contact = x, SLIP, k
+    return best, best_kind, best_contact
 
 
 @kernel
 def touching(gap: float, rate: float, other_gap: float) -> bool:
-    """Return whether a corner touches at the same instant as another one whose gap was just located."""
+    """Return whether a contact touches at the same instant as another one whose gap was just located."""
     return rate < 0.0 and gap <= abs(other_gap) + _TOUCHING
 
 

@@ -5,11 +5,11 @@ smooth, so an integrator that knows in which regime it is, and locates the chang
 Regimes: -2, +2 full friction; -1, +1 on the ramp between v0 and v1; 0 none.
 """
 
-from reference_model.compiled import kernel
+from reference_model.compiled import inlined
 from reference_model.parameters import Constants
 
 
-@kernel
+@inlined
 def friction_regime(c: Constants, v_t: float) -> int:
     """Return the regime of a tangential speed (m/s)."""
     speed = abs(v_t)
@@ -17,7 +17,7 @@ def friction_regime(c: Constants, v_t: float) -> int:
     return regime if v_t >= 0.0 else -regime
 
 
-@kernel
+@inlined
 def regime_bounds(c: Constants, regime: int) -> tuple[float, float]:
     """Return the lower and upper tangential speed (m/s) of a regime."""
     if regime == 0:
@@ -27,7 +27,7 @@ def regime_bounds(c: Constants, regime: int) -> tuple[float, float]:
     return (c.v1, float("inf")) if regime > 0 else (-float("inf"), -c.v1)
 
 
-@kernel
+@inlined
 def signed_correction(c: Constants, v_t: float, regime: int) -> float:
     """Return c_d v_t / |v_t| of Eq. 14 as the smooth function it is within `regime`."""
     if regime == 0:
@@ -38,7 +38,7 @@ def signed_correction(c: Constants, v_t: float, regime: int) -> float:
     return (v_t - sign * c.v0) / (c.v1 - c.v0)
 
 
-@kernel
+@inlined
 def friction_force(c: Constants, normal: float, v_t: float, regime: int) -> float:
     """Return the friction force along +y on the slider, N (Eq. 13)."""
     return -c.c_f * normal * signed_correction(c, v_t, regime)

@@ -12,9 +12,11 @@ import numpy as np
 
 from reference_model.compiled import kernel
 from reference_model.dop853 import ROWS, STAGES, dense, error_norm, prepare_dense, take_step
-from reference_model.events import GAP, RATE, first_switch, locate, step_may_switch
-from reference_model.minimal import FREE, MEMORY, STATES, Array, right_hand_side
-from reference_model.observation import CHANNELS, force_lead, note_forces, observe, turns_inside, widen
+from reference_model.events import first_switch, locate, step_may_switch
+from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array, no_contacts
+from reference_model.formulations import free, right_hand_side, state_size
+from reference_model.journal import JOURNAL
+from reference_model.observation import CHANNELS, WITH_ENERGY, force_lead, note_forces, observe, turns_inside, widen
 from reference_model.parameters import Constants
 from reference_model.progress import (
     BUFFERED,
@@ -26,7 +28,7 @@ from reference_model.progress import (
     SWITCHES,
     Progress,
     end_contact,
-    free,
+    nothing_touches,
     switch,
 )
 
@@ -42,53 +44,58 @@ force's d^1.5 is not smooth at its start."""
 
 
 @kernel
-def first_step_in_contact(c: Constants, speed: float) -> float:
-    """Return a first step (s) after a touch at `speed` (m/s), from the slider's inertia about its centre."""
-    mass = c.J5 / (c.half_length * c.half_length)
-    return _FIRST_IN_CONTACT * math.pow(mass * mass / (c.K * c.K * speed), 0.2)
+def first_step_in_contact(c: Constants, contact: int, speed: float) -> float:
+    """Return a first step (s) after a touch at `speed` (m/s), from the lightest mass that can be hit there."""
+    if contact == JOURNAL:
+        mass, stiffness = c.m2, c.Kj
+    else:
+        mass, stiffness = c.J5 / (c.half_length * c.half_length), c.K
+    return _FIRST_IN_CONTACT * math.pow(mass * mass / (stiffness * stiffness * speed), 0.2)
 
 
 @kernel
 def note_step(
     c: Constants, p: Progress, t: float, h: float, y1: Array, k: Array, f: Array, before: Array, after: Array,
-    times: Array, samples: Array, state: Array, dy: Array, corners: Array, observed: Array,
+    times: Array, samples: Array, what: int, state: Array, dy: Array, contacts: Array, observed: Array,
 ) -> None:  # fmt: skip
     """Record samples, extrema and contact peaks of the step from `t` to t + h, just before it is accepted."""
+    # The integrals behind the coordinates are only read for the energies.
+    size = p.y.size if what & WITH_ENERGY else free(c)
     count = p.counters[SAMPLES]
     turning = turns_inside(p.modes, before, after)
     if turning or (count < times.size and times[count] < t + h):
-        prepare_dense(c, t, h, p.y, y1, p.modes, k, state, corners, f)
+        prepare_dense(c, t, h, p.y, y1, p.modes, k, state, contacts, f)
         p.counters[EVALUATIONS] += 3
     while count < times.size and times[count] < t + h:
         # A sample on a step's end belongs to the next step: the right limit at a jump.
-        dense(p.y, f, (times[count] - t) / h, FREE, state)
-        right_hand_side(c, times[count], state, p.modes, dy, corners)
-        observe(c, times[count], state, p.modes, dy, corners, samples[count])
+        dense(p.y, f, (times[count] - t) / h, size, state)
+        right_hand_side(c, times[count], state, p.modes, dy, contacts)
+        observe(c, times[count], state, p.modes, dy, contacts, what, p.start, samples[count])
         widen(p.extrema, times[count], samples[count])
         count += 1
     p.counters[SAMPLES] = count
     if turning:
-        for corner in range(4):
-            if p.modes[MEMORY, corner] > 0.0 and before[1, corner] < 0.0 < after[1, corner]:
-                share = locate(c, RATE, corner, 0.0, 0.0, 1.0, t, h, p.y, f, p.modes, state)
+        for contact in range(CONTACTS):
+            if p.modes[MEMORY, contact] > 0.0 and before[RATE, contact] < 0.0 < after[RATE, contact]:
+                share = locate(c, RATE, contact, 0.0, 0.0, 1.0, t, h, p.y, f, p.modes, state)
                 for peak in range(2):  # of the depth, then of the force
                     if peak == 1:
-                        share -= force_lead(c, -corners[0, corner], p.modes[MEMORY, corner]) / h
+                        share -= force_lead(c, -contacts[GAP, contact], p.modes[MEMORY, contact]) / h
                         share = max(0.0, share)
-                    dense(p.y, f, share, FREE, state)
-                    right_hand_side(c, t + share * h, state, p.modes, dy, corners)
-                    observe(c, t + share * h, state, p.modes, dy, corners, observed)
+                    dense(p.y, f, share, size, state)
+                    right_hand_side(c, t + share * h, state, p.modes, dy, contacts)
+                    observe(c, t + share * h, state, p.modes, dy, contacts, what, p.start, observed)
                     widen(p.extrema, t + share * h, observed)
-                    note_forces(p.modes, dy, corners, p.open_contacts)
-    note_forces(p.modes, k[STAGES], after, p.open_contacts)
-    observe(c, t + h, y1, p.modes, k[STAGES], after, observed)
+                    note_forces(p.modes, contacts, p.open_contacts)
+    note_forces(p.modes, after, p.open_contacts)
+    observe(c, t + h, y1, p.modes, k[STAGES], after, what, p.start, observed)
     widen(p.extrema, t + h, observed)
 
 
 @kernel
 def advance(
     c: Constants, p: Progress, t_stop: float, t_end: float, tolerance: float, max_step: float,
-    step_limit: int, times: Array, samples: Array,
+    step_limit: int, times: Array, samples: Array, what: int,
 ) -> int:  # fmt: skip
     """Integrate until `t_stop` is passed, never beyond `t_end`.
 
@@ -108,6 +115,8 @@ def advance(
         Sample times, s, ascending; all before `t_end` are recorded when passed.
     samples
         Written: shape (len(times), CHANNELS).
+    what
+        Channels to observe (`reference_model.observation`).
 
     Returns
     -------
@@ -115,12 +124,13 @@ def advance(
         REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE or STEP_LIMIT.
     """
     t, h = p.clock[0], p.clock[1]
-    k, f = np.zeros((ROWS, STATES)), np.empty((7, STATES))
-    y1, state, dy = np.empty(STATES), np.empty(STATES), np.empty(STATES)
-    before, after, corners = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
-    observed = np.empty(CHANNELS)
-    weights = np.full(FREE, 1.0 / tolerance)
-    weights[2:] *= _VELOCITY_TIME
+    size = state_size(c)
+    k, f = np.zeros((ROWS, size)), np.empty((7, size))
+    y1, state, dy = np.empty(size), np.empty(size), np.empty(size)
+    before, after, contacts = no_contacts(), no_contacts(), no_contacts()
+    observed = np.zeros(CHANNELS)
+    weights = np.full(free(c), 1.0 / tolerance)
+    weights[free(c) // 2 :] *= _VELOCITY_TIME
     right_hand_side(c, t, p.y, p.modes, k[0], before)
     status = REACHED
     while t < t_stop:
@@ -146,10 +156,10 @@ def advance(
                 break
             continue
         next_h = min(max_step, h * (_GROW if error == 0.0 else min(_GROW, _SAFETY * error**_EXPONENT)))
-        kind, corner = -1, -1
+        kind, contact = -1, -1
         if step_may_switch(c, p.modes, before, after):
-            prepare_dense(c, t, h, p.y, y1, p.modes, k, state, corners, f)
-            share, kind, corner = first_switch(c, t, h, p.y, f, p.modes, before, after, state)
+            prepare_dense(c, t, h, p.y, y1, p.modes, k, state, contacts, f)
+            share, kind, contact = first_switch(c, t, h, p.y, f, p.modes, before, after, state)
             p.counters[EVALUATIONS] += 3
             if kind >= 0 and share < 1.0:
                 final = False
@@ -157,37 +167,37 @@ def advance(
                 if t + h > t:
                     take_step(c, t, h, p.y, p.modes, k, y1, after)
                     p.counters[EVALUATIONS] += STAGES
-        if free(p.modes):
+        if nothing_touches(p.modes):
             p.clock[2] = next_h
         if t + h > t:
             p.counters[STEPS] += 1
-            note_step(c, p, t, h, y1, k, f, before, after, times, samples, state, dy, corners, observed)
+            note_step(c, p, t, h, y1, k, f, before, after, times, samples, what, state, dy, contacts, observed)
             t = t_end if final else t + h
             p.y[:] = y1
             before[:] = after
             k[0] = k[STAGES]
         h = next_h
         if kind >= 0:
-            was_free = free(p.modes)
-            switch(c, t, kind, corner, before, p)
+            was_free = nothing_touches(p.modes)
+            switch(c, t, kind, contact, before, p)
             if kind == GAP:
-                if free(p.modes) and not was_free:
+                if nothing_touches(p.modes) and not was_free:
                     h = max(h, p.clock[2])
-                elif p.modes[MEMORY, corner] > 0.0:
-                    h = min(h, first_step_in_contact(c, p.modes[MEMORY, corner]))
+                elif p.modes[MEMORY, contact] > 0.0:
+                    h = min(h, first_step_in_contact(c, contact, p.modes[MEMORY, contact]))
             right_hand_side(c, t, p.y, p.modes, k[0], before)
             p.counters[EVALUATIONS] += 1
     p.clock[0], p.clock[1] = t, h
     return status
 
 
-def finish(c: Constants, p: Progress, times: Array, samples: Array) -> None:
+def finish(c: Constants, p: Progress, times: Array, samples: Array, what: int) -> None:
     """Record the last sample and close the contacts that still touch."""
-    t, dy, corners = p.clock[0], np.empty(STATES), np.empty((3, 4))
+    t, dy, contacts = p.clock[0], np.empty(state_size(c)), no_contacts()
     if p.counters[SAMPLES] == times.size - 1 and times[-1] <= t:
-        right_hand_side(c, t, p.y, p.modes, dy, corners)
-        observe(c, t, p.y, p.modes, dy, corners, samples[-1])
+        right_hand_side(c, t, p.y, p.modes, dy, contacts)
+        observe(c, t, p.y, p.modes, dy, contacts, what, p.start, samples[-1])
         p.counters[SAMPLES] += 1
-    for k in range(4):
+    for k in range(CONTACTS):
         if p.modes[MEMORY, k] > 0.0:
-            end_contact(k, t, p)
+            end_contact(c, k, t, p)

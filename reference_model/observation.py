@@ -1,45 +1,84 @@
 """From a state to the named channels, and the peaks between two steps."""
 
-import math
+import numpy as np
 
 from reference_model.compiled import kernel
 from reference_model.contact import CORNERS
-from reference_model.friction import friction_force
-from reference_model.linkage import rocker_tip
-from reference_model.minimal import CLIPPED, FREE, MEMORY, REGIME, Array, Modes
+from reference_model.energy import ENERGIES, balance, starting_energies
+from reference_model.forces import CLIPPED, CONTACTS, FRICTION, GAP, MEMORY, NORMAL, RATE, Array
+from reference_model.formulations import (
+    bearing_motion,
+    driven_bodies,
+    fill_bodies,
+    free,
+    ideal_pin,
+    ideal_slider,
+)
+from reference_model.journal import JOURNAL
 from reference_model.parameters import Constants
+from reference_model.reactions import REACTIONS, reactions
 
 MOTION = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
 ACCELERATIONS = ("slider_ax", "slider_ay", "slider_alpha")
-CORNER_CHANNELS = tuple(
-    f"corner_{corner}_{what}" for corner in CORNERS for what in ("gap", "normal", "friction")
-)
-NAMES = MOTION + ACCELERATIONS + CORNER_CHANNELS
+CORNER_CHANNELS = tuple(f"corner_{corner}_{what}" for corner in CORNERS for what in ("gap", "normal", "friction"))
+NAMES = MOTION + ACCELERATIONS + CORNER_CHANNELS + REACTIONS + ENERGIES
 CHANNELS = len(NAMES)
+CORNERS_FROM = len(MOTION) + len(ACCELERATIONS)
+REACTIONS_FROM = CORNERS_FROM + len(CORNER_CHANNELS)
+ENERGIES_FROM = REACTIONS_FROM + len(REACTIONS)
 
-_FIRST_CORNER = len(MOTION) + len(ACCELERATIONS)
+SLIDER_ONLY, WITH_JOINTS, WITH_ENERGY = 0, 1, 2
+"""What to observe beside the slider, added up: nothing is computed that nobody asked for."""
 
 
 @kernel
-def observe(c: Constants, t: float, y: Array, modes: Modes, dy: Array, corners: Array, out: Array) -> None:
-    """Write all channels, in the order of `NAMES`, into `out`, shape (CHANNELS,).
+def observe(
+    c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array, what: int, start: Array, out: Array
+) -> None:
+    """Write the channels, in the order of `NAMES`, into `out`, shape (CHANNELS,).
 
-    `dy`, shape (STATES,), and `corners`, shape (3, 4), are what `right_hand_side` gives in that state, so
-    accelerations and forces come from the balance of forces, never from differences.
+    Parameters
+    ----------
+    c, t, y, modes
+        Constants, time (s), state, modes.
+    dy, contacts
+        What `right_hand_side` gives in that state: accelerations and forces come from the balance of forces,
+        never from differences.
+    what
+        Sum of WITH_JOINTS and WITH_ENERGY.
+    start
+        Energies at t = 0.
+    out
+        Written; channels that are not asked for keep what they had.
     """
-    Cx, Cy, vCx, vCy, aCx, aCy = rocker_tip(c, t)
-    c4, s4 = math.cos(y[0]), math.sin(y[0])
-    w4, a4 = y[2], dy[2]
-    out[0], out[1], out[2] = Cx + c.L4 * c4, Cy + c.L4 * s4, y[1]
-    out[3], out[4], out[5] = vCx - c.L4 * w4 * s4, vCy + c.L4 * w4 * c4, y[3]
-    out[6] = aCx - c.L4 * (a4 * s4 + w4 * w4 * c4)
-    out[7] = aCy + c.L4 * (a4 * c4 - w4 * w4 * s4)
-    out[8] = dy[3]
+    bodies = np.empty((5, 9))
+    fill_bodies(c, t, y, dy, bodies)
+    slider = bodies[4]
+    for i in range(9):
+        out[i] = slider[i]
+    Fx = Fy = 0.0
     for k in range(4):
-        normal = max(0.0, dy[FREE + k])
-        i = _FIRST_CORNER + 3 * k
-        out[i], out[i + 1] = corners[0, k], normal
-        out[i + 2] = friction_force(c, normal, corners[2, k], int(modes[REGIME, k])) if normal > 0.0 else 0.0
+        i = CORNERS_FROM + 3 * k
+        normal = max(0.0, contacts[NORMAL, k])
+        out[i], out[i + 1], out[i + 2] = contacts[GAP, k], normal, contacts[FRICTION, k]
+        Fx += contacts[NORMAL, k] if k % 2 == 0 else -contacts[NORMAL, k]
+        Fy += contacts[FRICTION, k]
+    if what & WITH_JOINTS:
+        b = bearing_motion(c, t, y)
+        normal, drag = contacts[NORMAL, JOURNAL], contacts[FRICTION, JOURNAL]
+        G = (normal * b.nx - drag * b.ny, normal * b.ny + drag * b.nx, b.Px, b.Py)
+        reactions(c, bodies, Fx, Fy, ideal_slider(c), ideal_pin(c), G, out[REACTIONS_FROM:ENERGIES_FROM])
+    if what & WITH_ENERGY:
+        works = y[free(c) + CONTACTS :]
+        balance(c, bodies, modes, contacts, works, driven_bodies(c), start, out[ENERGIES_FROM:])
+
+
+@kernel
+def note_start(c: Constants, y: Array, modes: Array, dy: Array, contacts: Array, start: Array) -> None:
+    """Write the energies at t = 0 that the audit compares with, shape (5,)."""
+    bodies = np.empty((5, 9))
+    fill_bodies(c, 0.0, y, dy, bodies)
+    starting_energies(c, bodies, modes, contacts, driven_bodies(c), start)
 
 
 @kernel
@@ -54,11 +93,11 @@ def widen(extrema: Array, t: float, values: Array) -> None:
 
 
 @kernel
-def turns_inside(modes: Modes, before: Array, after: Array) -> bool:
-    """Return whether some touching corner was deepest within a step: its gap's rate turned positive."""
+def turns_inside(modes: Array, before: Array, after: Array) -> bool:
+    """Return whether some closed contact was deepest within a step: its gap's rate turned positive."""
     turns = False
-    for k in range(4):
-        turns = turns or (modes[MEMORY, k] > 0.0 and before[1, k] < 0.0 < after[1, k])
+    for k in range(CONTACTS):
+        turns = turns or (modes[MEMORY, k] > 0.0 and before[RATE, k] < 0.0 < after[RATE, k])
     return turns
 
 
@@ -72,10 +111,10 @@ def force_lead(c: Constants, depth: float, impact_speed: float) -> float:
 
 
 @kernel
-def note_forces(modes: Modes, dy: Array, corners: Array, open_contacts: Array) -> None:
-    """Update peak force and largest depth of the touching corners, columns 3 and 4 of `open_contacts`."""
-    for k in range(4):
+def note_forces(modes: Array, contacts: Array, open_contacts: Array) -> None:
+    """Update peak force and largest depth of the closed contacts, columns 3 and 4 of `open_contacts`."""
+    for k in range(CONTACTS):
         if modes[MEMORY, k] > 0.0:
             if modes[CLIPPED, k] == 0.0:
-                open_contacts[k, 3] = max(open_contacts[k, 3], dy[FREE + k])
-            open_contacts[k, 4] = max(open_contacts[k, 4], -corners[0, k])
+                open_contacts[k, 3] = max(open_contacts[k, 3], contacts[NORMAL, k])
+            open_contacts[k, 4] = max(open_contacts[k, 4], -contacts[GAP, k])

@@ -1,16 +1,18 @@
 """The scene's numbers in the paper's symbols, checked and ready for the kernels.
 
-`Parameters` is read from a plain mapping (see the scene format); `Constants` is the flat tuple of
+`Parameters` is read from a plain mapping by `reference_model.reading`; `Constants` is the flat tuple of
 floats that the compiled kernels take.
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from enum import StrEnum
+from typing import NamedTuple, cast
 
-SMALLEST_TOLERANCE = 1e-14
-"""Of solver.reference.tolerance, rad."""
+import numpy as np
+
+LAWS = ("hertz-corners", "paper-switching", "strip")
+"""Contact laws of the slider, by their number in `Constants.law`."""
 
 
 @dataclass(frozen=True)
@@ -44,18 +46,37 @@ class Slider:
 
 
 class Constants(NamedTuple):
-    """What the kernels read: floats only, so that one compiled version serves every scene."""
+    """What the kernels read: floats only, so that one compiled version serves every scene.
+
+    The kernels take it as a record (`as_record`).
+    """
 
     omega: float
     """Crank speed, rad/s, counter-clockwise positive."""
     theta0: float
     """Crank angle at t = 0, rad."""
+    m1: float
+    """Masses, kg."""
+    m2: float
+    m3: float
+    m4: float
+    m5: float
+    J1: float
+    """Inertias about the centroids, kg m^2."""
+    J2: float
+    J3: float
+    J4: float
+    J5: float
+    Ls1: float
+    """Centroids from the first pin, m."""
+    Ls2: float
+    Ls3: float
+    """Also the distance from the rocker's pivot H to B, where rod 2 is pinned."""
+    Ls4: float
     L1: float
     """Crank length, m."""
     L2: float
     """Length of rod 2, m."""
-    Ls3: float
-    """Rocker pivot H to its centroid, where rod 2 is pinned (B), m."""
     L3: float
     """Rocker length, m."""
     Hx: float
@@ -74,8 +95,6 @@ class Constants(NamedTuple):
     """m4 + m5, kg."""
     I4: float
     """J4 + m4 Ls4^2 + m5 L4^2, the inertia that goes with it, kg m^2."""
-    J5: float
-    """Slider inertia, kg m^2."""
     gravity: float
     """Along -y, m/s^2."""
     line_x: float
@@ -88,8 +107,12 @@ class Constants(NamedTuple):
     """W_T / 2, m."""
     half_length: float
     """L / 2, m."""
+    law: float
+    """0: hertz-corners, 1: paper-switching, 2: strip (`reference_model.contact`)."""
     K: float
     """Contact stiffness of a corner, Eq. 10, N/m^n."""
+    Ks: float
+    """Stiffness of a whole side, Eq. 8, N/m."""
     n: float
     """Exponent of the contact law."""
     C: float
@@ -102,6 +125,43 @@ class Constants(NamedTuple):
     """Speed below which friction is zero, Eq. 14, m/s."""
     v1: float
     """Speed above which friction is full, Eq. 14, m/s."""
+    pin_clearance: float
+    """Radial clearance at the crank pin A, m."""
+    bearing_radius: float
+    """R_b of the bearing in rod 2, m."""
+    Kj: float
+    """Contact stiffness of journal and bearing, Eq. 10 with R = R_j R_b / (R_b - R_j), N/m^n."""
+    alpha: float
+    """Baumgarte's alpha and beta of the multiplier form, 1/s (Eq. 21)."""
+    beta: float
+
+
+class Formulation(StrEnum):
+    """What the equations of motion are written in."""
+
+    IDEAL = "for_ideal"
+    """No freedom left: closed form."""
+    SLIDER = "for_slider_clearance"
+    """theta_4 and theta_5 behind the driven four-bar."""
+    PIN = "for_pin_clearance"
+    """theta_2 and theta_3: clearance at the crank pin A, ideal slider."""
+    BOTH = "for_both_clearances"
+    """theta_2 .. theta_5: clearance at A and at the slider."""
+    MULTIPLIER = "for_multiplier"
+    """The paper's: 15 coordinates, 13 multipliers, clearance at the slider."""
+    MULTIPLIER_IDEAL = "for_multiplier_ideal_slider"
+    """15 coordinates, 15 multipliers."""
+
+
+def as_record(constants: Constants, formulation: Formulation) -> Constants:
+    """Return the constants as the kernels take them: one record, passed by reference.
+
+    An extra field named after the formulation makes its type another one, so that numba compiles the
+    integrator once for each formulation in use (`reference_model.formulations`).
+    """
+    dtype = np.dtype([(name, np.float64) for name in (*Constants._fields, formulation.value)])
+    record = np.array([(*constants, 0.0)], dtype=dtype).view(np.recarray)[0]
+    return cast(Constants, record)
 
 
 @dataclass(frozen=True)
@@ -137,10 +197,18 @@ class Parameters:
     slider_omega: float
     """rad/s at t = 0."""
     ideal_slider: bool
+    ideal_pin: bool
+    """Whether the crank pin A is an ideal revolute."""
     clearance: float
     """c_T, per side, m."""
+    pin_clearance: float
+    """Radial, at A, m."""
+    journal_radius: float
+    """R_j, m."""
+    law: int
+    """Index into LAWS."""
     youngs_modulus: float
-    """E of slider and guide, Pa."""
+    """E of all bodies in contact, Pa."""
     poisson: float
     restitution: float
     exponent: float
@@ -157,26 +225,51 @@ class Parameters:
     """m/s^2 along -y."""
     groups: frozenset[str]
     samples_per_cycle: int
+    formulation: str
+    """"auto" (the smallest that gives what the scene asks for), "minimal" or "multiplier"."""
+    method: str
+    """Integrator."""
     tolerance: float
     """Absolute local error of the positions, m and rad."""
+    alpha: float
+    """Baumgarte's alpha, 1/s (Eq. 21)."""
+    beta: float
+    """Baumgarte's beta, 1/s."""
 
     @property
-    def stiffness(self) -> float:
-        """K = 4 sqrt(R) / (3 (sigma_m + sigma_n)), sigma = (1 - nu^2) / E (Eq. 10), N/m^1.5."""
-        sigma = (1.0 - self.poisson**2) / self.youngs_modulus
-        return 4.0 / (3.0 * (sigma + sigma)) * math.sqrt(self.corner_radius)
+    def compliance(self) -> float:
+        """sigma_m + sigma_n with sigma = (1 - nu^2) / E (Eq. 10), 1/Pa."""
+        return 2.0 * (1.0 - self.poisson**2) / self.youngs_modulus
+
+    def point_stiffness(self, radius: float) -> float:
+        """K = 4 sqrt(R) / (3 (sigma_m + sigma_n)) of a contact of the given radius (Eq. 10), N/m^1.5."""
+        return 4.0 / (3.0 * self.compliance) * math.sqrt(radius)
 
     @property
     def constants(self) -> Constants:
         """The numbers the kernels need."""
         rod4, slider = self.rod4, self.slider
         half_gap = 0.5 * slider.width + self.clearance
+        bearing = self.journal_radius + self.pin_clearance
         return Constants(
             omega=self.omega,
             theta0=self.crank_angle,
+            m1=self.crank.mass,
+            m2=self.rod2.mass,
+            m3=self.rocker.mass,
+            m4=rod4.mass,
+            m5=slider.mass,
+            J1=self.crank.inertia,
+            J2=self.rod2.inertia,
+            J3=self.rocker.inertia,
+            J4=rod4.inertia,
+            J5=slider.inertia,
+            Ls1=self.crank.centroid,
+            Ls2=self.rod2.centroid,
+            Ls3=self.rocker.centroid,
+            Ls4=rod4.centroid,
             L1=self.crank.length,
             L2=self.rod2.length,
-            Ls3=self.rocker.centroid,
             L3=self.rocker.length,
             Hx=self.rocker_pivot[0],
             Hy=self.rocker_pivot[1],
@@ -186,119 +279,27 @@ class Parameters:
             first_moment=rod4.mass * rod4.centroid + slider.mass * rod4.length,
             moving_mass=rod4.mass + slider.mass,
             I4=rod4.inertia + rod4.mass * rod4.centroid**2 + slider.mass * rod4.length**2,
-            J5=slider.inertia,
             gravity=self.gravity,
             line_x=self.guide_x + self.reference_offset,
             wall_left=self.guide_x - half_gap,
             wall_right=self.guide_x + half_gap,
             half_width=0.5 * slider.width,
             half_length=0.5 * slider.length,
-            K=self.stiffness,
+            law=float(self.law),
+            K=self.point_stiffness(self.corner_radius),
+            Ks=(slider.thickness + slider.length) / (0.475 * self.compliance),
             n=self.exponent,
             C=0.75 * (1.0 - self.restitution**2),
             speed_floor=self.impact_speed_floor,
             c_f=self.friction_coefficient,
             v0=self.static_speed,
             v1=self.transition_speed,
-        )
-
-
-def read_parameters(scene: Mapping[str, Any]) -> Parameters:
-    """Read a complete scene mapping.
-
-    Parameters
-    ----------
-    scene
-        Nested mapping in the scene format, every default filled in.
-
-    Returns
-    -------
-    p
-        Checked parameters.
-
-    Raises
-    ------
-    ValueError
-        One line naming the key, where the scene asks for what this model does not simulate or its
-        linkage cannot be assembled.
-    """
-    mechanism, drive, initial = scene["mechanism"], scene["drive"], scene["initial"]
-    contact, friction, joints = scene["contact"], scene["friction"], scene["joints"]
-    speed = float(drive["speed_rpm"])
-    if speed == 0.0:
-        raise ValueError("drive.speed_rpm = 0.0 must not be zero")
-    if joints["crank_pin"] != "ideal":
-        raise ValueError(_unsupported("joints.crank_pin", joints["crank_pin"], "ideal"))
-    if contact["law"] != "hertz-corners":
-        raise ValueError(_unsupported("contact.law", contact["law"], "hertz-corners"))
-    groups = frozenset(scene["output"]["groups"])
-    for group in sorted(groups - {"accelerations", "corners"}):
-        raise ValueError(_unsupported("output.groups", group, "accelerations' and 'corners"))
-    solver = scene["solver"]["reference"]
-    if solver["method"] != "dop853":
-        raise ValueError(_unsupported("solver.reference.method", solver["method"], "dop853"))
-    if solver["tolerance"] < SMALLEST_TOLERANCE:
-        raise ValueError(
-            f"solver.reference.tolerance = {solver['tolerance']!r} must be at least {SMALLEST_TOLERANCE!r}: "
-            "the angles themselves are rounded at 1e-16 rad"
-        )
-    pivot_x, pivot_y = mechanism["rocker_pivot"]
-    parameters = Parameters(
-        crank=_rod(mechanism["crank"]),
-        rod2=_rod(mechanism["rod2"]),
-        rocker=_rod(mechanism["rocker"]),
-        rod4=_rod(mechanism["rod4"]),
-        slider=Slider(
-            **{k: float(mechanism["slider"][k]) for k in ("mass", "inertia", "length", "width", "thickness")}
-        ),
-        rocker_pivot=(float(pivot_x), float(pivot_y)),
-        guide_x=float(mechanism["guide_x"]),
-        reference_offset=float(mechanism["reference_offset"]),
-        crank_angle=math.radians(mechanism["crank_angle_deg"]),
-        rocker_branch=int(mechanism["rocker_branch"]),
-        slider_branch=int(mechanism["slider_branch"]),
-        omega=speed * 2.0 * math.pi / 60.0,
-        period=60.0 / abs(speed),
-        cycles=float(drive["cycles"]),
-        slider_offset=float(initial["slider_offset"]),
-        slider_angle=float(initial["slider_angle"]),
-        slider_vx=float(initial["slider_vx"]),
-        slider_omega=float(initial["slider_omega"]),
-        ideal_slider=joints["slider"] == "ideal",
-        clearance=float(scene["clearance"]["slider"]),
-        youngs_modulus=float(contact["youngs_modulus"]),
-        poisson=float(contact["poisson"]),
-        restitution=float(contact["restitution"]),
-        exponent=float(contact["exponent"]),
-        corner_radius=float(contact["corner_radius"]),
-        impact_speed_floor=float(contact["impact_speed_floor"]),
-        friction_coefficient=float(friction["coefficient"]),
-        static_speed=float(friction["static_speed"]),
-        transition_speed=float(friction["transition_speed"]),
-        gravity=float(scene["environment"]["gravity"]),
-        groups=groups,
-        samples_per_cycle=int(scene["output"]["samples_per_cycle"]),
-        tolerance=float(solver["tolerance"]),
-    )
-    _require_assembly(parameters)
-    return parameters
-
-
-def _rod(entry: Mapping[str, Any]) -> Rod:
-    return Rod(**{key: float(entry[key]) for key in ("length", "centroid", "mass", "inertia")})
-
-
-def _unsupported(key: str, value: object, supported: str) -> str:
-    return f"{key} = {value!r} is not simulated by the reference model; use '{supported}'"
-
-
-def _require_assembly(p: Parameters) -> None:
-    """Raise unless the four-bar O-A-B-H closes over the whole revolution of the crank."""
-    pivot = math.hypot(*p.rocker_pivot)
-    near, far = abs(pivot - p.crank.length), pivot + p.crank.length
-    longest, shortest = p.rod2.length + p.rocker.centroid, abs(p.rod2.length - p.rocker.centroid)
-    if far >= longest or near <= shortest:
-        raise ValueError(
-            f"mechanism: the linkage cannot be assembled over a whole revolution: crank pin to rocker pivot "
-            f"is {near:.6g}..{far:.6g} m, rod 2 and rocker reach {shortest:.6g}..{longest:.6g} m"
+            pin_clearance=self.pin_clearance,
+            bearing_radius=bearing,
+            # Conformal: R = R_j R_b / (R_b - R_j); without clearance there is no such contact.
+            Kj=self.point_stiffness(self.journal_radius * bearing / self.pin_clearance)
+            if self.pin_clearance > 0.0
+            else math.inf,
+            alpha=self.alpha,
+            beta=self.beta,
         )

@@ -3,7 +3,7 @@
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from typing import Any
 
@@ -12,12 +12,25 @@ from numpy.typing import NDArray
 
 from reference_model import integrate
 from reference_model.contact import CORNERS
-from reference_model.linkage import ideal_slider, rod4_from_slider
-from reference_model.minimal import Array
-from reference_model.observation import ACCELERATIONS, CORNER_CHANNELS, MOTION, NAMES
-from reference_model.parameters import Parameters, read_parameters
-from reference_model.progress import BUFFERED, SAMPLES, begin
+from reference_model.forces import Array
+from reference_model.ideal import observe_ideal
+from reference_model.observation import (
+    ACCELERATIONS,
+    CORNER_CHANNELS,
+    MOTION,
+    NAMES,
+    WITH_ENERGY,
+    WITH_JOINTS,
+)
+from reference_model.energy import ENERGIES
+from reference_model.parameters import Formulation, Parameters, as_record
+from reference_model.progress import BUFFERED, SAMPLES, Progress, begin
+from reference_model.reactions import REACTIONS
+from reference_model.reading import read_parameters
+from reference_model.start import NAMES as FORMULATION_NAMES
+from reference_model.start import formulation, start
 
+CONTACT_NAMES = (*CORNERS, "pin")
 STEPS_PER_CYCLE_LIMIT = 5_000_000
 """Work after which a run is given up; the shipped scenes need some 2e4 steps a cycle at tolerance 1e-9."""
 LARGEST_STEP_PER_CYCLE = 1.0 / 50.0
@@ -81,14 +94,12 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     p = read_parameters(scene)
     count = round(p.cycles * p.samples_per_cycle)
     times = np.arange(count + 1, dtype=np.float64) * (p.period / p.samples_per_cycle)
-    result = _ideal(p, times) if p.ideal_slider else _with_clearance(p, times, progress)
+    what = (WITH_JOINTS if "joints" in p.groups else 0) + (WITH_ENERGY if "energy" in p.groups else 0)
+    kind = formulation(p)
+    result = _ideal(p, times, what) if kind is Formulation.IDEAL else _simulated(p, kind, times, what, progress)
     result.provenance.update(
         model="reference",
-        versions={
-            "sixbar-crossval": version("sixbar-crossval"),
-            "numpy": np.__version__,
-            "numba": version("numba"),
-        },
+        versions={name: version(name) for name in ("sixbar-crossval", "numpy", "scipy", "numba")},
         platform=f"{platform.system()} {platform.machine()} Python {platform.python_version()}",
         wall_time_s=time.perf_counter() - started,
         status=result.status,
@@ -98,90 +109,96 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     return result
 
 
-def _ideal(p: Parameters, times: Array) -> Result:
-    y, vy, ay = ideal_slider(p.constants, times)
-    if not np.isfinite(y).all():
-        at = times[np.argmin(np.isfinite(y))]
+def _ideal(p: Parameters, times: Array, what: int) -> Result:
+    samples = observe_ideal(as_record(p.constants, Formulation.IDEAL), times, what)
+    if not np.isfinite(samples).all():
+        at = times[np.argmin(np.isfinite(samples).all(axis=1))]
         raise ValueError(
             f"mechanism: rod 4 is too short: it does not reach the slider's line at t = {at:.6g} s"
         )
-    values = dict.fromkeys(_requested(p, corners=False), np.zeros_like(times))
-    values |= {"slider_x": np.full_like(times, p.constants.line_x), "slider_y": y, "slider_vy": vy}
-    if "slider_ay" in values:
-        values["slider_ay"] = ay
-    columns = {"time": times} | {name: value.copy() for name, value in values.items()}
     # The closed form has no steps of its own: the extrema are those of the samples.
-    extrema = {
-        name: {
-            "min": float(v.min()),
-            "time_of_min": float(times[v.argmin()]),
-            "max": float(v.max()),
-            "time_of_max": float(times[v.argmax()]),
-        }
-        for name, v in columns.items()
-        if name != "time"
-    }
+    rows = np.column_stack(
+        [samples.min(0), times[samples.argmin(0)], samples.max(0), times[samples.argmax(0)]]
+    )
     provenance = {
-        "formulation": "closed-form",
+        "formulation": FORMULATION_NAMES[Formulation.IDEAL],
         "integrator": "none",
         "settings": {},
         "counters": {"evaluations": times.size},
     }
-    return Result(columns, _event_table(np.empty((0, 7))), extrema, provenance)
+    return _result(p, times, samples, np.empty((0, 7)), rows, provenance)
 
 
-def _with_clearance(p: Parameters, times: Array, progress: Callable[[float], None] | None) -> Result:
-    c = p.constants
-    theta4, omega4 = rod4_from_slider(c, 0.0, p.guide_x + p.slider_offset, p.slider_vx)
-    if not np.isfinite(theta4) or not np.isfinite(ideal_slider(c, np.linspace(0.0, p.period, 1000))).all():
-        raise ValueError(
-            "mechanism: rod 4 is too short: it does not reach the guide all the way round"
-        )
+def _simulated(
+    p: Parameters, kind: Formulation, times: Array, what: int, progress: Callable[[float], None] | None
+) -> Result:
+    c, y0 = start(p, kind)
     largest = p.period * LARGEST_STEP_PER_CYCLE
-    state = begin(c, np.array([theta4, p.slider_angle, omega4, p.slider_omega]), 1.0e-3 * largest)
-    samples = np.empty((times.size, len(NAMES)))
+    state = begin(c, y0, 1.0e-3 * largest)
+    samples = np.zeros((times.size, len(NAMES)))
     limit = round(STEPS_PER_CYCLE_LIMIT * max(1.0, p.cycles))
     events = []
     t_end, t_stop = times[-1], 0.0
     code = integrate.REACHED
     while state.clock[0] < t_end:
         t_stop = min(t_end, max(state.clock[0], t_stop) + 0.02 * t_end)
-        code = integrate.advance(c, state, t_stop, t_end, p.tolerance, largest, limit, times, samples)
-        events.append(state.events[: state.counters[BUFFERED]].copy())
-        state.counters[BUFFERED] = 0
+        code = integrate.advance(c, state, t_stop, t_end, p.tolerance, largest, limit, times, samples, what)
+        events.append(_empty_buffer(state))
         if code not in (integrate.REACHED, integrate.BUFFER_FULL):
             break
         if progress is not None:
             progress(state.clock[0] / t_end)
-    integrate.finish(c, state, times, samples)
-    events.append(state.events[: state.counters[BUFFERED]])
+    integrate.finish(c, state, times, samples, what)
+    events.append(_empty_buffer(state))
     recorded = state.counters[SAMPLES]
-    names = _requested(p)
-    columns = {"time": times[:recorded]} | {n: samples[:recorded, NAMES.index(n)].copy() for n in names}
-    keys = ("min", "time_of_min", "max", "time_of_max")
-    extrema = {n: dict(zip(keys, map(float, state.extrema[NAMES.index(n)]), strict=True)) for n in names}
     counted = ("steps", "rejected", "rhs", "switches", "contacts")
     provenance = {
-        "formulation": "minimal (rod 4 and slider)",
+        "formulation": FORMULATION_NAMES[kind],
         "integrator": "DOP853 with located events",
         "settings": {"tolerance": p.tolerance, "largest_step_s": largest},
         "counters": {name: int(state.counters[i]) for i, name in enumerate(counted)},
     }
     status, remedy = _FAILURES.get(code, ("success", ""))
-    return Result(columns, _event_table(np.concatenate(events)), extrema, provenance, status, remedy)
+    rows = np.concatenate(events)
+    result = _result(p, times[:recorded], samples[:recorded], rows, state.extrema, provenance)
+    return replace(result, status=status, remedy=remedy)
 
 
-def _requested(p: Parameters, corners: bool = True) -> list[str]:
+def _empty_buffer(state: Progress) -> Array:
+    rows = state.events[: state.counters[BUFFERED]].copy()
+    state.counters[BUFFERED] = 0
+    return rows
+
+
+def _result(
+    p: Parameters, times: Array, samples: Array, events: Array, extrema: Array, provenance: dict[str, Any]
+) -> Result:
+    """Name what the scene asks for."""
+    index = {name: NAMES.index(name) for name in _requested(p)}
+    keys = ("min", "time_of_min", "max", "time_of_max")
+    return Result(
+        columns={"time": times} | {name: samples[:, i].copy() for name, i in index.items()},
+        events=_event_table(events),
+        extrema={name: dict(zip(keys, map(float, extrema[i]), strict=True)) for name, i in index.items()},
+        provenance=provenance,
+    )
+
+
+def _requested(p: Parameters) -> list[str]:
     """Return the channels that the scene asks for; an ideal slider has no corners to speak of."""
     names = [*MOTION]
     if "accelerations" in p.groups:
         names += ACCELERATIONS
-    if corners and "corners" in p.groups:
+    if "corners" in p.groups and not p.ideal_slider:
         names += CORNER_CHANNELS
+    if "joints" in p.groups:
+        names += REACTIONS if p.ideal_slider else REACTIONS[:-2]
+    if "energy" in p.groups:
+        names += ENERGIES
     return names
 
 
 def _event_table(rows: Array) -> dict[str, NDArray[Any]]:
     rows = rows[np.argsort(rows[:, 1], kind="stable")]
-    table: dict[str, NDArray[Any]] = {"corner": np.array(CORNERS)[rows[:, 0].astype(int)]}
+    table: dict[str, NDArray[Any]] = {"corner": np.array(CONTACT_NAMES)[rows[:, 0].astype(int)]}
     return table | {name: rows[:, i + 1].copy() for i, name in enumerate(EVENT_COLUMNS)}

@@ -8,17 +8,26 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from reference_model.linkage import ideal_slider, rocker_tip
-from reference_model.parameters import Constants, read_parameters
+from reference_model.bodies import ideal_motion
+from reference_model.linkage import rocker_tip
+from reference_model.parameters import Constants, Formulation, as_record
+from reference_model.reading import read_parameters
 
 PAPER = tomllib.loads((Path(__file__).parents[2] / "comparison" / "scenes" / "paper.toml").read_text())
 PAPER["initial"]["slider_offset"] = 5e-5
-PAPER["solver"] = {"reference": {"method": "dop853", "tolerance": 1e-9}}
+PAPER["solver"] = {
+    "reference": {"method": "dop853", "tolerance": 1e-9, "baumgarte_alpha": 10.0, "baumgarte_beta": 10.0}
+}
 
 
 @pytest.fixture(scope="module")
 def c() -> Constants:
-    return read_parameters(PAPER).constants
+    return as_record(read_parameters(PAPER).constants, Formulation.IDEAL)
+
+
+def ideal_slider(c: Constants, time: np.ndarray) -> np.ndarray:
+    """Return y, vy, ay of the slider, shape (3, n)."""
+    return ideal_motion(c, time)[:, 4, [1, 4, 7]].T
 
 
 def rows(q: np.ndarray, theta1: float) -> np.ndarray:

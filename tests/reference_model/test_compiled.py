@@ -12,16 +12,20 @@ import reference_model
 from reference_model import compiled
 
 SOURCES = Path(reference_model.__file__).parent
-RUN = "from reference_model.friction import friction_force, friction_regime\n" + (
-    "from reference_model.parameters import Constants\n"
-    "from reference_model.compiled import kernel\n"
-    "import reference_model.minimal as minimal, numpy as np\n"
-    "c = Constants(*np.full(len(Constants._fields), 0.5))\n"
-    "modes = np.zeros((3, 4)); modes[0] = 1.0; modes[1] = 2.0\n"
-    "y = np.zeros(minimal.STATES); dy = np.empty(minimal.STATES); corners = np.empty((3, 4))\n"
-    "minimal.right_hand_side(c, 0.0, y, modes, dy, corners)\n"
-    "print(repr(float(dy[2])))\n"
-)
+RUN = """
+import numpy as np
+from reference_model.forces import CONTACTS
+from reference_model.formulations import right_hand_side, state_size
+from reference_model.parameters import Constants, Formulation, as_record
+
+c = as_record(Constants(*np.full(len(Constants._fields), 0.5)), Formulation.SLIDER)
+modes = np.zeros((3, CONTACTS))
+modes[0, :4] = 1.0
+modes[1, :4] = 2.0
+dy, contacts = np.empty(state_size(c)), np.zeros((5, CONTACTS))
+right_hand_side(c, 0.0, np.zeros(state_size(c)), modes, dy, contacts)
+print(repr(float(dy[2])))
+"""
 
 
 def run(folder: Path, cache: Path) -> float:

@@ -1,0 +1,129 @@
+"""Contact forces in frozen modes: from the motion of slider and rod 2 to forces, moments and losses.
+
+What a contact does between two events is its *mode*: `memory` > 0 is the impact speed frozen at its touch
+(0: no contact), `regime` its friction regime, `clipped` whether the wall would have to pull. Within one
+mode the forces are smooth; `reference_model.events` finds where a mode ends.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference_model.compiled import inlined, kernel
+from reference_model.contact import (
+    corner_arm,
+    corner_gap,
+    damping_factor,
+    elastic_force,
+    inward,
+    is_damped,
+    point_force,
+)
+from reference_model.friction import friction_force
+from reference_model.journal import JOURNAL, Bearing
+from reference_model.parameters import Constants
+
+Array = NDArray[np.float64]
+
+CONTACTS = 5
+"""Four corners and the journal."""
+MEMORY, REGIME, CLIPPED = 0, 1, 2
+"""Rows of the modes, shape (3, CONTACTS)."""
+GAP, RATE, SLIP, NORMAL, FRICTION = 0, 1, 2, 3, 4
+"""Rows of the contact states, shape (5, CONTACTS): m, m/s, m/s, N, N."""
+
+
+@kernel
+def no_contacts() -> Array:
+    """Return contact states, shape (5, CONTACTS), of contacts that do not exist: open for ever."""
+    contacts = np.zeros((5, CONTACTS))
+    contacts[GAP] = np.inf
+    return contacts
+
+
+@inlined
+def slider_forces(
+    c: Constants, slider: tuple[float, float, float, float, float, float], modes: Array, contacts: Array
+) -> tuple[float, float, float, float, float]:
+    """Evaluate the four corners.
+
+    Parameters
+    ----------
+    c
+        Constants.
+    slider
+        x, y, angle and their rates (m, rad, m/s, rad/s).
+    modes
+        Shape (3, CONTACTS).
+    contacts
+        Written: columns 0-3.
+
+    Returns
+    -------
+    Fx, Fy, M, damping, friction
+        Force (N) and moment about the centre (N m) on the slider; power lost by damping and friction (W).
+    """
+    x5, _, angle, vx5, vy5, w5 = slider
+    c5, s5 = math.cos(angle), math.sin(angle)
+    for k in range(4):
+        rx, ry = corner_arm(c, k, c5, s5)
+        contacts[GAP, k] = corner_gap(c, k, x5 + rx)
+        contacts[RATE, k] = inward(k) * (vx5 - w5 * ry)
+        contacts[SLIP, k] = vy5 + w5 * rx
+        contacts[NORMAL, k] = contacts[FRICTION, k] = 0.0
+    Fx = Fy = M = damping = friction = 0.0
+    for k in range(4):
+        speed = modes[MEMORY, k]
+        if speed > 0.0:
+            other = k + 2 if k < 2 else k - 2
+            both = modes[MEMORY, other] > 0.0
+            rate, slip = -contacts[RATE, k], contacts[SLIP, k]
+            elastic = elastic_force(c, -contacts[GAP, k], -contacts[GAP, other], both)
+            normal = elastic
+            if is_damped(c, both):
+                normal = 0.0 if modes[CLIPPED, k] > 0.0 else elastic * damping_factor(c, rate, speed)
+            tangential = friction_force(c, normal, slip, int(modes[REGIME, k]))
+            rx, ry = corner_arm(c, k, c5, s5)
+            Nx = inward(k) * normal
+            contacts[NORMAL, k], contacts[FRICTION, k] = normal, tangential
+            Fx += Nx
+            Fy += tangential
+            M += rx * tangential - ry * Nx
+            damping += (normal - elastic) * rate
+            friction -= tangential * slip
+    return Fx, Fy, M, damping, friction
+
+
+@kernel
+def bearing_forces(
+    c: Constants, bearing: Bearing, modes: Array, contacts: Array
+) -> tuple[float, float, float, float]:
+    """Evaluate the journal's contact at A.
+
+    Parameters
+    ----------
+    c, bearing, modes
+        Constants, the contact's state, modes (3, CONTACTS).
+    contacts
+        Written: column JOURNAL.
+
+    Returns
+    -------
+    Gx, Gy, damping, friction
+        Force of the crank on rod 2 at the point of contact (N); power lost by damping and friction (W).
+    """
+    contacts[GAP, JOURNAL], contacts[RATE, JOURNAL] = bearing.gap, bearing.rate
+    contacts[SLIP, JOURNAL] = bearing.slip
+    contacts[NORMAL, JOURNAL] = contacts[FRICTION, JOURNAL] = 0.0
+    if modes[MEMORY, JOURNAL] == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    elastic = point_force(c.Kj, c.n, -bearing.gap)
+    normal = 0.0
+    if modes[CLIPPED, JOURNAL] == 0.0:
+        normal = elastic * damping_factor(c, -bearing.rate, modes[MEMORY, JOURNAL])
+    # Friction brakes the journal and drags the bearing along with it.
+    drag = -friction_force(c, normal, bearing.slip, int(modes[REGIME, JOURNAL]))
+    contacts[NORMAL, JOURNAL], contacts[FRICTION, JOURNAL] = normal, drag
+    Gx, Gy = normal * bearing.nx - drag * bearing.ny, normal * bearing.ny + drag * bearing.nx
+    return Gx, Gy, -(normal - elastic) * bearing.rate, drag * bearing.slip

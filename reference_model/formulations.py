@@ -1,0 +1,195 @@
+"""One interface to all formulations, resolved when the kernels are compiled.
+
+The type of the constants names the formulation (`reference_model.parameters.as_record`); numba compiles
+the integrator once for each that is used, so a scene pays only for the coordinates that it leaves free.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numba.extending import overload
+
+from reference_model import bodies, chain, minimal, multiplier
+from reference_model.compiled import inlined, kernel
+from reference_model.forces import CONTACTS, NORMAL, Array
+from reference_model.journal import Bearing
+from reference_model.parameters import Constants, Formulation
+
+WORKS = 3
+"""Integrals behind the impulses: work of the drive, loss by damping, loss by friction, J."""
+
+_Slider = tuple[float, float, float, float, float, float]
+
+
+def coordinates(c: Constants) -> int:
+    """Return the number of coordinates of a formulation."""
+    raise NotImplementedError
+
+
+def _equations(c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array) -> _Slider:
+    raise NotImplementedError
+
+
+def slider_motion(c: Constants, t: float, y: Array) -> _Slider:
+    """Return x, y, angle of the slider and their rates."""
+    raise NotImplementedError
+
+
+def bearing_motion(c: Constants, t: float, y: Array) -> Bearing:
+    """Return the contact at the crank pin A; open for ever where that is an ideal revolute."""
+    raise NotImplementedError
+
+
+def _bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
+    raise NotImplementedError
+
+
+def driven_bodies(c: Constants) -> int:
+    """Return how many bodies, from the crank, move as prescribed and are not in the equations."""
+    raise NotImplementedError
+
+
+def ideal_slider(c: Constants) -> bool:
+    """Return whether the slider is fixed to its line."""
+    raise NotImplementedError
+
+
+def ideal_pin(c: Constants) -> bool:
+    """Return whether the crank pin A is an ideal revolute."""
+    raise NotImplementedError
+
+
+_COORDINATES: dict[Formulation, int] = {
+    Formulation.SLIDER: 2,
+    Formulation.PIN: 2,
+    Formulation.BOTH: 4,
+    Formulation.MULTIPLIER: 15,
+    Formulation.MULTIPLIER_IDEAL: 15,
+}
+
+
+def _formulation(c: Any) -> Formulation:
+    """Return the formulation that a record type is tagged with."""
+    return next(f for f in Formulation if f.value in c.fields)
+
+
+_Kernel = Callable[..., Any]
+_no_bearing: _Kernel = lambda c, t, y: Bearing(np.inf, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)  # noqa: E731
+
+
+@overload(coordinates)
+def _coordinates(c) -> _Kernel:  # type: ignore[no-untyped-def]
+    count = _COORDINATES[_formulation(c)]
+    return lambda c: count
+
+
+@overload(_equations)
+def _select_equations(c, t, y, modes, dy, contacts) -> _Kernel:  # type: ignore[no-untyped-def]
+    table: dict[Formulation, _Kernel] = {
+        Formulation.SLIDER: lambda c, t, y, modes, dy, contacts: minimal.equations(c, t, y, modes, dy, contacts),
+        Formulation.PIN: lambda c, t, y, modes, dy, contacts: chain.equations_pin(c, t, y, modes, dy, contacts),
+        Formulation.BOTH: lambda c, t, y, modes, dy, contacts: chain.equations_both(c, t, y, modes, dy, contacts),
+        Formulation.MULTIPLIER: lambda c, t, y, modes, dy, contacts: multiplier.equations(
+            c, t, y, modes, dy, contacts, multiplier.ROWS_CLEARANCE
+        ),
+        Formulation.MULTIPLIER_IDEAL: lambda c, t, y, modes, dy, contacts: multiplier.equations(
+            c, t, y, modes, dy, contacts, multiplier.ROWS_IDEAL
+        ),
+    }
+    return table[_formulation(c)]
+
+
+@overload(slider_motion)
+def _select_slider(c, t, y) -> _Kernel:  # type: ignore[no-untyped-def]
+    table: dict[Formulation, _Kernel] = {
+        Formulation.SLIDER: lambda c, t, y: minimal.slider_motion(c, t, y),
+        # An ideal slider has no corners to ask for.
+        Formulation.PIN: lambda c, t, y: (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        Formulation.BOTH: lambda c, t, y: chain.slider_motion(c, y[1], y[2], y[3], y[5], y[6], y[7]),
+        Formulation.MULTIPLIER: lambda c, t, y: (y[12], y[13], y[14], y[27], y[28], y[29]),
+        Formulation.MULTIPLIER_IDEAL: lambda c, t, y: (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    }
+    return table[_formulation(c)]
+
+
+@overload(bearing_motion)
+def _select_bearing(c, t, y) -> _Kernel:  # type: ignore[no-untyped-def]
+    table: dict[Formulation, _Kernel] = {
+        Formulation.PIN: lambda c, t, y: chain.bearing_motion(c, t, y[0], y[1], y[2], y[3]),
+        Formulation.BOTH: lambda c, t, y: chain.bearing_motion(c, t, y[0], y[1], y[4], y[5]),
+    }
+    return table.get(_formulation(c), _no_bearing)
+
+
+@overload(_bodies)
+def _select_bodies(c, t, y, dy, out) -> _Kernel:  # type: ignore[no-untyped-def]
+    table: dict[Formulation, _Kernel] = {
+        Formulation.SLIDER: lambda c, t, y, dy, out: bodies.motion_slider_clearance(c, t, y, dy, out),
+        Formulation.PIN: lambda c, t, y, dy, out: bodies.motion_pin_clearance(c, t, y, dy, out),
+        Formulation.BOTH: lambda c, t, y, dy, out: bodies.motion_both_clearances(c, t, y, dy, out),
+        Formulation.MULTIPLIER: lambda c, t, y, dy, out: bodies.motion_multipliers(y, dy, out),
+        Formulation.MULTIPLIER_IDEAL: lambda c, t, y, dy, out: bodies.motion_multipliers(y, dy, out),
+    }
+    return table[_formulation(c)]
+
+
+@overload(driven_bodies)
+def _select_driven(c) -> _Kernel:  # type: ignore[no-untyped-def]
+    count = 3 if _formulation(c) is Formulation.SLIDER else 0
+    return lambda c: count
+
+
+@overload(ideal_slider)
+def _select_ideal_slider(c) -> _Kernel:  # type: ignore[no-untyped-def]
+    ideal = _formulation(c) in (Formulation.PIN, Formulation.MULTIPLIER_IDEAL)
+    return lambda c: ideal
+
+
+@overload(ideal_pin)
+def _select_ideal_pin(c) -> _Kernel:  # type: ignore[no-untyped-def]
+    ideal = _formulation(c) not in (Formulation.PIN, Formulation.BOTH)
+    return lambda c: ideal
+
+
+@inlined
+def free(c: Constants) -> int:
+    """Return the number of coordinates and velocities, at the head of every state."""
+    return 2 * coordinates(c)
+
+
+@inlined
+def state_size(c: Constants) -> int:
+    """Return the length of a state: coordinates, velocities, impulses of the contacts (N s), works (J)."""
+    return 2 * coordinates(c) + CONTACTS + WORKS
+
+
+@kernel
+def right_hand_side(c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array) -> None:
+    """Evaluate the equations of motion in frozen modes.
+
+    Parameters
+    ----------
+    c, t
+        Constants, time (s).
+    y
+        State; only coordinates and velocities matter.
+    modes
+        Shape (3, CONTACTS).
+    dy
+        Written: the derivative of the whole state, shape (state_size,).
+    contacts
+        Written: gap, rate, slip, normal and friction force of each contact that the formulation has, shape
+        (5, CONTACTS).
+    """
+    n = 2 * coordinates(c)
+    power, damping, friction = _equations(c, t, y, modes, dy, contacts)
+    for k in range(CONTACTS):
+        dy[n + k] = contacts[NORMAL, k]
+    dy[n + CONTACTS], dy[n + CONTACTS + 1], dy[n + CONTACTS + 2] = power, damping, friction
+
+
+@kernel
+def fill_bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
+    """Write the motion of all five bodies, shape (5, 9), from a state and its derivative."""
+    _bodies(c, t, y, dy, out)
