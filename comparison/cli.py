@@ -97,6 +97,12 @@ def run(
     model: Annotated[str, typer.Option(metavar="reference|exudyn", help="Which model runs it.")],
     out: Annotated[Path, typer.Option(help="The table to write: .csv or .parquet.")],
     accuracy: Accuracy = None,
+    formulation: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="How the model writes the equations; default: what the scene needs."
+        ),
+    ] = None,
     overrides: Overrides = None,
 ) -> int:
     """Run one scene by one model and write its table, with events and provenance beside it."""
@@ -113,6 +119,8 @@ def run(
     loaded = load_scene(scene, parse_set(overrides or []))
     if accuracy is not None:
         loaded = loaded.with_values(solver_values(model, accuracy))
+    if formulation is not None:
+        loaded = loaded.with_values({f"solver.{model}.formulation": formulation})
     warn(loaded.warnings)
     job = Job(loaded, model)
     with progress(f"{loaded.name} by {model}") as report:

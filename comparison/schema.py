@@ -163,6 +163,7 @@ class Output(Section):
 class ReferenceSolver(Section):
     """Raw settings of the reference model; tolerance: absolute local error of the positions (m and rad)."""
 
+    formulation: str = "auto"
     method: str = "dop853"
     tolerance: Positive = 1e-10
     baumgarte_alpha: NotNegative = 10.0
@@ -172,6 +173,7 @@ class ReferenceSolver(Section):
 class ExudynSolver(Section):
     """Raw settings of the Exudyn model; the tolerance is Newton's."""
 
+    formulation: str = "auto"
     method: str = "generalized-alpha"
     step: Annotated[Positive, S] = 2e-6
     tolerance: Positive = 1e-7

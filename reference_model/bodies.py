@@ -16,7 +16,12 @@ from reference_model.parameters import Constants
 
 @kernel
 def point(
-    body: Array, arm: float, theta: float, w: float, a: float, start: tuple[float, float, float, float, float, float]
+    body: Array,
+    arm: float,
+    theta: float,
+    w: float,
+    a: float,
+    start: tuple[float, float, float, float, float, float],
 ) -> tuple[float, float, float, float, float, float]:
     """Return the motion of the point `arm` along a rod from `start` (x, y, vx, vy, ax, ay).
 
@@ -91,9 +96,7 @@ def motion_pin_clearance(c: Constants, t: float, y: Array, dy: Array, bodies: Ar
 def motion_both_clearances(c: Constants, t: float, y: Array, dy: Array, bodies: Array) -> None:
     """Fill `bodies` where theta_2 .. theta_5 are free."""
     crank_motion(c, t, bodies)
-    chain_motion(
-        c, (y[0], y[1], y[2], y[3]), (y[4], y[5], y[6], y[7]), (dy[4], dy[5], dy[6], dy[7]), bodies
-    )
+    chain_motion(c, (y[0], y[1], y[2], y[3]), (y[4], y[5], y[6], y[7]), (dy[4], dy[5], dy[6], dy[7]), bodies)
 
 
 @kernel
@@ -101,7 +104,11 @@ def motion_multipliers(y: Array, dy: Array, bodies: Array) -> None:
     """Fill `bodies` from 15 coordinates."""
     for i in range(5):
         for m in range(3):
-            bodies[i, m], bodies[i, 3 + m], bodies[i, 6 + m] = y[3 * i + m], y[15 + 3 * i + m], dy[15 + 3 * i + m]
+            bodies[i, m], bodies[i, 3 + m], bodies[i, 6 + m] = (
+                y[3 * i + m],
+                y[15 + 3 * i + m],
+                dy[15 + 3 * i + m],
+            )
 
 
 @kernel

@@ -65,7 +65,7 @@ def generalized_forces(
     c: Constants, t: float, theta2: float, theta3: float, theta4: float, w2: float, w3: float, w4: float,
     Fx: float, Fy: float, modes: Array, contacts: Array,
 ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
-    """Return Q2, Q3, Q4 (N m), the motor's power, and the power lost in the bearing by damping and friction (W).
+    """Return Q2, Q3, Q4 (N m), the motor's power, and the powers lost in the bearing (damping, friction; W).
 
     `Fx`, `Fy` is the contact force on the slider; column JOURNAL of `contacts` is written.
     """

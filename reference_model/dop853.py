@@ -40,7 +40,7 @@ def take_step(
     c, t, h, y, modes
         Constants, time (s), step (s), state (state_size,), modes (3, CONTACTS).
     k
-        Stage derivatives, shape (ROWS, state_size): row 0 must hold the derivative at `t`; rows 1-12 are written.
+        Stage derivatives, shape (ROWS, state_size): row 0 holds the derivative at `t`; rows 1-12 are written.
     y1
         Written: the state at t + h.
     contacts

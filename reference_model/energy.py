@@ -8,9 +8,8 @@ force times slip); gravity is the bodies' change of height.
 """
 
 from reference_model.compiled import kernel
-from reference_model.contact import stored_energy
+from reference_model.contact import point_force, stored_energy
 from reference_model.forces import GAP, MEMORY, Array
-from reference_model.contact import point_force
 from reference_model.journal import JOURNAL
 from reference_model.parameters import Constants
 
@@ -56,7 +55,14 @@ def contact_energy(c: Constants, modes: Array, contacts: Array) -> float:
 
 @kernel
 def balance(
-    c: Constants, bodies: Array, modes: Array, contacts: Array, works: Array, driven: int, start: Array, out: Array
+    c: Constants,
+    bodies: Array,
+    modes: Array,
+    contacts: Array,
+    works: Array,
+    driven: int,
+    start: Array,
+    out: Array,
 ) -> None:
     """Write the energies in the order of `ENERGIES`.
 
@@ -67,10 +73,10 @@ def balance(
     works
         Work of the drive, losses by damping and by friction so far, J, shape (3,).
     driven
-        Number of bodies (from the crank) whose motion is prescribed: the drive's work as integrated is then what
-        they pass on at the pin C, and what they take up themselves is added here.
+        Number of bodies (from the crank) whose motion is prescribed: the drive's work as integrated is then
+        what they pass on at the pin C, and what they take up themselves is added here.
     start
-        Kinetic, contact and height energy at t = 0, and kinetic and height of the driven bodies, J, shape (5,).
+        Kinetic, contact and height energy at t = 0, and kinetic and height of the driven ones, J, shape (5,).
     out
         Shape (7,).
     """
@@ -83,7 +89,9 @@ def balance(
 
 
 @kernel
-def starting_energies(c: Constants, bodies: Array, modes: Array, contacts: Array, driven: int, out: Array) -> None:
+def starting_energies(
+    c: Constants, bodies: Array, modes: Array, contacts: Array, driven: int, out: Array
+) -> None:
     """Write what `balance` needs of t = 0, shape (5,)."""
     out[0], out[1] = kinetic_energy(c, bodies, 0, 5), contact_energy(c, modes, contacts)
     out[2] = height_energy(c, bodies, 0, 5)

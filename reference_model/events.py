@@ -89,7 +89,7 @@ def locate(
 
 @kernel
 def step_may_switch(c: Constants, modes: Array, before: Array, after: Array) -> bool:
-    """Return whether any mode can have ended in a step, from the contacts' states (5, CONTACTS) at its ends."""
+    """Return whether any mode can have ended in a step, from the contacts' states at its ends."""
     for k in range(CONTACTS):
         side = -1.0 if modes[MEMORY, k] > 0.0 else 1.0  # in contact the gap is negative
         if side * after[GAP, k] < 0.0 or (side * before[RATE, k] < 0.0 < side * after[RATE, k]):

@@ -7,8 +7,8 @@ the integrator once for each that is used, so a scene pays only for the coordina
 from collections.abc import Callable
 from typing import Any
 
+import numba.extending
 import numpy as np
-from numba.extending import overload
 
 from reference_model import bodies, chain, minimal, multiplier
 from reference_model.compiled import inlined, kernel
@@ -20,6 +20,7 @@ WORKS = 3
 """Integrals behind the impulses: work of the drive, loss by damping, loss by friction, J."""
 
 _Slider = tuple[float, float, float, float, float, float]
+_Kernel = Callable[..., Any]
 
 
 def coordinates(c: Constants) -> int:
@@ -27,7 +28,9 @@ def coordinates(c: Constants) -> int:
     raise NotImplementedError
 
 
-def _equations(c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array) -> _Slider:
+def _equations(
+    c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array
+) -> tuple[float, float, float]:
     raise NotImplementedError
 
 
@@ -69,12 +72,17 @@ _COORDINATES: dict[Formulation, int] = {
 }
 
 
+def overload(stub: _Kernel) -> Callable[[_Kernel], _Kernel]:
+    """Choose the implementation of a stub by the types it is compiled for."""
+    decorate: Callable[[_Kernel], _Kernel] = numba.extending.overload(stub)
+    return decorate
+
+
 def _formulation(c: Any) -> Formulation:
     """Return the formulation that a record type is tagged with."""
     return next(f for f in Formulation if f.value in c.fields)
 
 
-_Kernel = Callable[..., Any]
 _no_bearing: _Kernel = lambda c, t, y: Bearing(np.inf, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)  # noqa: E731
 
 
@@ -87,9 +95,15 @@ def _coordinates(c) -> _Kernel:  # type: ignore[no-untyped-def]
 @overload(_equations)
 def _select_equations(c, t, y, modes, dy, contacts) -> _Kernel:  # type: ignore[no-untyped-def]
     table: dict[Formulation, _Kernel] = {
-        Formulation.SLIDER: lambda c, t, y, modes, dy, contacts: minimal.equations(c, t, y, modes, dy, contacts),
-        Formulation.PIN: lambda c, t, y, modes, dy, contacts: chain.equations_pin(c, t, y, modes, dy, contacts),
-        Formulation.BOTH: lambda c, t, y, modes, dy, contacts: chain.equations_both(c, t, y, modes, dy, contacts),
+        Formulation.SLIDER: lambda c, t, y, modes, dy, contacts: minimal.equations(
+            c, t, y, modes, dy, contacts
+        ),
+        Formulation.PIN: lambda c, t, y, modes, dy, contacts: chain.equations_pin(
+            c, t, y, modes, dy, contacts
+        ),
+        Formulation.BOTH: lambda c, t, y, modes, dy, contacts: chain.equations_both(
+            c, t, y, modes, dy, contacts
+        ),
         Formulation.MULTIPLIER: lambda c, t, y, modes, dy, contacts: multiplier.equations(
             c, t, y, modes, dy, contacts, multiplier.ROWS_CLEARANCE
         ),

@@ -16,7 +16,15 @@ from reference_model.events import first_switch, locate, step_may_switch
 from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array, no_contacts
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.journal import JOURNAL
-from reference_model.observation import CHANNELS, WITH_ENERGY, force_lead, note_forces, observe, turns_inside, widen
+from reference_model.observation import (
+    CHANNELS,
+    WITH_ENERGY,
+    force_lead,
+    note_forces,
+    observe,
+    turns_inside,
+    widen,
+)
 from reference_model.parameters import Constants
 from reference_model.progress import (
     BUFFERED,
@@ -45,7 +53,7 @@ force's d^1.5 is not smooth at its start."""
 
 @kernel
 def first_step_in_contact(c: Constants, contact: int, speed: float) -> float:
-    """Return a first step (s) after a touch at `speed` (m/s), from the lightest mass that can be hit there."""
+    """Return a first step (s) after a touch at `speed` (m/s), from the lightest mass that it can hit."""
     if contact == JOURNAL:
         mass, stiffness = c.m2, c.Kj
     else:
@@ -171,7 +179,9 @@ def advance(
             p.clock[2] = next_h
         if t + h > t:
             p.counters[STEPS] += 1
-            note_step(c, p, t, h, y1, k, f, before, after, times, samples, what, state, dy, contacts, observed)
+            note_step(
+                c, p, t, h, y1, k, f, before, after, times, samples, what, state, dy, contacts, observed
+            )
             t = t_end if final else t + h
             p.y[:] = y1
             before[:] = after

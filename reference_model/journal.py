@@ -56,4 +56,6 @@ def bearing_contact(
     # P relative to the journal's centre is (R_b - |e|) n, relative to the bearing's R_b n.
     slip = -ny * vx + nx * vy + c.omega * (c.bearing_radius - e) - w2 * c.bearing_radius
     rate = -(nx * vx + ny * vy)
-    return Bearing(c.pin_clearance - e, rate, slip, nx, ny, Ax + c.bearing_radius * nx, Ay + c.bearing_radius * ny)
+    return Bearing(
+        c.pin_clearance - e, rate, slip, nx, ny, Ax + c.bearing_radius * nx, Ay + c.bearing_radius * ny
+    )

@@ -4,8 +4,8 @@ q_i = (x_i, y_i, theta_i), i = 1..5. With Phi(q, t) = 0 the rows of Eq. 16,
 
     M q'' + Phi_q^T lambda = Q,    Phi_q q'' = gamma - 2 alpha Phi' - beta^2 Phi.
 
-Rows 1-12 are the six revolutes O, A, H, B, C, F, each r_i - r_j - a u_i - b u_j - const with u = (cos, sin) of a
-body's angle; row 13 drives the crank; an ideal slider adds rows 14 and 15 (x5 on its line, theta_5 = 0).
+Rows 1-12 are the six revolutes O, A, H, B, C, F, each r_i - r_j - a u_i - b u_j - const with u = (cos, sin)
+of a body's angle; row 13 drives the crank; an ideal slider adds rows 14 and 15 (x5 on its line, theta_5 = 0).
 The paper's print of rows 7-12 and of the driver is corrected: as printed the rods would not close.
 """
 
@@ -26,7 +26,7 @@ DRIVER_ROW = 12
 
 @kernel
 def joint_table(c: Constants) -> Array:
-    """Return bodies i and j (0-based, -1: the frame) and the arms a of i, b of j, of each joint, shape (6, 4)."""
+    """Return bodies i, j (0-based, -1: the frame) and arms a of i, b of j of each joint, shape (6, 4)."""
     return np.array(
         [
             [0.0, -1.0, c.Ls1, 0.0],
@@ -128,7 +128,8 @@ def multipliers(
     inverse = 1.0 / masses(c)
     weighted = jacobian * inverse
     right = weighted @ applied - gamma + 2.0 * c.alpha * rate + c.beta * c.beta * phi
-    solution = np.linalg.solve(weighted @ jacobian.T, right)
+    solution = np.empty(rows)
+    solution[:] = np.linalg.solve(weighted @ jacobian.T, right)
     acceleration[:] = inverse * (applied - jacobian.T @ solution)
     return solution
 

@@ -20,7 +20,9 @@ from reference_model.reactions import REACTIONS, reactions
 
 MOTION = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
 ACCELERATIONS = ("slider_ax", "slider_ay", "slider_alpha")
-CORNER_CHANNELS = tuple(f"corner_{corner}_{what}" for corner in CORNERS for what in ("gap", "normal", "friction"))
+CORNER_CHANNELS = tuple(
+    f"corner_{corner}_{what}" for corner in CORNERS for what in ("gap", "normal", "friction")
+)
 NAMES = MOTION + ACCELERATIONS + CORNER_CHANNELS + REACTIONS + ENERGIES
 CHANNELS = len(NAMES)
 CORNERS_FROM = len(MOTION) + len(ACCELERATIONS)
@@ -33,7 +35,15 @@ SLIDER_ONLY, WITH_JOINTS, WITH_ENERGY = 0, 1, 2
 
 @kernel
 def observe(
-    c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array, what: int, start: Array, out: Array
+    c: Constants,
+    t: float,
+    y: Array,
+    modes: Array,
+    dy: Array,
+    contacts: Array,
+    what: int,
+    start: Array,
+    out: Array,
 ) -> None:
     """Write the channels, in the order of `NAMES`, into `out`, shape (CHANNELS,).
 

@@ -109,7 +109,9 @@ def switch(c: Constants, t: float, kind: int, contact: int, contacts: Array, p: 
     elif kind == GAP:
         start_contact(c, contact, t, contacts, p)
         for k in range(CONTACTS):
-            if p.modes[MEMORY, k] == 0.0 and touching(contacts[GAP, k], contacts[RATE, k], contacts[GAP, contact]):
+            if p.modes[MEMORY, k] == 0.0 and touching(
+                contacts[GAP, k], contacts[RATE, k], contacts[GAP, contact]
+            ):
                 start_contact(c, k, t, contacts, p)
     elif kind == PULL:
         p.modes[CLIPPED, contact] = 1.0 - p.modes[CLIPPED, contact]

@@ -91,5 +91,5 @@ def reactions(
     out[0], out[1], out[2], out[3], out[4], out[5] = ROx, ROy, RAx, RAy, RBx, RBy
     out[6], out[7], out[8], out[9], out[10], out[11] = RHx, RHy, RCx, RCy, RFx, RFy
     out[12], out[13] = torque, guide
-    # All forces on an ideal slider pass through its centre, but it does not turn: the guide's moment is J5 a5.
+    # All other forces on an ideal slider pass through its centre.
     out[14] = c.J5 * bodies[4, 8] if ideal_slider else 0.0

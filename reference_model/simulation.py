@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from reference_model import integrate
 from reference_model.contact import CORNERS
+from reference_model.energy import ENERGIES
 from reference_model.forces import Array
 from reference_model.ideal import observe_ideal
 from reference_model.observation import (
@@ -22,7 +23,6 @@ from reference_model.observation import (
     WITH_ENERGY,
     WITH_JOINTS,
 )
-from reference_model.energy import ENERGIES
 from reference_model.parameters import Formulation, Parameters, as_record
 from reference_model.progress import BUFFERED, SAMPLES, Progress, begin
 from reference_model.reactions import REACTIONS
@@ -96,7 +96,9 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     times = np.arange(count + 1, dtype=np.float64) * (p.period / p.samples_per_cycle)
     what = (WITH_JOINTS if "joints" in p.groups else 0) + (WITH_ENERGY if "energy" in p.groups else 0)
     kind = formulation(p)
-    result = _ideal(p, times, what) if kind is Formulation.IDEAL else _simulated(p, kind, times, what, progress)
+    result = (
+        _ideal(p, times, what) if kind is Formulation.IDEAL else _simulated(p, kind, times, what, progress)
+    )
     result.provenance.update(
         model="reference",
         versions={name: version(name) for name in ("sixbar-crossval", "numpy", "scipy", "numba")},

@@ -31,8 +31,8 @@ def formulation(p: Parameters) -> Formulation:
 def start(p: Parameters, kind: Formulation) -> tuple[Constants, Array]:
     """Return the constants of a formulation, and its coordinates and velocities at t = 0.
 
-    All bodies are where the ideal mechanism has them, but for the slider, which starts where the scene says; y
-    and vy follow from rod 4. With clearance at A the pin is centred.
+    All bodies are where the ideal mechanism has them, but for the slider, which starts where the scene says;
+    y and vy follow from rod 4. With clearance at A the pin is centred.
 
     Raises
     ------

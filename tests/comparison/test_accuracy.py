@@ -23,10 +23,10 @@ def test_names_are_ordered_from_coarse_to_fine_and_stand_in_the_table(model):
 @pytest.mark.parametrize("model", ["reference", "exudyn"])
 def test_a_number_gives_the_cheapest_setting_that_promises_it(model):
     table = RECORD[model]["table"]
-    for coarser, row in zip([None, *table], table, strict=False):
+    for before, row in zip([None, *table], table, strict=False):
         assert solver_values(model, row["error"]) == {RECORD[model]["key"]: row["setting"]}
-        if coarser:
-            just_below = coarser["error"] * (1 - 1e-9)
+        if before:
+            just_below = before["error"] * (1 - 1e-9)
             assert solver_values(model, f"{just_below!r}") == {RECORD[model]["key"]: row["setting"]}
     assert solver_values(model, 1.0) == {RECORD[model]["key"]: table[0]["setting"]}
 

@@ -50,7 +50,12 @@ def test_the_mapping_is_complete_and_plain():
     }  # fmt: skip
     assert data["initial"]["slider_offset"] == data["mechanism"]["reference_offset"] == 5e-5
     assert data["solver"]["reference"]["tolerance"] == 1e-10
-    assert data["solver"]["exudyn"] == {"method": "generalized-alpha", "step": 2e-6, "tolerance": 1e-7}
+    assert data["solver"]["exudyn"] == {
+        "formulation": "auto",
+        "method": "generalized-alpha",
+        "step": 2e-6,
+        "tolerance": 1e-7,
+    }
     assert type(data["mechanism"]["rod4"]) is dict
     assert type(load_scene(PAPER, {"drive.speed_rpm": 210}).data["drive"]["speed_rpm"]) is float
 

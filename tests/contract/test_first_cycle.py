@@ -21,7 +21,6 @@ def test_difference_falls_with_the_square_of_the_step(scene) -> None:
         np.testing.assert_array_equal(run.columns["time"], exact.columns["time"])
         differences.append(np.abs(run.columns["slider_x"] - exact.columns["slider_x"]).max())
     slope = np.polyfit(np.log(STEPS), np.log(differences), 1)[0]
-    print(dict(zip(STEPS.tolist(), differences, strict=True)), slope)
     assert abs(slope - 2.0) <= 0.2
     assert differences[-1] <= 5e-8
     # What `standard` promises: 2e-6 s against tolerance 1e-10, whose own error is 1.7e-9 m.

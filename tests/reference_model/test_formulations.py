@@ -33,7 +33,9 @@ def evaluate(c, t, head, modes):
 
 def random_states(scene, seed=0):
     """Yield times and states of the press with random corners inside the walls, and their modes."""
-    p = read_parameters(scene({"solver.reference.baumgarte_alpha": 0.0, "solver.reference.baumgarte_beta": 0.0}))
+    p = read_parameters(
+        scene({"solver.reference.baumgarte_alpha": 0.0, "solver.reference.baumgarte_beta": 0.0})
+    )
     c, y0 = start(p, Formulation.SLIDER)
     rng = np.random.default_rng(seed)
     for _ in range(STATES_EACH):
@@ -70,7 +72,9 @@ def test_accelerations_of_minimal_and_multiplier_agree_from_the_same_state(scene
 
 def test_reactions_are_the_multipliers(scene) -> None:
     """Inverse dynamics body after body against -lambda of the rows, ideal and with a contact force."""
-    p = read_parameters(scene({"solver.reference.baumgarte_alpha": 0.0, "solver.reference.baumgarte_beta": 0.0}))
+    p = read_parameters(
+        scene({"solver.reference.baumgarte_alpha": 0.0, "solver.reference.baumgarte_beta": 0.0})
+    )
     c = as_record(p.constants, Formulation.IDEAL)
     rng = np.random.default_rng(1)
     for t in rng.uniform(0.0, p.period, 50):
@@ -78,7 +82,9 @@ def test_reactions_are_the_multipliers(scene) -> None:
         q, v = bodies[:, :3].ravel(), bodies[:, 3:6].ravel()
         acceleration = np.empty(15)
         solution = multipliers(c, t, q, v, weights(c), 15, acceleration)
-        np.testing.assert_allclose(acceleration, bodies[:, 6:].ravel(), rtol=0, atol=1e-9)  # of some 100 m/s^2
+        np.testing.assert_allclose(
+            acceleration, bodies[:, 6:].ravel(), rtol=0, atol=1e-9
+        )  # of some 100 m/s^2
         out = np.empty(len(REACTIONS))
         reactions(c, bodies, 0.0, 0.0, True, True, (0.0, 0.0, 0.0, 0.0), out)
         # Rows are in the order O, A, H, B, C, F; the channels in O, A, B, H, C, F.
@@ -97,7 +103,7 @@ def test_constraint_derivatives(scene) -> None:
         constraints(c, t, q, v, phi, rate, jacobian, gamma)
         return phi, rate, gamma, jacobian
 
-    phi, rate, gamma, jacobian = rows(q, v, 0.1)
+    _, rate, gamma, jacobian = rows(q, v, 0.1)
     for j in range(15):
         step = np.zeros(15)
         step[j] = h
@@ -112,7 +118,7 @@ def test_constraint_derivatives(scene) -> None:
 
 @pytest.mark.parametrize("gain", [3.0, 30.0, 300.0])
 def test_ideal_mechanism_of_the_multiplier_form(scene, gain) -> None:
-    """To 1e-10 m, reactions and torque to 1e-6 of their range, for Baumgarte's alpha = beta over two decades."""
+    """To 1e-10 m, reactions and torque to 1e-6 of range, for Baumgarte's alpha = beta over two decades."""
     changes = {"joints.slider": "ideal", **JOINTS, "drive.cycles": 1.0}
     gains = {"solver.reference.baumgarte_alpha": gain, "solver.reference.baumgarte_beta": gain}
     exact = simulate(scene(changes)).columns

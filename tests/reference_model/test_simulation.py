@@ -29,7 +29,7 @@ def integrate_press(scene, changes, tolerance, cycles=1.0, chunks=1):
     progress = begin(c, y0, 1e-6)
     end, nothing = cycles * p.period, np.empty((0, len(NAMES)))
     for stop in np.linspace(0.0, end, chunks + 1)[1:]:
-        assert 0 == advance(c, progress, stop, end, tolerance, p.period / 50, 10**7, np.empty(0), nothing, 0)
+        assert advance(c, progress, stop, end, tolerance, p.period / 50, 10**7, np.empty(0), nothing, 0) == 0
     return p, c, progress
 
 
@@ -60,7 +60,9 @@ def test_energy_balance(scene, changes) -> None:
     p, c, progress = integrate_press(scene, changes, tolerance)
     _, _, first = integrate_press(scene, changes, tolerance, cycles=1e-9)
     drive, damping, friction = progress.y[-3:]
-    residual = drive - stored(p, c, progress.clock[0], progress.y) + stored(p, c, 0.0, first.y) - damping - friction
+    residual = (
+        drive - stored(p, c, progress.clock[0], progress.y) + stored(p, c, 0.0, first.y) - damping - friction
+    )
     if changes:
         assert damping == 0.0
         assert friction == 0.0
@@ -76,8 +78,8 @@ def test_angle_is_linear_between_contacts(scene) -> None:
     result = simulate(scene({"output.samples_per_cycle": 5000, "drive.cycles": 1.0}))
     time, angle = result.columns["time"], result.columns["slider_angle"]
     touching = np.zeros(time.size, dtype=bool)
-    for start, end in zip(result.events["start"], result.events["end"], strict=True):
-        touching |= (time >= start) & (time <= end)
+    for begun, end in zip(result.events["start"], result.events["end"], strict=True):
+        touching |= (time >= begun) & (time <= end)
     edges = np.flatnonzero(np.diff(np.concatenate([[1], touching.astype(int), [1]])))
     flights = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 5]
     assert len(flights) > 10
@@ -143,13 +145,13 @@ def test_events_are_where_the_gap_closes(scene) -> None:
     assert np.all(events["normal_speed"] >= 1e-4)
     for corner in ("ll", "lr", "ul", "ur"):
         gap, mine = columns[f"corner_{corner}_gap"], events["corner"] == corner
-        for start, end in zip(events["start"][mine], events["end"][mine], strict=True):
+        for begun, end in zip(events["start"][mine], events["end"][mine], strict=True):
             # The gap, linear between samples h = 2e-5 s, accelerations up to 500 m/s^2: 500 h^2/8 = 3e-8 m.
-            assert abs(np.interp(start, columns["time"], gap)) < 3e-8
+            assert abs(np.interp(begun, columns["time"], gap)) < 3e-8
             assert abs(np.interp(end, columns["time"], gap)) < 3e-8
         inside = np.zeros(gap.size, dtype=bool)
-        for start, end in zip(events["start"][mine], events["end"][mine], strict=True):
-            inside |= (columns["time"] > start) & (columns["time"] < end)
+        for begun, end in zip(events["start"][mine], events["end"][mine], strict=True):
+            inside |= (columns["time"] > begun) & (columns["time"] < end)
         assert np.all(gap[inside] <= 1e-15)
         assert np.all(columns[f"corner_{corner}_normal"][~inside] == 0.0)
         assert np.all(columns[f"corner_{corner}_normal"] >= 0.0)
