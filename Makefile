@@ -8,6 +8,7 @@ PYTHON ?= $(firstword $(foreach v,3.14 3.13 3.12 3.11,$(shell command -v python$
 help:
 	@echo "make validate      run the shipped scenes in both models and write the report"
 	@echo "make test          the tests (under 10 minutes); test-slow, test-browser: the others"
+	@echo "make reports       what reports/ and the README hold about the current code"
 	@echo "make lint          ruff, mypy --strict, import contracts"
 	@echo "make clean         remove the environment and what it produced"
 
@@ -35,6 +36,9 @@ test-slow: $(VENV)/.installed
 
 test-browser: $(VENV)/.installed
 	$(BIN)/python -m pytest -m browser
+
+reports: $(VENV)/.installed
+	$(BIN)/python -m comparison.studies.verdicts
 
 lint: $(VENV)/.installed
 	$(BIN)/ruff check .

@@ -1,4 +1,20 @@
-"""The hand-written solver of the paper's equations."""
+"""The hand-written solver of the paper's equations.
+
+| equations | what | where |
+|---|---|---|
+| Fig. 4, Table 1 | the mechanism's numbers | `parameters`, read by `reading` |
+| rows 1-8 of Eq. 16 | driven four-bar in closed form | `linkage`; all five bodies: `bodies`; no freedom left: `ideal` |
+| Eqs. 1-6 | corners, walls, gaps | `contact` |
+| Eqs. 7-8 | surface contact (and the strip that replaces it) | `contact` |
+| Eqs. 9-11 | point contact with damping | `contact`; memory of the impact speed: `progress` |
+| Eqs. 13-14 | modified Coulomb friction | `friction` |
+| Figs. 7, 8 | clearance at the crank pin A | `journal` |
+| Eqs. 15-21 | coordinates and multipliers, Baumgarte | `multiplier` |
+| their projections | the fewest coordinates | `minimal` (slider), `chain` (crank pin, both) |
+
+The way of a run: `simulation` > `start` > `integrate` (steps of `dop853`, ended by `events`) > `observation`
+(with `reactions` and `energy` where a scene asks for them). `formulations` binds one set of equations to it.
+"""
 
 from reference_model.simulation import Result, simulate
 
