@@ -2,7 +2,10 @@
 .DELETE_ON_ERROR:
 VENV := .venv
 BIN := $(VENV)/bin
-PYTHON ?= $(firstword $(foreach v,3.14 3.13 3.12 3.11,$(shell command -v python$(v) 2>/dev/null)) $(shell command -v python3 2>/dev/null))
+# The newest Python that runs; a name alone may be a version manager's empty shell.
+ifndef PYTHON
+PYTHON := $(shell for v in 3.14 3.13 3.12 3.11 3; do python$$v -c pass >/dev/null 2>&1 && echo python$$v && break; done)
+endif
 
 .PHONY: help install validate test test-slow test-browser lint reports clean
 help:

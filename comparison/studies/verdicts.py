@@ -2,7 +2,7 @@
 
     python -m comparison.studies.verdicts
 
-writes ``reports/README.md`` and ``reports/slider_x.svg`` and puts the table between its marks in ``README.md``.
+writes ``reports/README.md`` and ``reports/slider_x.svg`` and puts the table between its marks in the README.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ PICTURE_OF = ("150rpm-0.2mm", "slider_x")
 def table(comparisons: Sequence[SceneComparison]) -> str:
     """Return the verdicts of the scenes as a Markdown table."""
     lines = [
-        "| scene | verdict | channels that agree | samples predictable | largest difference of x, first cycle | "
-        "largest difference of x, whole run |",
+        "| scene | verdict | channels that agree | samples predictable "
+        "| largest difference of x, first cycle | largest difference of x, whole run |",
         "|---|---|---|---|---|---|",
     ]
     for scene in comparisons:
