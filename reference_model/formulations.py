@@ -48,6 +48,11 @@ def _bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
     raise NotImplementedError
 
 
+def slider_row(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
+    """Write x, y, angle of the slider, their rates and their second derivatives into out[:9]."""
+    raise NotImplementedError
+
+
 def driven_bodies(c: Constants) -> int:
     """Return how many bodies, from the crank, move as prescribed and are not in the equations."""
     raise NotImplementedError
@@ -146,6 +151,20 @@ def _select_bodies(c, t, y, dy, out) -> _Kernel:  # type: ignore[no-untyped-def]
         Formulation.MULTIPLIER_IDEAL: lambda c, t, y, dy, out: bodies.motion_multipliers(y, dy, out),
     }
     return table[_formulation(c)]
+
+
+@inlined
+def _from_bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
+    bodies = np.empty((5, 9))
+    _bodies(c, t, y, dy, bodies)
+    out[:9] = bodies[4]
+
+
+@overload(slider_row)
+def _select_slider_row(c, t, y, dy, out) -> _Kernel:  # type: ignore[no-untyped-def]
+    if _formulation(c) is Formulation.SLIDER:
+        return lambda c, t, y, dy, out: minimal.slider_row(c, t, y, dy, out)
+    return lambda c, t, y, dy, out: _from_bodies(c, t, y, dy, out)
 
 
 @overload(driven_bodies)

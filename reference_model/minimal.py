@@ -34,6 +34,18 @@ def slider_motion(c: Constants, t: float, y: Array) -> tuple[float, float, float
 
 
 @inlined
+def slider_row(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
+    """Write x, y, angle of the slider, their rates and their second derivatives into out[:9]."""
+    Cx, Cy, vCx, vCy, aCx, aCy = rocker_tip(c, t)
+    c4, s4 = math.cos(y[0]), math.sin(y[0])
+    w4, a4 = y[2], dy[2]
+    out[0], out[1], out[2] = Cx + c.L4 * c4, Cy + c.L4 * s4, y[1]
+    out[3], out[4], out[5] = vCx - c.L4 * w4 * s4, vCy + c.L4 * w4 * c4, y[3]
+    out[6], out[7] = aCx - c.L4 * (a4 * s4 + w4 * w4 * c4), aCy + c.L4 * (a4 * c4 - w4 * w4 * s4)
+    out[8] = dy[3]
+
+
+@inlined
 def equations(
     c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array
 ) -> tuple[float, float, float]:

@@ -13,6 +13,7 @@ from reference_model.formulations import (
     free,
     ideal_pin,
     ideal_slider,
+    slider_row,
 )
 from reference_model.journal import JOURNAL
 from reference_model.parameters import Constants
@@ -61,11 +62,7 @@ def observe(
     out
         Written; channels that are not asked for keep what they had.
     """
-    bodies = np.empty((5, 9))
-    fill_bodies(c, t, y, dy, bodies)
-    slider = bodies[4]
-    for i in range(9):
-        out[i] = slider[i]
+    slider_row(c, t, y, dy, out)
     Fx = Fy = 0.0
     for k in range(4):
         i = CORNERS_FROM + 3 * k
@@ -73,6 +70,10 @@ def observe(
         out[i], out[i + 1], out[i + 2] = contacts[GAP, k], normal, contacts[FRICTION, k]
         Fx += contacts[NORMAL, k] if k % 2 == 0 else -contacts[NORMAL, k]
         Fy += contacts[FRICTION, k]
+    if what == SLIDER_ONLY:
+        return
+    bodies = np.empty((5, 9))
+    fill_bodies(c, t, y, dy, bodies)
     if what & WITH_JOINTS:
         b = bearing_motion(c, t, y)
         normal, drag = contacts[NORMAL, JOURNAL], contacts[FRICTION, JOURNAL]
