@@ -227,13 +227,22 @@ def test_start_exactly_on_a_wall_runs(scene) -> None:
 
 
 def test_grazing_touch_within_one_step_is_seen(scene) -> None:
-    """A tilted slider drifting past the wall: the kernel's largest step would jump over the shallow dip."""
-    coarse = simulate(scene({"solver.reference.tolerance": 1e-5, "drive.cycles": 1.0}))
-    for corner in ("ll", "lr", "ul", "ur"):
-        outside = coarse.extrema[f"corner_{corner}_gap"]["min"]
-        inside = coarse.events["largest_depth"][coarse.events["corner"] == corner]
-        # Whatever dips below zero has its row in the event table.
-        assert -outside <= max(inside, default=0.0) + 1e-12
+    """A dip into the wall far shallower than a step sees at its ends is found at the extremum in between.
+
+    The clearance is chosen so that the turning point of a first flight lies 1e-9 m inside the wall: the dip
+    lasts some 1e-4 s, a step in flight a hundred times as long.
+    """
+    wide = {"clearance.slider": 5e-4, "initial.slider_vx": 0.02, "drive.cycles": 0.025}
+    free = simulate(scene({**wide, "output.samples_per_cycle": 200000}))
+    assert free.events["start"].size == 0
+    x = free.columns["slider_x"] + 0.55
+    turn = x.argmax()
+    assert 0 < turn < x.size - 1
+    grazing = {**wide, "clearance.slider": x[turn] - 1e-9, "solver.reference.tolerance": 1e-5}
+    touched = simulate(scene(grazing)).events
+    assert set(touched["corner"]) == {"lr", "ur"}
+    # The sampled turning point is off by at most a sample's fall, (2e-6 s)^2 * 10 m/s^2 = 4e-11 m.
+    assert touched["largest_depth"].max() == pytest.approx(1e-9, rel=0.05)
 
 
 @pytest.mark.parametrize(
