@@ -174,7 +174,7 @@ class ExudynSolver(Section):
     """Raw settings of the Exudyn model; the tolerance is Newton's."""
 
     formulation: str = "auto"
-    method: str = "generalized-alpha"
+    method: str = "auto"
     step: Annotated[Positive, S] = 2e-6
     tolerance: Positive = 1e-7
 

@@ -11,8 +11,13 @@ knowledge of ``reference_model``; the two share only the scene's numbers. Where 
   instant of touch, and the user function that Exudyn calls. ``plain_contact``: the same in plain Python.
 - ``contact_memory``: freezes and forgets impact speeds from accepted states; the table of contacts.
 - ``accelerations``: the slider's accelerations by balance of forces at one state (Eqs. 15-21, reduced).
-- ``recording``: samples, contacts and extrema of a run.
-- ``solver``: every setting of Exudyn's solver with its reason; the run itself.
+- ``energy``: work, stored and dissipated energy, and what is left of their balance.
+- ``recording``: samples, contacts and extrema of a run. ``tables``: names of channels, the final tables.
+- ``solver_choice``: formulation, method and settings of a scene. ``solver``: every setting of Exudyn's
+  implicit solver with its reason; the run itself.
+- ``rocker_tip``, ``tree``: the other formulation, rod 4 and slider alone in the frame of the rocker's tip;
+  ``touch_location``, ``tree_recording``, ``tree_solver``: its steps with error control, which end where a
+  corner touches or leaves, and what is kept of them.
 - ``simulation``: from the scene's mapping to the result.
 - ``compiled``: numba with a cache that notices every change of this package.
 """

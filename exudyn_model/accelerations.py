@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.compiled import kernel
-from exudyn_model.parameters import Mechanism
+from exudyn_model.parameters import Drive, Mechanism
 
 _LINKAGE = np.dtype(
     [
@@ -29,14 +29,19 @@ _LINKAGE = np.dtype(
             "slider_inertia",
             "gravity",
             "guide_x",
+            "pivot_x",
+            "pivot_y",
+            "rocker_branch",
+            "crank_angle",
+            "omega",
         )
     ]
     + [("ideal_slider", np.bool_)]
 )
 
 
-def linkage_record(mechanism: Mechanism) -> NDArray[np.void]:
-    """Collect the linkage's constants for the kernels (SI units), shape (1,)."""
+def linkage_record(mechanism: Mechanism, drive: Drive) -> NDArray[np.void]:
+    """Collect the constants of linkage and drive for the kernels (SI units, rad), shape (1,)."""
     linkage = np.zeros(1, _LINKAGE)
     linkage["crank_length"] = mechanism.crank.length
     linkage["rod2_length"] = mechanism.rod2.length
@@ -50,6 +55,10 @@ def linkage_record(mechanism: Mechanism) -> NDArray[np.void]:
     linkage["slider_inertia"] = mechanism.slider.inertia
     linkage["gravity"] = mechanism.gravity
     linkage["guide_x"] = mechanism.guide_x
+    linkage["pivot_x"], linkage["pivot_y"] = mechanism.rocker_pivot
+    linkage["rocker_branch"] = mechanism.rocker_branch
+    linkage["crank_angle"] = mechanism.crank_angle
+    linkage["omega"] = drive.omega
     linkage["ideal_slider"] = mechanism.ideal_slider
     return linkage
 
@@ -77,26 +86,40 @@ def rocker_tip_acceleration(
 
 
 @kernel
+def rod4_acceleration(
+    angle: float, tip_ax: float, tip_ay: float, fx: float, fy: float, linkage: Any
+) -> float:
+    """Find rod 4's angular acceleration (rad/s^2) from its angle, C's acceleration and the contact force.
+
+    Rod 4 and the slider together turn about C, which moves as the drive makes it; taking moments about C
+    leaves this as the only unknown.
+    """
+    cosine, sine = np.cos(angle), np.sin(angle)
+    length, centroid = linkage.rod4_length, linkage.rod4_centroid
+    first_moment = linkage.rod4_mass * centroid + linkage.slider_mass * length
+    second_moment = linkage.rod4_inertia + linkage.rod4_mass * centroid**2 + linkage.slider_mass * length**2
+    # Across rod 4: the centripetal parts point along it and have no moment about C
+    across = -sine * tip_ax + cosine * (tip_ay + linkage.gravity)
+    found: float = (length * (-sine * fx + cosine * fy) - first_moment * across) / second_moment
+    return found
+
+
+@kernel
 def slider_acceleration(
     q: NDArray[np.float64], v: NDArray[np.float64], fx: float, fy: float, moment: float, linkage: Any
 ) -> tuple[float, float, float]:
     """Find the slider's ax, ay (m/s^2) and alpha (rad/s^2) under the contact's fx, fy (N) and moment (N m).
 
-    Loose slider: rod 4 and the slider together turn about C, which moves as the drive makes it; taking
-    moments about C leaves rod 4's angular acceleration as the only unknown, and the slider turns under the
-    contact's moment alone. Ideal slider: its x stays, which gives rod 4's angular acceleration directly.
+    Loose slider: it turns under the contact's moment alone. Ideal slider: its x stays, which gives rod 4's
+    angular acceleration directly.
     """
     cx, cy = rocker_tip_acceleration(q, v, linkage)
     cosine, sine, w4 = np.cos(q[11]), np.sin(q[11]), v[11]
-    length, centroid = linkage.rod4_length, linkage.rod4_centroid
+    length = linkage.rod4_length
     if linkage.ideal_slider:
         alpha4 = (cx - length * w4 * w4 * cosine) / (length * sine)
         return 0.0, cy + length * (alpha4 * cosine - w4 * w4 * sine), 0.0
-    # Across rod 4: the centripetal parts point along it and have no moment about C
-    first_moment = linkage.rod4_mass * centroid + linkage.slider_mass * length
-    second_moment = linkage.rod4_inertia + linkage.rod4_mass * centroid**2 + linkage.slider_mass * length**2
-    across = -sine * cx + cosine * (cy + linkage.gravity)
-    alpha4 = (length * (-sine * fx + cosine * fy) - first_moment * across) / second_moment
+    alpha4 = rod4_acceleration(q[11], cx, cy, fx, fy, linkage)
     ax = cx - length * (alpha4 * sine + w4 * w4 * cosine)
     ay = cy + length * (alpha4 * cosine - w4 * w4 * sine)
     return ax, ay, moment / linkage.slider_inertia

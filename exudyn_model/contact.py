@@ -158,6 +158,16 @@ def impact_speed_in_force(corner: Any, gap: float, rate: float, law: Any) -> flo
 
 
 @kernel
+def corner_load(
+    number: int, normal: float, slip: float, rx: float, ry: float, law: Any
+) -> tuple[float, float, float]:
+    """Fx, fy (N) and the moment about the slider's centre (N m) of one corner's normal force and friction."""
+    inward = normal if number % 2 == 0 else -normal
+    friction = friction_force(normal, slip, law)
+    return inward, friction, rx * friction - ry * inward
+
+
+@kernel
 def slider_force(
     x: float,
     angle: float,
@@ -185,11 +195,36 @@ def slider_force(
         if gap < 0.0:
             speed = impact_speed_in_force(corners[number], gap, rate, constants)
             normal = normal_force(-gap, -rate, speed, constants)
-            inward = normal if number % 2 == 0 else -normal
-            friction = friction_force(normal, slip, constants)
-            fx += inward
-            fy += friction
-            moment += rx * friction - ry * inward
+            load = corner_load(number, normal, slip, rx, ry, constants)
+            fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
+    return fx, fy, moment
+
+
+@kernel
+def frozen_slider_force(
+    x: float,
+    angle: float,
+    vx: float,
+    vy: float,
+    omega: float,
+    law: NDArray[np.void],
+    corners: NDArray[np.void],
+) -> tuple[float, float, float]:
+    """:func:`slider_force` of the corners alone that are in contact: those with a frozen impact speed.
+
+    For steps that end at each touch. Inside such a step a corner that was open stays without force, even
+    where a trial state lies behind the wall: the motion of a trial step is smooth up to the touch that it
+    is to locate.
+    """
+    constants = law[0]
+    fx, fy, moment = 0.0, 0.0, 0.0
+    for number in range(4):
+        if corners[number].impact_speed > 0.0:
+            gap, rate, slip, rx, ry = corner_motion(number, x, angle, vx, vy, omega, constants)
+            if gap < 0.0:
+                normal = normal_force(-gap, -rate, corners[number].impact_speed, constants)
+                load = corner_load(number, normal, slip, rx, ry, constants)
+                fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
     return fx, fy, moment
 
 

@@ -20,6 +20,7 @@ from exudyn.itemInterface import (
 )
 from numpy.typing import NDArray
 
+from exudyn_model.accelerations import linkage_record
 from exudyn_model.assembly import CRANK, FRAME, SLIDER, InitialState, pins
 from exudyn_model.contact import contact_law, corner_states, force_user_function
 from exudyn_model.parameters import Parameters, Rod, Slider
@@ -32,21 +33,31 @@ class Model:
     Attributes
     ----------
     mbs : exudyn.MainSystem
-        Coordinates: x, y, angle of bodies 1 to 5; the slider's x counts from the guide's centre line.
     container : exudyn.SystemContainer
         Owner of ``mbs``; held so that it outlives it.
+    linkage : ndarray, shape (1,)
+        See ``accelerations``.
     law, corners : ndarray
         See ``contact``.
+    multipliers : tuple of str
+        Channel of each Lagrange multiplier. Exudyn writes M a + (dc/dq)^T lambda = f, with c the second
+        body's end less the first's: the channel, the constraint's force or moment on the second body (the
+        motor's on the crank, the guide's on the slider), is -lambda.
     """
 
     mbs: Any
     container: Any
+    linkage: NDArray[np.void]
     law: NDArray[np.void]
     corners: NDArray[np.void]
+    multipliers: tuple[str, ...]
 
 
 def build(parameters: Parameters, state: InitialState, step: float) -> Model:
-    """Build the mechanism at ``state``, for integration with a fixed ``step`` (s)."""
+    """Build the mechanism at ``state``, for integration with a fixed ``step`` (s).
+
+    Its coordinates are x, y, angle of bodies 1 to 5; the slider's x counts from the guide's centre line.
+    """
     mechanism = parameters.mechanism
     container = exu.SystemContainer()
     mbs = container.AddSystem()
@@ -76,7 +87,9 @@ def build(parameters: Parameters, state: InitialState, step: float) -> Model:
         centre = mbs.AddMarker(MarkerBodyMass(bodyNumber=bodies[-1]))
         mbs.AddLoad(LoadMassProportional(markerNumber=centre, loadVector=[0.0, -mechanism.gravity, 0.0]))
 
+    multipliers = []
     for pin in pins(mechanism):
+        multipliers += [f"reaction_{pin.name}_x", f"reaction_{pin.name}_y"]
         ends = []
         for number, point in ((pin.first, pin.first_point), (pin.second, pin.second_point)):
             body = ground if number == FRAME else bodies[number]
@@ -91,9 +104,12 @@ def build(parameters: Parameters, state: InitialState, step: float) -> Model:
         )
     )
 
+    multipliers.append("crank_torque")
+
     law = contact_law(parameters.contact, mechanism.slider, step)
     corners = corner_states()
     if mechanism.ideal_slider:
+        multipliers += ["guide_force", "guide_moment"]
         for coordinate, value in ((0, mechanism.reference_offset), (2, 0.0)):
             marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=nodes[SLIDER], coordinate=coordinate))
             mbs.AddObject(CoordinateConstraint(markerNumbers=[fixed, marker], offset=value))
@@ -107,4 +123,6 @@ def build(parameters: Parameters, state: InitialState, step: float) -> Model:
             )
         )
     mbs.Assemble()
-    return Model(mbs, container, law, corners)
+    return Model(
+        mbs, container, linkage_record(mechanism, parameters.drive), law, corners, tuple(multipliers)
+    )

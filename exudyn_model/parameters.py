@@ -178,21 +178,30 @@ class Integration:
 
     Attributes
     ----------
+    formulation : str
+        "full": five bodies; "tree": rod 4 and slider alone.
+    method : str
+        "generalized-alpha" or "trapezoidal-index2" for "full", "dopri5" for "tree".
     step : float
         Largest step that the scene allows, s.
     tolerance : float
-        Absolute tolerance of the Newton iteration.
+        "full": of the Newton iteration, absolute; see ``solver.newton_tolerance``. "tree": of a step's error,
+        in rad and rad/s.
     samples_per_cycle : int
         Samples in one turn of the crank.
-    accelerations, corners : bool
+    accelerations, corners, joints, energy : bool
         Groups of channels asked for.
     """
 
+    formulation: str
+    method: str
     step: float
     tolerance: float
     samples_per_cycle: int
     accelerations: bool
     corners: bool
+    joints: bool
+    energy: bool
 
 
 @dataclass(frozen=True)
@@ -204,3 +213,13 @@ class Parameters:
     initial: Initial
     contact: Contact
     integration: Integration
+
+    @property
+    def sample_interval(self) -> float:
+        """Time between two samples, s."""
+        return self.drive.period / self.integration.samples_per_cycle
+
+    @property
+    def samples(self) -> int:
+        """Number of samples besides the one at t = 0."""
+        return round(self.drive.cycles * self.integration.samples_per_cycle)

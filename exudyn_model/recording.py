@@ -5,20 +5,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.accelerations import linkage_record, slider_acceleration
+from exudyn_model.accelerations import slider_acceleration
 from exudyn_model.compiled import kernel
-from exudyn_model.contact import CORNERS
-from exudyn_model.contact_memory import EVENT, renew_corners, write_event
-from exudyn_model.parameters import Mechanism
-
-STATE = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
-ACCELERATIONS = ("slider_ax", "slider_ay", "slider_alpha")
-CORNER_CHANNELS = tuple(
-    f"corner_{corner}_{part}" for corner in CORNERS for part in ("gap", "normal", "friction")
-)
-_CHANNELS = STATE + ACCELERATIONS + CORNER_CHANNELS
-
-_EXTREMA = np.dtype([(name, np.float64) for name in ("min", "time_of_min", "max", "time_of_max")])
+from exudyn_model.contact_memory import EVENT, renew_corners
+from exudyn_model.energy import ENERGIES, audit_energy, new_audit
+from exudyn_model.mechanism import Model
+from exudyn_model.tables import CHANNELS, event_table, extrema_table, new_extrema, widen
 
 
 @kernel
@@ -26,6 +18,9 @@ def _observe(
     index: int,
     q: NDArray[np.float64],
     v: NDArray[np.float64],
+    multipliers: NDArray[np.float64],
+    masses: NDArray[np.float64],
+    audit: NDArray[np.void],
     linkage: NDArray[np.void],
     law: NDArray[np.void],
     corners: NDArray[np.void],
@@ -46,14 +41,12 @@ def _observe(
         values[9 + 3 * number] = corners[number].gap
         values[10 + 3 * number] = corners[number].normal
         values[11 + 3 * number] = corners[number].friction
-    time = index * law[0].step
-    for channel in range(len(values)):
-        if values[channel] < extrema[channel].min:
-            extrema[channel].min = values[channel]
-            extrema[channel].time_of_min = time
-        if values[channel] > extrema[channel].max:
-            extrema[channel].max = values[channel]
-            extrema[channel].time_of_max = time
+    for row in range(len(multipliers)):
+        values[21 + row] = -multipliers[row]
+    if len(masses) > 0:
+        torque, energies = -multipliers[12], values[len(values) - 7 :]
+        audit_energy(index, q, v, torque, masses, constants, law[0], corners, audit[0], energies)
+    widen(extrema, values, index * law[0].step)
     return event_count
 
 
@@ -65,34 +58,38 @@ class Recorder:
 
     Parameters
     ----------
-    mechanism : Mechanism
-    law, corners : ndarray
-        From ``contact``.
+    model : Model
+        From ``mechanism``.
     steps_per_sample, samples : int
         Every ``steps_per_sample``-th state is a sample; ``samples`` of them besides the initial state.
+    masses : ndarray, shape (15,) or (0,)
+        From ``energy``; empty where the energy is not audited.
     """
 
     def __init__(
         self,
-        mechanism: Mechanism,
-        law: NDArray[np.void],
-        corners: NDArray[np.void],
+        model: Model,
         steps_per_sample: int,
         samples: int,
+        masses: NDArray[np.float64],
     ) -> None:
         self.accepted = 0
-        self._linkage = linkage_record(mechanism)
-        self._law, self._corners = law, corners
+        self._linkage, self._law, self._corners = model.linkage, model.law, model.corners
         self._steps_per_sample = steps_per_sample
-        self._values = np.zeros(len(_CHANNELS))
-        self._samples = np.zeros((samples + 1, len(_CHANNELS)))
-        self._extrema = np.zeros(len(_CHANNELS), _EXTREMA)
-        self._extrema["min"], self._extrema["max"] = np.inf, -np.inf
+        self._masses, self._audit = masses, new_audit()
+        self._channels = CHANNELS + model.multipliers + (ENERGIES if len(masses) else ())
+        self._values = np.zeros(len(self._channels))
+        self._samples = np.zeros((samples + 1, len(self._channels)))
+        self._extrema = new_extrema(len(self._channels))
         self._events = np.zeros(0, EVENT)
         self._event_count = 0
 
-    def accept(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> bool:
+    def accept(
+        self, q: NDArray[np.float64], v: NDArray[np.float64], multipliers: NDArray[np.float64]
+    ) -> bool:
         """Take the next state: ``q``, ``v`` of shape (15,), the slider's x from the guide's centre line.
+
+        ``multipliers`` are those of Exudyn's constraints, in the order of ``Model.multipliers``.
 
         Returns
         -------
@@ -109,6 +106,9 @@ class Recorder:
             self.accepted,
             q,
             v,
+            multipliers,
+            self._masses,
+            self._audit,
             self._linkage,
             self._law,
             self._corners,
@@ -129,25 +129,13 @@ class Recorder:
     def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
         """Return sampled channels by name, as far as the run came."""
         count = (self.accepted - 1) // self._steps_per_sample + 1
-        return {name: self._samples[:count, _CHANNELS.index(name)].copy() for name in names}
+        return {name: self._samples[:count, self._channels.index(name)].copy() for name in names}
 
     def extrema(self, names: tuple[str, ...]) -> dict[str, dict[str, float]]:
         """Least and greatest value of each channel over all accepted states, with their times in s."""
-        return {
-            name: {part: float(self._extrema[_CHANNELS.index(name)][part]) for part in _EXTREMA.names or ()}
-            for name in names
-        }
+        return extrema_table(self._extrema, self._channels, names)
 
     def events(self) -> dict[str, NDArray[Any]]:
         """Contacts sorted by start; one that lasts at the last accepted state ends there."""
-        table = self._events[: self._event_count + 4].copy()
-        count = self._event_count
         now = (self.accepted - 1) * float(self._law[0]["step"])
-        for number in range(4):
-            if self._corners[number]["impact_speed"] > 0:
-                write_event(table[count], number, self._corners[number], now)
-                count += 1
-        table = table[:count]
-        table = table[np.lexsort((table["corner"], table["start"]))]
-        columns: dict[str, NDArray[Any]] = {"corner": np.array(CORNERS)[table["corner"]]}
-        return columns | {name: table[name].copy() for name in EVENT.names or () if name != "corner"}
+        return event_table(self._events[: self._event_count], self._corners, now)

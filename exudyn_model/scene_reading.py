@@ -18,6 +18,7 @@ from exudyn_model.parameters import (
     Rod,
     Slider,
 )
+from exudyn_model.solver_choice import choose_solver
 
 
 def read_scene(scene: Mapping[str, Any]) -> Parameters:
@@ -38,6 +39,7 @@ def read_scene(scene: Mapping[str, Any]) -> Parameters:
         In one line, for what this model does not simulate.
     """
     refuse_unsupported(scene)
+    solver = choose_solver(scene)
     mechanism, joints, initial = scene["mechanism"], scene["joints"], scene["initial"]
     slider = mechanism["slider"]
     speed = float(scene["drive"]["speed_rpm"])
@@ -69,11 +71,15 @@ def read_scene(scene: Mapping[str, Any]) -> Parameters:
         ),
         _contact(scene),
         Integration(
-            step=float(scene["solver"]["exudyn"]["step"]),
-            tolerance=float(scene["solver"]["exudyn"]["tolerance"]),
+            formulation=solver["formulation"],
+            method=solver["method"],
+            step=float(solver["step"]),
+            tolerance=float(solver["tolerance"]),
             samples_per_cycle=int(scene["output"]["samples_per_cycle"]),
             accelerations="accelerations" in scene["output"]["groups"],
             corners="corners" in scene["output"]["groups"] and joints["slider"] == "clearance",
+            joints="joints" in scene["output"]["groups"],
+            energy="energy" in scene["output"]["groups"],
         ),
     )
 
@@ -105,8 +111,10 @@ def refuse_unsupported(scene: Mapping[str, Any]) -> None:
         ("joints.slider", scene["joints"]["slider"], ("clearance", "ideal")),
         ("joints.crank_pin", scene["joints"]["crank_pin"], ("ideal",)),
         ("contact.law", scene["contact"]["law"], ("hertz-corners",)),
-        ("solver.exudyn.method", scene["solver"]["exudyn"]["method"], ("generalized-alpha",)),
-        *(("output.groups", group, ("accelerations", "corners")) for group in scene["output"]["groups"]),
+        *(
+            ("output.groups", group, ("accelerations", "corners", "joints", "energy"))
+            for group in scene["output"]["groups"]
+        ),
     ]
     for key, value, known in choices:
         if value not in known:
@@ -116,8 +124,6 @@ def refuse_unsupported(scene: Mapping[str, Any]) -> None:
         raise ValueError(f"drive.speed_rpm = {scene['drive']['speed_rpm']} must not be zero")
     positive = [
         ("drive.cycles", scene["drive"]["cycles"]),
-        ("solver.exudyn.step", scene["solver"]["exudyn"]["step"]),
-        ("solver.exudyn.tolerance", scene["solver"]["exudyn"]["tolerance"]),
         ("output.samples_per_cycle", scene["output"]["samples_per_cycle"]),
         ("contact.impact_speed_floor", scene["contact"]["impact_speed_floor"]),
     ]

@@ -4,18 +4,46 @@ import platform
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import exudyn as exu
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model import solver
+from exudyn_model import solver, tree_solver
 from exudyn_model.assembly import assemble
+from exudyn_model.energy import ENERGIES, mass_diagonal
 from exudyn_model.mechanism import build
-from exudyn_model.recording import ACCELERATIONS, CORNER_CHANNELS, STATE, Recorder
+from exudyn_model.parameters import Parameters
+from exudyn_model.recording import Recorder
 from exudyn_model.scene_reading import read_scene
+from exudyn_model.tables import ACCELERATIONS, CORNER_CHANNELS, REACTIONS, STATE
+from exudyn_model.tree import build_tree
+from exudyn_model.tree_recording import TreeRecorder
+
+
+class Recorded(Protocol):
+    """What either formulation's recorder gives."""
+
+    def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
+        """Return sampled channels by name."""
+
+    def extrema(self, names: tuple[str, ...]) -> dict[str, dict[str, float]]:
+        """Return extrema of channels by name."""
+
+    def events(self) -> dict[str, NDArray[Any]]:
+        """Return the table of contacts."""
+
+
+@dataclass(frozen=True)
+class _Run:
+    """A run of either formulation: its name, its settings beside the scene's, what it left behind."""
+
+    formulation: str
+    settings: dict[str, Any]
+    recorder: Recorded
+    outcome: solver.Outcome
 
 
 @dataclass(frozen=True)
@@ -34,7 +62,7 @@ class Result:
     provenance : dict
         Model, settings, versions, counters, wall time, status; only what JSON can hold.
     status : str
-        "success", "newton-failed" or "non-finite".
+        "success", "newton-failed", "step-too-small" or "non-finite".
     remedy : str
         What to try after a failure, else empty.
     """
@@ -68,24 +96,26 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     """
     started = time.perf_counter()
     parameters = read_scene(scene)
-    steps = solver.choose_steps(parameters.drive, parameters.integration)
-    model = build(parameters, assemble(parameters), steps.size)
-    recorder = Recorder(parameters.mechanism, model.law, model.corners, steps.per_sample, steps.samples)
-    outcome = solver.solve(model.mbs, steps, parameters.integration.tolerance, recorder, progress)
+    run = (_run_tree if parameters.integration.formulation == "tree" else _run_full)(parameters, progress)
+    recorder, outcome = run.recorder, run.outcome
     channels: tuple[str, ...] = STATE
     if parameters.integration.accelerations:
         channels += ACCELERATIONS
     if parameters.integration.corners:
         channels += CORNER_CHANNELS
+    if parameters.integration.joints:
+        channels += (*REACTIONS, "crank_torque")
+        if parameters.mechanism.ideal_slider:
+            channels += ("guide_force", "guide_moment")
+    if parameters.integration.energy:
+        channels += ENERGIES
     columns = recorder.columns(channels)
-    times = np.arange(len(columns["slider_x"]), dtype=np.float64) * steps.sample_interval
+    times = np.arange(len(columns["slider_x"]), dtype=np.float64) * parameters.sample_interval
     provenance = {
         "model": "exudyn",
-        "formulation": "redundant-coordinates",
-        "integrator": "generalized-alpha",
-        "settings": asdict(parameters.integration)
-        | {"spectral_radius": solver.SPECTRAL_RADIUS}
-        | {"step_used": steps.size, "steps_per_sample": steps.per_sample},
+        "formulation": run.formulation,
+        "integrator": parameters.integration.method,
+        "settings": asdict(parameters.integration) | run.settings,
         "versions": {
             "python": platform.python_version(),
             "exudyn": exu.__version__,
@@ -105,3 +135,32 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         outcome.status,
         outcome.remedy,
     )
+
+
+def _run_full(parameters: Parameters, progress: Callable[[float], None] | None) -> _Run:
+    """Five bodies with joints, in fixed steps."""
+    steps = solver.choose_steps(parameters)
+    model = build(parameters, assemble(parameters), steps.size)
+    masses = mass_diagonal(parameters.mechanism) if parameters.integration.energy else np.zeros(0)
+    recorder = Recorder(model, steps.per_sample, steps.samples, masses)
+    method = parameters.integration.method
+    tolerance = solver.newton_tolerance(parameters, steps.size)
+    outcome = solver.solve(model.mbs, steps, method, tolerance, recorder, progress)
+    settings: dict[str, Any] = {
+        "step_used": steps.size,
+        "steps_per_sample": steps.per_sample,
+        "newton_tolerance": tolerance,
+    }
+    if method == "generalized-alpha":
+        settings["spectral_radius"] = solver.SPECTRAL_RADIUS
+    return _Run("redundant-coordinates", settings, recorder, outcome)
+
+
+def _run_tree(parameters: Parameters, progress: Callable[[float], None] | None) -> _Run:
+    """Rod 4 and slider alone, in steps as long as their error allows."""
+    duration = parameters.samples * parameters.sample_interval
+    model = build_tree(parameters, assemble(parameters))
+    least = tree_solver.least_step(duration)
+    recorder = TreeRecorder(model, parameters.sample_interval, parameters.samples, least)
+    outcome = tree_solver.solve(model.mbs, duration, parameters.integration, recorder, progress)
+    return _Run("rod 4 and slider tree", {"least_step": least}, recorder, outcome)

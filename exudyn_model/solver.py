@@ -8,13 +8,13 @@ from typing import Any
 
 import exudyn as exu
 
-from exudyn_model.parameters import Drive, Integration
+from exudyn_model.parameters import Parameters
 from exudyn_model.recording import Recorder
 
 SPECTRAL_RADIUS = 0.9
 
 # s between two calls of `progress`
-_PROGRESS_INTERVAL = 0.1
+PROGRESS_INTERVAL = 0.1
 
 
 @dataclass(frozen=True)
@@ -41,16 +41,32 @@ class Steps:
         return self.sample_interval / self.per_sample
 
 
-def choose_steps(drive: Drive, integration: Integration) -> Steps:
+def choose_steps(parameters: Parameters) -> Steps:
     """Take the largest step that divides the sample interval and does not exceed the one asked for."""
-    interval = drive.period / integration.samples_per_cycle
+    interval = parameters.sample_interval
     # An interval that is a whole number of steps must not get one more from round-off
-    per_sample = max(1, math.ceil(interval / integration.step * (1 - 1e-12)))
-    return Steps(interval, round(drive.cycles * integration.samples_per_cycle), per_sample)
+    per_sample = max(1, math.ceil(interval / parameters.integration.step * (1 - 1e-12)))
+    return Steps(interval, parameters.samples, per_sample)
 
 
-def settings(steps: Steps, tolerance: float) -> Any:
-    """Make ``exudyn.SimulationSettings`` for fixed steps; each value set here has its reason beside it."""
+def newton_tolerance(parameters: Parameters, step: float) -> float:
+    """Absolute tolerance of the Newton iteration, for a step in s.
+
+    Index 2 has rows in m/s, whose error divided by the step is one of accelerations and so of reactions,
+    which nothing damps. The usual tolerance of the scene, 1e-7, means 5e-5 m/s^2 there; a tenth of it is
+    missed in some contacts at steps of 4e-6 s. Without contacts, 1e-6 m/s^2 is met easily.
+    """
+    tolerance = parameters.integration.tolerance
+    if parameters.integration.method == "trapezoidal-index2":
+        return tolerance * step / (0.1 if parameters.mechanism.ideal_slider else 2e-3)
+    return tolerance
+
+
+def settings(steps: Steps, method: str, tolerance: float) -> Any:
+    """Make ``exudyn.SimulationSettings`` for fixed steps; each value set here has its reason beside it.
+
+    ``tolerance`` is the one of :func:`newton_tolerance`.
+    """
     values = exu.SimulationSettings()
     # No folder `solution/`, no file, no sensor: `recording` takes what it needs from memory
     values.solution.file.write = False
@@ -63,14 +79,22 @@ def settings(steps: Steps, tolerance: float) -> Any:
     # twice, so that each call before a step brings the recorder a new state
     integration.adaptiveStep = False
     integration.automaticStepSize = False
-    integration.generalizedAlpha.spectralRadius = SPECTRAL_RADIUS
-    # Constraints at position level (index 3): joints do not drift over many cycles
-    integration.generalizedAlpha.useIndex2Constraints = False
-    integration.generalizedAlpha.useNewmark = False
+    if method == "trapezoidal-index2":
+        # Constraints at velocity level: the multipliers are as smooth as the accelerations. A relative
+        # tolerance would refer to the residual before the iteration, which drive and gravity make large
+        integration.newton.relativeTolerance = 0.0
+        integration.generalizedAlpha.useIndex2Constraints = True
+        integration.generalizedAlpha.useNewmark = True
+    else:
+        integration.generalizedAlpha.spectralRadius = SPECTRAL_RADIUS
+        # Constraints at position level (index 3): joints do not drift over many cycles, but the multipliers
+        # carry the Newton iteration's error divided by the square of the step
+        integration.generalizedAlpha.useIndex2Constraints = False
+        integration.generalizedAlpha.useNewmark = False
     # The Jacobian changes little in a hundred steps; a new one in every iteration doubles the cost
     integration.newton.useModifiedNewton = True
-    # In N and m alike. The usual 1e-7 is no limit: 1e-8 moves the slider of the paper's case by 2e-11 m, and
-    # the step of 2e-6 s leaves 3e-7 m. Much smaller ones ask for less than the forces' round-off
+    # In N and m alike. For index 3 the usual 1e-7 is no limit: 1e-8 moves the slider of the paper's case by
+    # 2e-11 m, and the step of 2e-6 s leaves 3e-7 m. Much smaller ones are less than the forces' round-off
     integration.newton.absoluteTolerance = tolerance
     return values
 
@@ -85,7 +109,12 @@ class Outcome:
 
 
 def solve(
-    mbs: Any, steps: Steps, tolerance: float, recorder: Recorder, progress: Callable[[float], None] | None
+    mbs: Any,
+    steps: Steps,
+    method: str,
+    tolerance: float,
+    recorder: Recorder,
+    progress: Callable[[float], None] | None,
 ) -> Outcome:
     """Integrate ``mbs`` from t = 0 and pass every accepted state to ``recorder``.
 
@@ -99,9 +128,11 @@ def solve(
         nonlocal last_call
         data = mbs.systemData
         is_sample = recorder.accept(
-            data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
+            data.GetODE2Coordinates(copy=False),
+            data.GetODE2Coordinates_t(copy=False),
+            data.GetAECoordinates(copy=False),
         )
-        if is_sample and progress is not None and time.monotonic() - last_call > _PROGRESS_INTERVAL:
+        if is_sample and progress is not None and time.monotonic() - last_call > PROGRESS_INTERVAL:
             last_call = time.monotonic()
             progress((recorder.accepted - 1) / (steps.samples * steps.per_sample))
         return True
@@ -119,7 +150,7 @@ def solve(
     console = exu.config.printToConsole
     exu.config.printToConsole = False
     try:
-        mbs.SolveDynamic(settings(steps, tolerance))
+        mbs.SolveDynamic(settings(steps, method, tolerance))
         if not interruption:
             accept()  # the last state, which no further step starts from
     except exu.SolverError:

@@ -10,20 +10,40 @@ from exudyn_model import simulate
 SHORT = {"drive.cycles": 0.1, "solver.exudyn.step": 4e-6}
 
 
+TREE = {
+    "drive.cycles": 0.1,
+    "solver.exudyn.formulation": "tree",
+    "solver.exudyn.method": "dopri5",
+    "solver.exudyn.step": 1e-4,
+    "solver.exudyn.tolerance": 1e-8,
+}
+
+
+@pytest.fixture(scope="module", params=[SHORT, TREE], ids=["full", "tree"])
+def settings(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def either(make_scene, settings):
+    """A short run of either formulation."""
+    return simulate(make_scene(settings))
+
+
 @pytest.fixture(scope="module")
 def result(make_scene):
     return simulate(make_scene(SHORT))
 
 
-def test_channels_and_sample_times(result, make_scene):
+def test_channels_and_sample_times(either, settings, make_scene):
     corners = [f"corner_{c}_{p}" for c in ("ll", "lr", "ul", "ur") for p in ("gap", "normal", "friction")]
     state = ["slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega"]
-    assert list(result.columns) == ["time", *state, "slider_ax", "slider_ay", "slider_alpha", *corners]
-    assert np.array_equal(result.columns["time"], np.arange(101) * (0.4 / 1000))
-    assert {values.shape for values in result.columns.values()} == {(101,)}
-    assert {values.dtype for values in result.columns.values()} == {np.dtype(np.float64)}
-    assert set(result.extrema) == set(result.columns) - {"time"}
-    bare = simulate(make_scene({**SHORT, "drive.cycles": 0.01, "output.groups": []}))
+    assert list(either.columns) == ["time", *state, "slider_ax", "slider_ay", "slider_alpha", *corners]
+    assert np.array_equal(either.columns["time"], np.arange(101) * (0.4 / 1000))
+    assert {values.shape for values in either.columns.values()} == {(101,)}
+    assert {values.dtype for values in either.columns.values()} == {np.dtype(np.float64)}
+    assert set(either.extrema) == set(either.columns) - {"time"}
+    bare = simulate(make_scene({**settings, "drive.cycles": 0.01, "output.groups": []}))
     assert list(bare.columns) == ["time", *state]
 
 
@@ -65,12 +85,12 @@ def test_samples_do_not_depend_on_how_many_are_taken(result, make_scene):
             np.testing.assert_allclose(often.columns[name][::4], values, rtol=1e-9, atol=1e-12)
 
 
-def test_equal_scenes_give_equal_results_with_and_without_progress(result, make_scene):
+def test_equal_scenes_give_equal_results_with_and_without_progress(either, settings, make_scene):
     shares = []
-    again = simulate(make_scene(SHORT), progress=shares.append)
-    for name, values in result.columns.items():
+    again = simulate(make_scene(settings), progress=shares.append)
+    for name, values in either.columns.items():
         assert np.array_equal(again.columns[name], values), name
-    assert again.provenance["counters"] == result.provenance["counters"]
+    assert again.provenance["counters"] == either.provenance["counters"]
     assert shares[-1] == 1.0
     assert shares == sorted(shares)
     assert len(shares) < 100
@@ -112,24 +132,25 @@ def test_numbers_that_overflow_are_told_from_a_step_that_is_too_long(make_scene)
     assert result.remedy
 
 
-def test_a_run_writes_nothing(make_scene, tmp_path, monkeypatch, capfd):
+def test_a_run_writes_nothing(make_scene, settings, tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
-    simulate(make_scene({"drive.cycles": 0.01}))
+    simulate(make_scene(settings | {"drive.cycles": 0.01}))
     assert capfd.readouterr() == ("", "")
     assert not list(tmp_path.iterdir())
 
 
-def test_an_exception_of_the_caller_s_progress_arrives_unchanged(make_scene, monkeypatch):
-    monkeypatch.setattr("exudyn_model.solver._PROGRESS_INTERVAL", 0.0)
+def test_an_exception_of_the_caller_s_progress_arrives_unchanged(make_scene, settings, monkeypatch):
+    monkeypatch.setattr("exudyn_model.solver.PROGRESS_INTERVAL", 0.0)
+    monkeypatch.setattr("exudyn_model.tree_solver.PROGRESS_INTERVAL", 0.0)
 
     def stop(_):
         raise KeyboardInterrupt("enough")
 
     with pytest.raises(KeyboardInterrupt, match="enough"):
-        simulate(make_scene(SHORT), progress=stop)
+        simulate(make_scene(settings), progress=stop)
 
 
-def test_ctrl_c_inside_the_contact_force_arrives_as_such(make_scene, monkeypatch):
+def test_ctrl_c_inside_the_contact_force_arrives_as_such(make_scene, settings, monkeypatch):
     def interrupted(*_):
         def force(*_):
             raise KeyboardInterrupt
@@ -137,5 +158,6 @@ def test_ctrl_c_inside_the_contact_force_arrives_as_such(make_scene, monkeypatch
         return force
 
     monkeypatch.setattr("exudyn_model.mechanism.force_user_function", interrupted)
+    monkeypatch.setattr("exudyn_model.tree.force_user_function", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        simulate(make_scene(SHORT))
+        simulate(make_scene(settings))

@@ -25,14 +25,45 @@ def test_contact_stiffness_and_damping_of_the_paper(make_scene):
             "joints.crank_pin = 'clearance' is not simulated by the Exudyn model yet; use 'ideal'",
         ),
         (
-            {"output.groups": ["corners", "energy"]},
-            "output.groups = 'energy' is not simulated by the Exudyn model yet; "
-            "use 'accelerations' or 'corners'",
+            {"output.groups": ["corners", "strain"]},
+            "output.groups = 'strain' is not simulated by the Exudyn model yet; "
+            "use 'accelerations' or 'corners' or 'joints' or 'energy'",
         ),
         (
             {"solver.exudyn.method": "dopri5"},
-            "solver.exudyn.method = 'dopri5' is not simulated by the Exudyn model yet; "
+            "solver.exudyn.method = 'dopri5' does not integrate solver.exudyn.formulation = 'full'; "
             "use 'generalized-alpha'",
+        ),
+        (
+            {"solver.exudyn.formulation": "tree"},
+            "solver.exudyn.method = 'generalized-alpha' does not integrate solver.exudyn.formulation = "
+            "'tree'; use 'dopri5'",
+        ),
+        (
+            {"solver.exudyn.formulation": "minimal"},
+            "solver.exudyn.formulation = 'minimal' must be one of 'auto', 'full' and 'tree'",
+        ),
+        (
+            {
+                "solver.exudyn.formulation": "tree",
+                "solver.exudyn.method": "auto",
+                "joints.slider": "ideal",
+            },
+            "joints.slider = 'ideal' leaves solver.exudyn.formulation = 'tree' nothing free; use 'full'",
+        ),
+        (
+            {"output.groups": ["joints"]},
+            "output.groups = 'joints' is not given by solver.exudyn.method = 'generalized-alpha'; "
+            "use 'trapezoidal-index2' (formulation 'full')",
+        ),
+        (
+            {
+                "output.groups": ["joints"],
+                "solver.exudyn.formulation": "tree",
+                "solver.exudyn.method": "dopri5",
+            },
+            "output.groups = 'joints' is not given by solver.exudyn.method = 'dopri5'; "
+            "use 'trapezoidal-index2' (formulation 'full')",
         ),
         ({"drive.speed_rpm": 0.0}, "drive.speed_rpm = 0.0 must not be zero"),
         ({"drive.cycles": 0.0}, "drive.cycles = 0.0 must be positive"),
@@ -49,6 +80,6 @@ def test_contact_stiffness_and_damping_of_the_paper(make_scene):
     ],
 )
 def test_unsupported_scenes_are_refused_in_one_line(make_scene, changes, message):
-    with pytest.raises(ValueError, match=r"must|not simulated") as caught:
+    with pytest.raises(ValueError, match=r"must|not simulated|use '") as caught:
         simulate(make_scene(changes))
     assert str(caught.value) == message

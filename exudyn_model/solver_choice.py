@@ -1,0 +1,63 @@
+"""Formulation, method and settings of a scene's ``[solver.exudyn]``, defaults filled in.
+
+``formulation`` "full" has all five bodies, "tree" rod 4 and the slider alone; "auto", the same as leaving it
+out, is "full". ``method`` "auto", the same as leaving it out, is the usual one of the formulation, or
+"trapezoidal-index2" where the groups "joints" or "energy" are asked for: they need the constraints'
+multipliers, and those of "generalized-alpha", whose constraints are at position level, carry the Newton
+iteration's error divided by the square of the step. They are not given out.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+# Usual settings of each formulation: step in s; what the tolerance means, see `parameters.Integration`
+_USUAL: dict[str, dict[str, Any]] = {
+    "full": {"method": "generalized-alpha", "step": 2e-6, "tolerance": 1e-7},
+    "tree": {"method": "dopri5", "step": 1e-4, "tolerance": 1e-10},
+}
+
+_METHODS = {"full": ("generalized-alpha", "trapezoidal-index2"), "tree": ("dopri5",)}
+
+
+def choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Return formulation, method, step and tolerance.
+
+    Raises
+    ------
+    ValueError
+        In one line, for what does not fit together.
+    """
+    given = dict(scene["solver"]["exudyn"])
+    formulation = given.pop("formulation", "auto")
+    if formulation not in ("auto", *_USUAL):
+        raise ValueError(
+            f"solver.exudyn.formulation = {formulation!r} must be one of 'auto', 'full' and 'tree'"
+        )
+    if formulation == "auto":
+        formulation = "full"
+    forces = [group for group in scene["output"]["groups"] if group in ("joints", "energy")]
+    usual = dict(_USUAL[formulation])
+    if forces and formulation == "full":
+        usual["method"] = "trapezoidal-index2"
+    if given.get("method") == "auto":
+        del given["method"]
+    chosen = {"formulation": formulation} | usual | given
+    if chosen["method"] not in _METHODS[formulation]:
+        raise ValueError(
+            f"solver.exudyn.method = {chosen['method']!r} does not integrate solver.exudyn.formulation = "
+            f"{formulation!r}; use {usual['method']!r}"
+        )
+    if forces and chosen["method"] != "trapezoidal-index2":
+        raise ValueError(
+            f"output.groups = {forces[0]!r} is not given by solver.exudyn.method = {chosen['method']!r}; use "
+            "'trapezoidal-index2' (formulation 'full')"
+        )
+    if formulation == "tree" and scene["joints"]["slider"] != "clearance":
+        raise ValueError(
+            f"joints.slider = {scene['joints']['slider']!r} leaves solver.exudyn.formulation = 'tree' "
+            "nothing free; use 'full'"
+        )
+    for key in ("step", "tolerance"):
+        if not chosen[key] > 0:
+            raise ValueError(f"solver.exudyn.{key} = {chosen[key]} must be positive")
+    return chosen

@@ -1,0 +1,132 @@
+"""Explicit integration of rod 4 and slider with error control, in steps that end where a corner touches."""
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+import exudyn as exu
+
+from exudyn_model.parameters import Integration
+from exudyn_model.solver import PROGRESS_INTERVAL, Outcome
+from exudyn_model.tree_recording import TreeRecorder
+
+# Evaluations of the force in one trial of a step
+_STAGES = 7
+
+
+# What to try after each failure
+_REMEDIES = {
+    "success": "",
+    "step-too-small": "raise solver.exudyn.tolerance, or check the scene's masses and speeds",
+    "non-finite": "check the scene's masses and speeds",
+}
+
+
+class _StopError(Exception):
+    """Stops Exudyn from inside a user function; the argument is the run's status."""
+
+
+def least_step(duration: float) -> float:
+    """Shortest step (s) that ends at a touch: well above the round-off of times up to ``duration``."""
+    return max(1e-12, 64 * math.ulp(duration))
+
+
+def settings(duration: float, tolerance: float, largest_step: float) -> Any:
+    """Make ``exudyn.SimulationSettings``; each value set here has its reason beside it."""
+    values = exu.SimulationSettings()
+    # No folder `solution/`, no file, no sensor: `tree_recording` takes what it needs from memory
+    values.solution.file.write = False
+    values.solution.sensors.active = False
+    integration = values.timeIntegration
+    integration.verboseMode = 0
+    integration.endTime = duration
+    integration.automaticStepSize = True
+    # The number of steps is Exudyn's way to give the largest one
+    integration.numberOfSteps = math.ceil(duration / largest_step * (1 - 1e-12))
+    # Steps that end at a touch may be as short as `least_step`; only error control goes below
+    integration.minimumStepSize = 0.25 * least_step(duration)
+    integration.initialStepSize = min(1e-6, largest_step)
+    # Absolute, in rad and rad/s: Exudyn multiplies its relative tolerance by the coordinate with its sign,
+    # which lets the scale of an angle near -1 rad vanish
+    integration.absoluteTolerance = tolerance
+    integration.relativeTolerance = 0.0
+    # A step after a touch is far shorter than one in flight: back to length in fewer steps than with 2
+    integration.stepSizeMaxIncrease = 5.0
+    # Both coordinates are angles of one axis: no Lie group to stay on
+    integration.explicit.useLieGroupIntegration = False
+    # Accelerations are found by balance of forces in the recorder: saves an evaluation a step
+    integration.explicit.computeEndOfStepAccelerations = False
+    return values
+
+
+def solve(
+    mbs: Any,
+    duration: float,
+    integration: Integration,
+    recorder: TreeRecorder,
+    progress: Callable[[float], None] | None,
+) -> Outcome:
+    """Integrate ``mbs`` from t = 0 by Dormand and Prince's method of order 5(4).
+
+    Exudyn calls back after each step that its error control accepts. The recorder then looks for a corner
+    that touches or leaves inside the step; if it finds one, the step is taken back and tried again with the
+    length up to there. Of a step that is taken back one thing alone is kept: that a corner touched at its
+    very start (``touch_location.locate``).
+    """
+    last_call = time.monotonic()
+    located = 0
+    least = least_step(duration)
+
+    def after_step(mbs: Any, t: float) -> list[float]:
+        """Exudyn's post-Newton function: [error above 1, wanted step], or [0, -1] to go on."""
+        nonlocal last_call, located
+        data = mbs.systemData
+        step, before = t - recorder.time, recorder.steps
+        last = t >= duration - 1e-10  # Exudyn's own rule
+        if step < 0.5 * least and not last:
+            raise _StopError("step-too-small")
+        q, v = data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
+        if not math.isfinite(q.sum() + v.sum()):
+            raise _StopError("non-finite")
+        share = recorder.judge(t, q, v, last)
+        if recorder.steps == before:
+            located += 1
+            # Exudyn shortens a step to three quarters at most; it would ignore a longer wish
+            return [2.0, min(share, 0.75) * step]
+        if progress is not None and time.monotonic() - last_call > PROGRESS_INTERVAL:
+            last_call = time.monotonic()
+            progress(t / duration)
+        return [0.0, -1.0]
+
+    data = mbs.systemData
+    recorder.begin(data.GetODE2Coordinates(), data.GetODE2Coordinates_t())
+    mbs.SetPostNewtonUserFunction(after_step)
+    status = "success"
+    console = exu.config.printToConsole
+    exu.config.printToConsole = False
+    try:
+        mbs.SolveDynamic(
+            settings(duration, integration.tolerance, integration.step),
+            solverType=exu.DynamicSolverType.DOPRI5,
+        )
+    except exu.SolverError:
+        status = "step-too-small"
+    except exu.ModelError as error:
+        if not isinstance(error.__cause__, _StopError):
+            # Ctrl-C or a fault inside a user function arrives as the cause; it is no outcome of the scene
+            raise (error.__cause__ or error) from None
+        status = str(error.__cause__)
+    finally:
+        exu.config.printToConsole = console
+        mbs.SetPostNewtonUserFunction(0)
+    if progress is not None and status == "success":
+        progress(1.0)
+    rejected = mbs.sys["dynamicSolver"].it.rejectedAutomaticStepSizeSteps
+    counters = {
+        "steps": recorder.steps,
+        "rejected": rejected,
+        "located": located,
+        "rhs": _STAGES * (recorder.steps + rejected + located),
+    }
+    return Outcome(status, _REMEDIES[status], counters)
