@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import shutil
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -64,6 +65,8 @@ def fake_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name in ("reference_model", "exudyn_model"):
         (tmp_path / "fakes" / name).mkdir(parents=True)
         shutil.copy(FAKE, tmp_path / "fakes" / name / "__init__.py")
+        # Another test may have imported the real one, whose sources would then stand for the fake's.
+        monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.syspath_prepend(str(tmp_path / "fakes"))
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
     log = tmp_path / "log"
