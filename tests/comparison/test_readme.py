@@ -1,0 +1,42 @@
+"""The README's code runs, and its numbers are those of the committed reports."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from comparison.studies.verdicts import BEGIN, END, with_table
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text("utf-8")
+REPORTS = (ROOT / "reports" / "README.md").read_text("utf-8")
+
+
+def test_the_five_lines_of_python_run(capsys):
+    (block,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    code = [line for line in block.splitlines() if line]
+    assert len(code) == 5
+    exec(block, {})  # our own text
+    status, contacts, *_, largest = capsys.readouterr().out.split()
+    assert status == "success"
+    assert int(contacts) > 10
+    assert -0.5503 < float(largest) < -0.5497  # within the guide
+
+
+def test_the_verdicts_are_those_of_the_reports():
+    verdicts = REPORTS.partition("## Verdicts\n\n")[2].rstrip("\n")
+    assert verdicts.count("\n") == 8  # a heading, a rule, seven scenes
+    assert with_table(README, verdicts) == README
+
+
+def test_a_readme_without_marks_is_refused():
+    assert with_table(f"a {BEGIN} old {END} b", "new") == f"a {BEGIN}\n\nnew\n\n{END} b"
+    with pytest.raises(ValueError, match="marks"):
+        with_table("no marks", "new")
+
+
+def test_every_file_that_the_readme_names_exists():
+    for name in re.findall(r"`([a-z_./]+\.(?:toml|cff|py|svg))`|\]\(([a-z_./]+)\)", README):
+        assert (ROOT / (name[0] or name[1])).exists(), name
