@@ -25,6 +25,7 @@ class Channel:
     floor: float
     round_off: float
     rate: str | None = None
+    follows: str | None = None
     angle: bool = False
 
     def scale_value(self, scene: Mapping[str, Any] | None, both_ranges: float) -> float:
@@ -58,7 +59,10 @@ def channels() -> dict[str, Channel]:
         for quantity, keys in _file()["corner"].items():
             name = f"corner_{corner}_{quantity}"
             label = f"{keys['label']}, {words} corner"
-            known[name] = Channel(name=name, group="corners", **(keys | {"label": label}))
+            own = {"label": label}
+            if "follows" in keys:
+                own["follows"] = f"corner_{corner}_{keys['follows']}"
+            known[name] = Channel(name=name, group="corners", **(keys | own))
     return known
 
 

@@ -13,7 +13,7 @@ from comparison.channels import channels, expected
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.table import Table, TableError, check
 from comparison.uncertainty import Levels, round_off, uncertainty, window_samples
-from comparison.verdict import SceneComparison, compare_channel, scene_verdict, thresholds
+from comparison.verdict import ChannelComparison, SceneComparison, compare_channel, scene_verdict, thresholds
 
 
 @dataclass(frozen=True)
@@ -76,19 +76,20 @@ def compare(
             f"{which} was interpolated to the times of the other: nothing shorter than a sample is resolved",
         )
     limits = thresholds()
-    results = {
-        name: compare_channel(
+    results: dict[str, ChannelComparison] = {}
+    for name in names:  # positions come before what follows from them
+        position = results.get(channels()[name].follows or "")
+        results[name] = compare_channel(
             channels()[name],
             aligned.time,
             aligned.a[name],
             aligned.b[name],
             scene=None if scene is None else scene.data,
             u=(_uncertainty(a, name, scene), _uncertainty(b, name, scene)),
+            within=None if position is None else position.predictable,
             tolerance=tolerance,
             limits=limits,
         )
-        for name in names
-    }
     verdict, reason = scene_verdict(results, limits.coverage)
     return SceneComparison(
         name=name if scene is None else scene.name,

@@ -111,6 +111,7 @@ def compare_channel(
     *,
     scene: Mapping[str, Any] | None,
     u: tuple[Array | None, Array | None],
+    within: BoolArray | None = None,
     tolerance: float | None,
     limits: Thresholds,
 ) -> ChannelComparison:
@@ -130,6 +131,8 @@ def compare_channel(
         The scene mapping, for the scale; None: the range is the scale.
     u
         Numerical uncertainties of a and of b; one that is None makes both unused.
+    within
+        Where the position that this channel follows is predictable; None: it follows none.
     tolerance
         Share of the scale that is allowed where there is no uncertainty; None: "indeterminate".
     limits
@@ -143,6 +146,8 @@ def compare_channel(
     threshold: Array | None
     if u_both is not None:
         threshold, predictable = limits.k * u_both, u_both <= limits.alpha * scale
+        if within is not None:
+            predictable &= within
     else:
         predictable = np.ones(time.shape, dtype=np.bool_)
         threshold = None if tolerance is None else np.full(time.shape, tolerance * scale)

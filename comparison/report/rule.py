@@ -22,8 +22,9 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
         f"within ±{WINDOW:.0%} of a crank turn; where the three levels show the method's order, "
         f"{SAFETY_FACTOR_IN_ORDER:g} times the error they extrapolate to; never below round-off. "
         "Of both models: u = √(u₁² + u₂²).",
-        f"Predictable: the samples with u ≤ {fixed.alpha:g} of the channel's scale. Coverage is their share; "
-        f"below {fixed.coverage:.0%} the channel is indeterminate.",
+        f"Predictable: the samples with u ≤ {fixed.alpha:g} of the channel's scale; of a force or an "
+        "acceleration only where the position that decides about it is predictable too. "
+        f"Coverage is their share; below {fixed.coverage:.0%} the channel is indeterminate.",
         f"Agree: |difference| ≤ {fixed.k:g} u on at least {fixed.share:.0%} of the predictable samples "
         "(explained); samples at which both models are exactly zero count for nothing. Differ: on fewer. "
         "A scene differs if one channel does; else its coverage is the mean over its excited channels, held "

@@ -52,7 +52,7 @@ def test_the_mapping_is_complete_and_plain():
     assert data["solver"]["reference"]["tolerance"] == 1e-10
     assert data["solver"]["exudyn"] == {
         "formulation": "auto",
-        "method": "generalized-alpha",
+        "method": "auto",
         "step": 2e-6,
         "tolerance": 1e-7,
     }

@@ -178,6 +178,19 @@ def test_exchanging_the_two_changes_nothing_but_the_sign(seed):
     )
 
 
+def test_a_force_is_predictable_only_where_its_position_is():
+    """All runs of one model may have a force of zero although nobody knows where the corner is."""
+    force, known = np.where(np.arange(N) == 5, 1.0, 0.0), np.arange(N) > 50
+    options = {"scene": SCENE, "u": (np.full(N, 1e-9), np.full(N, 1e-9)), "tolerance": None, "limits": LIMITS}
+    channel = channels()["corner_ll_normal"]
+    assert channel.follows == "corner_ll_gap"
+    alone = compare_channel(channel, TIME, force, 0 * force, **options)
+    assert alone.verdict == "differ"
+    masked = compare_channel(channel, TIME, force, 0 * force, within=known, **options)
+    np.testing.assert_array_equal(masked.predictable, known)
+    assert masked.verdict == "indeterminate"
+
+
 def test_the_scene_takes_the_worst_verdict_and_nothing_excited_is_not_agreement():
     agree, differ = judge(WAVE, WAVE + 1e-7, 1e-6), judge(WAVE, WAVE + 1e-3, 1e-6)
     open_, quiet = judge(WAVE, WAVE), judge(0 * WAVE, 0 * WAVE)
