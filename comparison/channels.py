@@ -9,6 +9,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+JOINTS = "OABHCF"
 CORNERS = {"ll": "lower left", "lr": "lower right", "ul": "upper left", "ur": "upper right"}
 
 
@@ -63,15 +64,29 @@ def channels() -> dict[str, Channel]:
             if "follows" in keys:
                 own["follows"] = f"corner_{corner}_{keys['follows']}"
             known[name] = Channel(name=name, group="corners", **(keys | own))
+    for joint in JOINTS:
+        for axis, keys in _file()["joint"].items():
+            label = f"{keys['label']} at {joint}"
+            known[f"reaction_{joint}_{axis}"] = Channel(
+                name=f"reaction_{joint}_{axis}", group="joints", **(keys | {"label": label})
+            )
     return known
 
 
 def expected(scene: Mapping[str, Any]) -> list[str]:
-    """Name the channels that a scene asks for, without ``time``; an ideal slider has no corner channels."""
+    """Name the channels that a scene asks for, without ``time``.
+
+    An ideal slider has no corner channels, and only an ideal slider has reactions of its guide.
+    """
     groups = {"motion", *scene["output"]["groups"]}
-    if scene["joints"]["slider"] == "ideal":
+    ideal = scene["joints"]["slider"] == "ideal"
+    if ideal:
         groups.discard("corners")
-    return [name for name, channel in channels().items() if channel.group in groups]
+    return [
+        name
+        for name, channel in channels().items()
+        if channel.group in groups and (ideal or not name.startswith("guide_"))
+    ]
 
 
 @cache

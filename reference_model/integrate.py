@@ -120,7 +120,7 @@ def advance(
     t_stop, t_end
         s.
     tolerance
-        Absolute local error of theta_4 and theta_5, rad.
+        Absolute local error of the coordinates, rad (in the multiplier form also m).
     max_step
         s.
     step_limit

@@ -19,8 +19,6 @@ from reference_model.parameters import Constants
 
 COORDINATES = 15
 ROWS_CLEARANCE, ROWS_IDEAL = 13, 15
-JOINTS = ("O", "A", "H", "B", "C", "F")
-"""In the order of their rows."""
 DRIVER_ROW = 12
 
 

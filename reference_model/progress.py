@@ -39,8 +39,6 @@ class Progress(NamedTuple):
     """(CHANNELS, 4): minimum, its time, maximum, its time."""
     start: Array
     """(5,): energies at t = 0 (`reference_model.energy`)."""
-    drift: Array
-    """(2,): largest violation of the constraints so far, in position (m, rad) and velocity."""
 
 
 def begin(c: Constants, y0: Array, first_step: float) -> Progress:
@@ -59,7 +57,6 @@ def begin(c: Constants, y0: Array, first_step: float) -> Progress:
         counters=np.zeros(7, dtype=np.int64),
         extrema=np.tile([np.inf, 0.0, -np.inf, 0.0], (CHANNELS, 1)),
         start=np.zeros(5),
-        drift=np.zeros(2),
     )
     close_at_start(c, progress)
     return progress

@@ -8,8 +8,7 @@ from reference_model.parameters import LAWS, Parameters, Rod, Slider
 
 GROUPS = ("accelerations", "corners", "joints", "energy")
 FORMULATIONS = ("auto", "minimal", "multiplier")
-METHODS = ("dop853", "scipy-BDF", "scipy-Radau", "scipy-LSODA", "scipy-DOP853")
-"""Of solver.reference.method: the compiled solver, and scipy's for the multiplier form."""
+METHODS = ("dop853",)
 SMALLEST_TOLERANCE = 1e-14
 """Of solver.reference.tolerance, rad."""
 
@@ -55,11 +54,6 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
         raise ValueError(
             "solver.reference.formulation = 'multiplier' has ideal revolutes only; use 'minimal' with a "
             "clearance at the crank pin"
-        )
-    if solver["method"] != "dop853" and formulation != "multiplier":
-        raise ValueError(
-            f"solver.reference.method = {solver['method']!r} integrates the multiplier form only; set "
-            "solver.reference.formulation = 'multiplier'"
         )
     if solver["tolerance"] < SMALLEST_TOLERANCE:
         raise ValueError(

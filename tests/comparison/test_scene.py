@@ -194,6 +194,12 @@ def test_an_ideal_slider_has_no_corner_channels():
     assert len(expected(load_scene(PAPER).data)) == 6 + 3 + 12
 
 
+def test_every_group_has_its_channels_and_the_guide_reacts_only_on_an_ideal_slider():
+    groups = {"output.groups": ["joints", "energy"]}
+    assert len(expected(load_scene("ideal", groups).data)) == 6 + (12 + 1 + 2) + 7
+    assert len(expected(load_scene(PAPER, groups).data)) == 6 + (12 + 1) + 7
+
+
 def test_set_reads_toml_values_and_takes_bare_words_as_text():
     assert parse_set(["a.b=1", "c=2e-9", "d=[1, 2]", "e=true", "f=ideal", "g='x y'", "h=a=b"]) == {
         "a.b": 1, "c": 2e-9, "d": [1, 2], "e": True, "f": "ideal", "g": "x y", "h": "a=b",

@@ -256,7 +256,6 @@ def test_grazing_touch_within_one_step_is_seen(scene) -> None:
         ({"mechanism.rod4.length": 0.04, "joints.slider": "ideal"}, "rod 4 is too short"),
         ({"solver.reference.tolerance": 1e-30}, "must be at least 1e-14"),
         ({"solver.reference.method": "euler"}, "solver.reference.method = 'euler'"),
-        ({"solver.reference.method": "scipy-BDF"}, "integrates the multiplier form only"),
         (
             {"joints.crank_pin": "clearance", "solver.reference.formulation": "multiplier"},
             "has ideal revolutes only",
