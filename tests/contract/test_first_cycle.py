@@ -37,3 +37,32 @@ def test_both_models_start_in_the_same_state(scene) -> None:
     for name in a:
         # Coordinates of 0.5 m round at 1e-16; an acceleration of some 50 m/s^2 at 1e-13 by two formulations.
         assert a[name][0] == pytest.approx(b[name][0], abs=1e-12), name
+
+
+def test_tree_and_strict_reference_agree_to_a_nanometre(scene) -> None:
+    """Both adaptive, with located contacts, at tight tolerances: 1e-9 m, 1e-7 rad over the first cycle."""
+    cycle = {"drive.cycles": 1.0}
+    exact = reference_model.simulate(scene({**cycle, "solver.reference.tolerance": 1e-13}))
+    tree = exudyn_model.simulate(
+        scene({**cycle, "solver.exudyn": {"formulation": "tree", "tolerance": 1e-10}})
+    )
+    assert tree.status == exact.status == "success"
+    for name, bound in {"slider_x": 1e-9, "slider_y": 1e-9, "slider_angle": 1e-7}.items():
+        assert np.abs(tree.columns[name] - exact.columns[name]).max() <= bound, name
+    # The same contacts, corner by corner; starts to what 1e-9 m mean at the slowest touches, 1e-3 m/s.
+    for corner in ("ll", "lr", "ul", "ur"):
+        a, b = (run.events["start"][run.events["corner"] == corner] for run in (exact, tree))
+        assert a.size == b.size
+        np.testing.assert_allclose(b, a, rtol=0, atol=1e-6)
+
+
+def test_reactions_and_torque_of_the_ideal_mechanism_agree(scene) -> None:
+    """Inverse dynamics in closed form against Exudyn's own multipliers: 1e-6 of range, the same signs."""
+    ideal = {"joints.slider": "ideal", "output.groups": ["joints"], "drive.cycles": 0.25}
+    a = reference_model.simulate(scene(ideal)).columns
+    exudyn = {"method": "trapezoidal-index2", "step": 2e-5, "tolerance": 1e-7}
+    b = exudyn_model.simulate(scene({**ideal, "solver.exudyn": exudyn})).columns
+    assert list(a) == list(b)
+    for name in a:
+        if name.startswith(("reaction", "crank", "guide_force")):
+            assert np.abs(a[name] - b[name]).max() <= 1e-6 * np.ptp(a[name]), name
