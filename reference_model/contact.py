@@ -23,7 +23,7 @@ from reference_model.compiled import inlined, kernel
 from reference_model.parameters import Constants
 
 CORNERS = ("ll", "lr", "ul", "ur")
-HERTZ_CORNERS, PAPER_SWITCHING, STRIP = 0.0, 1.0, 2.0
+PAPER_SWITCHING, STRIP = 1.0, 2.0
 
 
 @inlined

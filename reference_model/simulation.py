@@ -49,7 +49,8 @@ _FAILURES = {
     ),
     integrate.STEP_LIMIT: (
         "work-limit",
-        "raise solver.reference.tolerance, shorten drive.cycles, or soften the contact",
+        "shorten drive.cycles or soften the contact; where a stiff law chatters, lower "
+        "solver.reference.tolerance",
     ),
 }
 
