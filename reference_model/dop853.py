@@ -12,16 +12,17 @@ from scipy.integrate import DOP853
 
 from reference_model.compiled import kernel
 from reference_model.forces import Array
-from reference_model.formulations import free, right_hand_side
+from reference_model.formulations import derivative, free
 from reference_model.parameters import Constants
 
 STAGES = 12
 """Of the step; row 12 of the stage array is the derivative at its end, rows 13-15 serve the dense output."""
 ROWS = 16
 
-_A = np.array(DOP853.A)
-_B = np.array(DOP853.B)
-_C = np.array(DOP853.C)
+# The weights are the last row: the derivative at the step's end is the next step's first stage.
+_A = np.zeros((STAGES + 1, STAGES))
+_A[:STAGES], _A[STAGES] = DOP853.A, DOP853.B
+_C = np.append(DOP853.C, 1.0)
 _A_EXTRA = np.array(DOP853.A_EXTRA)
 _C_EXTRA = np.array(DOP853.C_EXTRA)
 _D = np.array(DOP853.D)
@@ -47,19 +48,13 @@ def take_step(
         Written: states of the contacts at t + h, shape (5, CONTACTS).
     """
     n = free(c)
-    for i in range(1, STAGES):
-        for m in range(n):
+    for i in range(1, STAGES + 1):
+        for m in range(n if i < STAGES else y.size):
             s = 0.0
             for j in range(i):
                 s += _A[i, j] * k[j, m]
             y1[m] = y[m] + h * s
-        right_hand_side(c, t + _C[i] * h, y1, modes, k[i], contacts)
-    for m in range(y.size):
-        s = 0.0
-        for j in range(STAGES):
-            s += _B[j] * k[j, m]
-        y1[m] = y[m] + h * s
-    right_hand_side(c, t + h, y1, modes, k[STAGES], contacts)
+        derivative(c, t + _C[i] * h, y1, modes, k[i], contacts)
 
 
 @kernel
@@ -108,19 +103,17 @@ def prepare_dense(
             a = h * _A_EXTRA[i, j]
             for m in range(n):
                 scratch[m] += a * k[j, m]
-        right_hand_side(c, t + _C_EXTRA[i] * h, scratch, modes, k[STAGES + 1 + i], contacts)
+        derivative(c, t + _C_EXTRA[i] * h, scratch, modes, k[STAGES + 1 + i], contacts)
     for m in range(count):
         change = y1[m] - y[m]
         f[0, m] = change
         f[1, m] = h * k[0, m] - change
         f[2, m] = 2.0 * change - h * (k[STAGES, m] + k[0, m])
-    f[3:, :count] = 0.0
-    for i in range(4):
-        for j in range(ROWS):
-            d = h * _D[i, j]
-            if d != 0.0:  # four columns in sixteen are zero
-                for m in range(count):
-                    f[3 + i, m] += d * k[j, m]
+        for i in range(4):
+            s = 0.0
+            for j in range(ROWS):
+                s += _D[i, j] * k[j, m]
+            f[3 + i, m] = h * s
 
 
 @kernel
