@@ -22,6 +22,8 @@ PULL = 5
 
 _TOUCHING = 1.0e-15
 """m; gaps are differences of coordinates near 0.55 m and round at 1e-16 m."""
+_HALVINGS = 50
+"""Down to the rounding of a step."""
 
 
 @kernel
@@ -105,6 +107,29 @@ def step_may_switch(c: Constants, modes: Array, before: Array, after: Array) -> 
 
 
 @kernel
+def departure(
+    c: Constants, kind: int, contact: int, bound: float, side: float, reach: float,
+    t: float, h: float, y: Array, f: Array, modes: Array, state: Array,
+) -> float:  # fmt: skip
+    """Return the share of the step, below `reach`, at which side * (switching function) turns negative.
+
+    At `reach` it is. A mode that has just begun can start with the wrong sign by rounding and turn right
+    before it ends: then a right point is sought by halving. Where there is none the mode ends at once.
+    """
+    lo = 0.0
+    dense(y, f, lo, free(c), state)
+    if side * switching_value(c, kind, contact, bound, t, state, modes) <= 0.0:
+        lo = reach
+        for _ in range(_HALVINGS):
+            lo *= 0.5
+            dense(y, f, lo, free(c), state)
+            if side * switching_value(c, kind, contact, bound, t + lo * h, state, modes) > 0.0:
+                return locate(c, kind, contact, bound, lo, 2.0 * lo, t, h, y, f, modes, state)
+        return 0.0
+    return locate(c, kind, contact, bound, lo, reach, t, h, y, f, modes, state)
+
+
+@kernel
 def first_switch(
     c: Constants,
     t: float,
@@ -122,37 +147,26 @@ def first_switch(
         active = modes[MEMORY, k] > 0.0
         side = -1.0 if active else 1.0
         x = 2.0
-        start = 0.0
-        turns = side * before[RATE, k] < 0.0 < side * after[RATE, k]
         if side * after[GAP, k] < 0.0:
-            if side * before[GAP, k] <= 0.0:
-                # Just switched, and rounded to the wrong side: it can switch back after the extremum.
-                rises = side * before[RATE, k] > 0.0 > side * after[RATE, k]
-                start = locate(c, RATE, k, 0.0, 0.0, 1.0, t, h, y, f, modes, state) if rises else 0.0
-                dense(y, f, start, free(c), state)
-                risen = side * switching_value(c, GAP, k, 0.0, t + start * h, state, modes) > 0.0
-                x = locate(c, GAP, k, 0.0, start, 1.0, t, h, y, f, modes, state) if risen else start
-            else:
-                x = locate(c, GAP, k, 0.0, 0.0, 1.0, t, h, y, f, modes, state)
-        elif turns:
+            x = departure(c, GAP, k, 0.0, side, 1.0, t, h, y, f, modes, state)
+        elif side * before[RATE, k] < 0.0 < side * after[RATE, k]:
             turn = locate(c, RATE, k, 0.0, 0.0, 1.0, t, h, y, f, modes, state)
             dense(y, f, turn, free(c), state)
             if side * switching_value(c, GAP, k, 0.0, t + turn * h, state, modes) < 0.0:
-                x = 0.0
-                if side * before[GAP, k] > 0.0:
-                    x = locate(c, GAP, k, 0.0, 0.0, turn, t, h, y, f, modes, state)
+                x = departure(c, GAP, k, 0.0, side, turn, t, h, y, f, modes, state)
         if x < best:
             best, best_kind, best_contact = x, GAP, k
         if active:
             pulling = modes[MEMORY, k] - c.C * after[RATE, k] < 0.0
             if pulling != (modes[CLIPPED, k] > 0.0):
-                x = locate(c, PULL, k, 0.0, 0.0, 1.0, t, h, y, f, modes, state)
+                x = departure(c, PULL, k, 0.0, 1.0 if pulling else -1.0, 1.0, t, h, y, f, modes, state)
                 if x < best:
                     best, best_kind, best_contact = x, PULL, k
             lower, upper = regime_bounds(c, int(modes[REGIME, k]))
             if not lower <= after[SLIP, k] <= upper:
-                bound = upper if after[SLIP, k] > upper else lower
-                x = locate(c, SLIP, k, bound, 0.0, 1.0, t, h, y, f, modes, state)
+                above = after[SLIP, k] > upper
+                bound = upper if above else lower
+                x = departure(c, SLIP, k, bound, -1.0 if above else 1.0, 1.0, t, h, y, f, modes, state)
                 if x < best:
                     best, best_kind, best_contact = x, SLIP, k
     return best, best_kind, best_contact

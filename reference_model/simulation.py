@@ -47,6 +47,10 @@ _FAILURES = {
         "non-finite",
         "the motion left the range of the linkage: check clearance and start, or lower the speed",
     ),
+    integrate.CHATTER: (
+        "chatter",
+        "contacts open and close at one instant without end: lower solver.reference.tolerance",
+    ),
     integrate.STEP_LIMIT: (
         "work-limit",
         "shorten drive.cycles or soften the contact; where a stiff law chatters, lower "
