@@ -53,6 +53,11 @@ def slider_row(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
     raise NotImplementedError
 
 
+def constraint_drift(c: Constants, t: float, y: Array) -> tuple[float, float]:
+    """Return the largest |Phi| (m, rad) and |Phi'| (m/s, rad/s); zero where no constraint can drift."""
+    raise NotImplementedError
+
+
 def driven_bodies(c: Constants) -> int:
     """Return how many bodies, from the crank, move as prescribed and are not in the equations."""
     raise NotImplementedError
@@ -170,6 +175,15 @@ def _select_slider_row(c, t, y, dy, out) -> _Kernel:  # type: ignore[no-untyped-
     if _formulation(c) is Formulation.SLIDER:
         return lambda c, t, y, dy, out: minimal.slider_row(c, t, y, dy, out)
     return lambda c, t, y, dy, out: _from_bodies(c, t, y, dy, out)
+
+
+@overload(constraint_drift)
+def _select_drift(c, t, y) -> _Kernel:  # type: ignore[no-untyped-def]
+    table: dict[Formulation, _Kernel] = {
+        Formulation.MULTIPLIER: lambda c, t, y: multiplier.drift(c, t, y, multiplier.ROWS_CLEARANCE),
+        Formulation.MULTIPLIER_IDEAL: lambda c, t, y: multiplier.drift(c, t, y, multiplier.ROWS_IDEAL),
+    }
+    return table.get(_formulation(c), lambda c, t, y: (0.0, 0.0))
 
 
 @overload(driven_bodies)

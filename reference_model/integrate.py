@@ -44,7 +44,7 @@ REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT, CHATTER = range(6)
 """Why the kernel returned."""
 
 _SAFETY, _SHRINK, _GROW, _EXPONENT = 0.9, 0.333, 3.0, -1.0 / 8.0
-_VELOCITY_TIME = 1.0e-3
+VELOCITY_TIME = 1.0e-3
 """s; the error of a rate counts as the error of position that it makes in this time."""
 _FIRST_SHARE = 0.1
 _FIRST_ERROR = 2.0
@@ -164,7 +164,7 @@ def advance(
     before, after, contacts = no_contacts(), no_contacts(), no_contacts()
     observed = np.zeros(CHANNELS)
     weights = np.full(free(c), 1.0 / tolerance)
-    weights[free(c) // 2 :] *= _VELOCITY_TIME
+    weights[free(c) // 2 :] *= VELOCITY_TIME
     right_hand_side(c, t, p.y, p.modes, k[0], before)
     status = REACHED
     switched = p.counters[SWITCHES]

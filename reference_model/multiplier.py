@@ -91,6 +91,15 @@ def constraints(
 
 
 @kernel
+def drift(c: Constants, t: float, y: Array, rows: int) -> tuple[float, float]:
+    """Return the largest |Phi| (m, rad) and |Phi'| (m/s, rad/s) of a state's coordinates and velocities."""
+    phi, rate, gamma = np.empty(rows), np.empty(rows), np.empty(rows)
+    jacobian = np.empty((rows, COORDINATES))
+    constraints(c, t, y[:COORDINATES], y[COORDINATES : 2 * COORDINATES], phi, rate, jacobian, gamma)
+    return np.max(np.abs(phi)), np.max(np.abs(rate))
+
+
+@kernel
 def masses(c: Constants) -> Array:
     """Return the diagonal of M, shape (15,), kg and kg m^2."""
     return np.array([

@@ -8,6 +8,7 @@ from reference_model.energy import ENERGIES, balance, starting_energies
 from reference_model.forces import CLIPPED, CONTACTS, FRICTION, GAP, MEMORY, NORMAL, RATE, Array
 from reference_model.formulations import (
     bearing_motion,
+    constraint_drift,
     driven_bodies,
     fill_bodies,
     free,
@@ -25,7 +26,9 @@ CORNER_CHANNELS = tuple(
     f"corner_{corner}_{what}" for corner in CORNERS for what in ("gap", "normal", "friction")
 )
 NAMES = MOTION + ACCELERATIONS + CORNER_CHANNELS + REACTIONS + ENERGIES
-CHANNELS = len(NAMES)
+DRIFT = len(NAMES)
+"""Behind the named channels, of every formulation: largest |Phi| and |Phi'| of the state."""
+CHANNELS = DRIFT + 2
 CORNERS_FROM = len(MOTION) + len(ACCELERATIONS)
 REACTIONS_FROM = CORNERS_FROM + len(CORNER_CHANNELS)
 ENERGIES_FROM = REACTIONS_FROM + len(REACTIONS)
@@ -70,6 +73,7 @@ def observe(
         out[i], out[i + 1], out[i + 2] = contacts[GAP, k], normal, contacts[FRICTION, k]
         Fx += contacts[NORMAL, k] if k % 2 == 0 else -contacts[NORMAL, k]
         Fy += contacts[FRICTION, k]
+    out[DRIFT], out[DRIFT + 1] = constraint_drift(c, t, y)
     if what == SLIDER_ONLY:
         return
     bodies = np.empty((5, 9))
@@ -81,7 +85,7 @@ def observe(
         reactions(c, bodies, Fx, Fy, ideal_slider(c), ideal_pin(c), G, out[REACTIONS_FROM:ENERGIES_FROM])
     if what & WITH_ENERGY:
         works = y[free(c) + CONTACTS :]
-        balance(c, bodies, modes, contacts, works, driven_bodies(c), start, out[ENERGIES_FROM:])
+        balance(c, bodies, modes, contacts, works, driven_bodies(c), start, out[ENERGIES_FROM:DRIFT])
 
 
 @kernel

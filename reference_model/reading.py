@@ -4,11 +4,12 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from reference_model.by_scipy import SOLVERS
 from reference_model.parameters import LAWS, Parameters, Rod, Slider
 
 GROUPS = ("accelerations", "corners", "joints", "energy")
 FORMULATIONS = ("auto", "minimal", "multiplier")
-METHODS = ("dop853",)
+METHODS = ("dop853", *SOLVERS)
 SMALLEST_TOLERANCE = 1e-14
 """Of solver.reference.tolerance, rad."""
 

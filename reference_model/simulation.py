@@ -11,13 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_model import integrate
+from reference_model.by_scipy import RTOL, SOLVERS, ByScipy
 from reference_model.contact import CORNERS
 from reference_model.energy import ENERGIES
 from reference_model.forces import Array
 from reference_model.ideal import observe_ideal
 from reference_model.observation import (
     ACCELERATIONS,
+    CHANNELS,
     CORNER_CHANNELS,
+    DRIFT,
     MOTION,
     NAMES,
     WITH_ENERGY,
@@ -33,6 +36,8 @@ from reference_model.start import formulation, start
 CONTACT_NAMES = (*CORNERS, "pin")
 STEPS_PER_CYCLE_LIMIT = 5_000_000
 """Work after which a run is given up; the shipped scenes need some 2e4 steps a cycle at tolerance 1e-9."""
+SCIPY_STEPS_PER_CYCLE_LIMIT = 2_000_000
+"""The same for scipy's solvers, which take some 0.5 ms a step: a quarter of an hour."""
 LARGEST_STEP_PER_CYCLE = 1.0 / 50.0
 """So that a corner cannot dip into a wall twice within one step."""
 
@@ -142,14 +147,23 @@ def _simulated(
     c, y0 = start(p, kind)
     largest = p.period * LARGEST_STEP_PER_CYCLE
     state = begin(c, y0, 1.0e-3 * largest)
-    samples = np.zeros((times.size, len(NAMES)))
-    limit = round(STEPS_PER_CYCLE_LIMIT * max(1.0, p.cycles))
+    samples = np.zeros((times.size, CHANNELS))
+    cycles = max(1.0, p.cycles)
+    by_scipy = None
+    if p.method in SOLVERS:
+        by_scipy = ByScipy(p.method, c, state, times[-1], largest, p.tolerance, what)
     events = []
     t_end, t_stop = times[-1], 0.0
     code = integrate.REACHED
     while state.clock[0] < t_end:
         t_stop = min(t_end, max(state.clock[0], t_stop) + 0.02 * t_end)
-        code = integrate.advance(c, state, t_stop, t_end, p.tolerance, largest, limit, times, samples, what)
+        if by_scipy is not None:
+            code = by_scipy.advance(t_stop, round(SCIPY_STEPS_PER_CYCLE_LIMIT * cycles), times, samples)
+        else:
+            limit = round(STEPS_PER_CYCLE_LIMIT * cycles)
+            code = integrate.advance(
+                c, state, t_stop, t_end, p.tolerance, largest, limit, times, samples, what
+            )
         events.append(_empty_buffer(state))
         if code not in (integrate.REACHED, integrate.BUFFER_FULL):
             break
@@ -158,17 +172,36 @@ def _simulated(
     integrate.finish(c, state, times, samples, what)
     events.append(_empty_buffer(state))
     recorded = state.counters[SAMPLES]
+    settings = {"tolerance": p.tolerance, "largest_step_s": largest}
     counted = ("steps", "rejected", "rhs", "switches", "contacts")
-    provenance = {
+    provenance: dict[str, Any] = {
         "formulation": FORMULATION_NAMES[kind],
         "integrator": "DOP853 with located events",
-        "settings": {"tolerance": p.tolerance, "largest_step_s": largest},
+        "settings": settings,
         "counters": {name: int(state.counters[i]) for i, name in enumerate(counted)},
     }
     status, remedy = _FAILURES.get(code, ("success", ""))
+    if by_scipy is not None:
+        provenance["integrator"] = f"scipy {p.method.removeprefix('scipy-')} with located events"
+        provenance["settings"] = settings | {"relative_tolerance": RTOL}
+        provenance["counters"] = by_scipy.counters
+        remedy = remedy and f"{remedy}; or take solver.reference.method = 'dop853'"
+    if kind in (Formulation.MULTIPLIER, Formulation.MULTIPLIER_IDEAL):
+        provenance["constraints"] = _largest_drift(state.extrema)
     rows = np.concatenate(events)
     result = _result(p, times[:recorded], samples[:recorded], rows, state.extrema, provenance)
     return replace(result, status=status, remedy=remedy)
+
+
+def _largest_drift(extrema: Array) -> dict[str, float]:
+    """Return how far the constraints are from being met, over all samples and steps, and when."""
+    (_, _, position, position_time), (_, _, velocity, velocity_time) = extrema[DRIFT:].tolist()
+    return {
+        "largest_phi": position,
+        "at_s": position_time,
+        "largest_phi_rate": velocity,
+        "rate_at_s": velocity_time,
+    }
 
 
 def _empty_buffer(state: Progress) -> Array:

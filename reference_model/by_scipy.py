@@ -1,0 +1,219 @@
+"""The equations of motion integrated by scipy's solvers, step by step, from event to event.
+
+The paper integrates its 15 coordinates with a variable-order backward differentiation formula (MATLAB's
+ode15s), which is BDF here. Steps, events, samples and channels are as in `reference_model.integrate`, but on
+the solver's own dense output; after every event the solver begins anew.
+"""
+
+import warnings
+from typing import Any
+
+import numpy as np
+from scipy.integrate import BDF, DOP853, LSODA, OdeSolver, Radau
+
+from reference_model.dense_events import Dense, first_switch, zero
+from reference_model.events import step_may_switch
+from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array, no_contacts
+from reference_model.formulations import free, right_hand_side, state_size
+from reference_model.integrate import (
+    BUFFER_FULL,
+    NOT_FINITE,
+    REACHED,
+    STEP_LIMIT,
+    STEP_TOO_SMALL,
+    VELOCITY_TIME,
+    first_step_in_contact,
+)
+from reference_model.jacobian import jacobian
+from reference_model.observation import CHANNELS, force_lead, note_forces, observe, turns_inside, widen
+from reference_model.parameters import Constants
+from reference_model.progress import (
+    BUFFERED,
+    ENDED,
+    EVENT_BUFFER,
+    SAMPLES,
+    STEPS,
+    SWITCHES,
+    Progress,
+    switch,
+)
+
+SOLVERS: dict[str, type[OdeSolver]] = {"BDF": BDF, "Radau": Radau, "LSODA": LSODA, "scipy-DOP853": DOP853}
+"""By the name of the method in a scene: scipy's, but for the one that has a compiled namesake."""
+
+RTOL = 100.0 * float(np.finfo(np.float64).eps)
+"""The smallest that scipy takes. The tolerance of a scene is absolute: that a coordinate is 0.55 m long makes
+no larger error of it harmless, as a contact is only some 1e-6 m deep."""
+
+_UNCONTROLLED = 1e30
+"""Tolerance of the impulses and works: as in `integrate` they are quadratures, whose errors do not act back.
+Not infinite, as LSODA divides by its inverse."""
+
+
+class ByScipy:
+    """One run by one of scipy's solvers.
+
+    Parameters
+    ----------
+    method
+        Key of `SOLVERS`.
+    c, progress
+        Constants and progress; the latter is updated in place.
+    t_end, max_step
+        s.
+    tolerance
+        Absolute local error of the coordinates, m and rad.
+    what
+        Channels to observe (`reference_model.observation`).
+    """
+
+    def __init__(
+        self,
+        method: str,
+        c: Constants,
+        progress: Progress,
+        t_end: float,
+        max_step: float,
+        tolerance: float,
+        what: int,
+    ) -> None:
+        self._class = SOLVERS[method]
+        self._c, self._p, self._what = c, progress, what
+        self._t_end, self._max_step, self._tolerance = t_end, max_step, tolerance
+        self._atol = np.full(state_size(c), _UNCONTROLLED)
+        self._atol[: free(c)] = tolerance
+        self._atol[free(c) // 2 : free(c)] /= VELOCITY_TIME
+        self._solver: OdeSolver | None = None
+        self._first_step: float | None = None
+        self._work = np.zeros(3, dtype=np.int64)
+        self._rate, self._observed = np.empty(state_size(c)), np.zeros(CHANNELS)
+        self._before, self._after, self._contacts = no_contacts(), no_contacts(), no_contacts()
+        right_hand_side(c, progress.clock[0], progress.y, progress.modes, self._rate, self._before)
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Work so far; the evaluations behind a Jacobian are not among the right-hand sides."""
+        rhs, jacobians, factorizations = map(int, self._work + _work_of(self._solver))
+        implicit = {"jacobians": jacobians, "factorizations": factorizations}
+        counters = self._p.counters
+        return {
+            "steps": int(counters[STEPS]),
+            "rhs": rhs,
+            **({} if self._class is DOP853 else implicit),
+            "switches": int(counters[SWITCHES]),
+            "contacts": int(counters[ENDED]),
+        }
+
+    def advance(self, t_stop: float, step_limit: int, times: Array, samples: Array) -> int:
+        """Integrate until `t_stop` is passed; arguments and result as of `integrate.advance`."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # LSODA's, which come with the status
+            return self._advance(t_stop, step_limit, times, samples)
+
+    def _advance(self, t_stop: float, step_limit: int, times: Array, samples: Array) -> int:
+        c, p, before, after = self._c, self._p, self._before, self._after
+        while p.clock[0] < t_stop:
+            if p.counters[BUFFERED] + CONTACTS > EVENT_BUFFER:
+                return BUFFER_FULL
+            if p.counters[STEPS] + p.counters[SWITCHES] >= step_limit:
+                return STEP_LIMIT
+            self._solver = self._solver or self._begin()
+            failure = _step(self._solver)
+            if failure != REACHED:
+                return failure
+            p.counters[STEPS] += 1
+            t, end, y = p.clock[0], self._solver.t, self._solver.y
+            dense = self._solver.dense_output()
+            right_hand_side(c, end, y, p.modes, self._rate, after)
+            found = None
+            if step_may_switch(c, p.modes, before, after):
+                found = first_switch(c, p.modes, before, after, t, end, dense)
+            if found is not None:
+                end, y = found[0], dense(found[0])
+            self._note_step(t, end, y, dense, times, samples)
+            p.clock[0], p.y[:], before[:] = end, y, after
+            if found is not None:
+                self._switch(*found)
+        return REACHED
+
+    def _begin(self) -> OdeSolver:
+        """Return a solver that starts where the run is, in the modes of now."""
+        c, p = self._c, self._p
+        contacts = no_contacts()
+
+        def derivative(t: float, y: Array) -> Array:
+            dy = np.empty(y.size)
+            right_hand_side(c, t, y, p.modes, dy, contacts)
+            return dy
+
+        options: dict[str, Any] = {"rtol": RTOL, "atol": self._atol, "max_step": self._max_step}
+        if self._class is not DOP853:
+            options["jac"] = lambda t, y: jacobian(c, t, y, p.modes)
+        if self._first_step is not None:
+            options["first_step"] = min(self._first_step, self._t_end - p.clock[0])
+        return self._class(derivative, p.clock[0], p.y.copy(), self._t_end, **options)
+
+    def _note_step(self, t: float, end: float, y: Array, dense: Dense, times: Array, samples: Array) -> None:
+        """Record samples, extrema and contact peaks from `t` to `end`, where the state is `y`."""
+        c, p = self._c, self._p
+        count = p.counters[SAMPLES]
+        while count < times.size and times[count] < end:
+            # A sample on a step's end belongs to the next step: the right limit at a jump.
+            self._observe(times[count], dense(times[count]), self._contacts, samples[count])
+            count += 1
+        p.counters[SAMPLES] = count
+        self._observe(end, y, self._after, self._observed)
+        note_forces(p.modes, self._after, p.open_contacts)
+        if turns_inside(p.modes, self._before, self._after):
+            self._note_peaks(t, end, dense)
+
+    def _note_peaks(self, t: float, end: float, dense: Dense) -> None:
+        """Record the contacts that are deepest within a step, then, and when their force is largest."""
+        c, p = self._c, self._p
+        for k in range(CONTACTS):
+            if p.modes[MEMORY, k] > 0.0 and self._before[RATE, k] < 0.0 < self._after[RATE, k]:
+                deepest = zero(c, p.modes, dense, RATE, k, t, end)
+                self._observe(deepest, dense(deepest), self._contacts, self._observed)
+                note_forces(p.modes, self._contacts, p.open_contacts)
+                lead = force_lead(c, -self._contacts[GAP, k], p.modes[MEMORY, k])
+                strongest = max(t, deepest - lead)
+                self._observe(strongest, dense(strongest), self._contacts, self._observed)
+                note_forces(p.modes, self._contacts, p.open_contacts)
+
+    def _observe(self, t: float, y: Array, contacts: Array, out: Array) -> None:
+        """Write contacts and channels of a state, and widen the extrema by them."""
+        p = self._p
+        right_hand_side(self._c, t, y, p.modes, self._rate, contacts)
+        observe(self._c, t, y, p.modes, self._rate, contacts, self._what, p.start, out)
+        widen(p.extrema, t, out)
+
+    def _switch(self, t: float, kind: int, contact: int) -> None:
+        """Change the mode that ended at `t`; the solver's history ends with it."""
+        c, p = self._c, self._p
+        self._work += _work_of(self._solver)
+        self._solver = None
+        switch(c, t, kind, contact, self._before, p)
+        right_hand_side(c, t, p.y, p.modes, self._rate, self._before)
+        # Elsewhere scipy chooses, from two evaluations; at a touch these see no force yet.
+        touched = kind == GAP and p.modes[MEMORY, contact] > 0.0
+        self._first_step = (
+            first_step_in_contact(c, contact, p.modes[MEMORY, contact], self._tolerance) if touched else None
+        )
+
+
+def _step(solver: OdeSolver) -> int:
+    """Take one step; return REACHED, STEP_TOO_SMALL or NOT_FINITE."""
+    try:
+        solver.step()
+    except np.linalg.LinAlgError:  # of the multipliers, in a state beyond all bounds
+        return NOT_FINITE
+    if solver.status != "failed":
+        return REACHED
+    return STEP_TOO_SMALL if np.isfinite(solver.fun(solver.t, solver.y)).all() else NOT_FINITE
+
+
+def _work_of(solver: OdeSolver | None) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Return right-hand sides, Jacobians and factorizations of a solver so far."""
+    if solver is None:
+        return np.zeros(3, dtype=np.int64)
+    return np.array([solver.nfev, solver.njev, solver.nlu], dtype=np.int64)
