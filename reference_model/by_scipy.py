@@ -106,8 +106,9 @@ class ByScipy:
 
     def advance(self, t_stop: float, step_limit: int, times: Array, samples: Array) -> int:
         """Integrate until `t_stop` is passed; arguments and result as of `integrate.advance`."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # LSODA's, which come with the status
+        # LSODA warns of what its status says anyway; BDF reads differences that it has not yet written.
+        with np.errstate(invalid="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)
             return self._advance(t_stop, step_limit, times, samples)
 
     def _advance(self, t_stop: float, step_limit: int, times: Array, samples: Array) -> int:
@@ -133,7 +134,7 @@ class ByScipy:
             self._note_step(t, end, y, dense, times, samples)
             p.clock[0], p.y[:], before[:] = end, y, after
             if found is not None:
-                self._switch(*found)
+                self._switch(*found, self._solver.step_size)
         return REACHED
 
     def _begin(self) -> OdeSolver:
@@ -148,14 +149,15 @@ class ByScipy:
 
         options: dict[str, Any] = {"rtol": RTOL, "atol": self._atol, "max_step": self._max_step}
         if self._class is not DOP853:
-            options["jac"] = lambda t, y: jacobian(c, t, y, p.modes)
+            # Where it overflows Newton's method fails with any matrix, and the solver halves its step.
+            options["jac"] = lambda t, y: np.nan_to_num(jacobian(c, t, y, p.modes), posinf=0.0, neginf=0.0)
         if self._first_step is not None:
             options["first_step"] = min(self._first_step, self._t_end - p.clock[0])
         return self._class(derivative, p.clock[0], p.y.copy(), self._t_end, **options)
 
     def _note_step(self, t: float, end: float, y: Array, dense: Dense, times: Array, samples: Array) -> None:
         """Record samples, extrema and contact peaks from `t` to `end`, where the state is `y`."""
-        c, p = self._c, self._p
+        p = self._p
         count = p.counters[SAMPLES]
         while count < times.size and times[count] < end:
             # A sample on a step's end belongs to the next step: the right limit at a jump.
@@ -187,29 +189,26 @@ class ByScipy:
         observe(self._c, t, y, p.modes, self._rate, contacts, self._what, p.start, out)
         widen(p.extrema, t, out)
 
-    def _switch(self, t: float, kind: int, contact: int) -> None:
-        """Change the mode that ended at `t`; the solver's history ends with it."""
+    def _switch(self, t: float, kind: int, contact: int, last: float) -> None:
+        """Change the mode that ended at `t`, and with it the solver, whose last step is given (s)."""
         c, p = self._c, self._p
         self._work += _work_of(self._solver)
         self._solver = None
         switch(c, t, kind, contact, self._before, p)
         right_hand_side(c, t, p.y, p.modes, self._rate, self._before)
-        # Elsewhere scipy chooses, from two evaluations; at a touch these see no force yet.
-        touched = kind == GAP and p.modes[MEMORY, contact] > 0.0
-        self._first_step = (
-            first_step_in_contact(c, contact, p.modes[MEMORY, contact], self._tolerance) if touched else None
-        )
+        # Scipy's own choice tries the forces far ahead of it, where a corner may be deep inside the wall.
+        self._first_step = last
+        if kind == GAP and p.modes[MEMORY, contact] > 0.0:
+            touch = first_step_in_contact(c, contact, p.modes[MEMORY, contact], self._tolerance)
+            self._first_step = min(last, touch)
 
 
 def _step(solver: OdeSolver) -> int:
     """Take one step; return REACHED, STEP_TOO_SMALL or NOT_FINITE."""
-    try:
-        solver.step()
-    except np.linalg.LinAlgError:  # of the multipliers, in a state beyond all bounds
+    solver.step()
+    if not np.isfinite(solver.y).all():
         return NOT_FINITE
-    if solver.status != "failed":
-        return REACHED
-    return STEP_TOO_SMALL if np.isfinite(solver.fun(solver.t, solver.y)).all() else NOT_FINITE
+    return STEP_TOO_SMALL if solver.status == "failed" else REACHED
 
 
 def _work_of(solver: OdeSolver | None) -> np.ndarray[tuple[int], np.dtype[np.int64]]:

@@ -17,7 +17,14 @@ _ROUND_OFF = 4.0 * np.finfo(np.float64).eps
 
 
 def zero(
-    c: Constants, modes: Array, dense: Dense, kind: int, contact: int, lo: float, hi: float, bound: float = 0.0
+    c: Constants,
+    modes: Array,
+    dense: Dense,
+    kind: int,
+    contact: int,
+    lo: float,
+    hi: float,
+    bound: float = 0.0,
 ) -> float:
     """Return the time (s) in [lo, hi] just after which a switching function has its sign at `hi`.
 

@@ -135,8 +135,9 @@ def multipliers(
     inverse = 1.0 / masses(c)
     weighted = jacobian * inverse
     right = weighted @ applied - gamma + 2.0 * c.alpha * rate + c.beta * c.beta * phi
-    solution = np.empty(rows)
-    solution[:] = np.linalg.solve(weighted @ jacobian.T, right)
+    solution = np.full(rows, np.nan)
+    if np.isfinite(right).all():
+        solution[:] = np.linalg.solve(weighted @ jacobian.T, right)
     acceleration[:] = inverse * (applied - jacobian.T @ solution)
     return solution
 
