@@ -106,8 +106,9 @@ class ByScipy:
 
     def advance(self, t_stop: float, step_limit: int, times: Array, samples: Array) -> int:
         """Integrate until `t_stop` is passed; arguments and result as of `integrate.advance`."""
-        # LSODA warns of what its status says anyway; BDF reads differences that it has not yet written.
-        with np.errstate(invalid="ignore"), warnings.catch_warnings():
+        # LSODA warns of what its status says anyway; BDF reads differences that it has not yet written; trial
+        # states may overflow before the step is shortened.
+        with np.errstate(invalid="ignore", over="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
             return self._advance(t_stop, step_limit, times, samples)
 
@@ -125,6 +126,8 @@ class ByScipy:
             p.counters[STEPS] += 1
             t, end, y = p.clock[0], self._solver.t, self._solver.y
             dense = self._solver.dense_output()
+            if not np.isfinite(dense(0.5 * (t + end))).all():
+                return NOT_FINITE
             right_hand_side(c, end, y, p.modes, self._rate, after)
             found = None
             if step_may_switch(c, p.modes, before, after):
@@ -197,15 +200,17 @@ class ByScipy:
         switch(c, t, kind, contact, self._before, p)
         right_hand_side(c, t, p.y, p.modes, self._rate, self._before)
         # Scipy's own choice tries the forces far ahead of it, where a corner may be deep inside the wall.
-        self._first_step = last
+        # Half the last step, lest two modes hand over to each other for ever in a step too coarse for either.
+        self._first_step = 0.5 * last
         if kind == GAP and p.modes[MEMORY, contact] > 0.0:
             touch = first_step_in_contact(c, contact, p.modes[MEMORY, contact], self._tolerance)
-            self._first_step = min(last, touch)
+            self._first_step = min(self._first_step, touch)
 
 
 def _step(solver: OdeSolver) -> int:
     """Take one step; return REACHED, STEP_TOO_SMALL or NOT_FINITE."""
     solver.step()
+    # LSODA takes a step into nan for a good one.
     if not np.isfinite(solver.y).all():
         return NOT_FINITE
     return STEP_TOO_SMALL if solver.status == "failed" else REACHED

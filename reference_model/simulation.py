@@ -194,13 +194,13 @@ def _simulated(
 
 
 def _largest_drift(extrema: Array) -> dict[str, float]:
-    """Return how far the constraints are from being met, over all samples and steps, and when."""
+    """Return the largest |Phi| (m, rad) and |Phi'| (m/s, rad/s) over all samples and steps, and when."""
     (_, _, position, position_time), (_, _, velocity, velocity_time) = extrema[DRIFT:].tolist()
     return {
-        "largest_phi": position,
-        "at_s": position_time,
-        "largest_phi_rate": velocity,
-        "rate_at_s": velocity_time,
+        "position": position,
+        "position_time_s": position_time,
+        "velocity": velocity,
+        "velocity_time_s": velocity_time,
     }
 
 

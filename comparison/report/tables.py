@@ -87,6 +87,7 @@ def run_rows(provenance: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]
             "integrator": str(run.get("integrator", MISSING)),
             "settings": _pairs(run.get("settings")),
             "counters": _pairs(run.get("counters")),
+            "constraints": _pairs(run["constraints"]) if "constraints" in run else "",
             "wall_time": f"{run['wall_time_s']:.2f} s" if "wall_time_s" in run else MISSING,
             "status": str(run.get("status", MISSING)),
         }
