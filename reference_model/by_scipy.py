@@ -120,7 +120,7 @@ class ByScipy:
             if p.counters[STEPS] + p.counters[SWITCHES] >= step_limit:
                 return STEP_LIMIT
             self._solver = self._solver or self._begin()
-            failure = _step(self._solver)
+            failure = step(self._solver)
             if failure != REACHED:
                 return failure
             p.counters[STEPS] += 1
@@ -207,7 +207,7 @@ class ByScipy:
             self._first_step = min(self._first_step, touch)
 
 
-def _step(solver: OdeSolver) -> int:
+def step(solver: OdeSolver) -> int:
     """Take one step; return REACHED, STEP_TOO_SMALL or NOT_FINITE."""
     solver.step()
     # LSODA takes a step into nan for a good one.
