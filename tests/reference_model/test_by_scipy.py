@@ -150,7 +150,7 @@ def test_jacobian_is_the_derivative(scene) -> None:
                 ahead, behind = np.empty(y.size), np.empty(y.size)
                 right_hand_side(c, 0.0, moved + 1e-8 * direction, modes, ahead, contacts)
                 right_hand_side(c, 0.0, moved - 1e-8 * direction, modes, behind, contacts)
-                # One-sided with 1e-9 m at 5e-5 m of depth: 1e-5 of it; round-off of the gap 1e-16 / 1e-9: 1e-7.
+                # One-sided with 1e-9 m at 5e-5 m of depth: 1e-5; round-off of the gap 1e-16 / 1e-9: 1e-7.
                 expected = (ahead - behind) / 2e-8
                 np.testing.assert_allclose(
                     matrix @ direction, expected, rtol=0, atol=1e-4 * np.abs(expected).max()
@@ -190,11 +190,11 @@ def test_modes_that_hand_over_to_each_other_do_not_hang(scene) -> None:
     assert result.provenance["counters"]["steps"] < 10_000
 
 
-def blow_up(t, y):
+def blow_up(_, y):
     return y**2
 
 
-def lost(t, y):
+def lost(t, _):
     return np.full(1, np.nan if t > 0.5 else 1.0)
 
 
@@ -215,7 +215,7 @@ def test_a_failed_step_says_why(solver, code) -> None:
 
 @pytest.mark.parametrize("method", ["bdf", "DOP853", "ode15s", "Euler"])
 def test_other_methods_are_refused_in_one_line(scene, method) -> None:
-    with pytest.raises(ValueError, match="solver.reference.method") as caught:
+    with pytest.raises(ValueError, match=r"solver\.reference\.method") as caught:
         simulate(scene({"solver.reference.method": method}))
     assert "\n" not in str(caught.value)
     assert all(f"'{name}'" in str(caught.value) for name in ("dop853", *SOLVERS))

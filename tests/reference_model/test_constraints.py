@@ -55,7 +55,7 @@ def test_start_is_consistent(scene, kind, changes) -> None:
 
 
 def test_constraints_drift_quadratically_without_stabilization(scene) -> None:
-    """Phi'' = 0 of the equations keeps an error of Phi' and lets Phi grow with it: like t^2 while BDF adds to it."""
+    """Phi'' = 0 keeps an error of Phi', and Phi grows with it: like t^2 while BDF adds to it."""
     changes = {**IDEAL_SLIDER, "solver.reference.method": "BDF", "solver.reference.tolerance": 1e-8}
     cycles = np.array([2.0, 4.0, 8.0, 16.0])
     drifts = [drift_of(scene, 0.0, n, changes) for n in cycles]
@@ -85,7 +85,7 @@ def test_drift_stays_far_below_the_tolerance_of_the_press(scene, gain) -> None:
 
 
 def test_error_of_the_ideal_mechanism_is_that_of_its_constraints(scene) -> None:
-    """Phi = 0 alone says where the ideal mechanism is, so what y is off by is Phi times the linkage's levers."""
+    """Phi = 0 alone says where the ideal mechanism is: what y is off by is Phi times the levers."""
     ideal = {**IDEAL_SLIDER, "drive.cycles": 1.0}
     exact = simulate(scene(ideal)).columns["slider_y"]
     for tolerance in (1e-6, 1e-9):
