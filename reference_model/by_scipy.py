@@ -137,7 +137,7 @@ class ByScipy:
             self._note_step(t, end, y, dense, times, samples)
             p.clock[0], p.y[:], before[:] = end, y, after
             if found is not None:
-                self._switch(*found, self._solver.step_size)
+                self._switch(*found, self._solver.t - t)
         return REACHED
 
     def _begin(self) -> OdeSolver:

@@ -1,4 +1,4 @@
-"""Two coordinates and fifteen with multipliers, through contacts: every reaction and the torque within k u."""
+"""Two coordinates and fifteen with multipliers, through contacts: reactions and torque within k u."""
 
 import pytest
 
