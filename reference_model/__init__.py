@@ -11,6 +11,7 @@
 | Figs. 7, 8 | clearance at the crank pin A | `journal` |
 | Eqs. 15-21 | coordinates and multipliers, Baumgarte | `multiplier` |
 | their projections | the fewest coordinates | `minimal` (slider), `chain` (crank pin, both) |
+| the paper's ode15s | scipy's BDF and others, same equations and events | `by_scipy`, `dense_events` |
 
 The way of a run: `simulation` > `start` > `integrate` (steps of `dop853`, ended by `events`) > `observation`
 (with `reactions` and `energy` where a scene asks for them). `formulations` binds one set of equations to it.
