@@ -268,3 +268,10 @@ def test_a_drawing_of_many_cycles_stays_small(scene: SceneComparison, times: int
     # At most 800 vertices a model and for the threshold, 400 for the difference and 400 stretches of shade in
     # both axes, each some 12 bytes, is 80 kB; 79 kB seen at 100 x 2 cycles. 8 scenes of 15 such are 10 MB.
     assert max(len(drawing.svg) for drawing in drawings) < 85e3
+
+
+def test_a_run_with_multipliers_shows_how_well_its_constraints_are_met(scene: SceneComparison) -> None:
+    run = scene.provenance["reference"] | {"constraints": {"position": 1.25e-13, "position_time_s": 0.36}}
+    text = words(page(replace(scene, provenance=scene.provenance | {"reference": run})))
+    assert text.count("largest error of the constraints: position 1.25e-13, position_time_s 0.36") == 1
+    assert "largest error of the constraints" not in words(page(scene))
