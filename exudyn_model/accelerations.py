@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.compiled import kernel
-from exudyn_model.parameters import Drive, Mechanism
+from exudyn_model.parameters import Parameters
 
 _LINKAGE = np.dtype(
     [
@@ -21,6 +21,11 @@ _LINKAGE = np.dtype(
             "rod2_length",
             "rocker_to_b",
             "rocker_length",
+            "rod2_centroid",
+            "rod2_mass",
+            "rod2_inertia",
+            "rocker_mass",
+            "rocker_inertia",
             "rod4_centroid",
             "rod4_length",
             "rod4_mass",
@@ -36,21 +41,25 @@ _LINKAGE = np.dtype(
             "omega",
         )
     ]
-    + [("ideal_slider", np.bool_)]
+    + [("ideal_slider", np.bool_), ("ideal_pin", np.bool_)]
 )
 
 
-def linkage_record(mechanism: Mechanism, drive: Drive) -> NDArray[np.void]:
+def linkage_record(parameters: Parameters) -> NDArray[np.void]:
     """Collect the constants of linkage and drive for the kernels (SI units, rad), shape (1,)."""
+    mechanism = parameters.mechanism
     linkage = np.zeros(1, _LINKAGE)
     linkage["crank_length"] = mechanism.crank.length
     linkage["rod2_length"] = mechanism.rod2.length
     linkage["rocker_to_b"] = mechanism.rocker.centroid
     linkage["rocker_length"] = mechanism.rocker.length
-    linkage["rod4_centroid"] = mechanism.rod4.centroid
+    for name, rod in (("rod2", mechanism.rod2), ("rod4", mechanism.rod4)):
+        linkage[f"{name}_centroid"] = rod.centroid
+        linkage[f"{name}_mass"] = rod.mass
+        linkage[f"{name}_inertia"] = rod.inertia
+    linkage["rocker_mass"] = mechanism.rocker.mass
+    linkage["rocker_inertia"] = mechanism.rocker.inertia
     linkage["rod4_length"] = mechanism.rod4.length
-    linkage["rod4_mass"] = mechanism.rod4.mass
-    linkage["rod4_inertia"] = mechanism.rod4.inertia
     linkage["slider_mass"] = mechanism.slider.mass
     linkage["slider_inertia"] = mechanism.slider.inertia
     linkage["gravity"] = mechanism.gravity
@@ -58,8 +67,9 @@ def linkage_record(mechanism: Mechanism, drive: Drive) -> NDArray[np.void]:
     linkage["pivot_x"], linkage["pivot_y"] = mechanism.rocker_pivot
     linkage["rocker_branch"] = mechanism.rocker_branch
     linkage["crank_angle"] = mechanism.crank_angle
-    linkage["omega"] = drive.omega
+    linkage["omega"] = parameters.drive.omega
     linkage["ideal_slider"] = mechanism.ideal_slider
+    linkage["ideal_pin"] = parameters.journal is None
     return linkage
 
 
@@ -109,6 +119,8 @@ def slider_acceleration(
     q: NDArray[np.float64], v: NDArray[np.float64], fx: float, fy: float, moment: float, linkage: Any
 ) -> tuple[float, float, float]:
     """Find the slider's ax, ay (m/s^2) and alpha (rad/s^2) under the contact's fx, fy (N) and moment (N m).
+
+    With an ideal crank pin; else see ``loose_pin``.
 
     Loose slider: it turns under the contact's moment alone. Ideal slider: its x stays, which gives rod 4's
     angular acceleration directly.

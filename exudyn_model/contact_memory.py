@@ -1,7 +1,7 @@
-"""Renew the corners' memory from an accepted state, and keep a row of every contact that ends.
+"""Renew the contacts' memory from an accepted state, and keep a row of every contact that ends.
 
 This is the only place where an impact speed is frozen or forgotten. It depends on accepted states alone
-(the last one is what ``corners`` still holds), never on trial states of the Newton iteration.
+(the last one is what the memory still holds), never on trial states of the Newton iteration.
 """
 
 from typing import Any
@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.compiled import kernel
-from exudyn_model.contact import corner_motion, crossing, friction_force, normal_force, touch
+from exudyn_model.contact import corner_motion
+from exudyn_model.point_contact import crossing, friction_force, touch
+from exudyn_model.side_law import side_normals
 
 EVENT = np.dtype(
     [("corner", np.int64)]
@@ -22,54 +24,71 @@ EVENT = np.dtype(
 
 
 @kernel
-def write_event(row: Any, number: int, corner: Any, end: float) -> None:
-    """Fill one row of the table of events from the accumulated contact of a corner."""
+def write_event(row: Any, number: int, state: Any, end: float) -> None:
+    """Fill one row of the table of events from the accumulated contact ``number`` of ``CONTACTS``."""
     row.corner = number
-    row.start = corner.start
+    row.start = state.start
     row.end = end
-    row.normal_speed = corner.impact_speed
-    row.impulse = corner.impulse
-    row.peak_force = corner.peak
-    row.largest_depth = corner.depth
+    row.normal_speed = state.impact_speed
+    row.impulse = state.impulse
+    row.peak_force = state.peak
+    row.largest_depth = state.depth
 
 
 @kernel
-def renew_corner(index: int, gap: float, rate: float, slip: float, corner: Any, law: Any) -> float:
-    """Bring one corner from accepted state ``index - 1`` to ``index``.
+def begin(index: int, gap: float, rate: float, state: Any, law: Any) -> float:
+    """Begin a contact that was open in accepted state ``index - 1`` and is closed in ``index``.
 
     Returns
     -------
     float
-        Time (s) at which its contact ended inside the step, or -1. Then the accumulated contact is
-        complete, and the caller clears the impact speed.
+        Fraction of the step from which its force acts.
     """
-    step = law.step
-    touched_at = 0.0  # fraction of the step from which the contact force acts
-    if corner.impact_speed == 0.0 and gap < 0.0:
+    touched_at = 0.0
+    if state.impact_speed == 0.0 and gap < 0.0:
         if index == 0:
             speed = max(-rate, law.impact_speed_floor)
-            corner.start = 0.0
+            state.start = 0.0
         else:
-            touched_at, speed = touch(corner.gap, corner.rate, gap, rate, law)
-            corner.start = (index - 1 + touched_at) * step
-        corner.impact_speed = speed
-        corner.normal, corner.impulse, corner.peak, corner.depth = 0.0, 0.0, 0.0, 0.0
-    ended = -1.0
-    if corner.impact_speed > 0.0:
-        normal, left_at = 0.0, 1.0
-        if gap < 0.0:
-            normal = normal_force(-gap, -rate, corner.impact_speed, law)
-        else:
-            left_at = crossing(corner.gap, corner.rate, gap, rate, step)
-            ended = (index - 1 + left_at) * step
+            touched_at, speed = touch(state.gap, state.rate, gap, rate, law)
+            state.start = (index - 1 + touched_at) * law.step
+        state.impact_speed = speed
+        state.normal, state.impulse, state.peak, state.depth = 0.0, 0.0, 0.0, 0.0
+    return touched_at
+
+
+@kernel
+def carry_on(
+    index: int,
+    gap: float,
+    rate: float,
+    slip: float,
+    normal: float,
+    touched_at: float,
+    number: int,
+    state: Any,
+    law: Any,
+    events: NDArray[np.void],
+    event_count: int,
+) -> int:
+    """Accumulate a contact up to accepted state ``index``; if it has ended, write it down. The event count.
+
+    ``normal`` is the force (N) in this state, ``touched_at`` what :func:`begin` returned for it.
+    """
+    if state.impact_speed > 0.0:
+        left_at = 1.0 if gap < 0.0 else crossing(state.gap, state.rate, gap, rate, law.step)
         if index > 0:
-            corner.impulse += 0.5 * (corner.normal + normal) * (left_at - touched_at) * step
-        corner.peak = max(corner.peak, normal)
-        corner.depth = max(corner.depth, -gap)
-        corner.normal = normal
-        corner.friction = friction_force(normal, slip, law)
-    corner.gap, corner.rate = gap, rate
-    return ended
+            state.impulse += 0.5 * (state.normal + normal) * (left_at - touched_at) * law.step
+        state.peak = max(state.peak, normal)
+        state.depth = max(state.depth, -gap)
+        state.normal = normal
+        state.friction = friction_force(normal, slip, law)
+        if gap >= 0.0:
+            write_event(events[event_count], number, state, (index - 1 + left_at) * law.step)
+            event_count += 1
+            state.impact_speed = 0.0
+    state.gap, state.rate = gap, rate
+    return event_count
 
 
 @kernel
@@ -91,7 +110,7 @@ def renew_corners(
     q, v : ndarray, shape (3,)
         The slider's coordinates (x from the guide's centre line) and their rates.
     law, corners : ndarray
-        From ``contact``; ``corners`` is changed in place.
+        From ``contact`` and ``point_contact``; ``corners`` is changed in place.
     events : ndarray, shape (n,)
         With room for at least four rows from ``event_count`` on.
 
@@ -103,16 +122,31 @@ def renew_corners(
     """
     constants = law[0]
     fx, fy, moment = 0.0, 0.0, 0.0
-    for number in range(4):
-        gap, rate, slip, rx, ry = corner_motion(number, q[0], q[2], v[0], v[1], v[2], constants)
-        corner = corners[number]
-        ended = renew_corner(index, gap, rate, slip, corner, constants)
-        if ended >= 0.0:
-            write_event(events[event_count], number, corner, ended)
-            event_count += 1
-            corner.impact_speed = 0.0
-        outward = -1.0 if number % 2 == 0 else 1.0
-        fx -= outward * corner.normal
-        fy += corner.friction
-        moment += rx * corner.friction + ry * outward * corner.normal
+    for side in range(2):
+        outward = -1.0 if side == 0 else 1.0
+        low, up = corners[side], corners[side + 2]
+        gap0, rate0, slip0, rx0, ry0 = corner_motion(side, q[0], q[2], v[0], v[1], v[2], constants)
+        gap1, rate1, slip1, rx1, ry1 = corner_motion(side + 2, q[0], q[2], v[0], v[1], v[2], constants)
+        touched0 = begin(index, gap0, rate0, low, constants)
+        touched1 = begin(index, gap1, rate1, up, constants)
+        # A corner that has left has no force, though its speed is still kept for the table
+        normal0, normal1 = side_normals(
+            -gap0,
+            -rate0,
+            low.impact_speed if gap0 < 0.0 else 0.0,
+            -gap1,
+            -rate1,
+            up.impact_speed if gap1 < 0.0 else 0.0,
+            constants,
+        )
+        event_count = carry_on(
+            index, gap0, rate0, slip0, normal0, touched0, side, low, constants, events, event_count
+        )
+        event_count = carry_on(
+            index, gap1, rate1, slip1, normal1, touched1, side + 2, up, constants, events, event_count
+        )
+        for corner, rx, ry in ((low, rx0, ry0), (up, rx1, ry1)):
+            fx -= outward * corner.normal
+            fy += corner.friction
+            moment += rx * corner.friction + ry * outward * corner.normal
     return event_count, fx, fy, moment

@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 from exudyn_model.compiled import kernel
 from exudyn_model.contact import corner_motion
+from exudyn_model.journal import pin_motion
 from exudyn_model.parameters import Mechanism
+from exudyn_model.point_contact import PIN
+from exudyn_model.side_law import elastic_normals, side_energy
 
 ENERGIES = tuple(
     f"energy_{name}" for name in ("drive", "gravity", "kinetic", "contact", "damping", "friction", "residual")
@@ -55,7 +58,8 @@ def audit_energy(
     masses: NDArray[np.float64],
     linkage: Any,
     law: Any,
-    corners: NDArray[np.void],
+    pin_law: Any,
+    contacts: NDArray[np.void],
     audit: Any,
     energies: NDArray[np.float64],
 ) -> None:
@@ -74,9 +78,9 @@ def audit_energy(
         Motor on crank, N m.
     masses : ndarray, shape (15,)
         From :func:`mass_diagonal`.
-    linkage, law : record
-        From ``accelerations`` and ``contact``.
-    corners : ndarray, shape (4,)
+    linkage, law, pin_law : record
+        From ``accelerations``, ``contact`` and ``journal``.
+    contacts : ndarray, shape (5,)
         Renewed with this state.
     audit : record
         From :func:`new_audit`; changed in place.
@@ -86,14 +90,25 @@ def audit_energy(
     for body in range(5):
         height += linkage.gravity * masses[3 * body] * q[3 * body + 1]
     contact, damping_power, friction_power = 0.0, 0.0, 0.0
-    for number in range(4):
-        if not linkage.ideal_slider and corners[number].gap < 0.0:
-            gap, rate, slip, _, _ = corner_motion(number, q[12], q[14], v[12], v[13], v[14], law)
-            elastic = law.stiffness * (-gap) ** law.exponent
-            contact += elastic * -gap / (law.exponent + 1.0)
-            # The wall takes up N times the speed of penetration, and stores the elastic part of it
-            damping_power += (elastic - corners[number].normal) * rate
-            friction_power -= corners[number].friction * slip
+    if not linkage.ideal_slider:
+        for side in range(2):
+            lower, upper = -contacts[side].gap, -contacts[side + 2].gap
+            contact += side_energy(lower, upper, law)
+            elastic = elastic_normals(lower, upper, lower > 0.0 and upper > 0.0, law)
+            for end in range(2):
+                state = contacts[side + 2 * end]
+                if state.gap < 0.0:
+                    # The wall takes up N times the speed of penetration, and stores the elastic part of it
+                    damping_power += (elastic[end] - state.normal) * state.rate
+                    slip = corner_motion(side + 2 * end, q[12], q[14], v[12], v[13], v[14], law)[2]
+                    friction_power -= state.friction * slip
+    if not linkage.ideal_pin and contacts[PIN].gap < 0.0:
+        state = contacts[PIN]
+        elastic_force = pin_law.stiffness * (-state.gap) ** pin_law.exponent
+        contact += elastic_force * -state.gap / (pin_law.exponent + 1.0)
+        damping_power += (elastic_force - state.normal) * state.rate
+        slip = pin_motion(q[0], q[1], q[2], q[3], q[4], q[5], v[0], v[1], v[2], v[3], v[4], v[5], pin_law)[2]
+        friction_power -= state.friction * slip
     drive_power = torque * v[2]
     if index == 0:
         audit.initial_height, audit.initial_stored = height, kinetic + contact

@@ -1,4 +1,4 @@
-"""The press in Exudyn: five rigid bodies, six revolute joints, drive, gravity and the slider's contact."""
+"""The press in Exudyn: five rigid bodies, six revolute joints, drive, gravity, contacts."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -20,15 +20,17 @@ from exudyn.itemInterface import (
 )
 from numpy.typing import NDArray
 
+from exudyn_model import journal
 from exudyn_model.accelerations import linkage_record
-from exudyn_model.assembly import CRANK, FRAME, SLIDER, InitialState, pins
-from exudyn_model.contact import contact_law, corner_states, force_user_function
+from exudyn_model.assembly import CRANK, FRAME, ROD2, SLIDER, InitialState, pins
+from exudyn_model.contact import ForceUserFunction, contact_law, force_user_function
 from exudyn_model.parameters import Parameters, Rod, Slider
+from exudyn_model.point_contact import contact_states
 
 
 @dataclass(frozen=True)
 class Model:
-    """An assembled Exudyn system with the memory that its contact force reads.
+    """An assembled Exudyn system with the memory that its contact forces read.
 
     Attributes
     ----------
@@ -37,8 +39,12 @@ class Model:
         Owner of ``mbs``; held so that it outlives it.
     linkage : ndarray, shape (1,)
         See ``accelerations``.
-    law, corners : ndarray
+    law : ndarray, shape (1,)
         See ``contact``.
+    pin_law : ndarray, shape (1,)
+        See ``journal``.
+    contacts : ndarray, shape (5,)
+        See ``point_contact``.
     multipliers : tuple of str
         Channel of each Lagrange multiplier. Exudyn writes M a + (dc/dq)^T lambda = f, with c the second
         body's end less the first's: the channel, the constraint's force or moment on the second body (the
@@ -49,7 +55,8 @@ class Model:
     container: Any
     linkage: NDArray[np.void]
     law: NDArray[np.void]
-    corners: NDArray[np.void]
+    pin_law: NDArray[np.void]
+    contacts: NDArray[np.void]
     multipliers: tuple[str, ...]
 
 
@@ -88,7 +95,13 @@ def build(parameters: Parameters, state: InitialState, step: float) -> Model:
         mbs.AddLoad(LoadMassProportional(markerNumber=centre, loadVector=[0.0, -mechanism.gravity, 0.0]))
 
     multipliers = []
+    contacts = contact_states()
+    pin_law = journal.journal_law(parameters, step)
     for pin in pins(mechanism):
+        if pin.name == "A" and parameters.journal is not None:
+            _add_contact(mbs, [nodes[CRANK], nodes[ROD2]], journal.force_user_function(pin_law, contacts))
+            mbs.SetPostNewtonUserFunction(journal.post_newton_user_function(pin_law, contacts))
+            continue
         multipliers += [f"reaction_{pin.name}_x", f"reaction_{pin.name}_y"]
         ends = []
         for number, point in ((pin.first, pin.first_point), (pin.second, pin.second_point)):
@@ -107,22 +120,20 @@ def build(parameters: Parameters, state: InitialState, step: float) -> Model:
     multipliers.append("crank_torque")
 
     law = contact_law(parameters.contact, mechanism.slider, step)
-    corners = corner_states()
     if mechanism.ideal_slider:
         multipliers += ["guide_force", "guide_moment"]
         for coordinate, value in ((0, mechanism.reference_offset), (2, 0.0)):
             marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=nodes[SLIDER], coordinate=coordinate))
             mbs.AddObject(CoordinateConstraint(markerNumbers=[fixed, marker], offset=value))
     else:
-        # No mass of its own: a second object on the slider's node that only adds the contact force
-        mbs.AddObject(
-            ObjectGenericODE2(
-                nodeNumbers=[nodes[SLIDER]],
-                massMatrix=np.zeros((3, 3)),
-                forceUserFunction=force_user_function(law, corners),
-            )
-        )
+        _add_contact(mbs, [nodes[SLIDER]], force_user_function(law, contacts))
     mbs.Assemble()
-    return Model(
-        mbs, container, linkage_record(mechanism, parameters.drive), law, corners, tuple(multipliers)
+    return Model(mbs, container, linkage_record(parameters), law, pin_law, contacts, tuple(multipliers))
+
+
+def _add_contact(mbs: Any, nodes: list[Any], force: ForceUserFunction) -> None:
+    """Add an object without mass on the bodies' nodes, which only adds the contact force."""
+    size = 3 * len(nodes)
+    mbs.AddObject(
+        ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=force)
     )

@@ -141,12 +141,12 @@ class Initial:
 
 @dataclass(frozen=True)
 class Contact:
-    """Corner contact of Eqs. 9-14.
+    """Contact of one point after Eqs. 9-14.
 
     Attributes
     ----------
     clearance : float
-        c_T, on each side, m.
+        m.
     stiffness : float
         K of Eq. 10, N/m^exponent.
     exponent : float
@@ -170,6 +170,35 @@ class Contact:
     friction: float
     static_speed: float
     transition_speed: float
+
+
+@dataclass(frozen=True)
+class Guide(Contact):
+    """The slider's contact with its guide; the clearance c_T is that on each side.
+
+    Attributes
+    ----------
+    law : str
+        Of the two corners of one side: one of ``side_law.LAWS``.
+    side_stiffness : float
+        K_s of Eq. 8, N/m.
+    """
+
+    law: str
+    side_stiffness: float
+
+
+@dataclass(frozen=True)
+class Journal(Contact):
+    """The crank pin's journal in its bearing; the clearance is the difference of their radii.
+
+    Attributes
+    ----------
+    radius : float
+        Of the journal, m.
+    """
+
+    radius: float
 
 
 @dataclass(frozen=True)
@@ -211,8 +240,14 @@ class Parameters:
     mechanism: Mechanism
     drive: Drive
     initial: Initial
-    contact: Contact
+    contact: Guide
+    journal: Journal | None  # None: the crank pin is ideal
     integration: Integration
+
+    @property
+    def ideal(self) -> bool:
+        """Whether no joint has clearance."""
+        return self.mechanism.ideal_slider and self.journal is None
 
     @property
     def sample_interval(self) -> float:

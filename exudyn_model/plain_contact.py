@@ -5,17 +5,18 @@ too; each call takes some ten times as long.
 """
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.parameters import Contact, Slider
+from exudyn_model.contact import ForceUserFunction
+from exudyn_model.parameters import Contact, Guide, Slider
+from exudyn_model.point_contact import CORNERS
 
 
 def slider_force(
-    q: list[float], v: list[float], contact: Contact, slider: Slider, step: float, corners: NDArray[np.void]
+    q: list[float], v: list[float], contact: Guide, slider: Slider, step: float, corners: NDArray[np.void]
 ) -> tuple[float, float, float]:
     """Contact force (N) and moment about the slider's centre (N m) in a trial state.
 
@@ -23,44 +24,71 @@ def slider_force(
     ----------
     q, v : list of float, length 3
         Slider's x from the guide's centre line, y, angle, and their rates (m, rad, s).
-    contact, slider : Contact, Slider
+    contact, slider : Guide, Slider
     step : float
         Integration step, s.
-    corners : ndarray, shape (4,)
-        State of the corners at the start of the step; see ``contact.corner_states``.
+    corners : ndarray, shape (5,)
+        State of the contacts at the start of the step; see ``point_contact.contact_states``.
     """
     force_x, force_y, moment = 0.0, 0.0, 0.0
-    places = [(side, end) for end in (-1, 1) for side in (-1, 1)]  # ll, lr, ul, ur
-    for (side, end), memory in zip(places, corners, strict=True):
-        # Arm of the corner, turned by the slider's angle
-        across, along = side * slider.width / 2, end * slider.length / 2
-        arm_x = across * math.cos(q[2]) - along * math.sin(q[2])
-        arm_y = across * math.sin(q[2]) + along * math.cos(q[2])
-        wall = side * (slider.width / 2 + contact.clearance)
-        gap = side * (wall - q[0] - arm_x)
-        rate = -side * (v[0] - v[2] * arm_y)
-        slip = v[1] + v[2] * arm_x
-        if gap >= 0:
-            continue
-        impact_speed = memory["impact_speed"] or _impact_speed(
-            memory["gap"], memory["rate"], gap, rate, step, contact
-        )
-        # Eqs. 9-11; a wall cannot pull
-        elastic = contact.stiffness * (-gap) ** contact.exponent
-        normal = max(elastic * (1 - contact.damping * rate / impact_speed), 0.0)
-        # Eqs. 13-14
-        ramp = (abs(slip) - contact.static_speed) / (contact.transition_speed - contact.static_speed)
-        friction = -math.copysign(contact.friction * min(max(ramp, 0.0), 1.0) * normal, slip)
-        force_x -= side * normal
-        force_y += friction
-        moment += arm_x * friction + arm_y * side * normal
+    for side in (-1, 1):
+        touching = []
+        for end in (-1, 1):
+            # Arm of the corner, turned by the slider's angle
+            across, along = side * slider.width / 2, end * slider.length / 2
+            arm_x = across * math.cos(q[2]) - along * math.sin(q[2])
+            arm_y = across * math.sin(q[2]) + along * math.cos(q[2])
+            wall = side * (slider.width / 2 + contact.clearance)
+            gap = side * (wall - q[0] - arm_x)
+            rate = -side * (v[0] - v[2] * arm_y)
+            if gap < 0:
+                memory = corners[CORNERS.index(("l" if end < 0 else "u") + ("l" if side < 0 else "r"))]
+                touching.append((-gap, -rate, impact_speed(memory, gap, rate, step, contact), arm_x, arm_y))
+        elastic, damped = _elastic([depth for depth, *_ in touching], contact)
+        for (_, depth_rate, at_impact, arm_x, arm_y), force in zip(touching, elastic, strict=True):
+            # Eq. 11; a wall cannot pull
+            share = contact.damping * depth_rate / at_impact if damped else 0.0
+            normal = max(force * (1 + share), 0.0)
+            tangential = friction(normal, v[1] + v[2] * arm_x, contact)
+            force_x -= side * normal
+            force_y += tangential
+            moment += arm_x * tangential + arm_y * side * normal
     return force_x, force_y, moment
 
 
-def _impact_speed(
+def _elastic(depths: list[float], contact: Guide) -> tuple[list[float], bool]:
+    """Elastic normal forces (N) of the touching corners of one side; whether they are damped."""
+    forces = [contact.stiffness * depth**contact.exponent for depth in depths]
+    if len(depths) < 2 or contact.law == "hertz-corners":
+        return forces, True
+    total = sum(depths)
+    if contact.law == "paper-switching":
+        # Each corner bears a third of what lies over it alone and a sixth of the other's
+        return [contact.side_stiffness * (total + depth) / 6 for depth in depths], False
+    harmonic = depths[0] * depths[1] / total
+    return [
+        force + 4 * contact.side_stiffness * harmonic * (1 - depth / total) ** 2
+        for force, depth in zip(forces, depths, strict=True)
+    ], True
+
+
+def friction(normal: float, slip: float, contact: Contact) -> float:
+    """Eqs. 13-14, N."""
+    ramp = (abs(slip) - contact.static_speed) / (contact.transition_speed - contact.static_speed)
+    return -math.copysign(contact.friction * min(max(ramp, 0.0), 1.0) * normal, slip)
+
+
+def impact_speed(memory: Any, gap: float, rate: float, step: float, contact: Contact) -> float:
+    """Impact speed (m/s) that a closed contact's damping refers to; ``memory``: its state before."""
+    return float(
+        memory["impact_speed"] or _speed_at_touch(memory["gap"], memory["rate"], gap, rate, step, contact)
+    )
+
+
+def _speed_at_touch(
     gap0: float, rate0: float, gap1: float, rate1: float, step: float, contact: Contact
 ) -> float:
-    """Speed at which a corner that was open at the step's start touches before its end."""
+    """Speed at which a contact that was open at the step's start closes before its end."""
 
     def gap_at(share: float) -> float:
         """Cubic Hermite interpolant of the gap."""
@@ -76,11 +104,11 @@ def _impact_speed(
 
 
 def force_user_function(
-    contact: Contact, slider: Slider, step: float, corners: NDArray[np.void]
-) -> Callable[[Any, float, int, list[float], list[float]], tuple[float, float, float]]:
+    contact: Guide, slider: Slider, step: float, corners: NDArray[np.void]
+) -> ForceUserFunction:
     """``forceUserFunction`` of an ``ObjectGenericODE2`` on the slider's node, without compiled code."""
 
-    def force(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, float, float]:
+    def force(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
         del mbs, t, number
         return slider_force(q, v, contact, slider, step, corners)
 

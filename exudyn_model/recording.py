@@ -9,7 +9,10 @@ from exudyn_model.accelerations import slider_acceleration
 from exudyn_model.compiled import kernel
 from exudyn_model.contact_memory import EVENT, renew_corners
 from exudyn_model.energy import ENERGIES, audit_energy, new_audit
+from exudyn_model.journal import renew_pin
+from exudyn_model.loose_pin import loose_pin_acceleration
 from exudyn_model.mechanism import Model
+from exudyn_model.point_contact import CONTACTS
 from exudyn_model.tables import CHANNELS, event_table, extrema_table, new_extrema, widen
 
 
@@ -19,33 +22,47 @@ def _observe(
     q: NDArray[np.float64],
     v: NDArray[np.float64],
     multipliers: NDArray[np.float64],
+    drive: int,
     masses: NDArray[np.float64],
     audit: NDArray[np.void],
     linkage: NDArray[np.void],
     law: NDArray[np.void],
-    corners: NDArray[np.void],
+    pin_law: NDArray[np.void],
+    contacts: NDArray[np.void],
     events: NDArray[np.void],
     event_count: int,
     values: NDArray[np.float64],
     extrema: NDArray[np.void],
 ) -> int:
-    """Renew the corners' memory, fill ``values`` with all channels and widen ``extrema``; the event count."""
+    """Renew the contacts' memory, fill ``values`` with all channels, widen ``extrema``; the event count.
+
+    ``drive`` is the place of the motor among the ``multipliers``.
+    """
     constants = linkage[0]
     fx, fy, moment = 0.0, 0.0, 0.0
     if not constants.ideal_slider:
-        event_count, fx, fy, moment = renew_corners(index, q[12:], v[12:], law, corners, events, event_count)
+        event_count, fx, fy, moment = renew_corners(index, q[12:], v[12:], law, contacts, events, event_count)
     values[0], values[1], values[2] = constants.guide_x + q[12], q[13], q[14]
     values[3], values[4], values[5] = v[12], v[13], v[14]
-    values[6], values[7], values[8] = slider_acceleration(q, v, fx, fy, moment, constants)
+    if constants.ideal_pin:
+        values[6], values[7], values[8] = slider_acceleration(q, v, fx, fy, moment, constants)
+    else:
+        event_count, pin_x, pin_y, pin_moment = renew_pin(
+            index, q[:6], v[:6], pin_law, contacts, events, event_count
+        )
+        values[6], values[7], values[8] = loose_pin_acceleration(
+            q, v, pin_x, pin_y, pin_moment, fx, fy, moment, constants
+        )
+        values[21 + len(multipliers)], values[22 + len(multipliers)] = pin_x, pin_y
     for number in range(4):
-        values[9 + 3 * number] = corners[number].gap
-        values[10 + 3 * number] = corners[number].normal
-        values[11 + 3 * number] = corners[number].friction
+        values[9 + 3 * number] = contacts[number].gap
+        values[10 + 3 * number] = contacts[number].normal
+        values[11 + 3 * number] = contacts[number].friction
     for row in range(len(multipliers)):
         values[21 + row] = -multipliers[row]
     if len(masses) > 0:
-        torque, energies = -multipliers[12], values[len(values) - 7 :]
-        audit_energy(index, q, v, torque, masses, constants, law[0], corners, audit[0], energies)
+        torque, energies = -multipliers[drive], values[len(values) - 7 :]
+        audit_energy(index, q, v, torque, masses, constants, law[0], pin_law[0], contacts, audit[0], energies)
     widen(extrema, values, index * law[0].step)
     return event_count
 
@@ -54,7 +71,7 @@ class Recorder:
     """Gathers the results of one run.
 
     :meth:`accept` must see each accepted state once, the initial one included, before the step that starts
-    from it: it also renews the corners' memory, which the contact force of that step reads.
+    from it: it also renews the contacts' memory, which the contact force of that step reads.
 
     Parameters
     ----------
@@ -74,10 +91,16 @@ class Recorder:
         masses: NDArray[np.float64],
     ) -> None:
         self.accepted = 0
-        self._linkage, self._law, self._corners = model.linkage, model.law, model.corners
+        self._linkage, self._contacts = model.linkage, model.contacts
+        self._law, self._pin_law = model.law, model.pin_law
+        self._drive = model.multipliers.index("crank_torque")
         self._steps_per_sample = steps_per_sample
         self._masses, self._audit = masses, new_audit()
-        self._channels = CHANNELS + model.multipliers + (ENERGIES if len(masses) else ())
+        self._channels = CHANNELS + model.multipliers
+        if "reaction_A_x" not in self._channels:
+            self._channels += ("reaction_A_x", "reaction_A_y")  # of the contact
+        if len(masses):
+            self._channels += ENERGIES
         self._values = np.zeros(len(self._channels))
         self._samples = np.zeros((samples + 1, len(self._channels)))
         self._extrema = new_extrema(len(self._channels))
@@ -98,8 +121,8 @@ class Recorder:
         """
         is_sample = self.accepted % self._steps_per_sample == 0
         if is_sample:
-            # Each corner ends at most one contact a step: this lasts until the next sample
-            needed = self._event_count + 4 * self._steps_per_sample
+            # Each contact ends at most once a step: this lasts until the next sample
+            needed = self._event_count + len(CONTACTS) * self._steps_per_sample
             if needed > len(self._events):
                 self._events = np.concatenate([self._events, np.zeros(needed, EVENT)])
         self._event_count = _observe(
@@ -107,11 +130,13 @@ class Recorder:
             q,
             v,
             multipliers,
+            self._drive,
             self._masses,
             self._audit,
             self._linkage,
             self._law,
-            self._corners,
+            self._pin_law,
+            self._contacts,
             self._events,
             self._event_count,
             self._values,
@@ -138,4 +163,4 @@ class Recorder:
     def events(self) -> dict[str, NDArray[Any]]:
         """Contacts sorted by start; one that lasts at the last accepted state ends there."""
         now = (self.accepted - 1) * float(self._law[0]["step"])
-        return event_table(self._events[: self._event_count], self._corners, now)
+        return event_table(self._events[: self._event_count], self._contacts, now)

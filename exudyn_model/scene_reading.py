@@ -1,7 +1,7 @@
 """Read a scene's plain mapping: this model's own derivation from the printed numbers.
 
-Derived here and nowhere else: angular speed and period, the contact stiffness K of Eq. 10 and the factor
-of the damping term of Eq. 11.
+Derived here and nowhere else: angular speed and period, the contact stiffnesses of Eqs. 8 and 10 and the
+factor of the damping term of Eq. 11.
 """
 
 import math
@@ -9,15 +9,17 @@ from collections.abc import Mapping
 from typing import Any
 
 from exudyn_model.parameters import (
-    Contact,
     Drive,
+    Guide,
     Initial,
     Integration,
+    Journal,
     Mechanism,
     Parameters,
     Rod,
     Slider,
 )
+from exudyn_model.side_law import LAWS
 from exudyn_model.solver_choice import choose_solver
 
 
@@ -69,7 +71,8 @@ def read_scene(scene: Mapping[str, Any]) -> Parameters:
             float(initial["slider_vx"]),
             float(initial["slider_omega"]),
         ),
-        _contact(scene),
+        _guide(scene),
+        _journal(scene) if joints["crank_pin"] == "clearance" else None,
         Integration(
             formulation=solver["formulation"],
             method=solver["method"],
@@ -88,20 +91,45 @@ def _rod(values: Mapping[str, float]) -> Rod:
     return Rod(*(float(values[key]) for key in ("length", "centroid", "mass", "inertia")))
 
 
-def _contact(scene: Mapping[str, Any]) -> Contact:
-    """Derive K of Eq. 10 for slider and guide of one material, and the damping factor of Eq. 11."""
+def _compliance(scene: Mapping[str, Any]) -> float:
+    """sigma_m + sigma_n for two bodies of one material, m^2/N."""
+    material = scene["contact"]
+    # sigma = (1 - nu^2) / E, without the pi that some texts carry
+    return float(2 * (1 - material["poisson"] ** 2) / material["youngs_modulus"])
+
+
+def _surface(scene: Mapping[str, Any], radius: float) -> dict[str, float]:
+    """Derive K of Eq. 10 for a radius (m) and the damping factor of Eq. 11; what every contact shares."""
     material, friction = scene["contact"], scene["friction"]
-    # sigma = (1 - nu^2) / E for either body, without the pi that some texts carry
-    compliance = 2 * (1 - material["poisson"] ** 2) / material["youngs_modulus"]
-    return Contact(
+    return {
+        "stiffness": 4 * math.sqrt(radius) / (3 * _compliance(scene)),
+        "exponent": float(material["exponent"]),
+        "damping": 0.75 * (1 - material["restitution"] ** 2),
+        "impact_speed_floor": float(material["impact_speed_floor"]),
+        "friction": float(friction["coefficient"]),
+        "static_speed": float(friction["static_speed"]),
+        "transition_speed": float(friction["transition_speed"]),
+    }
+
+
+def _guide(scene: Mapping[str, Any]) -> Guide:
+    slider = scene["mechanism"]["slider"]
+    return Guide(
         clearance=float(scene["clearance"]["slider"]),
-        stiffness=4 * math.sqrt(material["corner_radius"]) / (3 * compliance),
-        exponent=float(material["exponent"]),
-        damping=0.75 * (1 - material["restitution"] ** 2),
-        impact_speed_floor=float(material["impact_speed_floor"]),
-        friction=float(friction["coefficient"]),
-        static_speed=float(friction["static_speed"]),
-        transition_speed=float(friction["transition_speed"]),
+        law=scene["contact"]["law"],
+        # Eq. 8 with a = T + L
+        side_stiffness=(slider["thickness"] + slider["length"]) / (0.475 * _compliance(scene)),
+        **_surface(scene, scene["contact"]["corner_radius"]),
+    )
+
+
+def _journal(scene: Mapping[str, Any]) -> Journal:
+    """Two conforming cylinders: their radius of Eq. 10 is R_j R_b / (R_b - R_j)."""
+    clearance, radius = float(scene["clearance"]["crank_pin"]), float(scene["clearance"]["journal_radius"])
+    return Journal(
+        clearance=clearance,
+        radius=radius,
+        **_surface(scene, radius * (radius + clearance) / clearance),
     )
 
 
@@ -109,8 +137,8 @@ def refuse_unsupported(scene: Mapping[str, Any]) -> None:
     """Raise a ValueError of one line for what this model does not simulate."""
     choices = [
         ("joints.slider", scene["joints"]["slider"], ("clearance", "ideal")),
-        ("joints.crank_pin", scene["joints"]["crank_pin"], ("ideal",)),
-        ("contact.law", scene["contact"]["law"], ("hertz-corners",)),
+        ("joints.crank_pin", scene["joints"]["crank_pin"], ("ideal", "clearance")),
+        ("contact.law", scene["contact"]["law"], LAWS),
         *(
             ("output.groups", group, ("accelerations", "corners", "joints", "energy"))
             for group in scene["output"]["groups"]

@@ -58,7 +58,10 @@ def newton_tolerance(parameters: Parameters, step: float) -> float:
     """
     tolerance = parameters.integration.tolerance
     if parameters.integration.method == "trapezoidal-index2":
-        return tolerance * step / (0.1 if parameters.mechanism.ideal_slider else 2e-3)
+        if parameters.journal is not None:
+            # The pin's force, up to 4e8 N/m times coordinates of 0.2 m, rounds at some 1e-10 N a row
+            return max(tolerance * step / 2e-3, 2e-10)
+        return tolerance * step / (0.1 if parameters.ideal else 2e-3)
     return tolerance
 
 
@@ -93,6 +96,9 @@ def settings(steps: Steps, method: str, tolerance: float) -> Any:
         integration.generalizedAlpha.useNewmark = False
     # The Jacobian changes little in a hundred steps; a new one in every iteration doubles the cost
     integration.newton.useModifiedNewton = True
+    # Pieces of the crank pin's friction (`journal`): at most four changes; the last one is confirmed
+    integration.discontinuous.maxIterations = 6
+    integration.discontinuous.ignoreMaxIterations = False
     # In N and m alike. For index 3 the usual 1e-7 is no limit: 1e-8 moves the slider of the paper's case by
     # 2e-11 m, and the step of 2e-6 s leaves 3e-7 m. Much smaller ones are less than the forces' round-off
     integration.newton.absoluteTolerance = tolerance

@@ -57,6 +57,11 @@ def choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
             f"joints.slider = {scene['joints']['slider']!r} leaves solver.exudyn.formulation = 'tree' "
             "nothing free; use 'full'"
         )
+    if formulation == "tree" and scene["joints"]["crank_pin"] != "ideal":
+        raise ValueError(
+            f"joints.crank_pin = {scene['joints']['crank_pin']!r} moves joint C, which "
+            "solver.exudyn.formulation = 'tree' takes as given; use 'full'"
+        )
     for key in ("step", "tolerance"):
         if not chosen[key] > 0:
             raise ValueError(f"solver.exudyn.{key} = {chosen[key]} must be positive")

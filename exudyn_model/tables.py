@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.compiled import kernel
-from exudyn_model.contact import CORNERS
 from exudyn_model.contact_memory import EVENT, write_event
+from exudyn_model.point_contact import CONTACTS, CORNERS
 
 STATE = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
 ACCELERATIONS = ("slider_ax", "slider_ay", "slider_alpha")
@@ -49,15 +49,15 @@ def extrema_table(
     }
 
 
-def event_table(ended: NDArray[np.void], corners: NDArray[np.void], now: float) -> dict[str, NDArray[Any]]:
-    """Contacts sorted by start: those ``ended``, and those of ``corners`` that last until ``now`` (s)."""
-    lasting = np.zeros(4, EVENT)
+def event_table(ended: NDArray[np.void], contacts: NDArray[np.void], now: float) -> dict[str, NDArray[Any]]:
+    """Contacts sorted by start: those ``ended``, and those of ``contacts`` that last until ``now`` (s)."""
+    lasting = np.zeros(len(contacts), EVENT)
     count = 0
-    for number in range(4):
-        if corners[number]["impact_speed"] > 0:
-            write_event(lasting[count], number, corners[number], now)
+    for number, state in enumerate(contacts):
+        if state["impact_speed"] > 0:
+            write_event(lasting[count], number, state, now)
             count += 1
     table = np.concatenate([ended, lasting[:count]])
     table = table[np.lexsort((table["corner"], table["start"]))]
-    columns: dict[str, NDArray[Any]] = {"corner": np.array(CORNERS)[table["corner"]]}
+    columns: dict[str, NDArray[Any]] = {"corner": np.array(CONTACTS)[table["corner"]]}
     return columns | {name: table[name].copy() for name in EVENT.names or () if name != "corner"}

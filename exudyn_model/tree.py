@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 from exudyn_model.accelerations import linkage_record
 from exudyn_model.assembly import ROD4, SLIDER, InitialState
 from exudyn_model.compiled import kernel
-from exudyn_model.contact import contact_law, corner_states, frozen_slider_force
+from exudyn_model.contact import contact_law, frozen_slider_force
+from exudyn_model.journal import journal_law
 from exudyn_model.mechanism import Model
 from exudyn_model.parameters import Parameters
+from exudyn_model.point_contact import contact_states
 from exudyn_model.rocker_tip import rocker_tip
 
 
@@ -64,9 +66,9 @@ def build_tree(parameters: Parameters, state: InitialState) -> Model:
     Its coordinates are the angle of rod 4 and the angle of the slider from rod 4, rad.
     """
     rod, slider = parameters.mechanism.rod4, parameters.mechanism.slider
-    linkage = linkage_record(parameters.mechanism, parameters.drive)
+    linkage = linkage_record(parameters)
     # No fixed step: the law's `step` is read by touches inside a step alone, which do not occur here
-    law, corners = contact_law(parameters.contact, slider, np.nan), corner_states()
+    law, contacts = contact_law(parameters.contact, slider, np.nan), contact_states()
 
     container = exu.SystemContainer()
     mbs = container.AddSystem()
@@ -91,11 +93,11 @@ def build_tree(parameters: Parameters, state: InitialState) -> Model:
             linkCOMs=_vectors([rod.centroid, 0.0, 0.0], [0.0, 0.0, 0.0]),
             linkMasses=[rod.mass, slider.mass],
             gravity=[0.0, -parameters.mechanism.gravity, 0.0],
-            forceUserFunction=force_user_function(linkage, law, corners),
+            forceUserFunction=force_user_function(linkage, law, contacts),
         )
     )
     mbs.Assemble()
-    return Model(mbs, container, linkage, law, corners, ())
+    return Model(mbs, container, linkage, law, journal_law(parameters, np.nan), contacts, ())
 
 
 def _matrices(*items: NDArray[np.float64]) -> Any:

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from exudyn_model.accelerations import rod4_acceleration
 from exudyn_model.compiled import kernel
-from exudyn_model.contact import corner_load, corner_motion, friction_force, normal_force
+from exudyn_model.contact import corner_load, corner_motion
 from exudyn_model.contact_memory import EVENT, write_event
 from exudyn_model.mechanism import Model
+from exudyn_model.point_contact import friction_force
+from exudyn_model.side_law import side_normals
 from exudyn_model.tables import CHANNELS, event_table, extrema_table, new_extrema, widen
 from exudyn_model.touch_location import (
     GAP_TOLERANCE,
@@ -45,16 +47,26 @@ def _observe(
     """Fill ``values`` with all channels; only corners in contact carry a force."""
     x, y, vx, vy, tip_ax, tip_ay = slider_motion(time, theta4, w4, linkage)
     fx, fy, moment = 0.0, 0.0, 0.0
-    for number in range(4):
-        gap, rate, slip, rx, ry = corner_motion(number, x, theta5, vx, vy, w5, law)
-        normal = 0.0
-        if gap < 0.0 and corners[number].impact_speed > 0.0:
-            normal = normal_force(-gap, -rate, corners[number].impact_speed, law)
-        load = corner_load(number, normal, slip, rx, ry, law)
-        fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
-        values[9 + 3 * number] = gap
-        values[10 + 3 * number] = normal
-        values[11 + 3 * number] = friction_force(normal, slip, law)
+    for side in range(2):
+        gap0, rate0, _, _, _ = corner_motion(side, x, theta5, vx, vy, w5, law)
+        gap1, rate1, _, _, _ = corner_motion(side + 2, x, theta5, vx, vy, w5, law)
+        normals = side_normals(
+            -gap0,
+            -rate0,
+            corners[side].impact_speed,
+            -gap1,
+            -rate1,
+            corners[side + 2].impact_speed,
+            law,
+        )
+        for end in range(2):
+            number, normal = side + 2 * end, normals[end]
+            gap, _, slip, rx, ry = corner_motion(number, x, theta5, vx, vy, w5, law)
+            load = corner_load(number, normal, slip, rx, ry, law)
+            fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
+            values[9 + 3 * number] = gap
+            values[10 + 3 * number] = normal
+            values[11 + 3 * number] = friction_force(normal, slip, law)
     values[0], values[1], values[2] = linkage.guide_x + x, y, theta5
     values[3], values[4], values[5] = vx, vy, w5
     a4 = rod4_acceleration(theta4, tip_ax, tip_ay, fx, fy, linkage)
@@ -154,7 +166,7 @@ class TreeRecorder:
 
     def __init__(self, model: Model, sample_interval: float, samples: int, least: float) -> None:
         self.steps = 0
-        self._linkage, self._law, self._corners = model.linkage, model.law, model.corners
+        self._linkage, self._law, self._corners = model.linkage, model.law, model.contacts
         self._sample_interval, self._least = sample_interval, least
         self._start, self._end = np.zeros(1, MOTION), np.zeros(1, MOTION)
         self._values = np.zeros(len(CHANNELS))

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from exudyn_model import plain_contact
-from exudyn_model.contact import contact_law, corner_states, slider_force, touch
-from exudyn_model.parameters import Contact, Slider
+from exudyn_model.contact import contact_law, slider_force
+from exudyn_model.parameters import Guide, Slider
+from exudyn_model.point_contact import contact_states, touch
+from exudyn_model.side_law import LAWS
 
 STEP = 2e-6
 SLIDER = Slider(mass=0.17, inertia=2.6e-5, length=0.07, width=0.05)
@@ -23,33 +25,39 @@ def contact(**changes):
         "friction": 0.15,
         "static_speed": 1e-4,
         "transition_speed": 1e-3,
+        "law": "hertz-corners",
+        "side_stiffness": 2.88e10,
     }
-    return Contact(**(values | changes))
+    return Guide(**(values | changes))
 
 
 def frozen(speed):
     """Corners that are all in contact since a touch at ``speed``."""
-    corners = corner_states()
+    corners = contact_states()
     corners["impact_speed"] = speed
     return corners
 
 
-def test_compiled_and_plain_form_agree():
+@pytest.mark.parametrize("kind", LAWS)
+def test_compiled_and_plain_form_agree(kind):
     random = np.random.default_rng(7)
-    law, seen = contact(), 0
+    law, seen, pairs = contact(law=kind), 0, 0
     for _ in range(300):
         q = [random.uniform(-3e-4, 3e-4), random.uniform(-0.1, 0.2), random.uniform(-4e-3, 4e-3)]
         v = [random.normal(0, 0.1), random.normal(0, 1e-3), random.normal(0, 3)]
-        corners = corner_states()
-        corners["impact_speed"] = random.choice([0.0, 0.02], 4)
-        corners["gap"] = random.uniform(0, 1e-6, 4)
-        corners["rate"] = -random.uniform(0.1, 0.2, 4)
+        corners = contact_states()
+        corners["impact_speed"] = random.choice([0.0, 0.02], 5)
+        corners["gap"] = random.uniform(0, 1e-6, 5)
+        corners["rate"] = -random.uniform(0.1, 0.2, 5)
         compiled = slider_force(q[0], q[2], *v, contact_law(law, SLIDER, STEP), corners)
         plain = plain_contact.slider_force(q, v, law, SLIDER, STEP, corners)
         seen += compiled[0] != 0
+        sides = np.abs(q[0] + 0.035 * np.array([1, -1]) * q[2]) > 2e-4
+        pairs += np.all(sides)
         # A gap is a difference of lengths of 0.025 m: round-off 1e-17 m of depths down to 1e-8 m
         np.testing.assert_allclose(compiled, plain, rtol=1e-8, atol=1e-12)
     assert seen > 100
+    assert pairs > 10
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,10 @@ import pytest
 from exudyn.itemInterface import NodeRigidBody2D, ObjectGenericODE2, ObjectRigidBody2D
 
 from exudyn_model import plain_contact
-from exudyn_model.contact import contact_law, corner_states, force_user_function
+from exudyn_model.contact import contact_law, force_user_function
 from exudyn_model.contact_memory import EVENT, renew_corners
-from exudyn_model.parameters import Contact, Slider
+from exudyn_model.parameters import Guide, Slider
+from exudyn_model.point_contact import contact_states
 from exudyn_model.solver import Steps, settings
 
 SPEED, DURATION = 0.05, 6e-4
@@ -20,7 +21,7 @@ POINT = Slider(mass=0.02, inertia=1e-5, length=0.0, width=0.0)
 
 def fly(restitution, steps, compiled=True):
     """Velocity at the end, and the table of contacts, of a mass point thrown onto the right wall."""
-    contact = Contact(
+    contact = Guide(
         clearance=DISTANCE,
         stiffness=4.8e9,
         exponent=1.5,
@@ -29,9 +30,11 @@ def fly(restitution, steps, compiled=True):
         friction=0.0,
         static_speed=1e-4,
         transition_speed=1e-3,
+        law="hertz-corners",
+        side_stiffness=2.88e10,
     )
     step = DURATION / steps
-    law, corners, events = contact_law(contact, POINT, step), corner_states(), np.zeros(100, EVENT)
+    law, corners, events = contact_law(contact, POINT, step), contact_states(), np.zeros(100, EVENT)
     if compiled:
         force = force_user_function(law, corners)
     else:

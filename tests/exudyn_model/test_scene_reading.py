@@ -13,16 +13,32 @@ def test_contact_stiffness_and_damping_of_the_paper(make_scene):
     assert contact.damping == pytest.approx(0.1425, rel=1e-12)
 
 
+def test_stiffnesses_of_the_side_and_of_the_pin(make_scene):
+    parameters = read_scene(make_scene({"joints.crank_pin": "clearance"}))
+    # By hand: Eq. 8 with a = 0.05 + 0.07 m; Eq. 10 with R = 0.01 * 0.0102 / 0.0002 = 0.51 m
+    assert parameters.contact.side_stiffness == pytest.approx(0.12 / (0.475 * 2 * 4.3885714286e-12), rel=1e-9)
+    journal = parameters.journal
+    assert journal.stiffness == pytest.approx(4 * 0.7141428429 / (3 * 2 * 4.3885714286e-12), rel=1e-9)
+    assert (journal.clearance, journal.radius) == (2e-4, 0.01)
+    assert read_scene(make_scene({})).journal is None
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
         (
-            {"contact.law": "strip"},
-            "contact.law = 'strip' is not simulated by the Exudyn model yet; use 'hertz-corners'",
+            {"contact.law": "winkler"},
+            "contact.law = 'winkler' is not simulated by the Exudyn model yet; "
+            "use 'hertz-corners' or 'paper-switching' or 'strip'",
         ),
         (
-            {"joints.crank_pin": "clearance"},
-            "joints.crank_pin = 'clearance' is not simulated by the Exudyn model yet; use 'ideal'",
+            {
+                "solver.exudyn.formulation": "tree",
+                "solver.exudyn.method": "dopri5",
+                "joints.crank_pin": "clearance",
+            },
+            "joints.crank_pin = 'clearance' moves joint C, which solver.exudyn.formulation = 'tree' takes as "
+            "given; use 'full'",
         ),
         (
             {"output.groups": ["corners", "strain"]},

@@ -8,7 +8,8 @@ import pytest
 from exudyn_model import simulate
 from exudyn_model.accelerations import linkage_record
 from exudyn_model.assembly import assemble, place
-from exudyn_model.contact import CORNERS, contact_law, corner_states
+from exudyn_model.contact import contact_law
+from exudyn_model.point_contact import CORNERS, contact_states
 from exudyn_model.rocker_tip import rocker_tip
 from exudyn_model.scene_reading import read_scene
 from exudyn_model.touch_location import MOTION, gap_within, quintic, touch_within
@@ -36,7 +37,7 @@ def test_rocker_tip_and_its_derivatives(make_scene, branch, speed_rpm):
     }
     parameters = read_scene(make_scene(changes))
     mechanism, drive = parameters.mechanism, parameters.drive
-    linkage = linkage_record(mechanism, drive)[0]
+    linkage = linkage_record(parameters)[0]
     dt = 1e-5
     for time in np.linspace(0, 60 / abs(speed_rpm), 7):
         rocker = place(mechanism, mechanism.crank_angle + drive.omega * time, mechanism.guide_x, 0.0)[2]
@@ -135,7 +136,7 @@ def test_a_touch_that_comes_and_goes_inside_a_step_is_located(tree_scene):
     # Across both walls' distance: 1 um from the right one
     parameters = read_scene(tree_scene(1e-10, {"initial.slider_offset": 1.99e-4}))
     state = assemble(parameters)
-    linkage = linkage_record(parameters.mechanism, parameters.drive)[0]
+    linkage = linkage_record(parameters)[0]
     law = contact_law(parameters.contact, parameters.mechanism.slider, np.nan)[0]
     step, turn = 1e-5, 40.0
     ends = np.zeros(2, MOTION)
@@ -145,7 +146,7 @@ def test_a_touch_that_comes_and_goes_inside_a_step_is_located(tree_scene):
     ends["w5"] = turn, -turn
     ends["a5"] = -2 * turn / step
     found = {}
-    for number, corner in enumerate(corner_states()):
+    for number, corner in enumerate(contact_states()[:4]):
         corner["gap"], corner["rate"] = gap_within(number, *ends, 0.0, linkage, law)
         assert gap_within(number, *ends, 1.0, linkage, law)[0] > 0
         found[CORNERS[number]] = touch_within(number, corner, *ends, linkage, law)
