@@ -8,7 +8,7 @@ output, the solvers).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -171,12 +171,23 @@ class ReferenceSolver(Section):
 
 
 class ExudynSolver(Section):
-    """Raw settings of the Exudyn model; the tolerance is Newton's."""
+    """Raw settings of the Exudyn model; step and tolerance mean what its formulation makes of them.
+
+    With five bodies the step is fixed and the tolerance is Newton's; for the tree, which controls its error,
+    the step is the largest and the tolerance that of a step's error.
+    """
 
     formulation: str = "auto"
     method: str = "auto"
     step: Annotated[Positive, S] = 2e-6
     tolerance: Positive = 1e-7
+
+    @model_validator(mode="before")
+    @classmethod
+    def _usual(cls, given: Any) -> Any:
+        if isinstance(given, dict) and given.get("formulation") == "tree":
+            return {"step": 1e-4, "tolerance": 1e-10} | given
+        return given
 
 
 class Solver(Section):

@@ -16,7 +16,7 @@ from exudyn_model.parameters import Guide, Slider
 from exudyn_model.point_contact import friction_force, impact_speed_in_force, law_type, surface_law
 from exudyn_model.side_law import LAWS, side_normals
 
-_LAW = law_type("half_width", "half_length", "half_opening", "kind", "side_stiffness")
+_LAW = law_type("half_width", "half_length", "clearance", "kind", "side_stiffness")
 
 # (mbs, t, object number, coordinates, velocities) -> generalized forces
 ForceUserFunction = Callable[[Any, float, int, list[float], list[float]], tuple[float, ...]]
@@ -27,7 +27,7 @@ def contact_law(contact: Guide, slider: Slider, step: float) -> NDArray[np.void]
     law = surface_law(_LAW, contact, step)
     law["half_width"] = slider.width / 2
     law["half_length"] = slider.length / 2
-    law["half_opening"] = slider.width / 2 + contact.clearance
+    law["clearance"] = contact.clearance
     law["kind"] = LAWS.index(contact.law)
     law["side_stiffness"] = contact.side_stiffness
     return law
@@ -46,7 +46,9 @@ def corner_motion(
     cosine, sine = np.cos(angle), np.sin(angle)
     rx, ry = cosine * sx - sine * sy, sine * sx + cosine * sy
     outward = -1.0 if number % 2 == 0 else 1.0
-    gap = law.half_opening - outward * (x + rx)
+    # Not as a difference of distances from the centre line, which are a hundred times the clearance: a depth
+    # of 1e-11 m, at rest in the "strip" law, is to keep its digits
+    gap = law.clearance - outward * (x - sine * sy) + 2.0 * law.half_width * np.sin(0.5 * angle) ** 2
     rate = -outward * (vx - omega * ry)
     return gap, rate, vy + omega * rx, rx, ry
 

@@ -1,5 +1,6 @@
 """The press in Exudyn: five rigid bodies, six revolute joints, drive, gravity, contacts."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,7 +24,8 @@ from numpy.typing import NDArray
 from exudyn_model import journal
 from exudyn_model.accelerations import linkage_record
 from exudyn_model.assembly import CRANK, FRAME, ROD2, SLIDER, InitialState, pins
-from exudyn_model.contact import ForceUserFunction, contact_law, force_user_function
+from exudyn_model.contact import ForceUserFunction, contact_law, corner_motion, force_user_function
+from exudyn_model.native_contact import add_corner_contacts
 from exudyn_model.parameters import Parameters, Rod, Slider
 from exudyn_model.point_contact import contact_states
 
@@ -49,6 +51,8 @@ class Model:
         Channel of each Lagrange multiplier. Exudyn writes M a + (dc/dq)^T lambda = f, with c the second
         body's end less the first's: the channel, the constraint's force or moment on the second body (the
         motor's on the crank, the guide's on the slider), is -lambda.
+    read_corners : callable or None
+        See ``native_contact``; None where the contact is the user function.
     """
 
     mbs: Any
@@ -58,6 +62,7 @@ class Model:
     pin_law: NDArray[np.void]
     contacts: NDArray[np.void]
     multipliers: tuple[str, ...]
+    read_corners: Callable[[], NDArray[np.float64]] | None = None
 
 
 def build(parameters: Parameters, state: InitialState, step: float) -> Model:
@@ -119,16 +124,25 @@ def build(parameters: Parameters, state: InitialState, step: float) -> Model:
 
     multipliers.append("crank_torque")
 
+    read_corners = None
     law = contact_law(parameters.contact, mechanism.slider, step)
     if mechanism.ideal_slider:
         multipliers += ["guide_force", "guide_moment"]
         for coordinate, value in ((0, mechanism.reference_offset), (2, 0.0)):
             marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=nodes[SLIDER], coordinate=coordinate))
             mbs.AddObject(CoordinateConstraint(markerNumbers=[fixed, marker], offset=value))
+    elif parameters.integration.formulation == "native":
+        x, _, angle = state.positions[SLIDER]
+        gaps = np.array(
+            [corner_motion(k, x - mechanism.guide_x, angle, 0.0, 0.0, 0.0, law[0])[0] for k in range(4)]
+        )
+        read_corners = add_corner_contacts(mbs, ground, bodies[SLIDER], parameters, gaps)
     else:
         _add_contact(mbs, [nodes[SLIDER]], force_user_function(law, contacts))
     mbs.Assemble()
-    return Model(mbs, container, linkage_record(parameters), law, pin_law, contacts, tuple(multipliers))
+    return Model(
+        mbs, container, linkage_record(parameters), law, pin_law, contacts, tuple(multipliers), read_corners
+    )
 
 
 def _add_contact(mbs: Any, nodes: list[Any], force: ForceUserFunction) -> None:

@@ -208,13 +208,13 @@ class Integration:
     Attributes
     ----------
     formulation : str
-        "full": five bodies; "tree": rod 4 and slider alone.
+        "full": five bodies; "native": with Exudyn's own contact; "tree": rod 4 and slider alone.
     method : str
-        "generalized-alpha" or "trapezoidal-index2" for "full", "dopri5" for "tree".
+        "generalized-alpha" or "trapezoidal-index2"; "dopri5" for "tree".
     step : float
         Largest step that the scene allows, s.
     tolerance : float
-        "full": of the Newton iteration, absolute; see ``solver.newton_tolerance``. "tree": of a step's error,
+        Of the Newton iteration, absolute; see ``solver.newton_tolerance``. "tree": of a step's error,
         in rad and rad/s.
     samples_per_cycle : int
         Samples in one turn of the crank.

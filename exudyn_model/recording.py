@@ -12,8 +12,11 @@ from exudyn_model.energy import ENERGIES, audit_energy, new_audit
 from exudyn_model.journal import renew_pin
 from exudyn_model.loose_pin import loose_pin_acceleration
 from exudyn_model.mechanism import Model
+from exudyn_model.native_contact import renew_native_corners
 from exudyn_model.point_contact import CONTACTS
 from exudyn_model.tables import CHANNELS, event_table, extrema_table, new_extrema, widen
+
+_NOT_NATIVE = np.zeros((0, 4))
 
 
 @kernel
@@ -23,6 +26,7 @@ def _observe(
     v: NDArray[np.float64],
     multipliers: NDArray[np.float64],
     drive: int,
+    native: NDArray[np.float64],
     masses: NDArray[np.float64],
     audit: NDArray[np.void],
     linkage: NDArray[np.void],
@@ -36,11 +40,16 @@ def _observe(
 ) -> int:
     """Renew the contacts' memory, fill ``values`` with all channels, widen ``extrema``; the event count.
 
-    ``drive`` is the place of the motor among the ``multipliers``.
+    ``drive`` is the place of the motor among the ``multipliers``; ``native`` is empty, or what
+    ``native_contact`` tells of the corners.
     """
     constants = linkage[0]
     fx, fy, moment = 0.0, 0.0, 0.0
-    if not constants.ideal_slider:
+    if len(native) > 0:
+        event_count, fx, fy, moment = renew_native_corners(
+            index, q[12:], v[12:], native, law, contacts, events, event_count
+        )
+    elif not constants.ideal_slider:
         event_count, fx, fy, moment = renew_corners(index, q[12:], v[12:], law, contacts, events, event_count)
     values[0], values[1], values[2] = constants.guide_x + q[12], q[13], q[14]
     values[3], values[4], values[5] = v[12], v[13], v[14]
@@ -93,6 +102,7 @@ class Recorder:
         self.accepted = 0
         self._linkage, self._contacts = model.linkage, model.contacts
         self._law, self._pin_law = model.law, model.pin_law
+        self._read_corners = model.read_corners
         self._drive = model.multipliers.index("crank_torque")
         self._steps_per_sample = steps_per_sample
         self._masses, self._audit = masses, new_audit()
@@ -131,6 +141,7 @@ class Recorder:
             v,
             multipliers,
             self._drive,
+            self._read_corners() if self._read_corners else _NOT_NATIVE,
             self._masses,
             self._audit,
             self._linkage,

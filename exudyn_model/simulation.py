@@ -153,7 +153,10 @@ def _run_full(parameters: Parameters, progress: Callable[[float], None] | None) 
     }
     if method == "generalized-alpha":
         settings["spectral_radius"] = solver.SPECTRAL_RADIUS
-    return _Run("redundant-coordinates", settings, recorder, outcome)
+    name = "redundant-coordinates"
+    if parameters.integration.formulation == "native":
+        name += ", native contact"
+    return _Run(name, settings, recorder, outcome)
 
 
 def _run_tree(parameters: Parameters, progress: Callable[[float], None] | None) -> _Run:

@@ -1,10 +1,11 @@
 """Formulation, method and settings of a scene's ``[solver.exudyn]``, defaults filled in.
 
-``formulation`` "full" has all five bodies, "tree" rod 4 and the slider alone; "auto", the same as leaving it
-out, is "full". ``method`` "auto", the same as leaving it out, is the usual one of the formulation, or
-"trapezoidal-index2" where the groups "joints" or "energy" are asked for: they need the constraints'
-multipliers, and those of "generalized-alpha", whose constraints are at position level, carry the Newton
-iteration's error divided by the square of the step. They are not given out.
+``formulation`` "full" has all five bodies, "native" the same with Exudyn's own contact object at the slider,
+"tree" rod 4 and the slider alone; "auto", the same as leaving it out, is "full". ``method`` "auto", the same
+as leaving it out, is the usual one of the formulation, or "trapezoidal-index2" where the groups "joints" or
+"energy" are asked for: they need the constraints' multipliers, and those of "generalized-alpha", whose
+constraints are at position level, carry the Newton iteration's error divided by the square of the step. They
+are not given out.
 """
 
 from collections.abc import Mapping
@@ -13,10 +14,12 @@ from typing import Any
 # Usual settings of each formulation: step in s; what the tolerance means, see `parameters.Integration`
 _USUAL: dict[str, dict[str, Any]] = {
     "full": {"method": "generalized-alpha", "step": 2e-6, "tolerance": 1e-7},
+    "native": {"method": "generalized-alpha", "step": 2e-6, "tolerance": 1e-7},
     "tree": {"method": "dopri5", "step": 1e-4, "tolerance": 1e-10},
 }
 
-_METHODS = {"full": ("generalized-alpha", "trapezoidal-index2"), "tree": ("dopri5",)}
+_IMPLICIT = ("generalized-alpha", "trapezoidal-index2")
+_METHODS = {"full": _IMPLICIT, "native": _IMPLICIT, "tree": ("dopri5",)}
 
 
 def choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
@@ -31,13 +34,13 @@ def choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
     formulation = given.pop("formulation", "auto")
     if formulation not in ("auto", *_USUAL):
         raise ValueError(
-            f"solver.exudyn.formulation = {formulation!r} must be one of 'auto', 'full' and 'tree'"
+            f"solver.exudyn.formulation = {formulation!r} must be one of 'auto', 'full', 'native' and 'tree'"
         )
     if formulation == "auto":
         formulation = "full"
     forces = [group for group in scene["output"]["groups"] if group in ("joints", "energy")]
     usual = dict(_USUAL[formulation])
-    if forces and formulation == "full":
+    if forces and "trapezoidal-index2" in _METHODS[formulation]:
         usual["method"] = "trapezoidal-index2"
     if given.get("method") == "auto":
         del given["method"]
@@ -52,11 +55,21 @@ def choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
             f"output.groups = {forces[0]!r} is not given by solver.exudyn.method = {chosen['method']!r}; use "
             "'trapezoidal-index2' (formulation 'full')"
         )
-    if formulation == "tree" and scene["joints"]["slider"] != "clearance":
+    if formulation != "full" and scene["joints"]["slider"] != "clearance":
         raise ValueError(
-            f"joints.slider = {scene['joints']['slider']!r} leaves solver.exudyn.formulation = 'tree' "
-            "nothing free; use 'full'"
+            f"joints.slider = {scene['joints']['slider']!r} leaves solver.exudyn.formulation = "
+            f"{formulation!r} nothing free; use 'full'"
         )
+    if formulation == "native":
+        for key, value, known in (
+            ("joints.crank_pin", scene["joints"]["crank_pin"], "ideal"),
+            ("contact.law", scene["contact"]["law"], "hertz-corners"),
+        ):
+            if value != known:
+                raise ValueError(
+                    f"{key} = {value!r} has no contact object for solver.exudyn.formulation = 'native'; "
+                    "use 'full'"
+                )
     if formulation == "tree" and scene["joints"]["crank_pin"] != "ideal":
         raise ValueError(
             f"joints.crank_pin = {scene['joints']['crank_pin']!r} moves joint C, which "

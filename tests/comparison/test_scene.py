@@ -60,6 +60,21 @@ def test_the_mapping_is_complete_and_plain():
     assert type(load_scene(PAPER, {"drive.speed_rpm": 210}).data["drive"]["speed_rpm"]) is float
 
 
+def test_settings_that_are_left_open_follow_the_formulation():
+    tree = load_scene(PAPER, {"solver.exudyn.formulation": "tree"})
+    assert tree.data["solver"]["exudyn"] | {"method": ""} == {
+        "formulation": "tree",
+        "method": "",
+        "step": 1e-4,
+        "tolerance": 1e-10,
+    }
+    back = tree.with_values({"solver.exudyn.formulation": "full", "solver.exudyn.step": 1e-6})
+    assert back.data["solver"]["exudyn"]["tolerance"] == 1e-7
+    given = load_scene(PAPER, {"solver.exudyn.formulation": "tree", "solver.exudyn.tolerance": 1e-8})
+    assert given.data["solver"]["exudyn"]["step"] == 1e-4
+    assert given.data["solver"]["exudyn"]["tolerance"] == 1e-8
+
+
 def test_the_start_follows_the_reference_offset_unless_it_is_given():
     moved = load_scene(PAPER).with_values({"mechanism.reference_offset": 0.0})
     assert moved.data["initial"]["slider_offset"] == 0.0

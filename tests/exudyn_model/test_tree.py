@@ -246,7 +246,7 @@ def test_mirrored_scene_gives_mirrored_motion(tree_scene):
     [
         (2e-4, 0.0, {"lr", "ur"}),
         (-2e-4, 0.0, {"ll", "ul"}),
-        (-(2e-4 - 5e-13), 1e-9, {"ll", "ul"}),
+        (-(2e-4 - 1e-15), 1e-9, {"ll", "ul"}),
     ],
 )
 def test_a_slider_that_rests_at_the_wall_is_pressed_or_released(tree_scene, offset, vx, corners):

@@ -1,0 +1,146 @@
+"""The corners' contact by Exudyn's own object instead of the user function: another opinion on the law.
+
+``ObjectContactSphereTriangle`` at each corner: a small sphere inside the slider that touches the corner's
+tip, against a triangle that covers the wall. Nothing of ``contact`` takes part in the motion. What is
+recorded comes from Exudyn where it tells it: gap, impact speed, normal force, friction. The instants of
+touch and leaving are not told; the table of contacts interpolates them between steps, as for the user
+function. Two things differ from Eqs. 9-14:
+
+- Friction rises from no slip on, without the range below ``static_speed``; see ``proportional_zone``.
+- A slider that is turned has its corner 1e-4 m times the square of the angle over 2 farther inside.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import exudyn as exu
+import numpy as np
+from exudyn.itemInterface import MarkerBodyRigid, NodeGenericData, ObjectContactSphereTriangle
+from numpy.typing import NDArray
+
+from exudyn_model.compiled import kernel
+from exudyn_model.contact import corner_motion
+from exudyn_model.contact_memory import begin, carry_on
+from exudyn_model.parameters import Guide, Parameters
+
+# m: a thousandth of the slider, and more than corners penetrate
+_RADIUS = 1e-4
+# m: half the height of the walls
+_REACH = 10.0
+# Columns of what is read of each corner
+_GAP, _IMPACT_SPEED, _NORMAL, _FRICTION = range(4)
+
+
+def restitution(contact: Guide) -> float:
+    """Exudyn's coefficient for the damping of Eq. 11: its Hunt-Crossley factor is 3/2 (1 - coefficient)."""
+    return 1.0 - contact.damping / 1.5
+
+
+def proportional_zone(contact: Guide) -> float:
+    """Slip (m/s) at which friction is full."""
+    return contact.transition_speed
+
+
+def add_corner_contacts(
+    mbs: Any, ground: Any, slider: Any, parameters: Parameters, gaps: NDArray[np.float64]
+) -> Callable[[], NDArray[np.float64]]:
+    """Add four contacts between the bodies ``ground`` and ``slider``.
+
+    Parameters
+    ----------
+    mbs : exudyn.MainSystem
+    ground, slider : exudyn.ObjectIndex
+    parameters : Parameters
+    gaps : ndarray, shape (4,)
+        Of the corners at t = 0, m.
+
+    Returns
+    -------
+    callable
+        Gap (m), impact speed (m/s; that of the contact that is going on), normal force and friction along
+        +y (N) of each corner in the current state, shape (4, 4).
+    """
+    contact, shape = parameters.contact, parameters.mechanism.slider
+    wall = shape.width / 2 + contact.clearance
+    fixed = mbs.AddMarker(MarkerBodyRigid(bodyNumber=ground, localPosition=[0.0, 0.0, 0.0]))
+    objects = []
+    for number in range(4):
+        side, end = (-1 if number % 2 == 0 else 1), (-1 if number < 2 else 1)
+        x = parameters.mechanism.guide_x + side * wall
+        # Its normal, by the order of the points, is towards the slider
+        triangle = exu.Vector3DList()
+        for y, z in ((-_REACH, -side * _REACH), (-_REACH, side * _REACH), (2 * _REACH, 0.0)):
+            triangle.Append([x, y, z])
+        centre = [side * (shape.width / 2 - _RADIUS), end * shape.length / 2, 0.0]
+        # A contact begins at a change of sign: one that is closed at t = 0 begins in the first step
+        memory = mbs.AddNode(
+            NodeGenericData(
+                initialCoordinates=[max(gaps[number], 1e-15), 0.0, 0.0, 0.0], numberOfDataCoordinates=4
+            )
+        )
+        objects.append(
+            mbs.AddObject(
+                ObjectContactSphereTriangle(
+                    markerNumbers=[
+                        mbs.AddMarker(MarkerBodyRigid(bodyNumber=slider, localPosition=centre)),
+                        fixed,
+                    ],
+                    nodeNumber=memory,
+                    sphereRadius=_RADIUS,
+                    trianglePoints=triangle,
+                    includeEdges=0,
+                    impactModel=1,
+                    contactStiffness=contact.stiffness,
+                    contactStiffnessExponent=contact.exponent,
+                    restitutionCoefficient=restitution(contact),
+                    minimumImpactVelocity=contact.impact_speed_floor,
+                    dynamicFriction=contact.friction,
+                    frictionProportionalZone=proportional_zone(contact),
+                )
+            )
+        )
+    force = exu.OutputVariableType.Force
+
+    def read() -> NDArray[np.float64]:
+        corners = np.zeros((4, 4))
+        data = mbs.systemData.GetDataCoordinates(copy=False)
+        for number in range(4):
+            corners[number, _GAP], corners[number, _IMPACT_SPEED] = data[4 * number], data[4 * number + 2]
+            if data[4 * number] < 0.0:
+                fx, fy, _ = mbs.GetObjectOutput(objects[number], force)
+                corners[number, _NORMAL], corners[number, _FRICTION] = abs(fx), fy
+        return corners
+
+    return read
+
+
+@kernel
+def renew_native_corners(
+    index: int,
+    q: NDArray[np.float64],
+    v: NDArray[np.float64],
+    native: NDArray[np.float64],
+    law: NDArray[np.void],
+    corners: NDArray[np.void],
+    events: NDArray[np.void],
+    event_count: int,
+) -> tuple[int, float, float, float]:
+    """Renew the corners' memory as ``contact_memory.renew_corners``, with what Exudyn tells of them.
+
+    ``native`` is what the function of :func:`add_corner_contacts` returns, shape (4, 4).
+    """
+    constants = law[0]
+    fx, fy, moment = 0.0, 0.0, 0.0
+    for number in range(4):
+        state, gap, normal = corners[number], native[number, _GAP], native[number, _NORMAL]
+        _, rate, slip, rx, ry = corner_motion(number, q[0], q[2], v[0], v[1], v[2], constants)
+        touched_at = begin(index, gap, rate, state, constants)
+        if gap < 0.0 and index > 0:
+            state.impact_speed = max(native[number, _IMPACT_SPEED], constants.impact_speed_floor)
+        event_count = carry_on(
+            index, gap, rate, slip, normal, touched_at, number, state, constants, events, event_count
+        )
+        state.friction = native[number, _FRICTION]
+        inward = normal if number % 2 == 0 else -normal
+        fx, fy, moment = fx + inward, fy + state.friction, moment + rx * state.friction - ry * inward
+    return event_count, fx, fy, moment
