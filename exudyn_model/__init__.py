@@ -4,13 +4,17 @@ Equation, section and table numbers are those of Zuo et al., Lubricants 2025, 13
 knowledge of ``reference_model``; the two share only the scene's numbers. Where to find what:
 
 - ``parameters``: the numbers of a scene in SI units (Tables 1, 2).
-- ``scene_reading``: these from the plain mapping; contact stiffness K, damping factor (Eqs. 10, 11).
+- ``scene_reading``: these from the plain mapping; stiffnesses K, K_s, damping factor (Eqs. 8, 10, 11).
 - ``assembly``: joints of the linkage (Eq. 16), initial positions and velocities; what cannot be assembled.
-- ``mechanism``: Exudyn's nodes, bodies, joints, drive, gravity and the object that carries the contact.
-- ``contact``: gaps of the four corners, normal force (Eqs. 9-11), friction (Eqs. 13, 14), the speed at the
-  instant of touch, and the user function that Exudyn calls. ``plain_contact``: the same in plain Python.
+- ``mechanism``: Exudyn's nodes, bodies, joints, drive, gravity and the objects that carry the contacts.
+- ``point_contact``: normal force and friction of one point (Eqs. 9-11, 13, 14), the speed at the instant of
+  touch. ``side_law``: the three laws for two corners of one side (Eqs. 7, 8).
+- ``contact``: gaps of the four corners, and the user function that Exudyn calls. ``journal``: the same for the
+  crank pin. ``plain_contact``, ``plain_journal``: both in plain Python. ``native_contact``: the corners by
+  Exudyn's own contact object.
 - ``contact_memory``: freezes and forgets impact speeds from accepted states; the table of contacts.
-- ``accelerations``: the slider's accelerations by balance of forces at one state (Eqs. 15-21, reduced).
+- ``accelerations``: the slider's accelerations by balance of forces at one state (Eqs. 15-21, reduced);
+  ``loose_pin``: the same where the crank pin has clearance.
 - ``energy``: work, stored and dissipated energy, and what is left of their balance.
 - ``recording``: samples, contacts and extrema of a run. ``tables``: names of channels, the final tables.
 - ``solver_choice``: formulation, method and settings of a scene. ``solver``: every setting of Exudyn's

@@ -2,10 +2,13 @@
 
 ``ObjectContactSphereTriangle`` at each corner: a small sphere inside the slider that touches the corner's
 tip, against a triangle that covers the wall. Nothing of ``contact`` takes part in the motion. What is
-recorded comes from Exudyn where it tells it: gap, impact speed, normal force, friction. The instants of
-touch and leaving are not told; the table of contacts interpolates them between steps, as for the user
-function. Two things differ from Eqs. 9-14:
+recorded comes from Exudyn where it tells it: gap, impact speed, normal force, friction. Not told are the
+instants of touch and leaving, which the table of contacts interpolates between steps as for the user
+function, and the forces at t = 0: a corner that is closed there begins its contact with the first step.
+Three things differ from Eqs. 9-14:
 
+- The impact speed is that of the end of the step in which the contact begins, which leaves an error of first
+  order in the step: 3.7e-8 m in the first cycle of the paper's case at 2e-6 s, 1.0e-8 m at 1e-6 s.
 - Friction rises from no slip on, without the range below ``static_speed``; see ``proportional_zone``.
 - A slider that is turned has its corner 1e-4 m times the square of the angle over 2 farther inside.
 """

@@ -131,12 +131,12 @@ def solve(
     One call of Exudyn's solver for the whole run: a second one would start with new initial accelerations.
     """
     interruption: list[BaseException] = []
+    data = mbs.systemData
     last_call = time.monotonic()
 
     def accept() -> bool:
         """Record the current state; False to stop."""
         nonlocal last_call
-        data = mbs.systemData
         is_sample = recorder.accept(
             data.GetODE2Coordinates(copy=False),
             data.GetODE2Coordinates_t(copy=False),

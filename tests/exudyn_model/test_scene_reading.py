@@ -57,7 +57,7 @@ def test_stiffnesses_of_the_side_and_of_the_pin(make_scene):
         ),
         (
             {"solver.exudyn.formulation": "minimal"},
-            "solver.exudyn.formulation = 'minimal' must be one of 'auto', 'full' and 'tree'",
+            "solver.exudyn.formulation = 'minimal' must be one of 'auto', 'full', 'native' and 'tree'",
         ),
         (
             {
@@ -80,6 +80,20 @@ def test_stiffnesses_of_the_side_and_of_the_pin(make_scene):
             },
             "output.groups = 'joints' is not given by solver.exudyn.method = 'dopri5'; "
             "use 'trapezoidal-index2' (formulation 'full')",
+        ),
+        (
+            {"solver.exudyn.formulation": "native", "contact.law": "strip"},
+            "contact.law = 'strip' has no contact object for solver.exudyn.formulation = 'native'; "
+            "use 'full'",
+        ),
+        (
+            {"solver.exudyn.formulation": "native", "joints.crank_pin": "clearance"},
+            "joints.crank_pin = 'clearance' has no contact object for solver.exudyn.formulation = 'native'; "
+            "use 'full'",
+        ),
+        (
+            {"solver.exudyn.formulation": "native", "joints.slider": "ideal"},
+            "joints.slider = 'ideal' leaves solver.exudyn.formulation = 'native' nothing free; use 'full'",
         ),
         ({"drive.speed_rpm": 0.0}, "drive.speed_rpm = 0.0 must not be zero"),
         ({"drive.cycles": 0.0}, "drive.cycles = 0.0 must be positive"),

@@ -1,0 +1,90 @@
+"""What the slider's contact costs in Exudyn, by kind of contact: python benchmarks/exudyn_contact.py.
+
+The paper's case, five bodies, steps of 5 us, recording excluded; of the user function's contact the memory of
+impact speeds is included. Runs of all kinds take turns, and the least time of each counts: ratios hold where
+times depend on what else the machine does.
+"""
+
+import time
+from collections.abc import Callable
+from typing import Any
+from unittest.mock import patch
+
+import exudyn as exu
+import numpy as np
+
+from comparison.scene import load_scene
+from exudyn_model import mechanism, plain_contact
+from exudyn_model.assembly import assemble
+from exudyn_model.contact_memory import EVENT, renew_corners
+from exudyn_model.mechanism import Model, build
+from exudyn_model.scene_reading import read_scene
+from exudyn_model.solver import choose_steps, newton_tolerance, settings
+
+ROUNDS = 7
+STEP = 5e-6
+# 0.08 s: in flight and in contact
+CYCLES = 0.2
+
+
+def model(kind: str) -> tuple[Model, Any]:
+    """Build the mechanism with one kind of contact; also Exudyn's settings."""
+    formulation = "native" if kind == "native" else "full"
+    values = {"drive.cycles": CYCLES, "solver.exudyn.step": STEP, "solver.exudyn.formulation": formulation}
+    parameters = read_scene(load_scene("paper", values).data)
+    steps = choose_steps(parameters)
+    replaced: dict[str, Callable[..., Any]] = {}
+    if kind == "bare mechanism":
+        replaced["_add_contact"] = lambda *_: None
+    if kind == "user function, plain Python":
+        replaced["force_user_function"] = lambda _, contacts: plain_contact.force_user_function(
+            parameters.contact, parameters.mechanism.slider, steps.size, contacts
+        )
+    with patch.multiple(mechanism, **replaced) if replaced else patch.dict({}):
+        built = build(parameters, assemble(parameters), steps.size)
+    tolerance = newton_tolerance(parameters, steps.size)
+    return built, settings(steps, parameters.integration.method, tolerance)
+
+
+def renew_memory(built: Model) -> Callable[[Any, float], bool]:
+    """Make the function before each step that the user function's contact needs."""
+    events, done, data = np.zeros(4000, EVENT), 0, built.mbs.systemData
+
+    def before_step(*_: Any) -> bool:
+        nonlocal done
+        q, v = data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
+        renew_corners(done, q[12:], v[12:], built.law, built.contacts, events, 0)
+        done += 1
+        return True
+
+    return before_step
+
+
+def microseconds(kind: str) -> float:
+    """Time of one step."""
+    built, values = model(kind)
+    if kind.startswith("user"):
+        built.mbs.SetPreStepUserFunction(renew_memory(built))
+    started = time.perf_counter()
+    built.mbs.SolveDynamic(values)
+    return (time.perf_counter() - started) / values.timeIntegration.numberOfSteps * 1e6
+
+
+def main() -> None:
+    """Measure and print a Markdown table."""
+    exu.config.printToConsole = False
+    kinds = ["bare mechanism", "native", "user function, numba", "user function, plain Python"]
+    measured: dict[str, list[float]] = {kind: [] for kind in kinds}
+    for kind in kinds:
+        microseconds(kind)  # compiles
+    for _ in range(ROUNDS):
+        for kind, times in measured.items():
+            times.append(microseconds(kind))
+    least = {kind: min(times) for kind, times in measured.items()}
+    print("| contact | us a step | ratio |\n|---|---|---|")
+    for kind, value in least.items():
+        print(f"| {kind} | {value:.1f} | {value / least[kinds[0]]:.2f} |")
+
+
+if __name__ == "__main__":
+    main()
