@@ -9,7 +9,7 @@ knowledge of ``reference_model``; the two share only the scene's numbers. Where 
 - ``mechanism``: Exudyn's nodes, bodies, joints, drive, gravity and the objects that carry the contacts.
 - ``point_contact``: normal force and friction of one point (Eqs. 9-11, 13, 14), the speed at the instant of
   touch. ``side_law``: the three laws for two corners of one side (Eqs. 7, 8).
-- ``contact``: gaps of the four corners, and the user function that Exudyn calls. ``journal``: the same for the
+- ``contact``: gaps of the four corners, the user function that Exudyn calls; ``journal``: the same for the
   crank pin. ``plain_contact``, ``plain_journal``: both in plain Python. ``native_contact``: the corners by
   Exudyn's own contact object.
 - ``contact_memory``: freezes and forgets impact speeds from accepted states; the table of contacts.
