@@ -115,6 +115,7 @@ def _scene(scene: SceneComparison, key: str, *, shown: bool) -> dict[str, Any]:
         "unexcited": ", ".join(name for name, row in rows.items() if row["verdict"] == "unexcited"),
         "without_contact": all(events is not None and events.empty for events in scene.events),
         "contacts": tables.contact_rows(scene),
+        "situations": tables.situation_rows(scene),
         "runs": tables.run_rows(scene.provenance),
         "versions": tables.version_lines(scene.provenance),
         "numbers": tables.scene_values(scene.scene),

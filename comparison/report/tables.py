@@ -11,8 +11,9 @@ import pandas as pd
 
 from comparison.channels import CORNERS
 from comparison.report.decimate import spans
-from comparison.report.quantity import MISSING, number, percent, pretty_unit, quantity
+from comparison.report.quantity import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.report.summary import largest_predictable
+from comparison.situations import SITUATIONS, of_scene
 from comparison.verdict import Array, BoolArray, ChannelComparison, SceneComparison
 
 CONTACT_HEADINGS = (
@@ -75,6 +76,17 @@ def contact_rows(scene: SceneComparison) -> list[dict[str, Any]]:
     return [
         {"corner": name, "cells": list(zip(*(_contacts(events) for events in pair), strict=True))}
         for name, pair in rows
+    ]
+
+
+def situation_rows(scene: SceneComparison) -> list[dict[str, Any]]:
+    """Return one row a situation with its share of the time in both models; nothing where neither has any."""
+    both = of_scene(scene)
+    if both == (None, None):
+        return []
+    return [
+        {"words": words, "cells": [_of_time(shares[key]) if shares else MISSING for shares in both]}
+        for key, words in SITUATIONS.items()
     ]
 
 
@@ -150,6 +162,11 @@ def _contacts(events: pd.DataFrame | None) -> list[str]:
 
 def _of_scale(scaled: float) -> str:
     return "" if np.isnan(scaled) else f"{number(scaled)} of scale"
+
+
+def _of_time(share: float) -> str:
+    """Return percent with three digits: a situation that is seldom is not one that never occurs."""
+    return f"{number(100 * share)}{NO_BREAK}%"
 
 
 def _pairs(values: Mapping[str, Any] | None) -> str:

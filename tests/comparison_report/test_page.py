@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from comparison.report import page as page_module
@@ -179,6 +180,7 @@ def test_foreign_tables_without_uncertainty_events_or_provenance(
     assert name in text
     assert ">crank turns<" not in html
     assert "Contacts</h3>" not in html
+    assert "Contact situations" not in html
     assert "Runs</h3>" not in html
 
 
@@ -206,6 +208,26 @@ def test_no_contact_is_said_in_words(scene: SceneComparison) -> None:
     assert events is not None
     html = page(replace(scene, events=(events.iloc[:0], events.iloc[:0])))
     assert "None: the event tables are empty." in html
+
+
+def test_the_contact_situations_of_both_models_stand_side_by_side(scene: SceneComparison) -> None:
+    seconds = scene.time[-1]
+    columns = ["corner", "start", "end"]
+    rows = [("ll", 0.0, seconds / 2), ("ul", seconds / 4, seconds / 2), ("ur", 0.0, 2e-5 * seconds)]
+    told = scene.events[0].head(3).assign(**pd.DataFrame(rows, columns=columns))
+    html = page(replace(scene, events=(told, None)))
+    part = html[html.index("Contact situations</h3>") : html.index("Runs</h3>")]
+    cells = re.findall(
+        r'<th scope="row">([^<]*)</th><td class="number">([^<]*)</td><td class="number">', part
+    )
+    # A rare situation is not rounded to one that never occurs.
+    assert dict(cells) == {
+        "free": "50.0\u00a0%",
+        "one corner": "25.0\u00a0%",
+        "two corners of one side": "25.0\u00a0%",
+        "two opposite corners": "0.00200\u00a0%",
+    }
+    assert part.count(">n/a<") == 4
 
 
 def test_contacts_are_counted_by_corner(scene: SceneComparison) -> None:

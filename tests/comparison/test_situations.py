@@ -1,0 +1,101 @@
+"""Shares of the paper's four contact situations, on tables whose answer is counted by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparison.compare import Runs, compare
+from comparison.scene import load_scene
+from comparison.situations import SITUATIONS, of_scene, time_shares
+from comparison.summary import as_mapping
+from comparison.table import Table
+
+# Shares are sums of at most some ten quotients of binary fractions: a few units of the last place.
+EXACT = {"rel": 0, "abs": 1e-15}
+
+
+def contacts(*rows: tuple[str, float, float]) -> pd.DataFrame:
+    return pd.DataFrame(rows, columns=["corner", "start", "end"])
+
+
+def shares(events: pd.DataFrame, end: float = 8.0) -> list[float]:
+    return list(time_shares(events, (0.0, end)).values())
+
+
+@pytest.mark.parametrize(
+    ("rows", "eighths"),
+    [
+        ([], [8, 0, 0, 0]),
+        ([("ll", 1, 3)], [6, 2, 0, 0]),
+        ([("ll", 1, 5), ("ul", 3, 6)], [3, 3, 2, 0]),
+        ([("lr", 1, 5), ("ur", 5, 6)], [3, 5, 0, 0]),  # touching ends: never both
+        ([("ur", 0, 2), ("ur", 2, 3)], [5, 3, 0, 0]),  # one corner's contacts that touch
+        ([("ll", 1, 5), ("ur", 3, 6)], [3, 3, 0, 2]),  # a diagonal
+        ([("ul", 0, 8), ("lr", 0, 8)], [0, 0, 0, 8]),
+        ([("ll", 1, 5), ("lr", 3, 6)], [3, 3, 0, 2]),  # facing: both walls, though no slider can do it
+        ([("ll", 1, 6), ("ul", 2, 5), ("ur", 4, 7)], [2, 2, 2, 2]),  # three corners touch both walls
+        ([("ll", -1, 1), ("ur", 7, 9)], [6, 2, 0, 0]),  # what is outside the run does not count
+        ([("pin", 0, 8)], [8, 0, 0, 0]),  # the journal at A is no corner
+    ],
+)
+def test_hand_made_tables(rows, eighths):
+    assert shares(contacts(*rows)) == pytest.approx([n / 8 for n in eighths], **EXACT)
+
+
+def random_contacts(seed: int) -> pd.DataFrame:
+    rng = np.random.default_rng(seed)
+    rows = []
+    for corner in ("ll", "lr", "ul", "ur"):
+        edges = np.sort(rng.uniform(0, 8, size=2 * rng.integers(0, 40)))
+        rows += [(corner, start, end) for start, end in edges.reshape(-1, 2)]
+    return contacts(*rows)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_shares_add_up_and_do_not_change_when_left_and_right_or_up_and_down_do(seed):
+    events = random_contacts(seed)
+    found = shares(events)
+    # Up to 320 edges, each rounded once.
+    assert sum(found) == pytest.approx(1, abs=1e-13)
+    for pairs in (("ll lr", "ul ur"), ("ll ul", "lr ur")):
+        swap = {a: b for pair in pairs for a, b in (pair.split(), pair.split()[::-1])}
+        mirrored = events.assign(corner=events["corner"].map(swap)).sample(frac=1, random_state=seed)
+        assert shares(mirrored) == found
+
+
+def test_a_count_over_fine_samples_comes_to_the_same():
+    events, end, count = random_contacts(3), 8.0, 200_000
+    at = (np.arange(count) + 0.5) * end / count
+    closed = {
+        corner: np.any((rows["start"].to_numpy()[:, None] <= at) & (at < rows["end"].to_numpy()[:, None]), 0)
+        for corner, rows in events.groupby("corner")
+    }
+    none = np.zeros(count, dtype=bool)
+    ll, lr, ul, ur = (closed.get(corner, none) for corner in ("ll", "lr", "ul", "ur"))
+    both = (ll | ul) & (lr | ur)
+    one_side = ((ll & ul) | (lr & ur)) & ~both
+    free = ~(ll | lr | ul | ur)
+    sampled = [free.mean(), 1 - free.mean() - one_side.mean() - both.mean(), one_side.mean(), both.mean()]
+    # Every one of at most 320 edges may be off by half a sample.
+    assert shares(events) == pytest.approx(sampled, abs=160 / count)
+
+
+def test_the_shares_of_both_results_stand_in_the_numbers(make_table, scene):
+    touching, free = contacts(("ll", 0.0, 0.2)), contacts()
+    a, b = (Runs(Table(make_table().frame, events)) for events in (touching, free))
+    found = as_mapping(compare(a, b, scene=scene, labels=("reference", "exudyn")))["situations"]
+    assert found["reference"]["one_corner"] == pytest.approx(0.25, **EXACT)  # of 0.8 s
+    assert found["exudyn"]["free"] == 1.0
+    assert set(found["exudyn"]) == set(SITUATIONS)
+
+
+def test_without_events_or_without_corners_there_is_nothing_to_say(make_table, scene):
+    a, b = Runs(Table(make_table().frame, contacts())), Runs(make_table())
+    first, second = of_scene(compare(a, b, scene=scene))
+    assert first is not None
+    assert second is None
+    ideal = load_scene("ideal", {"output.samples_per_cycle": 200})
+    runs = Runs(Table(make_table(of=ideal).frame, contacts()))
+    assert of_scene(compare(runs, runs, scene=ideal)) == (None, None)
