@@ -41,7 +41,7 @@ test-browser: $(VENV)/.installed
 	$(BIN)/python -m pytest -m browser
 
 reports: $(VENV)/.installed
-	$(BIN)/python -m comparison.studies.verdicts
+	$(BIN)/python -m comparison.studies.index
 
 lint: $(VENV)/.installed
 	$(BIN)/ruff check .

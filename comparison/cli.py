@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,6 +10,8 @@ from typing import Annotated, Any
 import typer
 
 from comparison.console import complain, fail, progress, warn
+from comparison.options import Accuracy, AllowIndeterminate, Jobs, OutFolder, Overrides
+from comparison.studies import NAMES
 
 REPORTS = Path("reports/out")
 # The class that this typer raises: some of its releases bring a click of their own.
@@ -24,22 +25,6 @@ app = typer.Typer(
     epilog="Exit codes: 0 agree; 1 differ; 2 cannot compare or bad input; 3 indeterminate; "
     "70 internal error; 130 interrupted. Of several scenes the worst.",
 )
-
-Overrides = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change a scene key, e.g. drive.speed_rpm=210."),
-]
-Accuracy = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME|METRES",
-        help="draft, standard, strict, or the wanted error of slider_x in metres over the first cycle.",
-    ),
-]
-AllowIndeterminate = Annotated[
-    bool, typer.Option("--allow-indeterminate", help="Exit with 0 where the verdict is indeterminate.")
-]
-OutFolder = Annotated[Path | None, typer.Option(help="Folder of the report.", show_default="reports/out/...")]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -192,7 +177,7 @@ def validate(
         typer.Argument(metavar="[SCENE]...", help="Shipped names or TOML files.", show_default="all"),
     ] = None,
     out: OutFolder = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Runs at a time.", show_default="CPUs")] = None,
+    jobs: Jobs = None,
     accuracy: Accuracy = None,
     allow_indeterminate: AllowIndeterminate = False,
 ) -> int:
@@ -202,6 +187,7 @@ def validate(
     from comparison.summary import EXIT_CODES, as_mapping, exit_code, scene_lines
     from comparison.table import write
     from comparison.validation import validate as validate_scenes
+    from comparison.workers import cpus
 
     loaded = [load_scene(name) for name in dict.fromkeys(scenes or shipped_scenes())]
     names = [scene.name for scene in loaded]
@@ -210,7 +196,7 @@ def validate(
     folder = out or REPORTS / (names[0] if len(names) == 1 else "validate")
     check_folder(folder)
     with progress(f"{len(names)} scenes by both models" if len(names) > 1 else names[0]) as report:
-        results = validate_scenes(loaded, n_jobs=jobs or _cpus(), accuracy=accuracy, on_progress=report)
+        results = validate_scenes(loaded, n_jobs=jobs or cpus(), accuracy=accuracy, on_progress=report)
     comparisons = [result.comparison for result in results]
     codes = [70 if result.crashed else EXIT_CODES[result.comparison.verdict] for result in results]
     code = exit_code(codes, allow_indeterminate=allow_indeterminate)
@@ -238,13 +224,31 @@ def validate(
     return code
 
 
+@app.command()
+def study(
+    name: Annotated[str, typer.Argument(help=f"One of {', '.join(NAMES)}.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the study.", show_default="reports/out/NAME")
+    ] = None,
+    jobs: Jobs = None,
+) -> int:
+    """Answer a question of its own with many runs: a README.md with figures. Kept runs are used."""
+    from comparison.files import check_folder
+    from comparison.studies import write_study
+    from comparison.workers import cpus
+
+    if name not in NAMES:
+        raise typer.BadParameter(f"study {name!r} is not known; there are {', '.join(NAMES)}")
+    folder = out or REPORTS / name
+    check_folder(folder)
+    with progress(name) as report:
+        path = write_study(name, folder, jobs or cpus(), report)
+    typer.echo(str(path))
+    return 0
+
+
 def _report(comparisons: list[Any], folder: Path, command: str) -> Path:
     from comparison.report import write_report
 
     title = comparisons[0].title if len(comparisons) == 1 else "Cross-validation of the two models"
     return write_report(comparisons, folder, title=title, command=command)
-
-
-def _cpus() -> int:
-    """CPUs that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

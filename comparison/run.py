@@ -48,11 +48,14 @@ class Outcome:
         One line; for a status of the model its remedy.
     table
         The result if the status is ``"success"``.
+    partial
+        What a model had recorded when it gave up with a status of its own: shorter than asked, unchecked.
     """
 
     status: str
     message: str = ""
     table: Table | None = None
+    partial: Table | None = None
 
 
 class RunError(RuntimeError):
@@ -170,7 +173,7 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
     try:
         result = _simulate(job.model, job.scene.data, progress)
         if result.status != "success":
-            return Outcome(result.status, result.remedy)
+            return Outcome(result.status, result.remedy, partial=Table.from_result(result))
         table = Table.from_result(result)
         check(table, *_demands(job), name=f"the {job.model} run")
     except TableError as error:

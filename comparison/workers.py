@@ -33,6 +33,11 @@ class Died:
     exit_code: int | None
 
 
+def cpus() -> int:
+    """Return how many CPUs this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def work(attempt: Attempt, tasks: Sequence[tuple[str, Any]], n_workers: int) -> Generator[tuple[str, Any]]:
     """Hand tasks to worker processes in the given order and yield what becomes of them, as it comes.
 

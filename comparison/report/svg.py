@@ -11,6 +11,8 @@ from pathlib import Path
 import matplotlib as mpl
 import matplotlib.figure
 
+from comparison.files import replacing
+
 STYLE = Path(__file__).with_name("sixbar.mplstyle")
 
 # What a colour of the drawing means; the page's style sheet says what it looks like, light and dark.
@@ -52,6 +54,15 @@ def _rounded(match: re.Match[str]) -> str:
     return 'd="' + _BLANKS.sub(r"\1", path).strip() + '"'
 
 
+def standalone(svg: str) -> str:
+    """Return an inline drawing as a file of its own, on white: the colours of the light page go into it."""
+    css = STYLE.with_name("report.css").read_text("utf-8")
+    colours = css[css.index(":root") : css.index("}") + 1]  # its first rule
+    block = f"<style>{colours} svg{{color:#222;background:#fff}}</style>"
+    head = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
+    return str(svg).replace("<svg ", head, 1).replace(">", f">{block}", 1) + "\n"
+
+
 def inline_svg(figure: matplotlib.figure.Figure, key: str) -> str:
     """Return the figure as an ``<svg>`` element to be put into an HTML page.
 
@@ -79,3 +90,9 @@ def inline_svg(figure: matplotlib.figure.Figure, key: str) -> str:
     svg = _PATH.sub(_rounded, svg)
     svg = re.sub(r'<svg [^>]*viewBox="([^"]*)"[^>]*>', r'<svg viewBox="\1" focusable="false">', svg, count=1)
     return re.sub(r">\s+<", "><", svg).strip()
+
+
+def write_svg(figure: matplotlib.figure.Figure, path: Path) -> None:
+    """Write a figure, made inside `style`, as a file of its own."""
+    with replacing(path) as part:
+        part.write_text(standalone(inline_svg(figure, path.stem)), "utf-8")

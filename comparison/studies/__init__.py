@@ -1,1 +1,39 @@
-"""What the committed reports say about the current code: each study writes its own."""
+"""What the code says about questions that one comparison cannot answer: each study writes its own folder.
+
+A study is a module here with a function ``write(folder, n_jobs, on_progress)`` that runs its scenes by
+`comparison.run` (so that an interrupted study resumes and a second call is quick) and writes a README.md
+with SVG figures into a folder that exists.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+
+NAMES = ("verdicts", "contact-laws", "crank-pin")
+
+
+def write_study(name: str, folder: Path, n_jobs: int, on_progress: Callable[[float], None] | None) -> Path:
+    """Let a study write its folder.
+
+    Parameters
+    ----------
+    name
+        One of `NAMES`.
+    folder
+        Made if there is none.
+    n_jobs
+        Worker processes.
+    on_progress
+        Called with the finished share, 0 to 1.
+
+    Returns
+    -------
+    path
+        Of the study's README.md.
+    """
+    study = import_module(f"comparison.studies.{name.replace('-', '_')}")
+    folder.mkdir(parents=True, exist_ok=True)
+    study.write(folder, n_jobs, on_progress)
+    return folder / "README.md"

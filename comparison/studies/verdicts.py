@@ -1,52 +1,44 @@
-"""The verdict table and the picture of the README, from a validation of all shipped scenes.
-
-    python -m comparison.studies.verdicts
-
-writes ``reports/README.md`` and ``reports/slider_x.svg`` and puts the table between its marks in the README.
-"""
+"""The verdicts of all shipped scenes in one table, and the picture of the README."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 
-from comparison.console import progress
 from comparison.files import replacing
 from comparison.report.gallery import figures
-from comparison.report.svg import style
+from comparison.report.markdown import table
+from comparison.report.quantity import MISSING
+from comparison.report.svg import standalone, style
+from comparison.run import Progress
 from comparison.scene import load_scene, shipped_scenes
 from comparison.validation import validate
 from comparison.verdict import SceneComparison
 
-BEGIN, END = "<!-- verdicts: generated, do not edit -->", "<!-- end of verdicts -->"
 PICTURE_OF = ("150rpm-0.2mm", "slider_x")
+HEADINGS = (
+    "scene",
+    "verdict",
+    "channels that agree",
+    "samples predictable",
+    "largest difference of x, first cycle",
+    "largest difference of x, whole run",
+)
 
 
-def table(comparisons: Sequence[SceneComparison]) -> str:
-    """Return the verdicts of the scenes as a Markdown table."""
-    lines = [
-        "| scene | verdict | channels that agree | samples predictable "
-        "| largest difference of x, first cycle | largest difference of x, whole run |",
-        "|---|---|---|---|---|---|",
-    ]
-    for scene in comparisons:
-        excited = [c for c in scene.channels.values() if c.verdict != "unexcited"]
-        agreeing = sum(c.verdict == "agree" for c in excited)
-        coverage = float(np.mean([c.coverage for c in excited])) if excited else 0.0
-        x = scene.channels["slider_x"]
-        first = np.abs(x.difference[scene.time <= (scene.period or np.inf)]).max()
-        shown = (
-            f"{agreeing} of {len(excited)}",
-            f"{coverage:.0%}",
-            f"{first:.1e} m",
-            f"{np.abs(x.difference).max():.1e} m",
-        )
-        lines.append(f"| {scene.title} | **{scene.verdict}** | " + " | ".join(shown) + " |")
-    return "\n".join(lines)
+def row(scene: SceneComparison) -> list[str]:
+    """Return a scene's line of the table."""
+    start = [scene.title, f"**{scene.verdict}**"]
+    if not scene.channels:
+        return start + [MISSING] * (len(HEADINGS) - len(start))
+    excited = [c for c in scene.channels.values() if c.verdict != "unexcited"]
+    agreeing = sum(c.verdict == "agree" for c in excited)
+    coverage = float(np.mean([c.coverage for c in excited])) if excited else 0.0
+    x = np.abs(scene.channels["slider_x"].difference)
+    first = x[scene.time <= (scene.period or np.inf)].max()
+    return [*start, f"{agreeing} of {len(excited)}", f"{coverage:.0%}", f"{first:.1e} m", f"{x.max():.1e} m"]
 
 
 def picture(scene: SceneComparison, channel: str) -> str:
@@ -54,51 +46,23 @@ def picture(scene: SceneComparison, channel: str) -> str:
     with style():
         drawings = figures(scene, "readme")
     label = scene.channels[channel].label
-    svg = next(drawing.svg for drawing in drawings[1:] if drawing.heading.startswith(label))
-    css = files("comparison.report").joinpath("report.css").read_text("utf-8")
-    colours = re.search(r":root\s*\{[^}]*\}", css)
-    block = "" if colours is None else f"<style>{colours.group()} svg{{color:#222;background:#fff}}</style>"
-    head = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
-    return str(svg).replace("<svg ", head, 1).replace(">", f">{block}", 1) + "\n"
+    return standalone(next(drawing.svg for drawing in drawings[1:] if drawing.heading.startswith(label)))
 
 
-def with_table(readme: str, verdicts: str) -> str:
-    """Return a README with the table between its marks replaced.
-
-    Raises
-    ------
-    ValueError
-        If the marks are not there.
-    """
-    before, begin, rest = readme.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise ValueError(f"README.md: the marks {BEGIN!r} and {END!r} are missing")
-    return f"{before}{BEGIN}\n\n{verdicts}\n\n{END}{after}"
+def text(comparisons: Sequence[SceneComparison]) -> str:
+    """Return the study's README."""
+    verdicts = table(HEADINGS, [row(comparison) for comparison in comparisons])
+    return f"# Verdicts\n\nBoth models on every shipped scene, each at its standard setting.\n\n{verdicts}\n"
 
 
-def _write(text: str, path: Path) -> None:
-    with replacing(path) as part:
-        part.write_text(text, "utf-8")
-
-
-def main() -> None:
-    """Validate all shipped scenes (kept runs are used) and write the files."""
+def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
+    """Validate all shipped scenes and write the table and the picture."""
     scenes = [load_scene(name) for name in shipped_scenes()]
-    with progress(f"{len(scenes)} scenes by both models") as report:
-        comparisons = [result.comparison for result in validate(scenes, n_jobs=2, on_progress=report)]
-    verdicts = table(comparisons)
-    folder = Path("reports")
-    folder.mkdir(exist_ok=True)
-    heading = (
-        "# What the studies say about the current code\n\nGenerated by `make reports`.\n\n## Verdicts\n\n"
-    )
-    _write(f"{heading}{verdicts}\n", folder / "README.md")
-    scene = next(c for c in comparisons if c.name == PICTURE_OF[0])
-    _write(picture(scene, PICTURE_OF[1]), folder / "slider_x.svg")
-    readme = Path("README.md")
-    _write(with_table(readme.read_text("utf-8"), verdicts), readme)
-
-
-if __name__ == "__main__":
-    main()
+    comparisons = [result.comparison for result in validate(scenes, n_jobs=n_jobs, on_progress=on_progress)]
+    drawn = next(comparison for comparison in comparisons if comparison.name == PICTURE_OF[0])
+    for name, content in (
+        ("slider_x.svg", picture(drawn, PICTURE_OF[1])),
+        ("README.md", text(comparisons)),
+    ):
+        with replacing(folder / name) as part:
+            part.write_text(content, "utf-8")

@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from comparison.studies.verdicts import BEGIN, END, with_table
+from comparison.scene import shipped_scenes
+from comparison.studies import NAMES
+from comparison.studies.index import BEGIN, END, index, table_of, with_table
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
-REPORTS = (ROOT / "reports" / "README.md").read_text("utf-8")
+REPORTS = ROOT / "reports"
 
 
 def test_the_five_lines_of_python_run(capsys):
@@ -26,9 +28,18 @@ def test_the_five_lines_of_python_run(capsys):
 
 
 def test_the_verdicts_are_those_of_the_reports():
-    verdicts = REPORTS.partition("## Verdicts\n\n")[2].rstrip("\n")
-    assert verdicts.count("\n") == 8  # a heading, a rule, seven scenes
+    verdicts = table_of((REPORTS / "verdicts" / "README.md").read_text("utf-8"))
+    assert verdicts.count("\n") == 1 + len(shipped_scenes())  # a heading and a rule before them
     assert with_table(README, verdicts) == README
+
+
+def test_the_list_of_the_studies_is_that_of_their_reports():
+    readmes = {name: (REPORTS / name / "README.md").read_text("utf-8") for name in NAMES}
+    assert (REPORTS / "README.md").read_text("utf-8") == index(readmes)
+    for name, text in readmes.items():
+        assert text.startswith("# ")
+        for picture in re.findall(r"\]\(([\w-]+\.svg)\)", text):
+            assert (REPORTS / name / picture).is_file(), picture
 
 
 def test_a_readme_without_marks_is_refused():

@@ -1,0 +1,25 @@
+"""Options that several commands take."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a scene key, e.g. drive.speed_rpm=210."),
+]
+Accuracy = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME|METRES",
+        help="draft, standard, strict, or the wanted error of slider_x in metres over the first cycle.",
+    ),
+]
+AllowIndeterminate = Annotated[
+    bool, typer.Option("--allow-indeterminate", help="Exit with 0 where the verdict is indeterminate.")
+]
+Jobs = Annotated[int | None, typer.Option(min=1, help="Runs at a time.", show_default="CPUs")]
+OutFolder = Annotated[Path | None, typer.Option(help="Folder of the report.", show_default="reports/out/...")]
