@@ -97,7 +97,8 @@ def depths(found: pd.DataFrame, table: Table, scene: dict[str, Any]) -> Array:
 def surplus(depth: Array, scene: dict[str, Any]) -> Array:
     """Return what the surface law stores more than the corner law, J, where the other corner just touches.
 
-    K_s d^2 / 6 - K d^(n+1) / (n+1), from Eqs. 7-10: created on the way to the surface, destroyed on the way back.
+    K_s d^2 / 6 - K d^(n+1) / (n+1), from Eqs. 7-10: created when the surface law
+    sets in, destroyed when it ends.
     """
     contact, slider = scene["contact"], scene["mechanism"]["slider"]
     compliance = 2 * (1 - contact["poisson"] ** 2) / contact["youngs_modulus"]
