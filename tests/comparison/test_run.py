@@ -101,6 +101,14 @@ def test_equal_runs_are_made_once_and_kept_and_the_other_models_settings_do_not_
     assert len(log_of(fake_models)) == 2
 
 
+def test_what_a_model_had_recorded_when_it_gave_up_is_handed_on_but_is_no_result(scene, gravity):
+    failed, crashed = run_all(jobs(scene, gravity.fail, gravity.crash, models=["exudyn"]), 2)
+    assert failed.table is None
+    assert len(failed.partial.frame) == 401
+    assert failed.partial.provenance["status"] == "newton-failed"
+    assert crashed.partial is None
+
+
 def test_failed_runs_are_not_kept(scene, fake_models, gravity):
     for _ in range(2):
         run_all(jobs(scene, gravity.fail, models=["exudyn"]), 1)

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from comparison.compare import Runs, compare
+from comparison.run import run_one
 from comparison.scene import load_scene
 from comparison.situations import SITUATIONS, of_scene, time_shares
 from comparison.summary import as_mapping
@@ -99,3 +100,15 @@ def test_without_events_or_without_corners_there_is_nothing_to_say(make_table, s
     ideal = load_scene("ideal", {"output.samples_per_cycle": 200})
     runs = Runs(Table(make_table(of=ideal).frame, contacts()))
     assert of_scene(compare(runs, runs, scene=ideal)) == (None, None)
+
+
+def test_the_wedge_scene_visits_all_situations_and_the_papers_case_never_two_opposite_corners():
+    found = {}
+    for name in ("wedge", "150rpm-0.2mm"):
+        scene = load_scene(name)
+        table = run_one(scene, "reference")
+        assert table.events is not None
+        found[name] = time_shares(table.events, (0.0, scene.duration))
+    assert min(found["wedge"].values()) > 0.02
+    assert found["150rpm-0.2mm"]["opposite"] == 0.0
+    assert min(found["150rpm-0.2mm"][key] for key in ("free", "one_corner", "one_side")) > 0.0

@@ -1,0 +1,127 @@
+"""Studies as a whole, with fake models: what they write, that they resume, and how they show what failed."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from comparison.cli import main
+from comparison.report.markdown import table
+from comparison.run import Outcome
+from comparison.studies import NAMES, contact_laws, crank_pin, index
+from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
+from comparison.studies.errors import Peak
+from comparison.table import Table
+
+
+@pytest.fixture
+def small(fake_models, tmp_path, monkeypatch):
+    """Studies of few and short runs, in an empty folder; the log of what ran."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(contact_laws, "DENSE", 1000)
+    monkeypatch.setattr(contact_laws, "SPARSE", 200)
+    monkeypatch.setattr(crank_pin, "SAMPLES", 100)
+    monkeypatch.setattr(crank_pin, "SAMPLINGS", (50, 100))
+    monkeypatch.setattr(crank_pin, "MEMBERS", 2)
+    monkeypatch.setitem(crank_pin.VARIED, crank_pin.MODULUS, (10e9, 30e9, 70e9, 210e9))
+    return fake_models
+
+
+@pytest.mark.parametrize("name", ["contact-laws", "crank-pin"])
+def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
+    assert main(["study", name, "--jobs", "2"]) == 0
+    (told,) = capsys.readouterr().out.splitlines()
+    assert told == f"reports/out/{name}/README.md"
+    text = Path(told).read_text("utf-8")
+    assert not re.search(r"\{\w*\}|\bnan\b", text)
+    pictures = re.findall(r"\]\(([\w-]+\.svg)\)", text)
+    assert {path.name for path in Path(told).parent.iterdir()} == {"README.md", *pictures}
+    for picture in pictures:
+        drawn = (Path(told).parent / picture).read_text("utf-8")
+        assert drawn.count("<path") > 10
+        assert "var(--first)" in drawn
+        assert "--first:" in drawn
+    runs = small.read_text().count("\n")
+    assert runs > 10
+    assert main(["study", name]) == 0
+    assert small.read_text().count("\n") == runs
+    assert Path(told).read_text("utf-8") == text
+
+
+@pytest.mark.usefixtures("small")
+def test_all_studies_their_list_and_the_table_of_the_readme(tmp_path):
+    (tmp_path / "README.md").write_text(f"before {index.BEGIN} old {index.END} after", "utf-8")
+    index.main()
+    listed = (tmp_path / "reports" / "README.md").read_text("utf-8")
+    links = re.findall(r"^- \[.+\]\((.+)\)$", listed, re.MULTILINE)
+    assert links == [f"{name}/README.md" for name in NAMES]
+    assert all((tmp_path / "reports" / link).is_file() for link in links)
+    readme = (tmp_path / "README.md").read_text("utf-8")
+    assert "| 150 rpm, 0.2 mm clearance | **agree** | 21 of 21 |" in readme
+    assert "old" not in readme
+
+
+def test_an_unknown_study_is_refused_with_the_known_ones(small, capsys):
+    assert main(["study", "contact_laws"]) == 2
+    err = capsys.readouterr().err
+    assert "study 'contact_laws' is not known; there are verdicts, contact-laws, crank-pin" in err
+    assert err.count("\n") == 1
+    assert not Path("reports").exists()
+    assert small.read_text() == ""
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_the_work(small, capsys):
+    Path("file").touch()
+    assert main(["study", "crank-pin", "--out", "file/below"]) == 2
+    assert "is not a folder" in capsys.readouterr().err
+    assert small.read_text() == ""
+
+
+def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
+    refused = Outcome("bad input", "contact.law = 'strip' is not simulated")
+    cells = contact_laws.of_run(refused)
+    assert cells[0] == "not simulated: contact.law = 'strip' is not simulated"
+    assert set(cells[1:]) == {"n/a"}
+    assert len(cells) == len(contact_laws.RUN_HEADINGS)
+    partial = Table(
+        pd.DataFrame({"time": [0.0, 0.1], "energy_residual": [0.0, -5.0]}),
+        pd.DataFrame(
+            {"corner": ["ll"], "start": [0.0], "end": [0.1], "peak_force": [3.0], "largest_depth": [1e-6]}
+        ),
+        {name: {"min": -2.0, "max": 1.0} for name in ("slider_vx", "slider_omega")},
+        {"counters": {"steps": 7}},
+    )
+    stopped = Outcome("work-limit", "shorten drive.cycles", partial=partial)
+    cells = contact_laws.of_run(stopped)
+    assert cells[0] == "work-limit at 0.1000 s; shorten drive.cycles"
+    assert cells[3:5] == ["5.00\u00a0J", "2.00\u00a0m/s"]
+    assert contact_laws.of_switches(stopped)[0] == "not measured: work-limit"
+    assert len(contact_laws.of_switches(stopped)) == len(contact_laws.SWITCH_HEADINGS)
+
+
+def case(*sizes: float, stopped: tuple[str, ...] = ()) -> Case:
+    channels = ("slider_y", "slider_vy", "slider_ay")
+    peaks = {(c, close): [Peak(size, 0.75) for size in sizes] for c in channels for close in (False, True)}
+    return Case(peaks, list(stopped))
+
+
+def test_peaks_of_an_ensemble_stand_beside_the_published_ones():
+    text = peaks_table({"a": case(-100.0, 494.9, 600.0), "b": case(stopped=("not simulated: no pin",))})
+    row = next(line for line in text.splitlines() if line.startswith("| acceleration, second cycle"))
+    assert row.replace("\u00a0", " ").endswith("| 494.9 m/s² | 494.9 m/s² (100 m/s² … 600 m/s²) |")
+    assert text.splitlines()[-1] == "b: not simulated: no pin."
+    assert peaks_table({"b": case(stopped=("not simulated: no pin",))}) == "b: not simulated: no pin."
+
+
+def test_exponents_and_where_the_published_peak_is_met():
+    cases = {modulus: case(494.9 * (modulus / 20e9) ** 0.4) for modulus in (1e9, 7e9, 90e9)}
+    assert powers(cases) == "displacement 0.40, velocity 0.40, acceleration 0.40"
+    assert met(cases, "slider_ay") == "20 GPa"
+    assert met({1e9: case(1.0), 2e9: case(2.0)}, "slider_ay") == "no modulus"
+
+
+def test_a_bar_in_a_cell_does_not_end_it():
+    assert table(("a", "b"), [("1|2", "3")]) == "| a | b |\n|---|---|\n| 1\\|2 | 3 |"
