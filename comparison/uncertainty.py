@@ -22,6 +22,7 @@ sustained contact.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import degrees
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,16 +44,25 @@ TIME_ROUND_OFF = 1e-11
 
 
 def twin(scene: Scene) -> Scene | None:
-    """Return the scene with its start moved by 1e-9 of the clearance; None where there is no clearance."""
-    if scene.data["joints"]["slider"] != "clearance":
+    """Return the scene with its start moved by 1e-9 of the clearance; None where there is no clearance.
+
+    The slider in its guide; where only the crank pin has clearance, the crank, since the journal has no start
+    of its own.
+    """
+    joints, start, mechanism = scene.data["joints"], scene.data["initial"], scene.data["mechanism"]
+    if joints["slider"] != "clearance" and joints["crank_pin"] != "clearance":
         return None
+    if joints["slider"] != "clearance":
+        turned = TWIN_SHIFT * scene.data["clearance"]["crank_pin"] / mechanism["crank"]["length"]
+        return scene.with_values(
+            {"mechanism.crank_angle_deg": mechanism["crank_angle_deg"] + degrees(turned)}
+        )
     clearance = scene.data["clearance"]["slider"]
-    start = scene.data["initial"]
     return scene.with_values(
         {
             "initial.slider_offset": start["slider_offset"] + TWIN_SHIFT * clearance,
             "initial.slider_angle": start["slider_angle"]
-            + TWIN_SHIFT * clearance / scene.data["mechanism"]["slider"]["length"],
+            + TWIN_SHIFT * clearance / mechanism["slider"]["length"],
         }
     )
 

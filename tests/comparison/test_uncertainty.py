@@ -107,3 +107,14 @@ def test_the_twin_starts_a_billionth_of_the_clearance_away():
     changed = {key: value for key, value in moved.items() if value != start[key]}
     assert set(changed) == {"slider_offset", "slider_angle"}
     assert twin(load_scene("ideal")) is None
+
+
+def test_where_only_the_pin_has_clearance_its_twin_turns_the_crank_by_a_billionth_of_it():
+    scene = load_scene("150rpm-0.2mm", {"joints.slider": "ideal", "joints.crank_pin": "clearance"})
+    moved = twin(scene)
+    turned = np.radians(moved.data["mechanism"]["crank_angle_deg"] - 111.36)
+    # 0.2 mm over the crank's 45 mm; 111.36 degrees have a last digit of 1.4e-14: 6e-5 of 2.5e-10 degrees.
+    assert turned == pytest.approx(1e-9 * 0.2e-3 / 0.045, rel=1e-4)
+    both = twin(load_scene("150rpm-0.2mm", {"joints.crank_pin": "clearance"}))
+    assert both.data["mechanism"] == scene.data["mechanism"]
+    assert both.data["initial"]["slider_angle"] > 0
