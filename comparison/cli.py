@@ -70,9 +70,9 @@ def scenes() -> int:
 
     for name in shipped_scenes():
         scene = load_scene(name)
-        ideal = scene.data["joints"]["slider"] == "ideal"
-        clearance = "no clearance" if ideal else f"{scene.data['clearance']['slider'] * 1e3:g} mm"
-        typer.echo(f"{name:<16} {scene.data['drive']['speed_rpm']:>6g} rpm  {clearance:<12}  {scene.title}")
+        where = [joint for joint in ("slider", "crank_pin") if scene.data["joints"][joint] == "clearance"]
+        size = " + ".join(f"{scene.data['clearance'][joint] * 1e3:g} mm" for joint in where) or "no clearance"
+        typer.echo(f"{name:<16} {scene.data['drive']['speed_rpm']:>6g} rpm  {size:<15}  {scene.title}")
     return 0
 
 

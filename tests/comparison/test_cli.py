@@ -65,6 +65,8 @@ def test_scenes_lists_name_speed_and_clearance(capsys):
     lines = capsys.readouterr().out.splitlines()
     assert any(line.split()[:4] == ["90rpm-0.1mm", "90", "rpm", "0.1"] for line in lines)
     assert any(line.startswith("ideal ") and "no clearance" in line for line in lines)
+    assert any(line.split()[:4] == ["crank-pin", "150", "rpm", "0.2"] for line in lines)
+    assert any(line.startswith("both-clearances") and "0.2 mm + 0.2 mm" in line for line in lines)
 
 
 def test_version(capsys):
