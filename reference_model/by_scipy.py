@@ -37,6 +37,7 @@ from reference_model.progress import (
     Progress,
     switch,
 )
+from reference_model.recording import Samples, keep
 
 SOLVERS: dict[str, type[OdeSolver]] = {"BDF": BDF, "Radau": Radau, "LSODA": LSODA, "scipy-DOP853": DOP853}
 """By the name of the method in a scene: scipy's, but for the one that has a compiled namesake."""
@@ -104,15 +105,15 @@ class ByScipy:
             "contacts": int(counters[ENDED]),
         }
 
-    def advance(self, t_stop: float, step_limit: int, times: Array, samples: Array) -> int:
+    def advance(self, t_stop: float, step_limit: int, samples: Samples) -> int:
         """Integrate until `t_stop` is passed; arguments and result as of `integrate.advance`."""
         # LSODA warns of what its status says anyway; BDF reads differences that it has not yet written; trial
         # states may overflow before the step is shortened.
         with np.errstate(invalid="ignore", over="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
-            return self._advance(t_stop, step_limit, times, samples)
+            return self._advance(t_stop, step_limit, samples)
 
-    def _advance(self, t_stop: float, step_limit: int, times: Array, samples: Array) -> int:
+    def _advance(self, t_stop: float, step_limit: int, samples: Samples) -> int:
         c, p, before, after = self._c, self._p, self._before, self._after
         while p.clock[0] < t_stop:
             if p.counters[BUFFERED] + CONTACTS > EVENT_BUFFER:
@@ -134,7 +135,7 @@ class ByScipy:
                 found = first_switch(c, p.modes, before, after, t, end, dense)
             if found is not None:
                 end, y = found[0], dense(found[0])
-            self._note_step(t, end, y, dense, times, samples)
+            self._note_step(t, end, y, dense, samples)
             p.clock[0], p.y[:], before[:] = end, y, after
             if found is not None:
                 self._switch(*found, self._solver.t - t)
@@ -158,13 +159,14 @@ class ByScipy:
             options["first_step"] = min(self._first_step, self._t_end - p.clock[0])
         return self._class(derivative, p.clock[0], p.y.copy(), self._t_end, **options)
 
-    def _note_step(self, t: float, end: float, y: Array, dense: Dense, times: Array, samples: Array) -> None:
+    def _note_step(self, t: float, end: float, y: Array, dense: Dense, samples: Samples) -> None:
         """Record samples, extrema and contact peaks from `t` to `end`, where the state is `y`."""
         p = self._p
-        count = p.counters[SAMPLES]
+        count, times = p.counters[SAMPLES], samples.times
         while count < times.size and times[count] < end:
             # A sample on a step's end belongs to the next step: the right limit at a jump.
-            self._observe(times[count], dense(times[count]), self._contacts, samples[count])
+            self._observe(times[count], dense(times[count]), self._contacts, self._observed)
+            keep(samples, count, self._observed)
             count += 1
         p.counters[SAMPLES] = count
         self._observe(end, y, self._after, self._observed)

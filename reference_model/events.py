@@ -20,8 +20,8 @@ from reference_model.parameters import Constants
 PULL = 5
 """Kind of switching function, beside GAP and SLIP; RATE only serves to find the extremum of the gap."""
 
-_TOUCHING = 1.0e-15
-"""m; gaps are differences of coordinates near 0.55 m and round at 1e-16 m."""
+_ROUNDING = 1.0e-15
+"""m or m/s; gaps are differences of coordinates near 0.55 m and round at 1e-16 m, slips of some m/s too."""
 _HALVINGS = 50
 """Down to the rounding of a step."""
 
@@ -113,17 +113,17 @@ def departure(
 ) -> float:  # fmt: skip
     """Return the share of the step, below `reach`, at which side * (switching function) turns negative.
 
-    At `reach` it is. A mode that has just begun can start with the wrong sign by rounding and turn right
-    before it ends: then a right point is sought by halving. Where there is none the mode ends at once.
+    At `reach` it is. A mode that has just begun starts at zero but for rounding, and can turn right before it
+    ends: then a right point is sought by halving. Where there is none the mode ends at once.
     """
     lo = 0.0
     dense(y, f, lo, free(c), state)
-    if side * switching_value(c, kind, contact, bound, t, state, modes) <= 0.0:
+    if side * switching_value(c, kind, contact, bound, t, state, modes) <= _ROUNDING:
         lo = reach
         for _ in range(_HALVINGS):
             lo *= 0.5
             dense(y, f, lo, free(c), state)
-            if side * switching_value(c, kind, contact, bound, t + lo * h, state, modes) > 0.0:
+            if side * switching_value(c, kind, contact, bound, t + lo * h, state, modes) > _ROUNDING:
                 return locate(c, kind, contact, bound, lo, 2.0 * lo, t, h, y, f, modes, state)
         return 0.0
     return locate(c, kind, contact, bound, lo, reach, t, h, y, f, modes, state)
@@ -175,7 +175,7 @@ def first_switch(
 @kernel
 def touching(gap: float, rate: float, other_gap: float) -> bool:
     """Return whether a contact touches at the same instant as another one whose gap was just located."""
-    return rate < 0.0 and gap <= abs(other_gap) + _TOUCHING
+    return rate < 0.0 and gap <= abs(other_gap) + _ROUNDING
 
 
 @kernel

@@ -205,6 +205,12 @@ def _select_ideal_pin(c) -> _Kernel:  # type: ignore[no-untyped-def]
 
 
 @inlined
+def crank_coordinate(c: Constants) -> bool:
+    """Return whether the crank's angle is a coordinate, which grows from turn to turn."""
+    return coordinates(c) == multiplier.COORDINATES
+
+
+@inlined
 def free(c: Constants) -> int:
     """Return the number of coordinates and velocities, at the head of every state."""
     return 2 * coordinates(c)

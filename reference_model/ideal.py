@@ -15,8 +15,11 @@ from reference_model.observation import (
 )
 from reference_model.parameters import Constants
 from reference_model.reactions import REACTIONS, reactions
+from reference_model.recording import Samples
 
 _TORQUE = REACTIONS.index("crank_torque")
+_PIECE = 1 << 14
+"""Samples that are computed at once: of a long run only what is asked for is kept."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 
@@ -32,11 +35,35 @@ def _stored(c: Constants, motion: Array, out: Array) -> None:
         out[0, i], out[1, i] = kinetic_energy(c, motion[i], 0, 5), height_energy(c, motion[i], 0, 5)
 
 
-def observe_ideal(c: Constants, times: Array, what: int) -> Array:
-    """Return all channels at all times, shape (n, CHANNELS); those not asked for are zero.
+def observe_ideal(c: Constants, samples: Samples, what: int) -> Array:
+    """Fill the samples and return their extrema, shape (CHANNELS, 4) as in `Progress.extrema`.
 
-    The drive's work is the integral of the torque (six Gauss points a sample interval), not a difference of
-    energies, so the residual is a real check.
+    The closed form has no steps of its own, so the extrema are those of the samples. The drive's work is the
+    integral of the torque (six Gauss points a sample interval), not a difference of energies, so the residual
+    is a real check.
+    """
+    extrema = np.tile([np.inf, 0.0, -np.inf, 0.0], (CHANNELS, 1))
+    start = np.empty((2, 1))
+    _stored(c, ideal_motion(c, np.zeros(1)), start)
+    work = 0.0
+    for first in range(0, max(1, samples.times.size - 1), _PIECE):
+        # The last sample of a piece is the first of the next: the drive's work goes on from there.
+        times = samples.times[first : first + _PIECE + 1]
+        channels = _observe(c, times, what, work, start[:, 0])
+        work = channels[-1, ENERGIES_FROM]
+        samples.values[:, first : first + times.size] = channels[:, samples.wanted].T
+        rows = np.arange(CHANNELS)
+        for column, at in ((0, channels.argmin(0)), (2, channels.argmax(0))):
+            new = channels[at, rows]
+            better = new < extrema[:, 0] if column == 0 else new > extrema[:, 2]
+            extrema[better, column], extrema[better, column + 1] = new[better], times[at][better]
+    return extrema
+
+
+def _observe(c: Constants, times: Array, what: int, work: float, start: Array) -> Array:
+    """Return all channels, shape (n, CHANNELS); those not asked for are zero.
+
+    `work`: the drive's, J, up to the first of `times`; `start`: kinetic and potential energy at t = 0, J.
     """
     motion = ideal_motion(c, times)
     out = np.zeros((times.size, CHANNELS))
@@ -49,11 +76,11 @@ def observe_ideal(c: Constants, times: Array, what: int) -> Array:
         forces = np.empty((nodes.size, len(REACTIONS)))
         _observe_ideal(c, ideal_motion(c, nodes.ravel()), forces)
         power = c.omega * forces[:, _TORQUE].reshape(nodes.shape)
-        drive = np.concatenate([[0.0], np.cumsum(half * (power @ _WEIGHTS))])
+        drive = work + np.concatenate([[0.0], np.cumsum(half * (power @ _WEIGHTS))])
         stored = np.empty((2, times.size))
         _stored(c, motion, stored)
-        gravity = stored[1, 0] - stored[1]
+        gravity = start[1] - stored[1]
         energies = out[:, ENERGIES_FROM:]
         energies[:, 0], energies[:, 1], energies[:, 2] = drive, gravity, stored[0]
-        energies[:, 6] = drive + gravity - (stored[0] - stored[0, 0])
+        energies[:, 6] = drive + gravity - (stored[0] - start[0])
     return out

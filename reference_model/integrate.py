@@ -11,19 +11,13 @@ import math
 import numpy as np
 
 from reference_model.compiled import kernel
-from reference_model.dop853 import ROWS, STAGES, dense, error_norm, prepare_dense, take_step
-from reference_model.events import first_switch, locate, step_may_switch
+from reference_model.dop853 import ROWS, STAGES, error_norm, prepare_dense, take_step
+from reference_model.events import first_switch, step_may_switch
 from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array, no_contacts
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.journal import JOURNAL
 from reference_model.observation import (
     CHANNELS,
-    WITH_ENERGY,
-    force_lead,
-    note_forces,
-    observe,
-    turns_inside,
-    widen,
 )
 from reference_model.parameters import Constants
 from reference_model.progress import (
@@ -31,14 +25,15 @@ from reference_model.progress import (
     EVALUATIONS,
     EVENT_BUFFER,
     REJECTED,
-    SAMPLES,
     STEPS,
     SWITCHES,
     Progress,
-    end_contact,
+    begin_turn,
     nothing_touches,
     switch,
+    turn_start,
 )
+from reference_model.recording import Samples, note_step
 
 REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT, CHATTER = range(6)
 """Why the kernel returned."""
@@ -88,50 +83,13 @@ def step_before_separation(c: Constants, modes: Array, contacts: Array, h: float
 
 
 @kernel
-def note_step(
-    c: Constants, p: Progress, t: float, h: float, y1: Array, k: Array, f: Array, before: Array, after: Array,
-    times: Array, samples: Array, what: int, state: Array, dy: Array, contacts: Array, observed: Array,
-) -> None:  # fmt: skip
-    """Record samples, extrema and contact peaks of the step from `t` to t + h, just before it is accepted."""
-    # The integrals behind the coordinates are only read for the energies.
-    size = p.y.size if what & WITH_ENERGY else free(c)
-    count = p.counters[SAMPLES]
-    turning = turns_inside(p.modes, before, after)
-    if turning or (count < times.size and times[count] < t + h):
-        prepare_dense(c, t, h, p.y, y1, p.modes, k, size, state, contacts, f)
-        p.counters[EVALUATIONS] += 3
-    while count < times.size and times[count] < t + h:
-        # A sample on a step's end belongs to the next step: the right limit at a jump.
-        dense(p.y, f, (times[count] - t) / h, size, state)
-        right_hand_side(c, times[count], state, p.modes, dy, contacts)
-        observe(c, times[count], state, p.modes, dy, contacts, what, p.start, samples[count])
-        widen(p.extrema, times[count], samples[count])
-        count += 1
-    p.counters[SAMPLES] = count
-    if turning:
-        for contact in range(CONTACTS):
-            if p.modes[MEMORY, contact] > 0.0 and before[RATE, contact] < 0.0 < after[RATE, contact]:
-                share = locate(c, RATE, contact, 0.0, 0.0, 1.0, t, h, p.y, f, p.modes, state)
-                for peak in range(2):  # of the depth, then of the force
-                    if peak == 1:
-                        share -= force_lead(c, -contacts[GAP, contact], p.modes[MEMORY, contact]) / h
-                        share = max(0.0, share)
-                    dense(p.y, f, share, size, state)
-                    right_hand_side(c, t + share * h, state, p.modes, dy, contacts)
-                    observe(c, t + share * h, state, p.modes, dy, contacts, what, p.start, observed)
-                    widen(p.extrema, t + share * h, observed)
-                    note_forces(p.modes, contacts, p.open_contacts)
-    note_forces(p.modes, after, p.open_contacts)
-    observe(c, t + h, y1, p.modes, k[STAGES], after, what, p.start, observed)
-    widen(p.extrema, t + h, observed)
-
-
-@kernel
 def advance(
     c: Constants, p: Progress, t_stop: float, t_end: float, tolerance: float, max_step: float,
-    step_limit: int, times: Array, samples: Array, what: int,
+    step_limit: int, samples: Samples, what: int,
 ) -> int:  # fmt: skip
     """Integrate until `t_stop` is passed, never beyond `t_end`.
+
+    Meant to be called at least once a turn of the crank: inside, time counts from the turn's start.
 
     Parameters
     ----------
@@ -145,10 +103,8 @@ def advance(
         s.
     step_limit
         Attempted steps and switches since t = 0 after which the work is given up.
-    times
-        Sample times, s, ascending; all before `t_end` are recorded when passed.
     samples
-        Written: shape (len(times), CHANNELS).
+        Written when their times are passed; one at `t_end` is left to `finish`.
     what
         Channels to observe (`reference_model.observation`).
 
@@ -157,7 +113,11 @@ def advance(
     int
         REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT or CHATTER.
     """
+    begin_turn(c, p)
+    turn = turn_start(c, p)
     t, h = p.clock[0], p.clock[1]
+    t_stop -= turn
+    t_end -= turn
     size = state_size(c)
     k, f = np.zeros((ROWS, size)), np.empty((7, size))
     y1, state, dy = np.empty(size), np.empty(size), np.empty(size)
@@ -215,9 +175,7 @@ def advance(
             p.clock[2] = next_h
         if t + h > t:
             p.counters[STEPS] += 1
-            note_step(
-                c, p, t, h, y1, k, f, before, after, times, samples, what, state, dy, contacts, observed
-            )
+            note_step(c, p, t, h, y1, k, f, before, after, samples, what, state, dy, contacts, observed)
             t = t_end if final else t + h
             p.y[:] = y1
             switched = p.counters[SWITCHES]
@@ -226,7 +184,7 @@ def advance(
         h = next_h
         if kind >= 0:
             was_free = nothing_touches(p.modes)
-            switch(c, t, kind, contact, before, p)
+            switch(c, turn + t, kind, contact, before, p)
             if kind == GAP:
                 if nothing_touches(p.modes) and not was_free:
                     h = max(h, p.clock[2])
@@ -236,15 +194,3 @@ def advance(
             p.counters[EVALUATIONS] += 1
     p.clock[0], p.clock[1] = t, h
     return status
-
-
-def finish(c: Constants, p: Progress, times: Array, samples: Array, what: int) -> None:
-    """Record the last sample and close the contacts that still touch."""
-    t, dy, contacts = p.clock[0], np.empty(state_size(c)), no_contacts()
-    if p.counters[SAMPLES] == times.size - 1 and times[-1] <= t:
-        right_hand_side(c, t, p.y, p.modes, dy, contacts)
-        observe(c, t, p.y, p.modes, dy, contacts, what, p.start, samples[-1])
-        p.counters[SAMPLES] += 1
-    for k in range(CONTACTS):
-        if p.modes[MEMORY, k] > 0.0:
-            end_contact(c, k, t, p)

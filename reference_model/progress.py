@@ -1,5 +1,6 @@
 """What the integration carries from step to step, and how a contact's mode changes at an event."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 from reference_model.compiled import kernel
 from reference_model.events import PULL, next_regime, touching
 from reference_model.forces import CLIPPED, CONTACTS, GAP, MEMORY, RATE, REGIME, SLIP, Array
-from reference_model.formulations import free, right_hand_side, state_size
+from reference_model.formulations import crank_coordinate, free, right_hand_side, state_size
 from reference_model.friction import friction_regime
 from reference_model.observation import CHANNELS, note_start
 from reference_model.parameters import Constants
@@ -24,7 +25,11 @@ class Progress(NamedTuple):
     """Everything the integration carries from one chunk to the next, arrays only."""
 
     clock: Array
-    """(3,): time, next step, last step in free flight, s."""
+    """(4,): time since the start of the turn, next step, last step in free flight, s; turns before this one.
+
+    Rounding of a time far from zero would move the mechanism by its speed times that, and a corner that has
+    just left its wall back into it.
+    """
     y: Array
     """(state_size,)."""
     modes: Array
@@ -49,7 +54,7 @@ def begin(c: Constants, y0: Array, first_step: float) -> Progress:
     y = np.zeros(state_size(c))
     y[: y0.size] = y0
     progress = Progress(
-        clock=np.array([0.0, first_step, first_step]),
+        clock=np.array([0.0, first_step, first_step, 0.0]),
         y=y,
         modes=np.zeros((3, CONTACTS)),
         open_contacts=np.zeros((CONTACTS, 5)),
@@ -60,6 +65,28 @@ def begin(c: Constants, y0: Array, first_step: float) -> Progress:
     )
     close_at_start(c, progress)
     return progress
+
+
+@kernel
+def turn_start(c: Constants, p: Progress) -> float:
+    """Return when the present turn of the crank started, s."""
+    return float(p.clock[3]) * 2.0 * math.pi / abs(c.omega)
+
+
+@kernel
+def begin_turn(c: Constants, p: Progress) -> None:
+    """Count time from the start of the turn that it is in, where the crank's angle is not a coordinate."""
+    if not crank_coordinate(c):
+        period = 2.0 * math.pi / abs(c.omega)
+        turns = math.floor(p.clock[0] / period)
+        p.clock[0] -= turns * period
+        p.clock[3] += turns
+
+
+@kernel
+def reached(c: Constants, p: Progress, t: float) -> bool:
+    """Return whether the run has come to time `t` (s), but for rounding."""
+    return bool(t - turn_start(c, p) - p.clock[0] <= 1e-12 * t)
 
 
 @kernel

@@ -18,7 +18,6 @@ from reference_model.forces import Array
 from reference_model.ideal import observe_ideal
 from reference_model.observation import (
     ACCELERATIONS,
-    CHANNELS,
     CORNER_CHANNELS,
     DRIFT,
     MOTION,
@@ -27,9 +26,10 @@ from reference_model.observation import (
     WITH_JOINTS,
 )
 from reference_model.parameters import Formulation, Parameters, as_record
-from reference_model.progress import BUFFERED, SAMPLES, Progress, begin
+from reference_model.progress import BUFFERED, SAMPLES, Progress, begin, reached, turn_start
 from reference_model.reactions import REACTIONS
 from reference_model.reading import read_parameters
+from reference_model.recording import Samples, finish, samples_of
 from reference_model.start import NAMES as FORMULATION_NAMES
 from reference_model.start import formulation, start
 
@@ -106,8 +106,11 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     times = np.arange(count + 1, dtype=np.float64) * (p.period / p.samples_per_cycle)
     what = (WITH_JOINTS if "joints" in p.groups else 0) + (WITH_ENERGY if "energy" in p.groups else 0)
     kind = formulation(p)
+    samples = samples_of(_requested(p), times)
     result = (
-        _ideal(p, times, what) if kind is Formulation.IDEAL else _simulated(p, kind, times, what, progress)
+        _ideal(p, samples, what)
+        if kind is Formulation.IDEAL
+        else _simulated(p, kind, samples, what, progress)
     )
     result.provenance.update(
         model="reference",
@@ -121,57 +124,52 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     return result
 
 
-def _ideal(p: Parameters, times: Array, what: int) -> Result:
-    samples = observe_ideal(as_record(p.constants, Formulation.IDEAL), times, what)
-    if not np.isfinite(samples).all():
-        at = times[np.argmin(np.isfinite(samples).all(axis=1))]
+def _ideal(p: Parameters, samples: Samples, what: int) -> Result:
+    extrema = observe_ideal(as_record(p.constants, Formulation.IDEAL), samples, what)
+    finite = np.isfinite(samples.values).all(axis=0)
+    if not finite.all():
+        at = samples.times[np.argmin(finite)]
         raise ValueError(
             f"mechanism: rod 4 is too short: it does not reach the slider's line at t = {at:.6g} s"
         )
-    # The closed form has no steps of its own: the extrema are those of the samples.
-    rows = np.column_stack(
-        [samples.min(0), times[samples.argmin(0)], samples.max(0), times[samples.argmax(0)]]
-    )
     provenance = {
         "formulation": FORMULATION_NAMES[Formulation.IDEAL],
         "integrator": "none",
         "settings": {},
-        "counters": {"evaluations": times.size},
+        "counters": {"evaluations": samples.times.size},
     }
-    return _result(p, times, samples, np.empty((0, 7)), rows, provenance)
+    return _result(samples, samples.times.size, np.empty((0, 7)), extrema, provenance)
 
 
 def _simulated(
-    p: Parameters, kind: Formulation, times: Array, what: int, progress: Callable[[float], None] | None
+    p: Parameters, kind: Formulation, samples: Samples, what: int, progress: Callable[[float], None] | None
 ) -> Result:
     c, y0 = start(p, kind)
     largest = p.period * LARGEST_STEP_PER_CYCLE
     state = begin(c, y0, 1.0e-3 * largest)
-    samples = np.zeros((times.size, CHANNELS))
     cycles = max(1.0, p.cycles)
     by_scipy = None
     if p.method in SOLVERS:
-        by_scipy = ByScipy(p.method, c, state, times[-1], largest, p.tolerance, what)
+        by_scipy = ByScipy(p.method, c, state, samples.times[-1], largest, p.tolerance, what)
     events = []
-    t_end, t_stop = times[-1], 0.0
+    t_end, t_stop, told = samples.times[-1], 0.0, 0.0
     code = integrate.REACHED
-    while state.clock[0] < t_end:
-        t_stop = min(t_end, max(state.clock[0], t_stop) + 0.02 * t_end)
+    while not reached(c, state, t_end):
+        now = turn_start(c, state) + state.clock[0]
+        t_stop = min(t_end, max(now, t_stop) + min(0.02 * t_end, 0.5 * p.period))
         if by_scipy is not None:
-            code = by_scipy.advance(t_stop, round(SCIPY_STEPS_PER_CYCLE_LIMIT * cycles), times, samples)
+            code = by_scipy.advance(t_stop, round(SCIPY_STEPS_PER_CYCLE_LIMIT * cycles), samples)
         else:
             limit = round(STEPS_PER_CYCLE_LIMIT * cycles)
-            code = integrate.advance(
-                c, state, t_stop, t_end, p.tolerance, largest, limit, times, samples, what
-            )
+            code = integrate.advance(c, state, t_stop, t_end, p.tolerance, largest, limit, samples, what)
         events.append(_empty_buffer(state))
         if code not in (integrate.REACHED, integrate.BUFFER_FULL):
             break
-        if progress is not None:
-            progress(state.clock[0] / t_end)
-    integrate.finish(c, state, times, samples, what)
+        if progress is not None and t_stop - told >= 0.02 * t_end:
+            progress(t_stop / t_end)
+            told = t_stop
+    finish(c, state, samples, what)
     events.append(_empty_buffer(state))
-    recorded = state.counters[SAMPLES]
     settings = {"tolerance": p.tolerance, "largest_step_s": largest}
     counted = ("steps", "rejected", "rhs", "switches", "contacts")
     provenance: dict[str, Any] = {
@@ -189,7 +187,7 @@ def _simulated(
     if kind in (Formulation.MULTIPLIER, Formulation.MULTIPLIER_IDEAL):
         provenance["constraints"] = _largest_drift(state.extrema)
     rows = np.concatenate(events)
-    result = _result(p, times[:recorded], samples[:recorded], rows, state.extrema, provenance)
+    result = _result(samples, int(state.counters[SAMPLES]), rows, state.extrema, provenance)
     return replace(result, status=status, remedy=remedy)
 
 
@@ -211,15 +209,17 @@ def _empty_buffer(state: Progress) -> Array:
 
 
 def _result(
-    p: Parameters, times: Array, samples: Array, events: Array, extrema: Array, provenance: dict[str, Any]
+    samples: Samples, recorded: int, events: Array, extrema: Array, provenance: dict[str, Any]
 ) -> Result:
-    """Name what the scene asks for."""
-    index = {name: NAMES.index(name) for name in _requested(p)}
+    """Name what was recorded."""
+    names = [NAMES[i] for i in samples.wanted]
+    rows = zip(names, extrema[samples.wanted].tolist(), strict=True)
     keys = ("min", "time_of_min", "max", "time_of_max")
     return Result(
-        columns={"time": times} | {name: samples[:, i].copy() for name, i in index.items()},
+        columns={"time": samples.times[:recorded]}
+        | dict(zip(names, samples.values[:, :recorded], strict=True)),
         events=_event_table(events),
-        extrema={name: dict(zip(keys, map(float, extrema[i]), strict=True)) for name, i in index.items()},
+        extrema={name: dict(zip(keys, row, strict=True)) for name, row in rows},
         provenance=provenance,
     )
 

@@ -13,10 +13,10 @@ from reference_model.forces import CONTACTS
 from reference_model.formulations import right_hand_side, state_size
 from reference_model.integrate import advance
 from reference_model.linkage import rocker_tip
-from reference_model.observation import NAMES
 from reference_model.parameters import Formulation, as_record
 from reference_model.progress import begin
 from reference_model.reading import read_parameters
+from reference_model.recording import samples_of
 from reference_model.start import start
 
 SLOPE_TOLERANCES = 10.0 ** -np.arange(6.0, 12.1, 0.5)
@@ -27,9 +27,9 @@ def integrate_press(scene, changes, tolerance, cycles=1.0, chunks=1):
     p = read_parameters(scene(changes))
     c, y0 = start(p, Formulation.SLIDER)
     progress = begin(c, y0, 1e-6)
-    end, nothing = cycles * p.period, np.empty((0, len(NAMES)))
+    end, nothing = cycles * p.period, samples_of((), np.empty(0))
     for stop in np.linspace(0.0, end, chunks + 1)[1:]:
-        assert advance(c, progress, stop, end, tolerance, p.period / 50, 10**7, np.empty(0), nothing, 0) == 0
+        assert advance(c, progress, stop, end, tolerance, p.period / 50, 10**7, nothing, 0) == 0
     return p, c, progress
 
 
