@@ -12,6 +12,8 @@ FORMULATIONS = ("auto", "minimal", "multiplier")
 METHODS = ("dop853", *SOLVERS)
 SMALLEST_TOLERANCE = 1e-14
 """Of solver.reference.tolerance, rad."""
+_LARGEST_SHARE = 0.01
+"""Of the largest tolerance in the angle that crosses a clearance; with some more, forces reach 1e18 N."""
 
 
 def read_parameters(scene: Mapping[str, Any]) -> Parameters:
@@ -108,6 +110,7 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
         beta=float(solver["baumgarte_beta"]),
     )
     _require_assembly(parameters)
+    _require_tolerance(parameters)
     return parameters
 
 
@@ -125,3 +128,17 @@ def _require_assembly(p: Parameters) -> None:
             f"mechanism: the linkage cannot be assembled over a whole revolution: crank pin to rocker pivot "
             f"is {near:.6g}..{far:.6g} m, rod 2 and rocker reach {shortest:.6g}..{longest:.6g} m"
         )
+
+
+def _require_tolerance(p: Parameters) -> None:
+    """Raise where an error as large as the tolerance would be no longer small beside a clearance."""
+    for free, key, clearance, length in (
+        (not p.ideal_slider, "clearance.slider", p.clearance, p.rod4.length),
+        (not p.ideal_pin, "clearance.crank_pin", p.pin_clearance, p.rod2.length),
+    ):
+        largest = _LARGEST_SHARE * clearance / length
+        if free and clearance > 0.0 and p.tolerance > largest:
+            raise ValueError(
+                f"solver.reference.tolerance = {p.tolerance:g} must be at most {largest:.1e} rad, "
+                f"{_LARGEST_SHARE:.0%} of the angle by which a rod of {length:g} m crosses {key}"
+            )

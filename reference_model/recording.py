@@ -9,16 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import kernel
+from reference_model.compiled import inlined, kernel
 from reference_model.dop853 import STAGES, dense, prepare_dense
-from reference_model.events import contact_state, locate
-from reference_model.forces import CONTACTS, MEMORY, NORMAL, RATE, Array, no_contacts
+from reference_model.events import locate
+from reference_model.forces import CONTACTS, GAP, MEMORY, NORMAL, RATE, Array, no_contacts
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.observation import (
     CHANNELS,
     NAMES,
     WITH_ENERGY,
-    force_lead,
     note_forces,
     observe,
     turns_inside,
@@ -53,29 +52,56 @@ def keep(samples: Samples, i: int, channels: Array) -> None:
 
 
 @kernel
+def force_turn(c: Constants, contact: int, speed: float, h: float, before: Array, after: Array) -> float:
+    """Return about where in a step of `h` (s) the force of a closed contact peaks, as a share; -1: nowhere.
+
+    From the zero of d/dt [d^n (1 + C d' / v)], times d, with the mean d'' of the step; v is `speed`. A peak
+    close to a step's end can seem to lie in the next step, and from there in this one: then the force at the
+    end stands for it, up to 1e-4 of it short.
+    """
+    bend = (before[RATE, contact] - after[RATE, contact]) / h
+    rise0 = _force_rise(c, before[GAP, contact], before[RATE, contact], bend, speed)
+    rise1 = _force_rise(c, after[GAP, contact], after[RATE, contact], bend, speed)
+    return rise0 / (rise0 - rise1) if rise0 > 0.0 > rise1 else -1.0
+
+
+@inlined
+def _force_rise(c: Constants, gap: float, rate: float, bend: float, speed: float) -> float:
+    return -c.n * rate * (1.0 - c.C * rate / speed) - c.C * bend * gap / speed
+
+
+@kernel
 def strongest(
-    c: Constants, p: Progress, contact: int, deepest: float, t: float, h: float, f: Array,
+    c: Constants, p: Progress, contact: int, guess: float, t: float, h: float, f: Array,
     state: Array, dy: Array, contacts: Array,
 ) -> float:  # fmt: skip
-    """Return the share of the step at which a contact's force peaks, given the share at which it is deepest.
+    """Return the share of the step at which a contact's force peaks, near a guess of it.
 
-    The vertex of a parabola through three forces around the first-order estimate. It can lie shortly before
-    the step: the dense output is a polynomial there as well.
+    The vertex of a parabola through three forces, ever closer ones.
     """
-    dense(p.y, f, deepest, free(c), state)
-    depth = -contact_state(c, contact, t + deepest * h, state)[0]
-    lead = force_lead(c, depth, p.modes[MEMORY, contact]) / h
-    share, width = deepest - lead, 0.5 * lead
+    share, width = guess, 0.25 * min(guess, 1.0 - guess)
     force = np.empty(3)
-    for i in range(3):
-        x = share + (i - 1) * width
-        dense(p.y, f, x, free(c), state)
-        right_hand_side(c, t + x * h, state, p.modes, dy, contacts)
-        force[i] = contacts[NORMAL, contact]
-    bend = force[0] - 2.0 * force[1] + force[2]
-    if bend < 0.0:
-        share += width * max(-2.0, min(2.0, 0.5 * (force[0] - force[2]) / bend))
-    return max(-3.0, min(deepest, share))
+    for _ in range(2):
+        for i in range(3):
+            x = share + (i - 1) * width
+            dense(p.y, f, x, free(c), state)
+            right_hand_side(c, t + x * h, state, p.modes, dy, contacts)
+            force[i] = contacts[NORMAL, contact]
+        curve = force[0] - 2.0 * force[1] + force[2]
+        if curve < 0.0:
+            share += width * max(-1.0, min(1.0, 0.5 * (force[0] - force[2]) / curve))
+        width *= 0.25
+    return share
+
+
+@kernel
+def has_peak(c: Constants, modes: Array, h: float, before: Array, after: Array) -> bool:
+    """Return whether the depth or the force of some closed contact peaks within a step."""
+    peak = turns_inside(modes, before, after)
+    for i in range(CONTACTS):
+        if modes[MEMORY, i] > 0.0:
+            peak = peak or force_turn(c, i, modes[MEMORY, i], h, before, after) > 0.0
+    return peak
 
 
 @kernel
@@ -92,35 +118,45 @@ def note_step(
     size = p.y.size if what & WITH_ENERGY else free(c)
     count = p.counters[SAMPLES]
     times = samples.times
-    turning = turns_inside(p.modes, before, after)
-    if turning or (count < times.size and times[count] - turn < t + h):
+    peak = has_peak(c, p.modes, h, before, after)
+    if peak or (count < times.size and times[count] - turn < t + h):
         prepare_dense(c, t, h, p.y, y1, p.modes, k, size, state, contacts, f)
         p.counters[EVALUATIONS] += 3
     while count < times.size and times[count] - turn < t + h:
         # A sample on a step's end belongs to the next step: the right limit at a jump.
-        at = times[count] - turn
-        dense(p.y, f, (at - t) / h, size, state)
-        right_hand_side(c, at, state, p.modes, dy, contacts)
-        observe(c, at, state, p.modes, dy, contacts, what, p.start, observed)
-        widen(p.extrema, times[count], observed)
+        share = (times[count] - turn - t) / h
+        note_inside(c, p, share, t, h, f, what, size, state, dy, contacts, observed)
         keep(samples, count, observed)
         count += 1
     p.counters[SAMPLES] = count
-    if turning:
-        for contact in range(CONTACTS):
-            if p.modes[MEMORY, contact] > 0.0 and before[RATE, contact] < 0.0 < after[RATE, contact]:
-                share = locate(c, RATE, contact, 0.0, 0.0, 1.0, t, h, p.y, f, p.modes, state)
-                for peak in range(2):  # of the depth, then of the force
-                    if peak == 1:
-                        share = strongest(c, p, contact, share, t, h, f, state, dy, contacts)
-                    dense(p.y, f, share, size, state)
-                    right_hand_side(c, t + share * h, state, p.modes, dy, contacts)
-                    observe(c, t + share * h, state, p.modes, dy, contacts, what, p.start, observed)
-                    widen(p.extrema, turn + t + share * h, observed)
-                    note_forces(p.modes, contacts, p.open_contacts)
+    if peak:
+        for i in range(CONTACTS):
+            speed = p.modes[MEMORY, i]
+            if speed > 0.0 and before[RATE, i] < 0.0 < after[RATE, i]:
+                share = locate(c, RATE, i, 0.0, 0.0, 1.0, t, h, p.y, f, p.modes, state)
+                note_inside(c, p, share, t, h, f, what, size, state, dy, contacts, observed)
+                note_forces(p.modes, contacts, p.open_contacts)
+            if speed > 0.0 and force_turn(c, i, speed, h, before, after) > 0.0:
+                share = force_turn(c, i, speed, h, before, after)
+                share = strongest(c, p, i, share, t, h, f, state, dy, contacts)
+                note_inside(c, p, share, t, h, f, what, size, state, dy, contacts, observed)
+                note_forces(p.modes, contacts, p.open_contacts)
     note_forces(p.modes, after, p.open_contacts)
     observe(c, t + h, y1, p.modes, k[STAGES], after, what, p.start, observed)
     widen(p.extrema, turn + t + h, observed)
+
+
+@kernel
+def note_inside(
+    c: Constants, p: Progress, share: float, t: float, h: float, f: Array, what: int, size: int,
+    state: Array, dy: Array, contacts: Array, observed: Array,
+) -> None:  # fmt: skip
+    """Observe a state between the ends of a step, by its dense output, and widen the extrema."""
+    at = t + share * h
+    dense(p.y, f, share, size, state)
+    right_hand_side(c, at, state, p.modes, dy, contacts)
+    observe(c, at, state, p.modes, dy, contacts, what, p.start, observed)
+    widen(p.extrema, turn_start(c, p) + at, observed)
 
 
 def finish(c: Constants, p: Progress, samples: Samples, what: int) -> None:

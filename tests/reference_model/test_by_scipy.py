@@ -182,9 +182,9 @@ def test_too_much_work_ends_with_a_status_and_keeps_what_was_computed(scene, mon
 
 
 def test_modes_that_hand_over_to_each_other_do_not_hang(scene) -> None:
-    """A tolerance of 0.01 m/s cannot tell on which side of the friction's kink at 1e-4 m/s a step ends."""
+    """A tolerance of 3e-3 m/s cannot tell on which side of the friction's kink at 1e-4 m/s a step ends."""
     changes = {"joints.slider": "ideal", "joints.crank_pin": "clearance", "clearance.crank_pin": 1e-4}
-    coarse = {"solver.reference.method": "BDF", "solver.reference.tolerance": 1e-5, "drive.cycles": 0.05}
+    coarse = {"solver.reference.method": "BDF", "solver.reference.tolerance": 3e-6, "drive.cycles": 0.05}
     result = simulate(scene({**changes, **coarse}))
     assert result.status == "success"
     assert result.provenance["counters"]["steps"] < 10_000
