@@ -20,7 +20,6 @@ from reference_model.observation import (
     WITH_ENERGY,
     note_forces,
     observe,
-    turns_inside,
     widen,
 )
 from reference_model.parameters import Constants
@@ -51,7 +50,7 @@ def keep(samples: Samples, i: int, channels: Array) -> None:
         samples.values[k, i] = channels[samples.wanted[k]]
 
 
-@kernel
+@inlined
 def force_turn(c: Constants, contact: int, speed: float, h: float, before: Array, after: Array) -> float:
     """Return about where in a step of `h` (s) the force of a closed contact peaks, as a share; -1: nowhere.
 
@@ -97,11 +96,13 @@ def strongest(
 @kernel
 def has_peak(c: Constants, modes: Array, h: float, before: Array, after: Array) -> bool:
     """Return whether the depth or the force of some closed contact peaks within a step."""
-    peak = turns_inside(modes, before, after)
     for i in range(CONTACTS):
         if modes[MEMORY, i] > 0.0:
-            peak = peak or force_turn(c, i, modes[MEMORY, i], h, before, after) > 0.0
-    return peak
+            if before[RATE, i] < 0.0 < after[RATE, i]:
+                return True
+            if force_turn(c, i, modes[MEMORY, i], h, before, after) > 0.0:
+                return True
+    return False
 
 
 @kernel
