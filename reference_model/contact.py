@@ -15,6 +15,8 @@ times the damping factor of Eq. 11 at each corner, N_i = dU/dd_i (1 + C d_i' / v
     U = K d1^(n+1)/(n+1) + K d2^(n+1)/(n+1) + 2 K_s h^2 with h = d1 d2 / (d1 + d2), h = 0 unless both
     penetrate. At equal depths the added part is K_s d^2/2, the surface law's; as one depth goes to zero
     its forces, dU/dd1 = 4 K_s h (d2 / (d1 + d2))^2, vanish: it goes over continuously into the corner law.
+    So U cannot be convex, whatever the transition: a corner alone is softer than the flat side, and a slider
+    that is pressed against its wall comes to rest a little tilted, on one corner, to either side.
 """
 
 import math
