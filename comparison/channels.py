@@ -11,6 +11,9 @@ from typing import Any
 
 JOINTS = "OABHCF"
 CORNERS = {"ll": "lower left", "lr": "lower right", "ul": "upper left", "ur": "upper right"}
+PIN = "pin"
+CONTACTS = CORNERS | {PIN: "crank pin"}
+"""Every contact that an event table may name, with its words: the slider's corners and the journal at A."""
 
 
 @dataclass(frozen=True)
@@ -38,14 +41,25 @@ class Channel:
             The scene mapping; without one, or without clearance, the scale is the range.
         both_ranges
             Distance from the smallest to the largest value in both results together.
+
+        Notes
+        -----
+        Where only the crank pin has clearance, "clearance" is the pin's, along the guide as well. The linkage
+        turns a shift c of the pin into one of the slider by 0 to 2.83 c, depending on the crank angle, so c
+        is what a loose pin means to the slider; c * tan_beta of the guide would be 13 times less than its
+        reach. With both clearances the guide's scales stand: the smaller ones.
         """
-        if self.scale == "range" or scene is None or scene["clearance"]["slider"] == 0:
+        loose_pin = scene is not None and (
+            scene["joints"]["slider"] == "ideal" and scene["joints"]["crank_pin"] == "clearance"
+        )
+        where = "crank_pin" if loose_pin else "slider"
+        if self.scale == "range" or scene is None or scene["clearance"][where] == 0:
             return both_ranges
         rule, per, _ = self.scale.partition("/(T/100)")
-        clearance = float(scene["clearance"]["slider"])
+        clearance = float(scene["clearance"][where])
         value = {
             "clearance": clearance,
-            "clearance*tan_beta": clearance * _tan_beta(),
+            "clearance*tan_beta": clearance * (1.0 if loose_pin else _tan_beta()),
             "clearance/length": clearance / float(scene["mechanism"]["slider"]["length"]),
         }[rule]
         period = 60.0 / abs(float(scene["drive"]["speed_rpm"]))
