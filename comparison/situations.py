@@ -7,12 +7,13 @@ cannot touch together, and what is left are the two diagonals.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import TypeVar
 
 import numpy as np
 import pandas as pd
 
-from comparison.channels import CORNERS
+from comparison.channels import CORNERS, PIN
 from comparison.verdict import Array, BoolArray, SceneComparison
 
 SITUATIONS = {
@@ -24,6 +25,7 @@ SITUATIONS = {
 """Every situation by its key, with its words."""
 
 Shares = Mapping[str, float]
+T = TypeVar("T")
 
 
 def time_shares(events: pd.DataFrame, span: tuple[float, float]) -> Shares:
@@ -64,14 +66,32 @@ def time_shares(events: pd.DataFrame, span: tuple[float, float]) -> Shares:
 
 def of_scene(scene: SceneComparison) -> tuple[Shares | None, Shares | None]:
     """Return the shares in both results; None where there are no events, or no slider with corners."""
-    ideal = scene.scene is not None and scene.scene["joints"]["slider"] == "ideal"
-    if ideal or not scene.time.size:
+    loose = scene.scene is None or scene.scene["joints"]["slider"] == "clearance"
+    return _of_both(scene, time_shares) if loose else (None, None)
+
+
+def pin_share(events: pd.DataFrame, span: tuple[float, float]) -> float:
+    """Return the share of a span of time in which the journal at A touches its bearing; see `time_shares`."""
+    contacts = np.clip(events.loc[events["corner"] == PIN, ["start", "end"]].to_numpy(float), *span)
+    return float((contacts[:, 1] - contacts[:, 0]).sum()) / (span[1] - span[0])
+
+
+def pin_of_scene(scene: SceneComparison) -> tuple[float | None, float | None]:
+    """Return the pin's share in both results; None where there are no events, or no clearance at the pin."""
+    loose = scene.scene is not None and scene.scene["joints"]["crank_pin"] == "clearance"
+    return _of_both(scene, pin_share) if loose else (None, None)
+
+
+def _of_both(
+    scene: SceneComparison, share: Callable[[pd.DataFrame, tuple[float, float]], T]
+) -> tuple[T | None, T | None]:
+    if not scene.time.size:
         return None, None
     span = float(scene.time[0]), float(scene.time[-1])
     first, second = scene.events
     return (
-        None if first is None else time_shares(first, span),
-        None if second is None else time_shares(second, span),
+        None if first is None else share(first, span),
+        None if second is None else share(second, span),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from comparison.situations import of_scene
+from comparison.situations import of_scene, pin_of_scene
 from comparison.verdict import ChannelComparison, SceneComparison
 
 EXIT_CODES = {"agree": 0, "differ": 1, "cannot compare": 2, "indeterminate": 3}
@@ -41,6 +41,7 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "samples": int(comparison.time.size),
         "command": comparison.command,
         "situations": dict(zip(comparison.labels, of_scene(comparison), strict=True)),
+        "crank_pin_contact": dict(zip(comparison.labels, pin_of_scene(comparison), strict=True)),
         "channels": {name: _channel(channel) for name, channel in comparison.channels.items()},
         "provenance": comparison.provenance,
     }

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparison.channels import CORNERS
+from comparison.channels import CONTACTS, PIN
 from comparison.report.decimate import spans
 from comparison.report.quantity import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.report.summary import largest_predictable
-from comparison.situations import SITUATIONS, of_scene
+from comparison.situations import SITUATIONS, of_scene, pin_of_scene
 from comparison.verdict import Array, BoolArray, ChannelComparison, SceneComparison
 
 CONTACT_HEADINGS = (
@@ -66,28 +66,35 @@ def channel_row(channel: ChannelComparison, time: Array, beyond: BoolArray) -> d
 
 
 def contact_rows(scene: SceneComparison) -> list[dict[str, Any]]:
-    """Return one row a corner and one for all; nothing where there is no contact at all."""
+    """Return one row a corner (or pin) and one for all; nothing where there is no contact at all."""
     if all(events is None or events.empty for events in scene.events):
         return []
     met = [set(events["corner"]) for events in scene.events if events is not None]
-    corners = [corner for corner in CORNERS if corner in set().union(*met)]
-    rows = [(CORNERS[corner], [_of_corner(events, corner) for events in scene.events]) for corner in corners]
+    places = [place for place in CONTACTS if place in set().union(*met)]
+    rows = [(CONTACTS[place], [_of_place(events, place) for events in scene.events]) for place in places]
     rows.append(("all", list(scene.events)))
     return [
-        {"corner": name, "cells": list(zip(*(_contacts(events) for events in pair), strict=True))}
+        {"place": name, "cells": list(zip(*(_contacts(events) for events in pair), strict=True))}
         for name, pair in rows
     ]
 
 
 def situation_rows(scene: SceneComparison) -> list[dict[str, Any]]:
-    """Return one row a situation with its share of the time in both models; nothing where neither has any."""
-    both = of_scene(scene)
-    if both == (None, None):
-        return []
-    return [
-        {"words": words, "cells": [_of_time(shares[key]) if shares else MISSING for shares in both]}
-        for key, words in SITUATIONS.items()
-    ]
+    """Return one row a situation with its share of the time in both models, and one for a loose crank pin.
+
+    None of those of which neither model has any.
+    """
+    both, pins = of_scene(scene), pin_of_scene(scene)
+    rows = []
+    if both != (None, None):
+        rows += [
+            {"words": words, "cells": [_of_time(shares[key]) if shares else MISSING for shares in both]}
+            for key, words in SITUATIONS.items()
+        ]
+    if pins != (None, None):
+        cells = [MISSING if share is None else _of_time(share) for share in pins]
+        rows.append({"words": f"{CONTACTS[PIN]} in contact", "cells": cells})
+    return rows
 
 
 def run_rows(provenance: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]]:
@@ -140,8 +147,8 @@ def _strip(mask: BoolArray, time: Array) -> str:
     return "".join(f"M{left:.0f} 0h{width:.0f}v10h-{width:.0f}z" for left, width in scaled)
 
 
-def _of_corner(events: pd.DataFrame | None, corner: str) -> pd.DataFrame | None:
-    return None if events is None else events[events["corner"] == corner]
+def _of_place(events: pd.DataFrame | None, place: str) -> pd.DataFrame | None:
+    return None if events is None else events[events["corner"] == place]
 
 
 def _contacts(events: pd.DataFrame | None) -> list[str]:

@@ -9,7 +9,7 @@ import pytest
 from comparison.compare import Runs, compare
 from comparison.run import run_one
 from comparison.scene import load_scene
-from comparison.situations import SITUATIONS, of_scene, time_shares
+from comparison.situations import SITUATIONS, of_scene, pin_of_scene, pin_share, time_shares
 from comparison.summary import as_mapping
 from comparison.table import Table
 
@@ -18,7 +18,8 @@ EXACT = {"rel": 0, "abs": 1e-15}
 
 
 def contacts(*rows: tuple[str, float, float]) -> pd.DataFrame:
-    return pd.DataFrame(rows, columns=["corner", "start", "end"])
+    quantities = dict.fromkeys(("normal_speed", "impulse", "peak_force", "largest_depth"), 0.0)
+    return pd.DataFrame(rows, columns=["corner", "start", "end"]).assign(**quantities)
 
 
 def shares(events: pd.DataFrame, end: float = 8.0) -> list[float]:
@@ -112,3 +113,31 @@ def test_the_wedge_scene_visits_all_situations_and_the_papers_case_never_two_opp
     assert min(found["wedge"].values()) > 0.02
     assert found["150rpm-0.2mm"]["opposite"] == 0.0
     assert min(found["150rpm-0.2mm"][key] for key in ("free", "one_corner", "one_side")) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("rows", "eighths"),
+    [
+        ([], 0),
+        ([("ll", 0, 8)], 0),  # a corner is no journal
+        ([("pin", 1, 3), ("ur", 2, 5), ("pin", 4, 5)], 3),
+        ([("pin", -1, 1), ("pin", 7, 9)], 2),
+    ],
+)
+def test_the_pins_share_of_hand_made_tables(rows, eighths):
+    assert pin_share(contacts(*rows), (0.0, 8.0)) == pytest.approx(eighths / 8, **EXACT)
+
+
+def test_a_loose_pin_has_a_share_beside_the_situations_of_a_slider_that_may_have_none():
+    for name, situations in (("crank-pin", False), ("both-clearances", True)):
+        scene = load_scene(name)
+        runs = Runs(run_one(scene, "reference"))
+        told = compare(runs, runs, scene=scene, labels=("reference", "exudyn"))
+        (share, _), (shares, _) = pin_of_scene(told), of_scene(told)
+        # Contacts of 0.1 to 0.4 ms, some five in 24 ms.
+        assert 0.01 < share < 0.1
+        assert (shares is not None) == situations
+        assert as_mapping(told)["crank_pin_contact"]["reference"] == share
+    guide = load_scene("150rpm-0.2mm", {"drive.cycles": 0.1})
+    runs = Runs(run_one(guide, "reference"))
+    assert pin_of_scene(compare(runs, runs, scene=guide)) == (None, None)

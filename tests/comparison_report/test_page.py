@@ -297,3 +297,28 @@ def test_a_run_with_multipliers_shows_how_well_its_constraints_are_met(scene: Sc
     text = words(page(replace(scene, provenance=scene.provenance | {"reference": run})))
     assert text.count("largest error of the constraints: position 1.25e-13, position_time_s 0.36") == 1
     assert "largest error of the constraints" not in words(page(scene))
+
+
+def test_the_crank_pins_contacts_stand_beside_the_corners_and_its_share_by_itself(
+    scene: SceneComparison,
+) -> None:
+    seconds = scene.time[-1]
+    told = scene.events[0].head(3)
+    told = told.assign(corner=["ll", "pin", "pin"], start=[0.0, 0.25 * seconds, 0.75 * seconds])
+    told = told.assign(end=[0.5 * seconds, 0.5 * seconds, seconds])
+    for slider in ("clearance", "ideal"):
+        joints = {"slider": slider, "crank_pin": "clearance"}
+        html = page(replace(scene, events=(told, told.iloc[:2]), scene=scene.scene | {"joints": joints}))
+        rows = dict(re.findall(r'<th scope="row">([^<]*)</th><td class="number">(\d+)</td>', html))
+        assert rows == {"lower left": "1", "crank pin": "2", "all": "3"}
+        part = html[html.index("Contact situations</h3>") : html.index("Runs</h3>")]
+        cells = re.findall(
+            r'<th scope="row">([^<]*)</th><td class="number">([^<]*)</td><td class="number">([^<]*)</td>',
+            part,
+        )
+        assert ("crank pin in contact", "50.0\u00a0%", "25.0\u00a0%") in cells
+        # The journal touches while the slider is free: the slider's situations do not see it.
+        assert [row[:2] for row in cells if row[0] == "free"] == (
+            [("free", "50.0\u00a0%")] if slider == "clearance" else []
+        )
+    assert ">crank pin" not in page(replace(scene, events=(told.iloc[:1], None)))
