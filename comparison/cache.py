@@ -1,7 +1,7 @@
 """Finished runs kept on disk, so that an interrupted validation resumes and an unchanged run is not repeated.
 
 Every run is one table with its companions (no pickle), named by a hash of all that can change it: the scene,
-the sources of its model and of what writes the table, the versions of what they import, the machine's kind.
+its model (`comparison.engines.fingerprint`), the sources of what writes the table, the machine's kind.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ import platform
 import sys
 import time
 from contextlib import suppress
-from importlib.metadata import PackageNotFoundError, version
-from importlib.util import find_spec
+from functools import cache
 from pathlib import Path
 
+from comparison.check import check
+from comparison.engines import OWN
 from comparison.scene import Scene, digest
-from comparison.table import Table, TableError, check, read, write
+from comparison.table import Table, TableError, read, write
 
 KEEP_DAYS = 30
-_IMPORTED = ("numpy", "scipy", "numba", "exudyn")
 
 
 def cache_folder() -> Path:
@@ -35,16 +35,21 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache") / "sixbar-crossval"
 
 
-def run_key(scene: Scene, model: str, package: str) -> str:
-    """Hash of all that can change the run of ``scene`` by ``model``, whose package is named ``package``."""
+def run_key(scene: Scene, model: str, fingerprint: str) -> str:
+    """Hash of all that can change the run of ``scene`` by ``model`` with this fingerprint.
+
+    Of the solvers' settings these are the model's own, but all of them for one of another package: it may be
+    made of ours.
+    """
+    solver = scene.data["solver"]
     physics = {key: part for key, part in scene.data.items() if key not in ("scene", "solver")}
     return digest(
         {
             "scene": physics,
-            "solver": scene.data["solver"].get(model),
+            "solver": solver[model] if model in OWN else solver,
             "model": model,
-            "sources": _sources(package),
-            "versions": {name: _version(name) for name in _IMPORTED},
+            "fingerprint": fingerprint,
+            "sources": _sources(),
             "python": platform.python_version(),
             "machine": platform.platform(),
         }
@@ -78,20 +83,11 @@ def keep(key: str, table: Table) -> None:
                 path.unlink()
 
 
-def _sources(package: str) -> str:
-    """Hash of the package's sources and of the modules that turn its result into a table."""
-    found = find_spec(package)
-    folders = list(found.submodule_search_locations or ()) if found else []
-    paths = [path for folder in folders for path in sorted(Path(folder).rglob("*.py"))]
+@cache
+def _sources() -> str:
+    """Hash of the modules that turn a model's result into a table."""
     here = Path(__file__).parent
     total = hashlib.sha256()
-    for path in (*paths, here / "table.py", here / "run.py"):
-        total.update(f"{path.name}\0".encode() + path.read_bytes() + b"\0")
+    for name in ("check.py", "table.py", "run.py"):
+        total.update((here / name).read_bytes())
     return total.hexdigest()
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return ""

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from comparison.console import complain, fail, progress, warn
-from comparison.options import Accuracy, AllowIndeterminate, Jobs, OutFolder, Overrides
+from comparison.options import Accuracy, AllowIndeterminate, Jobs, Models, OutFolder, Overrides
 from comparison.studies import NAMES
 
 REPORTS = Path("reports/out")
@@ -79,7 +79,9 @@ def scenes() -> int:
 @app.command()
 def run(
     scene: Annotated[str, typer.Argument(help="A shipped scene or the path of a TOML file.")],
-    model: Annotated[str, typer.Option(metavar="reference|exudyn", help="Which model runs it.")],
+    model: Annotated[
+        str, typer.Option(metavar="NAME", help="Which runs it: reference, exudyn, or one of another package.")
+    ],
     out: Annotated[Path, typer.Option(help="The table to write: .csv or .parquet.")],
     accuracy: Accuracy = None,
     formulation: Annotated[
@@ -92,20 +94,21 @@ def run(
 ) -> int:
     """Run one scene by one model and write its table, with events and provenance beside it."""
     from comparison.accuracy import solver_values
+    from comparison.engines import find
     from comparison.files import check_folder
-    from comparison.run import MODELS, Job, RunError, run_all
+    from comparison.run import Job, RunError, run_all
     from comparison.scene import load_scene, parse_set
     from comparison.table import check_format, write
 
-    if model not in MODELS:
-        raise typer.BadParameter(f"--model {model!r} must be {' or '.join(MODELS)}")
+    find(model)
     check_format(out)
     check_folder(out.parent)
     loaded = load_scene(scene, parse_set(overrides or []))
-    if accuracy is not None:
-        loaded = loaded.with_values(solver_values(model, accuracy))
     if formulation is not None:
         loaded = loaded.with_values({f"solver.{model}.formulation": formulation})
+    if accuracy is not None:
+        chosen = loaded.data["solver"].get(model, {}).get("formulation", "auto")
+        loaded = loaded.with_values(solver_values(model, accuracy, chosen))
     warn(loaded.warnings)
     job = Job(loaded, model)
     with progress(f"{loaded.name} by {model}") as report:
@@ -179,16 +182,23 @@ def validate(
     out: OutFolder = None,
     jobs: Jobs = None,
     accuracy: Accuracy = None,
+    models: Models = "reference,exudyn",
     allow_indeterminate: AllowIndeterminate = False,
 ) -> int:
-    """Run scenes by both models, each with a finer run and a twin, compare them, and write a report."""
+    """Run scenes by two models, each with a finer run and a twin, compare them, and write a report."""
+    from comparison.engines import find
     from comparison.files import check_folder, write_json
+    from comparison.run import MODELS
     from comparison.scene import SceneError, load_scene, shipped_scenes
     from comparison.summary import EXIT_CODES, as_mapping, exit_code, scene_lines
     from comparison.table import write
     from comparison.validation import validate as validate_scenes
     from comparison.workers import cpus
 
+    first, comma, second = models.partition(",")
+    if not comma or first == second:
+        raise typer.BadParameter(f"--models {models!r} must be two names, as in reference,exudyn")
+    both = find(first).name, find(second).name
     loaded = [load_scene(name) for name in dict.fromkeys(scenes or shipped_scenes())]
     names = [scene.name for scene in loaded]
     if twice := next((name for name in names if names.count(name) > 1), None):
@@ -196,12 +206,16 @@ def validate(
     folder = out or REPORTS / (names[0] if len(names) == 1 else "validate")
     check_folder(folder)
     with progress(f"{len(names)} scenes by both models" if len(names) > 1 else names[0]) as report:
-        results = validate_scenes(loaded, n_jobs=jobs or cpus(), accuracy=accuracy, on_progress=report)
+        results = validate_scenes(
+            loaded, models=both, n_jobs=jobs or cpus(), accuracy=accuracy, on_progress=report
+        )
     comparisons = [result.comparison for result in results]
     codes = [70 if result.crashed else EXIT_CODES[result.comparison.verdict] for result in results]
     code = exit_code(codes, allow_indeterminate=allow_indeterminate)
     command = shlex.join(
-        ["sixbar", "validate", *(scenes or [])] + (["--accuracy", accuracy] if accuracy is not None else [])
+        ["sixbar", "validate", *(scenes or [])]
+        + (["--models", models] if both != MODELS else [])
+        + (["--accuracy", accuracy] if accuracy is not None else [])
     )
     page = _report(comparisons, folder, command)
     for result in results:

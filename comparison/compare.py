@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from comparison.align import align
 from comparison.channels import channels, expected
+from comparison.check import check
 from comparison.scene import Scene, SceneError, scene_from_mapping
-from comparison.table import Table, TableError, check
+from comparison.table import Table, TableError
 from comparison.uncertainty import Levels, round_off, uncertainty, window_samples
 from comparison.verdict import ChannelComparison, SceneComparison, compare_channel, scene_verdict, thresholds
 
@@ -126,8 +127,10 @@ def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
         return None, (
             f"the tables are of different scenes ({', '.join(changed)} differ): the scales are ranges",
         )
+    # Scales and channels do not hang on settings, and a model that made a table need not be installed here.
+    record = {section: part for section, part in record_a.items() if section != "solver"}
     try:
-        return scene_from_mapping(record_a), ()
+        return scene_from_mapping(record), ()
     except SceneError as error:
         return None, (f"the scene recorded beside the tables is not used: {error}",)
 

@@ -44,11 +44,21 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def write_json(value: Mapping[str, Any], path: Path) -> None:
-    """Write strict JSON (numbers that are not finite become null) under a temporary name first."""
+    """Write strict JSON under a temporary name first."""
+    text = json_text(value)
     with replacing(path) as part:
-        part.write_text(
-            json.dumps(_plain(value), indent=1, allow_nan=False, ensure_ascii=False) + "\n", "utf-8"
-        )
+        part.write_text(text, "utf-8")
+
+
+def json_text(value: Mapping[str, Any]) -> str:
+    """Return strict JSON; numbers that are not finite become null.
+
+    Raises
+    ------
+    TypeError
+        If something in it is none of what JSON holds.
+    """
+    return json.dumps(_plain(value), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def _plain(value: Any) -> Any:

@@ -23,3 +23,7 @@ AllowIndeterminate = Annotated[
 ]
 Jobs = Annotated[int | None, typer.Option(min=1, help="Runs at a time.", show_default="CPUs")]
 OutFolder = Annotated[Path | None, typer.Option(help="Folder of the report.", show_default="reports/out/...")]
+Models = Annotated[
+    str,
+    typer.Option(metavar="NAME,NAME", help="Which two: reference, exudyn, or those of installed packages."),
+]

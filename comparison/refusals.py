@@ -45,6 +45,10 @@ def explain(error: ValidationError) -> str:
     key = ".".join(steps)
     if kind == "missing":
         return f'{key} is missing (scene.extends = "paper" takes over the paper\'s numbers)'
+    if kind == "not_installed":
+        steps += [str(context["key"])]
+        told = "is not a known key: no model of this name is installed"
+        return f"{'.'.join(steps)} {told}{_suggestion(steps)}"
     if kind == "extra_forbidden":
         return f"{key} is not a known key{_suggestion(steps)}"
     text = _RULES[kind].format(**context) if kind in _RULES else " ".join(first["msg"].split())

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from math import log10
 from typing import Any
 
 from comparison.cache import fetch, keep, run_key
 from comparison.channels import expected
+from comparison.check import check
+from comparison.engines import fingerprint, load
 from comparison.scene import Scene, SceneError
-from comparison.table import Result, Table, TableError, check
+from comparison.table import Result, Table, TableError
 from comparison.workers import Died, Share, work
 
 MODELS = ("reference", "exudyn")
+"""The two that are compared where nobody asks for others, see `comparison.engines`."""
+
 Progress = Callable[[float], None]
 
 
@@ -28,10 +33,12 @@ class Job:
     @property
     def cost(self) -> float:
         """Expected time, s, roughly: it orders the runs and weighs their progress."""
-        drive, solver = self.scene.data["drive"], self.scene.data["solver"]
+        cycles, solver = float(self.scene.data["drive"]["cycles"]), self.scene.data["solver"]
         if self.model == "exudyn":
             return float(1e-5 * self.scene.duration / solver["exudyn"]["step"])
-        return float(drive["cycles"] * 10 ** (-log10(solver["reference"]["tolerance"]) / 8 - 1))
+        if self.model == "reference":
+            return float(cycles * 10 ** (-log10(solver["reference"]["tolerance"]) / 8 - 1))
+        return cycles
 
 
 @dataclass(frozen=True)
@@ -42,7 +49,7 @@ class Outcome:
     ----------
     status
         ``"success"``; ``"bad input"``: the model refuses the scene; ``"crashed"``: the process died or the
-        model raised what it should not; ``"unusable"``: the table fails `comparison.table.check`; or the
+        model raised what it should not; ``"unusable"``: the table fails `comparison.check.check`; or the
         model's own status, such as ``"step-too-small"``.
     message
         One line; for a status of the model its remedy.
@@ -83,14 +90,14 @@ def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table
     scene
         What to run.
     model
-        ``"reference"`` or ``"exudyn"``.
+        ``"reference"``, ``"exudyn"`` or the name of an installed one.
     progress
         Called with the finished share, 0 to 1.
 
     Raises
     ------
     SceneError
-        If the model refuses the scene.
+        If the model refuses the scene, or cannot be imported.
     RunError
         If the run does not succeed.
     """
@@ -128,11 +135,17 @@ def run_all(
     list of Outcome
         In the order of ``jobs``.
 
+    Raises
+    ------
+    EngineError
+        If there is no model of a name. One that is there but cannot be imported is "bad input".
+
     Notes
     -----
     Workers are spawned: a script that calls this needs the usual ``if __name__ == "__main__":``.
     """
-    keys = [run_key(job.scene, job.model, _package(job.model)) for job in jobs]
+    prints = {model: fingerprint(model) for model in {job.model for job in jobs}}
+    keys = [run_key(job.scene, job.model, prints[job.model]) for job in jobs]
     todo = dict(zip(keys, jobs, strict=True))
     outcomes: dict[str, Outcome] = {}
     for key, job in todo.items():
@@ -154,7 +167,7 @@ def run_all(
                 report(key, event.value)
                 continue
             if isinstance(event, Died):
-                outcomes[key] = Outcome("crashed", f"its process ended with code {event.exit_code}")
+                outcomes[key] = Outcome("crashed", event.words)
             else:
                 outcomes[key] = event
                 if event.table is not None:
@@ -172,9 +185,9 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
     """Run and check; whatever a model raises becomes an outcome."""
     try:
         result = _simulate(job.model, job.scene.data, progress)
-        if result.status != "success":
-            return Outcome(result.status, result.remedy, partial=Table.from_result(result))
         table = Table.from_result(result)
+        if result.status != "success":
+            return Outcome(result.status, result.remedy, partial=table)
         check(table, *_demands(job), name=f"the {job.model} run")
     except TableError as error:
         return Outcome("unusable", str(error))
@@ -186,18 +199,10 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
 
 
 def _simulate(model: str, scene: dict[str, Any], progress: Progress | None) -> Result:
-    """Start a model; imported here, so that reading tables and scenes needs neither."""
-    if model == "reference":
-        from reference_model import simulate as reference
-
-        return reference(scene, progress=progress)
-    from exudyn_model import simulate as exudyn
-
-    return exudyn(scene, progress=progress)
-
-
-def _package(model: str) -> str:
-    return f"{model}_model"
+    """Start a model; imported here, so that reading tables and scenes needs none."""
+    # A copy: what a model does to its scene must not be what the table is said to be a result of.
+    result: Result = load(model)(deepcopy(scene), progress=progress)
+    return result
 
 
 def _demands(job: Job) -> tuple[list[str], tuple[float, float]]:

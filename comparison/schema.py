@@ -8,10 +8,13 @@ output, the solvers).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
+
+from comparison.engines import engine_names
 
 
 @dataclass(frozen=True)
@@ -191,10 +194,24 @@ class ExudynSolver(Section):
 
 
 class Solver(Section):
-    """Settings of the two models."""
+    """Settings of the two models, and of installed ones as these may please: names and single values."""
+
+    model_config = ConfigDict(extra="allow")
 
     reference: ReferenceSolver = ReferenceSolver()
     exudyn: ExudynSolver = ExudynSolver()
+
+    @model_validator(mode="after")
+    def _of_installed_models(self) -> Self:
+        for name, settings in (self.model_extra or {}).items():
+            if name not in engine_names():
+                raise PydanticCustomError("not_installed", "", {"key": name})
+            if not isinstance(settings, dict):
+                raise rule(name, settings, "must be a section with keys of its own")
+            for key, value in settings.items():
+                if not (isinstance(value, str | int) or (isinstance(value, float) and isfinite(value))):
+                    raise rule(f"{name}.{key}", value, "must be a text, a truth value or a finite number")
+        return self
 
 
 class Compare(Section):

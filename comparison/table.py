@@ -1,4 +1,4 @@
-"""Result tables: read, checked, written, with events, extrema and provenance beside them.
+"""Result tables: read, written, with events, extrema and provenance beside them.
 
 ``run.csv`` (or ``run.parquet``) holds the channels, ``run.events.csv`` one row a contact, ``run.json`` the
 provenance and the extrema over integration steps. Only the first is needed to compare.
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -17,7 +16,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from comparison.files import replacing, write_json
+from comparison.files import json_text, replacing, write_json
 
 FORMATS = (".csv", ".parquet")
 
@@ -41,6 +40,11 @@ class Result(Protocol):
     def status(self) -> str: ...  # noqa: D102
     @property
     def remedy(self) -> str: ...  # noqa: D102
+
+
+_RESULT = {
+    "columns": dict, "events": dict, "extrema": dict, "provenance": dict, "status": str, "remedy": str
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -71,13 +75,24 @@ class Table:
         Raises
         ------
         TableError
-            If its columns are not of one length.
+            If it has not the attributes of a `Result`, or its columns are not of one length.
         """
+        for name, kind in _RESULT.items():
+            part = getattr(result, name, None)
+            if not isinstance(part, kind):
+                raise TableError(
+                    f"the model's result: {name} must be a {kind.__name__}, not {type(part).__name__}"
+                )
         try:
             frame = pd.DataFrame(result.columns)
-            events = pd.DataFrame(result.events)
+            events = pd.DataFrame(result.events) if result.events else None
         except ValueError as error:
             raise TableError(f"the model's columns do not fit together: {error}") from error
+        record = {"extrema": result.extrema, "provenance": result.provenance}
+        try:
+            json_text(record)
+        except TypeError as error:
+            raise TableError(f"the model's extrema or provenance: {error}") from error
         provenance = {**result.provenance, "status": result.status, "remedy": result.remedy}
         return cls(frame, events, result.extrema, provenance)
 
@@ -96,66 +111,8 @@ class Table:
         return self.frame[channel].to_numpy(dtype=np.float64)
 
 
-def check(
-    table: Table, channels: Sequence[str], span: tuple[float, float] | None = None, *, name: str = "table"
-) -> None:
-    """Refuse a table that could not give a meaningful comparison.
-
-    Parameters
-    ----------
-    table
-        What to check.
-    channels
-        Exactly the channels it must hold, in any order, without ``time``.
-    span
-        First and last time (s) it must reach, within half a sample; None: any.
-    name
-        What the message calls the table.
-
-    Raises
-    ------
-    TableError
-        Naming the channel and the first bad row (data rows are counted from 1, without the header).
-    """
-    missing = [channel for channel in ("time", *channels) if channel not in table.frame]
-    if missing:
-        raise TableError(f"{name}: channel {missing[0]} is missing{_and_more(missing)}")
-    unexpected = [channel for channel in table.channels if channel not in channels]
-    if unexpected:
-        raise TableError(f"{name}: channel {unexpected[0]} is unexpected{_and_more(unexpected)}")
-    for channel in ("time", *channels):
-        if table.frame[channel].dtype.kind not in "fiu":
-            numbers = pd.to_numeric(table.frame[channel], errors="coerce").to_numpy(dtype=np.float64)
-            row = int(np.flatnonzero(~np.isfinite(numbers))[0]) if not np.isfinite(numbers).all() else 0
-            text = table.frame[channel].iloc[row] if len(table.frame) else ""
-            raise TableError(f"{name}: {channel} is not a number in data row {row + 1}: {text!r}")
-        values = table.values(channel)
-        bad = np.flatnonzero(~np.isfinite(values))
-        if bad.size:
-            raise TableError(
-                f"{name}: {channel} is {values[bad[0]]} in data row {bad[0] + 1} ({bad.size} such rows)"
-            )
-    time = table.time
-    if time.size < 2:
-        raise TableError(f"{name}: {time.size} data rows; at least 2 are needed")
-    steps = np.diff(time)
-    back = np.flatnonzero(steps <= 0)
-    if back.size:
-        raise TableError(
-            f"{name}: time does not increase in data row {back[0] + 2}: "
-            f"{time[back[0]]!s} s, then {time[back[0] + 1]!s} s"
-        )
-    if span is not None:
-        slack = 0.5 * float(np.median(steps))
-        if abs(time[0] - span[0]) > slack or abs(time[-1] - span[1]) > slack:
-            raise TableError(
-                f"{name}: truncated: it spans {time[0]:g} to {time[-1]:g} s "
-                f"and must span {span[0]:g} to {span[1]:g} s"
-            )
-
-
 def read(path: str | Path) -> Table:
-    """Read a table and what lies beside it. Nothing is checked but that it can be read: see `check`.
+    """Read a table and what lies beside it. All that is checked is that it can be read: `comparison.check`.
 
     Raises
     ------
@@ -243,7 +200,3 @@ def _read_csv(path: Path) -> pd.DataFrame:
 
 def _beside(path: Path) -> tuple[Path, Path]:
     return path.with_name(f"{path.stem}.events.csv"), path.with_name(f"{path.stem}.json")
-
-
-def _and_more(names: Sequence[str]) -> str:
-    return f" (and {len(names) - 1} more)" if len(names) > 1 else ""

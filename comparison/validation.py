@@ -1,4 +1,4 @@
-"""The main job: scenes by both models, each with its finer run and its twin, compared."""
+"""The main job: scenes by two models, each with its finer run and its twin, compared."""
 
 from __future__ import annotations
 
@@ -39,16 +39,20 @@ class Validation:
 def validate(
     scenes: Sequence[Scene],
     *,
+    models: tuple[str, str] = MODELS,
     n_jobs: int = 1,
     accuracy: str | float | None = None,
     on_progress: Progress | None = None,
 ) -> list[Validation]:
-    """Run the scenes by both models and compare.
+    """Run the scenes by two models and compare.
 
     Parameters
     ----------
     scenes
         What to run.
+    models
+        Ours, or the names of installed ones. One whose settings hold neither a tolerance nor a step cannot be
+        refined: then the scene's ``[compare] tolerance`` decides.
     n_jobs
         Worker processes.
     accuracy
@@ -60,30 +64,50 @@ def validate(
     ------
     AccuracyError
         If the accuracy is out of reach.
+    EngineError
+        If a model is not known.
 
     Notes
     -----
     Uses worker processes: a script that calls this needs ``if __name__ == "__main__":``.
     """
     if accuracy is not None:
-        values = {key: value for model in MODELS for key, value in solver_values(model, accuracy).items()}
-        scenes = [scene.with_values(values) for scene in scenes]
+        scenes = [_at(scene, models, accuracy) for scene in scenes]
     planned = [
-        {(model, kind): job for model in MODELS for kind, job in _jobs(scene, model)} for scene in scenes
+        {(model, kind): job for model in models for kind, job in _jobs(scene, model)} for scene in scenes
     ]
     outcomes = iter(run_all([job for jobs in planned for job in jobs.values()], n_jobs, on_progress))
     return [
-        _judge(scene, jobs, {which: next(outcomes) for which in jobs}, accuracy)
+        _judge(
+            scene, jobs, {which: next(outcomes) for which in jobs}, models, _command(scene, models, accuracy)
+        )
         for scene, jobs in zip(scenes, planned, strict=True)
     ]
 
 
+def _at(scene: Scene, models: tuple[str, str], accuracy: str | float) -> Scene:
+    values: dict[str, object] = {}
+    for model in models:
+        formulation = scene.data["solver"].get(model, {}).get("formulation", "auto")
+        values |= solver_values(model, accuracy, formulation)
+    return scene.with_values(values)
+
+
+def _command(scene: Scene, models: tuple[str, str], accuracy: str | float | None) -> str:
+    return shlex.join(
+        ["sixbar", "validate", scene.source]
+        + (["--models", ",".join(models)] if models != MODELS else [])
+        + (["--accuracy", str(accuracy)] if accuracy is not None else [])
+    )
+
+
 def _jobs(scene: Scene, model: str) -> list[tuple[str, Job]]:
+    coarse = coarser(model, scene)
     variants = {
         "base": scene,
         "finer": finer(model, scene),
-        "coarser": coarser(model, scene),
-        "twin": twin(coarser(model, scene)),
+        "coarser": coarse,
+        "twin": None if coarse is None else twin(coarse),
     }
     return [(kind, Job(variant, model)) for kind, variant in variants.items() if variant is not None]
 
@@ -92,40 +116,48 @@ def _judge(
     scene: Scene,
     jobs: dict[tuple[str, str], Job],
     outcomes: dict[tuple[str, str], Outcome],
-    accuracy: str | float | None,
+    models: tuple[str, str],
+    command: str,
 ) -> Validation:
-    command = shlex.join(
-        ["sixbar", "validate", scene.source] + (["--accuracy", str(accuracy)] if accuracy is not None else [])
-    )
+    def refused(reason: str, *, crashed: bool = False) -> Validation:
+        return Validation(_no_comparison(scene, reason, models, command), {}, crashed)
+
     failed = {which: outcome for which, outcome in outcomes.items() if outcome.table is None}
     if failed:
         crashed = any(outcome.status == "crashed" for outcome in failed.values())
         which = next((w for w in failed if failed[w].status == "crashed"), next(iter(failed)))
-        return Validation(_no_comparison(scene, describe(jobs[which], failed[which]), command), {}, crashed)
+        return refused(describe(jobs[which], failed[which]), crashed=crashed)
     runs = {
         model: Runs(
-            refinement=refinement(model),
+            refinement=refinement(model, scene),
             **{
                 kind: outcome.table
                 for (of, kind), outcome in outcomes.items()
                 if of == model and outcome.table
             },
         )
-        for model in MODELS
+        for model in models
     }
     try:
-        comparison = compare(runs[MODELS[0]], runs[MODELS[1]], scene=scene, labels=MODELS, command=command)
+        comparison = compare(
+            runs[models[0]],
+            runs[models[1]],
+            scene=scene,
+            tolerance=scene.tolerance,
+            labels=models,
+            command=command,
+        )
     except TableError as error:
-        return Validation(_no_comparison(scene, f"scene {scene.name!r}: {error}", command), {})
+        return refused(f"scene {scene.name!r}: {error}")
     return Validation(comparison, runs)
 
 
-def _no_comparison(scene: Scene, reason: str, command: str) -> SceneComparison:
+def _no_comparison(scene: Scene, reason: str, models: tuple[str, str], command: str) -> SceneComparison:
     return SceneComparison(
         name=scene.name,
         title=scene.title,
         description=scene.description,
-        labels=MODELS,
+        labels=models,
         verdict="cannot compare",
         reason=reason,
         warnings=scene.warnings,

@@ -32,6 +32,13 @@ class Died:
 
     exit_code: int | None
 
+    @property
+    def words(self) -> str:
+        """How it ended."""
+        if self.exit_code is not None and self.exit_code < 0:
+            return f"its process was killed by {signal.Signals(-self.exit_code).name}"
+        return f"its process ended with code {self.exit_code}"
+
 
 def cpus() -> int:
     """Return how many CPUs this process may use."""
@@ -103,6 +110,7 @@ class _Worker:
 def _serve(attempt: Attempt, connection: Connection) -> None:
     """Work off tasks until the connection ends (in the worker)."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # for systems without a signal mask to inherit
+    os.dup2(2, 1)  # what a model prints must not stand between the lines that a script reads from stdout
     with suppress(EOFError, OSError):
         while True:
             task = connection.recv()

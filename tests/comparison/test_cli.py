@@ -80,7 +80,10 @@ def test_version(capsys):
         ([], "Missing command"),
         (["swim"], "No such command 'swim'"),
         (["run", "ideal"], "Missing option '--model'"),
-        (["run", "ideal", "--model", "adams", "--out", "a.csv"], "must be reference or exudyn"),
+        (
+            ["run", "ideal", "--model", "adams", "--out", "a.csv"],
+            "model 'adams' is not known; there are reference, exudyn",
+        ),
         (["run", "ideal", "--model", "reference", "--out", "a.xls"], "must end in .csv or .parquet"),
         (["run", "idael", "--model", "reference", "--out", "a.csv"], "did you mean 'ideal'"),
         (

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from comparison.channels import expected
+from comparison.check import check
 from comparison.files import FolderError, check_folder
-from comparison.table import Table, TableError, check, read, write
+from comparison.table import Table, TableError, read, write
 
 EVENTS = pd.DataFrame({"corner": ["ll", "ur"], "start": [0.0, 0.1], "end": [0.01, 0.2]})
 
