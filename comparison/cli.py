@@ -92,7 +92,12 @@ def run(
     ] = None,
     overrides: Overrides = None,
 ) -> int:
-    """Run one scene by one model and write its table, with events and provenance beside it."""
+    """Run one scene by one model and write its table, with events and provenance beside it.
+
+    What a model had computed before it gave up is written as NAME.partial.csv.
+    """
+    from dataclasses import replace
+
     from comparison.accuracy import solver_values
     from comparison.engines import find
     from comparison.files import check_folder
@@ -113,6 +118,10 @@ def run(
     job = Job(loaded, model)
     with progress(f"{loaded.name} by {model}") as report:
         (outcome,) = run_all([job], 1, report, cached=False)
+    if outcome.partial is not None:
+        kept = write(outcome.partial, out.with_name(f"{out.stem}.partial{out.suffix}"))
+        told = f"{outcome.message}; {len(outcome.partial.frame)} samples until then are in {kept}"
+        raise RunError(replace(outcome, message=told), job)
     if outcome.table is None:
         raise RunError(outcome, job)
     typer.echo(str(write(outcome.table, out)))
@@ -186,7 +195,7 @@ def validate(
     allow_indeterminate: AllowIndeterminate = False,
 ) -> int:
     """Run scenes by two models, each with a finer run and a twin, compare them, and write a report."""
-    from comparison.engines import find
+    from comparison.engines import pair
     from comparison.files import check_folder, write_json
     from comparison.run import MODELS
     from comparison.scene import SceneError, load_scene, shipped_scenes
@@ -195,10 +204,7 @@ def validate(
     from comparison.validation import validate as validate_scenes
     from comparison.workers import cpus
 
-    first, comma, second = models.partition(",")
-    if not comma or first == second:
-        raise typer.BadParameter(f"--models {models!r} must be two names, as in reference,exudyn")
-    both = find(first).name, find(second).name
+    both = pair(models)
     loaded = [load_scene(name) for name in dict.fromkeys(scenes or shipped_scenes())]
     names = [scene.name for scene in loaded]
     if twice := next((name for name in names if names.count(name) > 1), None):

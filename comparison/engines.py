@@ -53,6 +53,20 @@ def find(name: str) -> EntryPoint:
     return points[0]
 
 
+def pair(names: str) -> tuple[str, str]:
+    """Read the names of two models that are to be compared, as in ``"reference,exudyn"``.
+
+    Raises
+    ------
+    EngineError
+        If these are not two different ones that there are.
+    """
+    first, _, second = names.partition(",")
+    if not second or first == second:
+        raise EngineError(f"models {names!r} must be two names, as in reference,exudyn")
+    return find(first).name, find(second).name
+
+
 def load(name: str) -> Callable[..., Any]:
     """Import a model and return its ``simulate``.
 

@@ -173,12 +173,7 @@ def run_all(
                 if event.table is not None:
                     keep(key, event.table)
             report(key, 1.0)
-    return [
-        replace(outcomes[key], table=_of_scene(table, job.scene))
-        if (table := outcomes[key].table)
-        else outcomes[key]
-        for key, job in zip(keys, jobs, strict=True)
-    ]
+    return [_outcome_of_scene(outcomes[key], job.scene) for key, job in zip(keys, jobs, strict=True)]
 
 
 def _attempt(job: Job, progress: Progress | None) -> Outcome:
@@ -207,6 +202,11 @@ def _simulate(model: str, scene: dict[str, Any], progress: Progress | None) -> R
 
 def _demands(job: Job) -> tuple[list[str], tuple[float, float]]:
     return expected(job.scene.data), (0.0, job.scene.duration)
+
+
+def _outcome_of_scene(outcome: Outcome, scene: Scene) -> Outcome:
+    table, partial = (part and _of_scene(part, scene) for part in (outcome.table, outcome.partial))
+    return replace(outcome, table=table, partial=partial)
 
 
 def _of_scene(table: Table, scene: Scene) -> Table:

@@ -13,6 +13,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from comparison.engines import GROUP
 from comparison.scene import Scene, load_scene
 from comparison.table import Table
 
@@ -73,3 +74,26 @@ def fake_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("SIXBAR_TEST_LOG", str(log))
     log.touch()
     return log
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Path]:
+    """Put a package where Python and its worker processes find it, as an installer would."""
+    site = tmp_path / "site"
+    site.mkdir()
+    monkeypatch.syspath_prepend(str(site))
+    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+
+    def make(module: str, source: str, points: dict[str, str], version: str = "1") -> Path:
+        info = site / f"{module}.dist-info"
+        info.mkdir(exist_ok=True)
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: {version}\n")
+        lines = "".join(f"{name} = {value}\n" for name, value in points.items())
+        (info / "entry_points.txt").write_text(f"[{GROUP}]\n{lines}")
+        path = site / f"{module}.py"
+        path.write_text(source)
+        monkeypatch.delitem(sys.modules, module, raising=False)
+        return path
+
+    return make

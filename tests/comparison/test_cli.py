@@ -143,7 +143,6 @@ def test_accuracy_and_set_reach_the_model(scene_file):
 @pytest.mark.parametrize(
     ("what", "code", "told"),
     [
-        ("fail", 2, "newton-failed; try a smaller step"),
         ("refuse", 2, "contact.law = 'strip' is not simulated yet"),
         ("nan", 2, "slider_vy is nan in data row 8"),
         ("crash", 70, "its process ended with code 3"),

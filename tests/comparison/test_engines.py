@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import sys
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -80,29 +79,6 @@ def simulate(scene, *, progress=None, name="odd"):
     return None if what == "nothing" else SimpleNamespace(**run)
 """
 GROUPS = {"output.groups": [], "output.samples_per_cycle": 100, "drive.cycles": 1.0}
-
-
-@pytest.fixture
-def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
-    """Put a package where Python and its worker processes find it, as an installer would."""
-    site = tmp_path / "site"
-    site.mkdir()
-    monkeypatch.syspath_prepend(str(site))
-    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.chdir(tmp_path)
-
-    def make(module: str, source: str, points: dict[str, str], version: str = "1") -> Path:
-        info = site / f"{module}.dist-info"
-        info.mkdir(exist_ok=True)
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: {version}\n")
-        lines = "".join(f"{name} = {value}\n" for name, value in points.items())
-        (info / "entry_points.txt").write_text(f"[{engines.GROUP}]\n{lines}")
-        path = site / f"{module}.py"
-        path.write_text(source)
-        monkeypatch.delitem(sys.modules, module, raising=False)
-        return path
-
-    return make
 
 
 @pytest.fixture
