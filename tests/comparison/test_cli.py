@@ -140,6 +140,13 @@ def test_accuracy_and_set_reach_the_model(scene_file):
         assert read("a.csv").provenance["scene"]["solver"]["exudyn"]["step"] == 5e-7
 
 
+def test_accuracy_is_that_of_the_formulation(scene_file):
+    options = ["--formulation", "tree", "--accuracy", "1e-9"]
+    assert main(["run", scene_file("own"), "--model", "exudyn", "--out", "a.csv", *options]) == 0
+    solver = read("a.csv").provenance["scene"]["solver"]["exudyn"]
+    assert (solver["formulation"], solver["tolerance"], solver["step"]) == ("tree", 1e-9, 1e-4)
+
+
 @pytest.mark.parametrize(
     ("what", "code", "told"),
     [
