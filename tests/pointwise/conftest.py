@@ -1,0 +1,201 @@
+"""States of the press, one after another, for both models: what each needs, from one closed form of the test's own.
+
+A state is the crank's time, the slider's x, angle and their rates, and the impact speeds of the corners in
+contact. The four-bar O-A-B-H and rod 4 follow by the intersection of circles, in complex numbers.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from comparison.scene import load_scene
+from exudyn_model.point_contact import contact_states
+from exudyn_model.scene_reading import read_scene
+from reference_model.friction import friction_regime
+from reference_model.reading import read_parameters
+
+BARRED = {"solver.reference.baumgarte_alpha": 0.0, "solver.reference.baumgarte_beta": 0.0}
+"""Baumgarte's terms would add the constraints' rounding times beta^2 to the accelerations."""
+
+
+@dataclass(frozen=True)
+class State:
+    """One state of the whole press."""
+
+    time: float
+    """s."""
+    q: np.ndarray
+    """x, y, angle of the five bodies (15,), m and rad; fixed frame."""
+    v: np.ndarray
+    """Their rates."""
+    speeds: np.ndarray
+    """Impact speeds of the four corners, m/s; 0: open."""
+
+    @property
+    def slider(self) -> tuple[float, ...]:
+        """x, y, angle of the slider and their rates."""
+        return (*self.q[12:], *self.v[12:])
+
+
+class Press:
+    """A scene as both models read it, and its closed form."""
+
+    def __init__(self, changes: dict[str, Any] | None = None) -> None:
+        self.data = load_scene("150rpm-0.2mm", {**BARRED, **(changes or {})}).data
+        self.reference = read_parameters(self.data)
+        self.exudyn = read_scene(self.data)
+        self.omega = self.data["drive"]["speed_rpm"] * math.pi / 30.0
+
+    def state(self, time: float, x: float, angle: float, vx: float, w: float, speeds: np.ndarray) -> State:
+        """Close the linkage at ``time`` with the slider at ``x`` (m, fixed frame), turned by ``angle``."""
+        m = self.data["mechanism"]
+        u1 = np.exp(1j * (math.radians(m["crank_angle_deg"]) + self.omega * time))
+        a, h = m["crank"]["length"] * u1, complex(*m["rocker_pivot"])
+        l2, l3 = m["rod2"]["length"], m["rocker"]["centroid"]
+        d = abs(h - a)
+        along = (d * d + l2 * l2 - l3 * l3) / (2.0 * d)
+        u2 = (along + 1j * m["rocker_branch"] * math.sqrt(l2 * l2 - along * along)) * (h - a) / (d * l2)
+        u3 = (a + l2 * u2 - h) / l3
+        # vA + i w2 L2 u2 = i w3 l3 u3, resolved along u2 and u3.
+        va = 1j * self.omega * a
+        w3 = (va * u2.conjugate()).real / (1j * l3 * u3 * u2.conjugate()).real
+        w2 = -(va * u3.conjugate()).real / (1j * l2 * u2 * u3.conjugate()).real
+        c = h + m["rocker"]["length"] * u3
+        cosine = (x - c.real) / m["rod4"]["length"]
+        u4 = complex(cosine, m["slider_branch"] * math.sqrt(1.0 - cosine * cosine))
+        vc = 1j * w3 * (c - h)
+        w4 = (vc.real - vx) / (m["rod4"]["length"] * u4.imag)
+        f, vf = c + m["rod4"]["length"] * u4, vc + 1j * w4 * m["rod4"]["length"] * u4
+        places = [(m["crank"]["centroid"] * u1, u1), (a + m["rod2"]["centroid"] * u2, u2)]
+        places += [(h + l3 * u3, u3), (c + m["rod4"]["centroid"] * u4, u4)]
+        rates = [1j * self.omega * places[0][0], va + 1j * w2 * m["rod2"]["centroid"] * u2]
+        rates += [1j * w3 * l3 * u3, vc + 1j * w4 * m["rod4"]["centroid"] * u4]
+        q = [value for at, u in places for value in (at.real, at.imag, math.atan2(u.imag, u.real))]
+        # The crank's angle is not taken modulo a turn by the row that drives it.
+        q[2] = math.radians(m["crank_angle_deg"]) + self.omega * time
+        spins = (self.omega, w2, w3, w4)
+        v = [value for at, s in zip(rates, spins, strict=True) for value in (at.real, at.imag, s)]
+        return State(
+            time,
+            np.array([*q, x, f.imag, angle]),
+            np.array([*v, vx, vf.imag, w]),
+            np.asarray(speeds, dtype=float),
+        )
+
+    def corner(self, state: State, number: int) -> tuple[float, float, float, float, float]:
+        """Gap (m), its rate, slip (m/s), and arm x, y (m) of a corner; each from lengths of the scene."""
+        slider, clearance = self.data["mechanism"]["slider"], self.data["clearance"]["slider"]
+        side, end = (-1 if number % 2 == 0 else 1), (-1 if number < 2 else 1)
+        arm = complex(side * slider["width"], end * slider["length"]) / 2.0 * np.exp(1j * state.q[14])
+        wall = self.data["mechanism"]["guide_x"] + side * (slider["width"] / 2.0 + clearance)
+        gap = side * (wall - state.q[12] - arm.real)
+        return (
+            gap,
+            -side * (state.v[12] - state.v[14] * arm.imag),
+            state.v[13] + state.v[14] * arm.real,
+            arm.real,
+            arm.imag,
+        )
+
+    def modes(self, state: State) -> np.ndarray:
+        """Modes of the contacts as the reference keeps them, shape (3, 5): impact speed, regime, clipped."""
+        c = self.reference.constants
+        modes = np.zeros((3, 5))
+        modes[0, :4] = state.speeds
+        for number in np.flatnonzero(state.speeds):
+            _, rate, slip, _, _ = self.corner(state, int(number))
+            modes[1, number] = friction_regime(c, slip)
+            modes[2, number] = float(1.0 - c.C * rate / state.speeds[number] < 0.0)
+        return modes
+
+    def memory(self, state: State) -> np.ndarray:
+        """Memory of the contacts as the Exudyn model keeps it, shape (5,)."""
+        contacts = contact_states()
+        contacts["impact_speed"][:4] = state.speeds
+        return contacts
+
+    def force_bound(self, state: State) -> float:
+        """How far the contact forces (N) of two models may be apart, all corners together.
+
+        Gaps are differences of coordinates of 0.55 m and round at 1e-16 m: 1e-15 m after some operations. They
+        count with the slope of the force, and that of Eq. 11 with it where the approach exceeds the impact
+        speed; friction on its ramp counts slips, rounded at 1e-15 m/s, with its slope.
+        """
+        c = self.reference.constants
+        bound = 0.0
+        for number in np.flatnonzero(state.speeds):
+            gap, rate, _, _, _ = self.corner(state, int(number))
+            damping = max(1.0, 1.0 - c.C * rate / state.speeds[number])
+            slope = 1.5 * c.K * math.sqrt(-gap)
+            both = state.speeds[(int(number) + 2) % 4] > 0.0
+            # The surface's slopes by both depths: 2/6 + 1/6 of K_s; the strip's: 4 K_s times 3 at most.
+            slope += {0: 0.0, 1: 0.5, 2: 12.0}[int(c.law)] * c.Ks if both else 0.0
+            force = (c.K * (-gap) ** 1.5 if not both else slope * -gap) * damping
+            bound += damping * slope * 1e-15 + 1e-12 * abs(force) + abs(force) * 1e-15 / (c.v1 - c.v0)
+        return bound
+
+
+SITUATIONS = ("free", "corner", "adjacent", "opposite")
+SLIPS = ("none", "ramp", "full")
+
+
+def draw(press: Press, rng: np.random.Generator, situation: str, slip: str) -> State:
+    """Draw a state with this contact situation whose first touching corner slips in this regime of Eq. 14."""
+    data = press.data
+    c, length = data["clearance"]["slider"], data["mechanism"]["slider"]["length"]
+    width = data["mechanism"]["slider"]["width"]
+    v0, v1 = data["friction"]["static_speed"], data["friction"]["transition_speed"]
+    side, end = rng.choice([-1, 1], 2)
+    depth = rng.uniform(1e-8, 5e-6)
+    if situation == "free":
+        offset, angle = rng.uniform(-0.5 * c, 0.5 * c), rng.uniform(-0.5, 0.5) * c / length
+    elif situation == "corner":
+        angle = -side * end * rng.uniform(0.2, 0.8) * 2.0 * c / length
+        offset = side * (c + depth) + end * angle * length / 2.0 + side * width / 2.0 * angle**2 / 2.0
+    elif situation == "adjacent":
+        angle = rng.uniform(-1.0, 1.0) * depth / length
+        offset = side * (c + depth)
+    else:
+        angle = -side * end * 2.0 * (c + 3e-6 + depth) / length
+        offset = rng.uniform(-1e-6, 1e-6)
+    number = (0 if end < 0 else 2) + (0 if side < 0 else 1)
+    speeds = np.zeros(4)
+    touching = {"free": [], "corner": [number], "adjacent": [number, (number + 2) % 4]}
+    touching["opposite"] = [number, 3 - number]
+    speeds[touching[situation]] = rng.uniform(1e-4, 0.05, len(touching[situation]))
+    # Rates of both signs up to some impact speeds: the damping factor is also clipped.
+    vx, w = rng.normal(0.0, 0.1), rng.normal(0.0, 1.0)
+    wanted = {"none": rng.uniform(-v0, v0), "ramp": rng.choice([-1, 1]) * rng.uniform(v0, v1), "full": None}
+    time = rng.uniform(0.0, 0.4)
+    x = data["mechanism"]["guide_x"] + offset
+    state = press.state(time, x, angle, vx, w, speeds)
+    if wanted[slip] is not None:
+        # A spin moves the corner along the guide by w r_x.
+        rx = press.corner(state, number)[3]
+        w = (wanted[slip] - state.v[13]) / rx
+        state = press.state(time, x, angle, vx, w, speeds)
+    return state
+
+
+@pytest.fixture(scope="module")
+def presses() -> Callable[..., Press]:
+    """Presses by the changes to the paper's central case."""
+    return Press
+
+
+@pytest.fixture
+def states() -> Callable[..., Iterator[State]]:
+    """``states(press, count)``: so many states of each contact situation and friction regime."""
+
+    def make(press: Press, count: int, seed: int = 3) -> Iterator[State]:
+        rng = np.random.default_rng(seed)
+        for situation in SITUATIONS:
+            for slip in SLIPS:
+                for _ in range(count):
+                    yield draw(press, rng, situation, slip)
+
+    return make

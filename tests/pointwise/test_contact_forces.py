@@ -1,0 +1,161 @@
+"""The contact at the slider, from the same states: gaps, rates, slips, forces; all three laws."""
+
+import numpy as np
+import pytest
+
+from exudyn_model.contact import contact_law, corner_motion, frozen_slider_force, slider_force
+from exudyn_model.journal import journal_force, journal_law, pin_motion
+from exudyn_model.point_contact import PIN, contact_states, slip_regime
+from reference_model.forces import CONTACTS, FRICTION, GAP, NORMAL, RATE, SLIP, bearing_forces, slider_forces
+from reference_model.friction import friction_regime
+from reference_model.journal import JOURNAL, bearing_contact
+from reference_model.parameters import Formulation, as_record
+
+STEP = 2e-6
+EACH = 20  # of each situation and slip: 240 states a law
+LAWS = ("hertz-corners", "paper-switching", "strip")
+
+
+def by_reference(press, state):
+    """Force, moment and the contact states (5, 5)."""
+    contacts = np.zeros((5, CONTACTS))
+    c = as_record(press.reference.constants, Formulation.SLIDER)
+    found = slider_forces(c, state.slider, press.modes(state), contacts)
+    return np.array(found[:3]), contacts
+
+
+def from_guide(press, state):
+    """Arguments of the Exudyn model's force: x from the guide's centre line, angle and rates."""
+    x, _, angle, vx, vy, w = state.slider
+    return x - press.exudyn.mechanism.guide_x, angle, vx, vy, w
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_forces_of_the_corners_agree(presses, states, law) -> None:
+    press = presses({"contact.law": law})
+    slider = press.exudyn.mechanism.slider
+    constants = contact_law(press.exudyn.contact, slider, STEP)
+    regimes, clipped, both_walls = set(), 0, 0
+    for state in states(press, EACH):
+        force, contacts = by_reference(press, state)
+        gaps = contacts[GAP, :4]
+        # The drawn situation is the one that both models see.
+        assert np.array_equal(gaps < 0.0, state.speeds > 0.0)
+        arguments = from_guide(press, state)
+        for number in range(4):
+            gap, rate, slip, _, _ = corner_motion(number, *arguments, constants[0])
+            # Differences of coordinates of 0.55 m, of rates of up to 3 m/s.
+            assert abs(gap - gaps[number]) <= 1e-15
+            assert abs(rate - contacts[RATE, number]) <= 1e-15
+            assert abs(slip - contacts[SLIP, number]) <= 4e-15
+            # And those of the test's own geometry.
+            own = press.corner(state, number)
+            assert max(abs(gap - own[0]), abs(rate - own[1]), abs(slip - own[2])) <= 4e-15
+        bound = press.force_bound(state)
+        memory = press.memory(state)
+        for kernel in (slider_force, frozen_slider_force):
+            found = np.array(kernel(*arguments, constants, memory))
+            np.testing.assert_allclose(found[:2], force[:2], rtol=0, atol=bound)
+            assert abs(found[2] - force[2]) <= 0.05 * bound  # of the arms, 0.043 m
+        if not state.speeds.any():
+            assert not force.any()
+        regimes |= {
+            friction_regime(press.reference.constants, s)
+            for s in contacts[SLIP, state.speeds.nonzero()].ravel()
+        }
+        clipped += np.count_nonzero(contacts[NORMAL, :4][state.speeds > 0.0] == 0.0)
+        both_walls += contacts[NORMAL, [0, 2]].any() and contacts[NORMAL, [1, 3]].any()
+    assert regimes == {-2, -1, 0, 1, 2}
+    assert clipped >= 5
+    assert both_walls >= 20
+
+
+def test_hertz_force_is_the_paper_s(presses, states) -> None:
+    """A third opinion: Eqs. 9-14 from the scene's printed numbers, for each corner by itself."""
+    press = presses()
+    data = press.data
+    contact, friction = data["contact"], data["friction"]
+    compliance = 2.0 * (1.0 - contact["poisson"] ** 2) / contact["youngs_modulus"]
+    stiffness = 4.0 / (3.0 * compliance) * np.sqrt(contact["corner_radius"])
+    for state in states(press, 5):
+        _, contacts = by_reference(press, state)
+        for number in np.flatnonzero(state.speeds):
+            gap, rate, slip, _, _ = press.corner(state, int(number))
+            loss = 0.75 * (1.0 - contact["restitution"] ** 2) * -rate / state.speeds[number]
+            normal = max(0.0, stiffness * (-gap) ** contact["exponent"] * (1.0 + loss))
+            v0, v1 = friction["static_speed"], friction["transition_speed"]
+            share = np.clip((abs(slip) - v0) / (v1 - v0), 0.0, 1.0)
+            bound = press.force_bound(state)
+            assert contacts[NORMAL, number] == pytest.approx(normal, abs=bound)
+            drag = -friction["coefficient"] * share * normal * np.sign(slip)
+            assert contacts[FRICTION, number] == pytest.approx(drag, abs=bound)
+
+
+def test_forces_of_the_journal_agree(presses) -> None:
+    """Force, slip and point of attack at the crank pin: on rod 2 and, by its moment, on the crank."""
+    press = presses({"joints.crank_pin": "clearance"})
+    c = as_record(press.reference.constants, Formulation.BOTH)
+    law = journal_law(press.exudyn, STEP)
+    rng = np.random.default_rng(5)
+    regimes, clipped, closed = set(), 0, 0
+    for count in range(300):
+        time = rng.uniform(0.0, 0.4)
+        theta1 = c.theta0 + c.omega * time
+        tip = c.L1 * np.exp(1j * theta1)
+        depth = rng.uniform(1e-8, 3e-5) * (1 if count % 10 else -1)
+        normal = np.exp(1j * rng.uniform(-np.pi, np.pi))
+        bearing = tip - (c.pin_clearance + depth) * normal
+        theta2, w2 = rng.uniform(-np.pi, np.pi), rng.normal(0.0, 10.0)
+        # The bearing's velocity: what gives the wanted slip, a third each, and any approach.
+        slip = (rng.uniform(-c.v0, c.v0), rng.uniform(c.v0, c.v1), rng.uniform(c.v1, 1.0))[count % 3]
+        slip *= rng.choice([-1.0, 1.0])
+        rate = rng.normal(0.0, 0.1)
+        along = slip + w2 * c.bearing_radius - c.omega * (c.bearing_radius - abs(tip - bearing))
+        velocity = 1j * c.omega * tip - (-rate + 1j * along) * normal
+        found = bearing_contact(c, time, bearing.real, bearing.imag, velocity.real, velocity.imag, w2)
+        speed = rng.uniform(1e-2, 0.1) if depth > 0.0 else 0.0
+        modes, contacts = np.zeros((3, CONTACTS)), np.zeros((5, CONTACTS))
+        modes[:, JOURNAL] = (
+            speed,
+            friction_regime(c, found.slip),
+            1.0 - c.C * found.rate / max(speed, 1e-9) < 0.0,
+        )
+        Gx, Gy, _, _ = bearing_forces(c, found, modes, contacts)
+
+        crank = c.Ls1 * np.exp(1j * theta1)
+        arm2 = c.Ls2 * np.exp(1j * theta2)
+        rod2, vrod2 = bearing + arm2, velocity + 1j * w2 * arm2
+        vcrank = 1j * c.omega * crank
+        motion = (crank.real, crank.imag, theta1, rod2.real, rod2.imag, theta2)
+        rates = (vcrank.real, vcrank.imag, c.omega, vrod2.real, vrod2.imag, w2)
+        gap, gap_rate, material_slip, _, _ = pin_motion(*motion, *rates, law[0])
+        # Differences of coordinates below 0.2 m; of velocities of some m/s over a distance of 2e-4 m, whose
+        # direction is rounded at 1e-16 / 2e-4.
+        assert abs(gap - found.gap) <= 1e-15
+        direction = 1e-15 / c.pin_clearance
+        assert abs(gap_rate - found.rate) <= direction * 3.0
+        # The reference: journal relative to bearing; the Exudyn model: bearing relative to journal.
+        assert abs(material_slip + found.slip) <= direction * 3.0
+        memory = contact_states()
+        memory["impact_speed"][PIN] = speed
+        memory["regime"][PIN] = slip_regime(material_slip, law[0])
+        force = np.array(journal_force(*motion, *rates, law, memory))
+        damping = max(1.0, 1.0 - c.C * found.rate / speed) if speed else 1.0
+        size = abs(complex(Gx, Gy))
+        slope = 1.5 * c.Kj * np.sqrt(max(depth, 0.0)) * damping
+        bound = slope * 1e-15 + size * (1e-12 + direction + direction * 3.0 / (c.v1 - c.v0))
+        np.testing.assert_allclose(force[3:5], [Gx, Gy], rtol=0, atol=bound)
+        np.testing.assert_allclose(force[:2], -force[3:5], rtol=0, atol=0)
+        # Both act in one point of the bearing's surface: moments about the bodies' centres.
+        point = complex(found.Px, found.Py)
+        for moment, centre, sign in ((force[2], crank, -1.0), (force[5], rod2, 1.0)):
+            arm = point - centre
+            own = sign * (arm.conjugate() * complex(Gx, Gy)).imag
+            assert abs(moment - own) <= (abs(arm) * bound + size * 1e-15)
+        if depth > 0.0:
+            closed += 1
+            regimes.add(friction_regime(c, found.slip))
+            clipped += contacts[NORMAL, JOURNAL] == 0.0
+    assert closed == 270
+    assert regimes == {-2, -1, 0, 1, 2}
+    assert clipped >= 5

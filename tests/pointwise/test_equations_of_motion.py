@@ -1,0 +1,259 @@
+"""The equations of motion from the same states: what Exudyn assembles, accelerations, reactions, torque."""
+
+import exudyn as exu
+import numpy as np
+import pytest
+
+from exudyn_model.accelerations import linkage_record, slider_acceleration
+from exudyn_model.assembly import InitialState
+from exudyn_model.loose_pin import loose_pin_acceleration
+from exudyn_model.mechanism import build
+from exudyn_model.tree import build_tree
+from reference_model.chain import bearing_motion
+from reference_model.forces import CONTACTS, FRICTION, GAP, NORMAL, SLIP, no_contacts
+from reference_model.formulations import fill_bodies, right_hand_side, state_size
+from reference_model.friction import friction_regime
+from reference_model.journal import JOURNAL
+from reference_model.multiplier import DRIVER_ROW, constraints, masses, multipliers, weights
+from reference_model.parameters import Formulation, as_record
+from reference_model.reactions import REACTIONS, reactions
+
+STEP = 2e-6
+EACH = 5  # of each situation and slip: 60 states
+# Rows are in the order O, A, H, B, C, F; the channels in O, A, B, H, C, F.
+CHANNELS = [0, 1, 2, 3, 6, 7, 4, 5, 8, 9, 10, 11, 12]
+
+
+class Assembled:
+    """Mass matrix, right-hand side and constraint Jacobian as Exudyn itself puts them together in a state."""
+
+    def __init__(self, model) -> None:
+        settings = exu.SimulationSettings()
+        settings.solution.file.write = False
+        settings.solution.sensors.active = False
+        settings.timeIntegration.verboseMode = 0
+        settings.linearSolver.solverType = exu.LinearSolverType.EXUdense
+        console, exu.config.printToConsole = exu.config.printToConsole, False
+        solver = exu.MainSolverImplicitSecondOrder()
+        assert solver.InitializeSolver(model.mbs, settings)
+        exu.config.printToConsole = console
+        size, rows = solver.GetODE2size(), solver.GetAEsize()
+        solver.ComputeMassMatrix(model.mbs)
+        self.mass = np.array(solver.GetSystemMassMatrix())
+        solver.ComputeODE2RHS(model.mbs)
+        self.force = np.array(solver.GetSystemResidual())[:size]
+        solver.SetSystemJacobian(np.zeros((size + rows, size + rows)))
+        solver.ComputeJacobianAE(model.mbs)
+        # The block that multiplies the Lagrange multipliers: the drive's row is of velocity level.
+        self.jacobian = np.array(solver.GetSystemJacobian())[:size, size:].T
+        solver.FinalizeSolver(model.mbs, settings)
+
+
+def five_bodies(press, state):
+    start = InitialState(state.q.reshape(5, 3), state.v.reshape(5, 3))
+    model = build(press.exudyn, start, STEP)
+    model.contacts["impact_speed"][:4] = state.speeds
+    return Assembled(model)
+
+
+def rows_of(press, state):
+    """Phi, Phi', Phi_q and gamma of the reference."""
+    c = as_record(press.reference.constants, Formulation.MULTIPLIER)
+    phi, rate, gamma, jacobian = np.empty(13), np.empty(13), np.empty(13), np.empty((13, 15))
+    constraints(c, state.time, state.q, state.v, phi, rate, jacobian, gamma)
+    return phi, rate, jacobian, gamma
+
+
+def by_reference(press, state, formulation, head):
+    """Contacts (5, 5), motion of all bodies (5, 9) of one formulation in one state."""
+    c = as_record(press.reference.constants, formulation)
+    y, dy = np.zeros(state_size(c)), np.zeros(state_size(c))
+    y[: len(head)] = head
+    contacts, bodies = no_contacts(), np.empty((5, 9))
+    right_hand_side(c, state.time, y, press.modes(state), dy, contacts)
+    fill_bodies(c, state.time, y, dy, bodies)
+    return contacts, bodies
+
+
+def minimal_head(state):
+    return state.q[[11, 14]].tolist() + state.v[[11, 14]].tolist()
+
+
+def contact_force(press, state, contacts):
+    """Fx, Fy (N) and moment (N m) on the slider from contact states."""
+    force = np.zeros(3)
+    for number in range(4):
+        _, _, _, rx, ry = press.corner(state, number)
+        fx = (1 if number % 2 == 0 else -1) * contacts[3, number]
+        force += [fx, contacts[4, number], rx * contacts[4, number] - ry * fx]
+    return force
+
+
+def test_states_satisfy_the_constraints_of_both(presses, states) -> None:
+    """Else all that follows would compare two models outside of what either is written for."""
+    press = presses()
+    for state in states(press, 2):
+        phi, rate, _, _ = rows_of(press, state)
+        assert np.abs(phi).max() <= 1e-14  # lengths near 1 m, some operations
+        assert np.abs(rate).max() <= 1e-13  # times 16 rad/s
+
+
+def test_mass_matrix_and_jacobian_act_alike(presses, states) -> None:
+    """What Exudyn assembles from its bodies and joints against M and Phi_q of Eqs. 15-16: 1e-12 of the action."""
+    press = presses()
+    mass = masses(as_record(press.reference.constants, Formulation.MULTIPLIER))
+    rng = np.random.default_rng(11)
+    for state in states(press, EACH):
+        assembled = five_bodies(press, state)
+        _, _, jacobian, _ = rows_of(press, state)
+        assert np.array_equal(assembled.mass, np.diag(np.diag(assembled.mass)))
+        for _ in range(3):
+            w, multiplier = rng.normal(size=15), rng.normal(size=13)
+            np.testing.assert_allclose(assembled.mass @ w, mass * w, rtol=1e-12)
+            action = jacobian @ w
+            np.testing.assert_allclose(assembled.jacobian @ w, action, rtol=0, atol=1e-12 * abs(action).max())
+            action = jacobian.T @ multiplier
+            np.testing.assert_allclose(
+                assembled.jacobian.T @ multiplier, action, rtol=0, atol=1e-12 * abs(action).max()
+            )
+
+
+@pytest.mark.parametrize("law", ["hertz-corners", "paper-switching", "strip"])
+def test_applied_forces_are_weights_and_contact(presses, states, law) -> None:
+    press = presses({"contact.law": law})
+    own = weights(as_record(press.reference.constants, Formulation.MULTIPLIER))
+    for state in states(press, EACH):
+        contacts, _ = by_reference(press, state, Formulation.SLIDER, minimal_head(state))
+        expected = own.copy()
+        expected[12:] += contact_force(press, state, contacts)
+        bound = press.force_bound(state) + 1e-15  # and of the weights
+        np.testing.assert_allclose(five_bodies(press, state).force, expected, rtol=0, atol=bound)
+
+
+@pytest.mark.parametrize("law", ["hertz-corners", "strip"])
+def test_accelerations_agree(presses, states, law) -> None:
+    """Reference by two formulations; the Exudyn model's own balance, its tree, and its assembled five bodies.
+
+    Within the force's bound over the effective mass, 0.0195 kg for a corner, plus 1e-11 of scale.
+    """
+    press = presses({"contact.law": law})
+    slider = press.exudyn.mechanism.slider
+    linkage = linkage_record(press.exudyn)[0]
+    arm = press.data["mechanism"]["slider"]["length"] / 2.0
+    touched = 0
+    for state in states(press, EACH):
+        contacts, few = by_reference(press, state, Formulation.SLIDER, minimal_head(state))
+        _, many = by_reference(press, state, Formulation.MULTIPLIER, [*state.q, *state.v])
+        force = contact_force(press, state, contacts)
+        touched += force.any()
+        found = {"multiplier": many[4, 6:]}
+        found["balance"] = slider_acceleration(state.q, state.v, *force, linkage)
+        assembled = five_bodies(press, state)
+        _, _, _, gamma = rows_of(press, state)
+        matrix = np.block([[assembled.mass, assembled.jacobian.T], [assembled.jacobian, np.zeros((13, 13))]])
+        found["five bodies"] = np.linalg.solve(matrix, np.concatenate([assembled.force, gamma]))[12:15]
+        found["tree"] = tree_acceleration(press, state)
+        bound = press.force_bound(state)
+        scale = np.abs(few[4, 6:8]).max() + 50.0  # of C, 50 m/s^2 and more
+        for name, value in found.items():
+            error = np.abs(np.asarray(value) - few[4, 6:])
+            assert error[:2].max() <= bound / 0.0195 + 1e-11 * scale, name
+            assert error[2] <= arm * 1.3 * bound / slider.inertia + 1e-11 * (abs(few[4, 8]) + scale / arm), (
+                name
+            )
+    assert touched >= 30  # of 45; some are clipped
+
+
+def tree_acceleration(press, state):
+    """Slider's accelerations from what Exudyn assembles for rod 4 and slider alone, in the frame of C."""
+    start = InitialState(state.q.reshape(5, 3), state.v.reshape(5, 3))
+    parameters = press.exudyn
+    model = build_tree(parameters, start)
+    model.contacts["impact_speed"][:4] = state.speeds
+    # The tree's time is that of its solver, which starts at 0: the crank starts where it is by then.
+    model.linkage["crank_angle"] += model.linkage["omega"] * state.time
+    assembled = Assembled(model)
+    alpha4, relative = np.linalg.solve(assembled.mass, assembled.force)
+    # Acceleration of C: the rocker turns as the reference's four-bar has it; here by the closed chain H-C.
+    w3, angle3 = state.v[8], state.q[8]
+    _, _, jacobian, gamma = rows_of(press, state)
+    # Rows of O, A, H, B and the drive fix the first three bodies alone.
+    rows = [0, 1, 2, 3, 4, 5, 6, 7, DRIVER_ROW]
+    alpha3 = np.linalg.solve(jacobian[rows][:, :9], gamma[rows])[8]
+    length3, length4 = (press.data["mechanism"][k]["length"] for k in ("rocker", "rod4"))
+    w4, angle4 = state.v[11], state.q[11]
+    a = length3 * (1j * alpha3 - w3 * w3) * np.exp(1j * angle3)
+    a += length4 * (1j * alpha4 - w4 * w4) * np.exp(1j * angle4)
+    return a.real, a.imag, alpha4 + relative
+
+
+def test_reactions_and_torque_agree(presses, states) -> None:
+    """With contact: body after body, the reference's multipliers, Exudyn's rows. 1e-10 of the range."""
+    press = presses()
+    c = as_record(press.reference.constants, Formulation.MULTIPLIER)
+    minimal = as_record(press.reference.constants, Formulation.SLIDER)
+    collected = []
+    for state in states(press, EACH):
+        contacts, bodies = by_reference(press, state, Formulation.SLIDER, minimal_head(state))
+        force = contact_force(press, state, contacts)
+        in_turn = np.empty(len(REACTIONS))
+        reactions(minimal, bodies, force[0], force[1], False, True, (0.0, 0.0, 0.0, 0.0), in_turn)
+        applied = weights(c)
+        applied[12:] += force
+        acceleration = np.empty(15)
+        own = -multipliers(c, state.time, state.q, state.v, applied, 13, acceleration)[CHANNELS]
+        assembled = five_bodies(press, state)
+        _, _, _, gamma = rows_of(press, state)
+        matrix = np.block([[assembled.mass, assembled.jacobian.T], [assembled.jacobian, np.zeros((13, 13))]])
+        theirs = -np.linalg.solve(matrix, np.concatenate([assembled.force, gamma]))[15:][CHANNELS]
+        collected.append((in_turn[:13], own, theirs, press.force_bound(state)))
+    few, many, exudyn, bounds = (np.array(part) for part in zip(*collected, strict=True))
+    # The contact's rounding is passed on by the linkage with factors of some ten.
+    allowed = 1e-10 * np.ptp(few, axis=0) + 30.0 * bounds[:, None]
+    assert np.all(np.abs(many - few) <= allowed)
+    assert np.all(np.abs(exudyn - few) <= allowed)
+    assert np.all(allowed <= 1e-6 * np.ptp(few, axis=0))  # what comparison of models asks for
+
+
+@pytest.mark.parametrize("slider", ["clearance", "ideal"])
+def test_accelerations_behind_a_loose_crank_pin_agree(presses, slider) -> None:
+    """Chain of four or two angles (reference) against four equations with the guide's (Exudyn model)."""
+    press = presses({"joints.crank_pin": "clearance", "joints.slider": slider})
+    kind = Formulation.BOTH if slider == "clearance" else Formulation.PIN
+    c = as_record(press.reference.constants, kind)
+    linkage = linkage_record(press.exudyn)[0]
+    rng = np.random.default_rng(4)
+    shift = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1.0, 1.0, 1.0, 1.0])
+    pressed = 0
+    for _ in range(100):
+        time = rng.uniform(0.0, 0.4)
+        x = press.data["mechanism"]["guide_x"] + (5e-5 if slider == "ideal" else rng.uniform(-1e-4, 1e-4))
+        state = press.state(time, x, 0.0, 0.0, 0.0, np.zeros(4))
+        head = np.concatenate([state.q[[5, 8, 11, 14]], state.v[[5, 8, 11, 14]]])
+        if slider == "ideal":
+            head = head[[0, 1, 4, 5]] + shift[[0, 1, 4, 5]] * rng.normal(size=4)
+        else:
+            head += shift * rng.normal(size=8)
+        y, dy = np.zeros(state_size(c)), np.zeros(state_size(c))
+        y[: head.size] = head
+        contacts, bodies = no_contacts(), np.empty((5, 9))
+        modes = np.zeros((3, CONTACTS))
+        right_hand_side(c, time, y, modes, dy, contacts)
+        if contacts[GAP, JOURNAL] < 0.0:  # a force only where the pin touches
+            modes[0, JOURNAL] = 10.0
+            modes[1, JOURNAL] = friction_regime(c, contacts[SLIP, JOURNAL])
+            right_hand_side(c, time, y, modes, dy, contacts)
+        fill_bodies(c, time, y, dy, bodies)
+        # The pin's force on rod 2 and the point where it acts, as the reference has them.
+        at = bearing_motion(c, time, *head[:2], *head[head.size // 2 :][:2])
+        normal, drag = contacts[NORMAL, JOURNAL], contacts[FRICTION, JOURNAL]
+        pin = (normal * at.nx - drag * at.ny, normal * at.ny + drag * at.nx, at.Px, at.Py)
+        pressed += normal > 0.0
+        arm = (pin[2] - bodies[1, 0], pin[3] - bodies[1, 1])
+        moment = arm[0] * pin[1] - arm[1] * pin[0]
+        q, v = bodies[:, :3].ravel(), bodies[:, 3:6].ravel()
+        found = loose_pin_acceleration(q, v, pin[0], pin[1], moment, 0.0, 0.0, 0.0, linkage)
+        scale = np.abs(bodies[:, 6:8]).max() + 50.0
+        assert np.abs(np.array(found[:2]) - bodies[4, 6:8]).max() <= 1e-11 * scale
+        assert found[2] == bodies[4, 8] == 0.0
+    assert pressed >= 30
