@@ -11,7 +11,7 @@ from reference_model.events import PULL, next_regime, touching
 from reference_model.forces import CLIPPED, CONTACTS, GAP, MEMORY, RATE, REGIME, SLIP, Array
 from reference_model.formulations import crank_coordinate, free, right_hand_side, state_size
 from reference_model.friction import friction_regime
-from reference_model.observation import CHANNELS, note_start
+from reference_model.observation import CHANNELS, note_forces, note_start
 from reference_model.parameters import Constants
 
 STEPS, REJECTED, EVALUATIONS, SWITCHES, ENDED, BUFFERED, SAMPLES = range(7)
@@ -99,6 +99,7 @@ def close_at_start(c: Constants, p: Progress) -> None:
         if contacts[GAP, k] < 0.0:
             start_contact(c, k, 0.0, contacts, p)
     right_hand_side(c, 0.0, p.y, p.modes, dy, contacts)
+    note_forces(p.modes, contacts, p.open_contacts)  # a contact may be at its deepest here
     note_start(c, p.y, p.modes, dy, contacts, p.start)
 
 
