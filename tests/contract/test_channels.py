@@ -101,10 +101,10 @@ def powers(unit: str) -> np.ndarray:
 def in_other_units(scene: dict, mass: float, length: float, time: float) -> dict:
     """Dotted keys of the same press, its numbers counted in units that are smaller by these factors."""
     units = {
-        **{key: (0, 1, 0) for key in ("length", "centroid", "width", "thickness", "rocker_pivot", "guide_x")},
-        **{key: (0, 1, 0) for key in ("reference_offset", "slider_offset", "slider", "crank_pin")},
-        **{key: (0, 1, 0) for key in ("journal_radius", "corner_radius")},
-        **{key: (0, 1, -1) for key in ("slider_vx", "impact_speed_floor", "static_speed")},
+        **dict.fromkeys(("length", "centroid", "width", "thickness", "rocker_pivot", "guide_x"), (0, 1, 0)),
+        **dict.fromkeys(("reference_offset", "slider_offset", "slider", "crank_pin"), (0, 1, 0)),
+        **dict.fromkeys(("journal_radius", "corner_radius"), (0, 1, 0)),
+        **dict.fromkeys(("slider_vx", "impact_speed_floor", "static_speed"), (0, 1, -1)),
         "transition_speed": (0, 1, -1),
         "mass": (1, 0, 0),
         "inertia": (1, 2, 0),
@@ -131,8 +131,8 @@ def in_other_units(scene: dict, mass: float, length: float, time: float) -> dict
 def test_every_channel_has_the_dimension_of_its_unit(run, variant) -> None:
     """Counted in other units of mass, length and time, each channel changes as channels.toml says.
 
-    The factors are powers of four: squares and square roots (K of Eq. 10) are exact, so is all arithmetic that
-    has no length or time of its own.
+    The factors are powers of four: squares and square roots (K of Eq. 10) are exact, so is all arithmetic
+    that has no length or time of its own.
     """
     factors = np.array([4.0, 0.25, 4.0])
     changes = {"drive.cycles": 0.03, "initial.slider_omega": 0.4, "initial.slider_angle": 3e-4}

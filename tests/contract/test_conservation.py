@@ -89,7 +89,7 @@ def test_nothing_is_lost_without_damping_and_friction(run, variant) -> None:
 
 
 def test_an_elastic_frictionless_hit_of_one_corner_returns_the_approach_speed(run, variant) -> None:
-    """Restitution 1: a hit of one corner reverses the corner's normal velocity; what the drive does in it, less."""
+    """Restitution 1: a hit of one corner reverses its normal velocity, but for what the drive does."""
     changes = {"contact.restitution": 1.0, "friction.coefficient": 0.0}
     found = run(variant, "rattle", changes)
     time, half = found.columns["time"], found.scene["mechanism"]["slider"]["length"] / 2.0
@@ -104,8 +104,8 @@ def test_an_elastic_frictionless_hit_of_one_corner_returns_the_approach_speed(ru
                 continue
             leaving = np.interp(contact["end"], time, rate)
             duration = contact["end"] - contact["start"]
-            # The drive accelerates the corner by less than 50 m/s^2 all the while; the wall turns the corner's
-            # arm by the slider's angle, 6e-3 at most.
+            # The drive accelerates the corner by less than 50 m/s^2 all the while; the slider's angle, 6e-3
+            # at most, moves the corner's arm.
             assert leaving == pytest.approx(contact["normal_speed"], abs=50.0 * duration + 6e-3 * leaving)
             checked += 1
     assert checked >= 5

@@ -1,6 +1,7 @@
 """Contacts: signs of forces, the table of contacts beside the samples, momentum."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -78,7 +79,7 @@ def test_only_contacts_of_the_table_bear_a_force(short) -> None:
         inside, near = np.zeros(time.size, bool), np.zeros(time.size, bool)
         for contact in short.contacts(corner):
             inside |= (contact["start"] < time) & (time < contact["end"])
-            # Where a contact starts or ends is known to the step's interpolation or to the location's rounding.
+            # Starts and ends are known to the interpolation within a step or to the location's rounding.
             for edge in (contact["start"], contact["end"]):
                 near |= np.abs(time - edge) < 1e-8
         assert np.all(gap[~inside & ~near] >= 0.0), corner
@@ -99,7 +100,7 @@ def test_table_of_contacts_is_in_order_and_in_range(short) -> None:
     assert np.all(events["peak_force"] > 0.0)
     for corner in CORNERS:
         contacts = short.contacts(corner)
-        for earlier, later in zip(contacts, contacts[1:], strict=False):
+        for earlier, later in pairwise(contacts):
             assert earlier["end"] <= later["start"]
 
 
@@ -114,15 +115,15 @@ def test_peaks_depths_and_impact_speeds_are_those_of_the_samples(short) -> None:
         for contact in short.contacts(corner):
             at = samples_of(short, contact)
             assert at.sum() > 20
-            # Fifty samples a contact miss the top of an arch by some (pi / 50)^2 / 8 of it. The reference looks
-            # for the force's peak in the step of the largest depth; one in the step before shows at that
-            # step's end alone: 8e-3 too low in the soft guide, where steps are a tenth of a contact.
+            # Fifty samples a contact miss the top of an arch by some (pi / 50)^2 / 8 of it. The reference
+            # looks for the force's peak in the step of the largest depth; one in the step before shows at
+            # that step's end alone: 8e-3 too low in the soft guide, where steps are a tenth of a contact.
             assert contact["peak_force"] == pytest.approx(
                 normal[at].max(), rel=1e-2 if short.reference else 2e-3
             )
             assert contact["largest_depth"] == pytest.approx(-gap[at].min(), rel=2e-3)
             if contact["start"] > 0.0:
-                rx, ry = arms(short, corner)
+                _, ry = arms(short, corner)
                 rate = inward(corner) * (short.columns["slider_vx"] - short.columns["slider_omega"] * ry)
                 touch = -np.interp(contact["start"], short.columns["time"], rate)
                 # The rate is straight to (4e-6 s)^2 / 8 times its curvature: below 1e-5 m/s. The native
@@ -229,9 +230,12 @@ def test_a_corner_that_starts_inside_its_wall_has_its_own_impact_speed_or_the_fl
     found = run(variant, "150rpm-0.2mm", changes)
     for corner in ("lr", "ur"):
         first = found.contacts(corner)[0]
-        # The native contact starts at the end of its first step, 2e-6 s at up to 1e4 m/s^2 (2 um, 40 N) later.
+        # The native contact knows of it from the end of its first step on, 2e-6 s later, with the speed that
+        # some 27 N on 0.02 kg and less have left of it.
         assert first["start"] == pytest.approx(0.0, abs=2e-6 if found.native else 0.0)
         assert first["normal_speed"] == pytest.approx(speed, rel=1e-9, abs=5e-4 if found.native else 0.0)
-        assert first["largest_depth"] >= 2e-6 * (1 - 1e-6)
+        assert first["largest_depth"] >= 2e-6 * (1 - 1e-9) - (
+            5e-8 if found.native else 0.0
+        )  # 2e-6 s, 0.02 m/s
     assert not found.contacts("ll")
     assert not found.contacts("ul")

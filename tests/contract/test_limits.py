@@ -9,7 +9,7 @@ CENTRED = {"mechanism.reference_offset": 0.0, "initial.slider_offset": 0.0}
 
 
 def test_small_clearance_tends_to_the_ideal_mechanism_at_first_order(run, variant) -> None:
-    """A quarter of the clearance, a quarter of the deviation; y moves tan(beta) times as far as x along rod 4's circle."""
+    """A quarter of the clearance, a quarter of the deviation; y moves tan(beta) times as far as x."""
     # Through the largest tan(beta), 0.2093, with x at both walls.
     common = {**CENTRED, "drive.cycles": 0.2, "output.groups": []}
     ideal = run("reference-minimal", "ideal", common).columns
@@ -28,7 +28,7 @@ def test_small_clearance_tends_to_the_ideal_mechanism_at_first_order(run, varian
 
 
 def test_gravity_enters_as_the_weight_of_rod_4_and_slider(run, variant) -> None:
-    """Between the walls, from one state: a(g) - a(0) is that of a pendulum about C with g; nothing in alpha."""
+    """Between the walls, from one state, a(g) - a(0) is that of a pendulum about C; alpha stays."""
     gravity = 9.81
     first = {}
     for value in (0.0, gravity, -gravity):

@@ -72,7 +72,7 @@ def test_mirror_image_moves_as_one(run, variant, axis) -> None:
         if name == "energy_residual":  # rounding and truncation alone, which no mirror knows
             continue
         difference = np.abs(there.columns[image] - sign(name, axis) * values).max()
-        # Angles round differently in the image: 1e-16, magnified by eleven impacts to 1e-7 of the largest force
-        # in the reference. Newton's iteration stops at other residuals, which comes to no more.
+        # Angles round differently in the image: 1e-16, magnified by eleven impacts to 1e-7 of the largest
+        # force in the reference. Newton's iteration stops at other residuals, which comes to no more.
         bound = 1e-6
         assert difference <= bound * np.abs(values).max(), (name, difference / np.abs(values).max())

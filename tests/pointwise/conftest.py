@@ -1,4 +1,4 @@
-"""States of the press, one after another, for both models: what each needs, from one closed form of the test's own.
+"""States of the press for both models: all that each needs, from one closed form of the tests' own.
 
 A state is the crank's time, the slider's x, angle and their rates, and the impact speeds of the corners in
 contact. The four-bar O-A-B-H and rod 4 follow by the intersection of circles, in complex numbers.
@@ -121,9 +121,8 @@ class Press:
     def force_bound(self, state: State) -> float:
         """How far the contact forces (N) of two models may be apart, all corners together.
 
-        Gaps are differences of coordinates of 0.55 m and round at 1e-16 m: 1e-15 m after some operations. They
-        count with the slope of the force, and that of Eq. 11 with it where the approach exceeds the impact
-        speed; friction on its ramp counts slips, rounded at 1e-15 m/s, with its slope.
+        Gaps are differences of coordinates of 0.55 m and round at 1e-16 m: 1e-15 m after some operations.
+        They count with the slope of the force, and with Eq. 11 where the approach exceeds the impact speed; friction on its ramp counts slips, rounded at 1e-15 m/s, with its slope.
         """
         c = self.reference.constants
         bound = 0.0

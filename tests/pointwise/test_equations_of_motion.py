@@ -99,7 +99,7 @@ def test_states_satisfy_the_constraints_of_both(presses, states) -> None:
 
 
 def test_mass_matrix_and_jacobian_act_alike(presses, states) -> None:
-    """What Exudyn assembles from its bodies and joints against M and Phi_q of Eqs. 15-16: 1e-12 of the action."""
+    """What Exudyn assembles from bodies and joints against M and Phi_q of Eqs. 15-16: 1e-12 of the action."""
     press = presses()
     mass = masses(as_record(press.reference.constants, Formulation.MULTIPLIER))
     rng = np.random.default_rng(11)
