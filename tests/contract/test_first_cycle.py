@@ -22,7 +22,7 @@ def test_difference_falls_with_the_square_of_the_step(scene) -> None:
         differences.append(np.abs(run.columns["slider_x"] - exact.columns["slider_x"]).max())
     slope = np.polyfit(np.log(STEPS), np.log(differences), 1)[0]
     assert abs(slope - 2.0) <= 0.2
-    assert differences[-1] <= 5e-8
+    assert max(differences[3:]) <= 5e-8  # 5e-7 s and below
     # What `standard` promises: 2e-6 s against tolerance 1e-10, whose own error is 1.7e-9 m.
     standard = reference_model.simulate(scene({**cycle, "solver.reference.tolerance": 1e-10}))
     run = exudyn_model.simulate(scene({**cycle, "solver.exudyn.step": 2e-6}))
@@ -58,11 +58,36 @@ def test_tree_and_strict_reference_agree_to_a_nanometre(scene) -> None:
 
 def test_reactions_and_torque_of_the_ideal_mechanism_agree(scene) -> None:
     """Inverse dynamics in closed form against Exudyn's own multipliers: 1e-6 of range, the same signs."""
-    ideal = {"joints.slider": "ideal", "output.groups": ["joints"], "drive.cycles": 0.25}
+    groups = ["accelerations", "joints", "energy"]
+    ideal = {"joints.slider": "ideal", "output.groups": groups, "drive.cycles": 1.0}
     a = reference_model.simulate(scene(ideal)).columns
     exudyn = {"method": "trapezoidal-index2", "step": 2e-5, "tolerance": 1e-7}
     b = exudyn_model.simulate(scene({**ideal, "solver.exudyn": exudyn})).columns
     assert list(a) == list(b)
+    unexcited = {"slider_x", "slider_angle", "slider_vx", "slider_omega", "slider_ax", "slider_alpha"}
+    unexcited |= {"guide_moment", "energy_contact", "energy_damping", "energy_friction", "energy_residual"}
     for name in a:
-        if name.startswith(("reaction", "crank", "guide_force")):
-            assert np.abs(a[name] - b[name]).max() <= 1e-6 * np.ptp(a[name]), name
+        difference = np.abs(a[name] - b[name]).max()
+        if name in unexcited:
+            # Rounding of what holds the slider on its line; the trapezoidal rule's share of the work.
+            assert difference <= 1e-7, name
+        elif name.startswith(("reaction", "crank", "guide_force")):
+            assert difference <= 1e-6 * np.ptp(a[name]), name
+        elif name != "time":
+            # Of second order in the step of 2e-5 s: (2e-5 * 16 / s)^2 / 12 times harmonics and a whole turn.
+            assert difference <= 1e-5 * np.ptp(a[name]), name
+
+
+@pytest.mark.slow
+def test_exudyn_s_own_contact_agrees_to_1e_7_m(scene) -> None:
+    """Another opinion on the law: first cycle, to 1e-7 m, less with a shorter step."""
+    cycle = {"drive.cycles": 1.0, "output.groups": []}
+    exact = reference_model.simulate(scene({**cycle, "solver.reference.tolerance": 1e-13}))
+    differences = []
+    for step in (1e-6, 5e-7):
+        settings = {"formulation": "native", "step": step}
+        run = exudyn_model.simulate(scene({**cycle, "solver.exudyn": settings}))
+        differences.append(np.abs(run.columns["slider_x"] - exact.columns["slider_x"]).max())
+    assert differences[0] <= 1e-7
+    # Its impact speed is that of the end of a step: between first and second order, 7e-8 and 2e-8 m.
+    assert differences[1] <= differences[0] / 2.0

@@ -122,7 +122,8 @@ class Press:
         """How far the contact forces (N) of two models may be apart, all corners together.
 
         Gaps are differences of coordinates of 0.55 m and round at 1e-16 m: 1e-15 m after some operations.
-        They count with the slope of the force, and with Eq. 11 where the approach exceeds the impact speed; friction on its ramp counts slips, rounded at 1e-15 m/s, with its slope.
+        They count with the slope of the force, and with Eq. 11 where the approach exceeds the impact speed;
+        friction on its ramp counts slips, rounded at 1e-15 m/s, with its slope.
         """
         c = self.reference.constants
         bound = 0.0
