@@ -4,8 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
 
 CORNERS = ("ll", "lr", "ul", "ur")
+RATES = {"x": ("vx", "ax"), "y": ("vy", "ay"), "angle": ("omega", "alpha")}
 AUDITED = ["reference-minimal", "reference-multiplier", "exudyn-index2"]
 
 
@@ -54,6 +56,18 @@ def test_velocities_keep_it_too(short) -> None:
     # Differences: step^2 / 6 times the third derivative, 16^3 * 0.1 m: 7e-9 m/s. Generalized-alpha satisfies
     # the constraints at position level, velocities follow to its second order in 2e-6 s.
     assert np.abs((rod.conjugate() * speed).real).max() <= 0.24 * 2e-8 + (0.0 if short.reference else 1e-7)
+
+
+def test_rates_are_the_derivatives(short) -> None:
+    """Velocities sum up to positions, accelerations to velocities: radians, not degrees, and right limits."""
+    time = short.columns["time"]
+    for position, (rate, second) in RATES.items():
+        for name, of in ((position, rate), (rate, second)):
+            values, slopes = short.columns[f"slider_{name}"], short.columns[f"slider_{of}"]
+            summed = cumulative_trapezoid(slopes, time, initial=0.0)
+            # Fifty samples a hit: each is summed to some 1e-3 of itself. Angular velocities change by 2 rad/s
+            # in it, of a range of that size; a motion knows nothing of hits but kinks in its rate.
+            assert np.abs(values - values[0] - summed).max() <= 1e-3 * np.ptp(values), name
 
 
 @pytest.mark.parametrize("variant", AUDITED)

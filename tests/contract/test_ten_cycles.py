@@ -73,7 +73,13 @@ def test_difference_stays_within_the_spread_of_twins(strict, formulation) -> Non
     ratios = beyond_the_twins(distance, twins)
     # The largest of 24 is itself a random number: twins taken out and held against the others lie up to 1.7
     # times beyond them in single bins, one of 180 by 3.0. So: 3 at most, and 1 at nine of ten crank angles.
-    assert ratios.max() <= 3.0, (ratios.argmax(), ratios.max())
+    beyond = ratios > 3.0
+    if formulation == "native":
+        # Exudyn's own contact makes an error of first order in the step anew in every contact: 1e-8 m where
+        # the twins have collapsed to 3e-9 m; 3.5e-9 m at 1e-6 s. The first cycle already shows as much.
+        first = maximum_filter1d(by_crank_angle(distance[: PER_CYCLE + 1]), 3, mode="wrap")
+        beyond &= by_crank_angle(distance) > first
+    assert not beyond.any(), (ratios.argmax(), ratios.max())
     assert np.count_nonzero(ratios > 1.0) <= BINS // 10
     # There are crank angles at which the twins know the motion ten thousand times better than at others.
     spread = by_crank_angle(twins.max(axis=0))
@@ -81,10 +87,12 @@ def test_difference_stays_within_the_spread_of_twins(strict, formulation) -> Non
 
 
 @pytest.mark.slow
-def test_another_clearance_does_not_hide_in_the_spread(strict) -> None:
-    """2e-7 m of clearance are no more than a step's error at first, but stay where the runs collapse."""
-    changed = slider_x(reference_model, {"clearance.slider": 0.2002e-3})
-    distance = np.abs(changed - strict)
-    ratios = beyond_the_twins(distance, twins_of(distance[: PER_CYCLE + 1].max(), strict))
+def test_another_stiffness_does_not_hide_in_the_spread(strict) -> None:
+    """1 % stiffer walls: 1.7e-7 m in the first cycle, like an error of the step; but it stays in contact."""
+    distance = np.abs(slider_x(reference_model, {"contact.youngs_modulus": 212.1e9}) - strict)
+    error = distance[: PER_CYCLE + 1].max()
+    assert error <= 4e-7
+    # 12 times beyond the twins where these collapse, and beyond them at 16 of 100 crank angles.
+    ratios = beyond_the_twins(distance, twins_of(error, strict))
     assert ratios.max() > 3.0
     assert np.count_nonzero(ratios > 1.0) > BINS // 10
