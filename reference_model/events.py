@@ -152,7 +152,8 @@ def first_switch(
         elif side * before[RATE, k] < 0.0 < side * after[RATE, k]:
             turn = locate(c, RATE, k, 0.0, 0.0, 1.0, t, h, y, f, modes, state)
             dense(y, f, turn, free(c), state)
-            if side * switching_value(c, GAP, k, 0.0, t + turn * h, state, modes) < 0.0:
+            # What stays within rounding is no dip: there contact and flight would hand over for ever.
+            if side * switching_value(c, GAP, k, 0.0, t + turn * h, state, modes) < -_ROUNDING:
                 x = departure(c, GAP, k, 0.0, side, turn, t, h, y, f, modes, state)
         if x < best:
             best, best_kind, best_contact = x, GAP, k

@@ -33,7 +33,7 @@ def compared(name: str, changes: dict) -> SceneComparison:
             result = package.simulate(level.data)
             assert result.status == "success", (model, kind, result.remedy)
             tables[kind] = Table.from_result(result)
-        runs[model] = Runs(refinement=refinement(model), **tables)
+        runs[model] = Runs(refinement=refinement(model, scene), **tables)
     return compare(runs["reference"], runs["exudyn"], scene=scene, labels=tuple(MODELS))
 
 
