@@ -66,11 +66,14 @@ def recorded(outcome: Outcome) -> Table | None:
 
 def text(reference: Runs, exudyn: dict[str, Outcome]) -> str:
     """Return the study's README."""
+    best = {law: recorded(reference[law, min(TOLERANCES)]) for law in LAWS}
     rows = [
-        [law, f"reference, tolerance {tolerance:.0e}", *of_run(outcome)]
+        [law, f"reference, tolerance {tolerance:.0e}", *of_run(outcome), follows(outcome, best[law])]
         for (law, tolerance), outcome in reference.items()
     ]
-    rows += [[law, "exudyn", *of_run(outcome)] for law, outcome in exudyn.items()]
+    rows += [
+        [law, "exudyn", *of_run(outcome), follows(outcome, best[law])] for law, outcome in exudyn.items()
+    ]
     literal = {tolerance: outcome for (law, tolerance), outcome in reference.items() if law == LAWS[-1]}
     statistics = [[f"{tolerance:.0e}", *of_switches(outcome)] for tolerance, outcome in literal.items()]
     stopped = [tolerance for tolerance, outcome in literal.items() if outcome.table is None]
@@ -80,11 +83,11 @@ def text(reference: Runs, exudyn: dict[str, Outcome]) -> str:
     listed = [] if shown is None else listing(shown)
     template = files("comparison.studies").joinpath("contact_laws.md").read_text("utf-8")
     return template.format(
-        runs=table(("law", "run", *RUN_HEADINGS), rows),
+        runs=table(("law", "run", *RUN_HEADINGS, "x within 1 µm of the most accurate run until"), rows),
         switches=table(("tolerance", *SWITCH_HEADINGS), statistics),
         tolerance=f"{listed_at:.0e}",
         listed=table(LIST_HEADINGS, listed[:LISTED]),
-        stopped=f", and at {', '.join(f'{t:.0e}' for t in stopped)} the run had to be given up"
+        stopped=f" At {', '.join(f'{t:.0e}' for t in stopped)} the run had to be given up."
         if stopped
         else "",
         more=f"\n{len(listed) - LISTED} more are not shown.\n" if len(listed) > LISTED else "",
@@ -122,6 +125,17 @@ def of_run(outcome: Outcome) -> list[str]:
         quantity(float(events["peak_force"].max()), "N"),
         quantity(float(events["largest_depth"].max()), "m"),
     ]
+
+
+def follows(outcome: Outcome, best: Table | None) -> str:
+    """Return until when a run's x is within 1 µm, half a hundredth of the clearance, of another one's."""
+    result = recorded(outcome)
+    if result is None or best is None or len(result.frame) == 0 or len(best.frame) == 0:
+        return MISSING
+    time = result.time[result.time <= best.time[-1]]
+    x = np.interp(time, best.time, best.values("slider_x"))
+    off = np.abs(result.values("slider_x")[: time.size] - x) > 1e-6
+    return f"{time[np.argmax(off)]:.4f} s" if off.any() else "its end"
 
 
 SWITCH_HEADINGS = (
