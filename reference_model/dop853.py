@@ -10,9 +10,9 @@ import math
 import numpy as np
 from scipy.integrate import DOP853
 
-from reference_model.compiled import kernel
+from reference_model.compiled import bare, kernel
 from reference_model.forces import Array
-from reference_model.formulations import derivative, free
+from reference_model.formulations import derivative, free, right_hand_side
 from reference_model.parameters import Constants
 
 STAGES = 12
@@ -57,7 +57,7 @@ def take_step(
         derivative(c, t + _C[i] * h, y1, modes, k[i], contacts)
 
 
-@kernel
+@bare
 def error_norm(h: float, k: Array, weights: Array) -> float:
     """Return the local error of a step in units of the tolerance (Hairer's combination of orders 5 and 3).
 
@@ -77,7 +77,7 @@ def error_norm(h: float, k: Array, weights: Array) -> float:
     return abs(h) * e5 / math.sqrt((e5 + 0.01 * e3) * n)
 
 
-@kernel
+@bare
 def prepare_dense(
     c: Constants,
     t: float,
@@ -98,12 +98,12 @@ def prepare_dense(
     """
     n = free(c)
     for i in range(3):
-        scratch[:n] = y[:n]
-        for j in range(STAGES + 1 + i):
-            a = h * _A_EXTRA[i, j]
-            for m in range(n):
-                scratch[m] += a * k[j, m]
-        derivative(c, t + _C_EXTRA[i] * h, scratch, modes, k[STAGES + 1 + i], contacts)
+        for m in range(n):
+            s = 0.0
+            for j in range(STAGES + 1 + i):
+                s += _A_EXTRA[i, j] * k[j, m]
+            scratch[m] = y[m] + h * s
+        right_hand_side(c, t + _C_EXTRA[i] * h, scratch, modes, k[STAGES + 1 + i], contacts)
     for m in range(count):
         change = y1[m] - y[m]
         f[0, m] = change
@@ -116,7 +116,7 @@ def prepare_dense(
             f[3 + i, m] = h * s
 
 
-@kernel
+@bare
 def dense(y: Array, f: Array, x: float, count: int, out: Array) -> None:
     """Evaluate the first `count` states at the share `x` in [0, 1] of the step that started in `y`."""
     for m in range(count):

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from reference_model.compiled import kernel
+from reference_model.compiled import bare, kernel
 from reference_model.contact import corner_arm, corner_gap, inward
 from reference_model.dop853 import dense
 from reference_model.forces import CLIPPED, CONTACTS, GAP, MEMORY, RATE, REGIME, SLIP, Array
@@ -26,7 +26,7 @@ _HALVINGS = 50
 """Down to the rounding of a step."""
 
 
-@kernel
+@bare
 def contact_state(c: Constants, k: int, t: float, y: Array) -> tuple[float, float, float]:
     """Return gap (m), its rate and the slip (m/s) of contact `k` in a state."""
     if k == JOURNAL:
@@ -37,7 +37,7 @@ def contact_state(c: Constants, k: int, t: float, y: Array) -> tuple[float, floa
     return corner_gap(c, k, x5 + rx), inward(k) * (vx5 - w5 * ry), vy5 + w5 * rx
 
 
-@kernel
+@bare
 def switching_value(
     c: Constants, kind: int, contact: int, bound: float, t: float, y: Array, modes: Array
 ) -> float:
@@ -52,7 +52,7 @@ def switching_value(
     return slip - bound
 
 
-@kernel
+@bare
 def locate(
     c: Constants, kind: int, contact: int, bound: float, lo: float, hi: float,
     t: float, h: float, y: Array, f: Array, modes: Array, state: Array,
@@ -89,7 +89,7 @@ def locate(
     return hi
 
 
-@kernel
+@bare
 def step_may_switch(c: Constants, modes: Array, before: Array, after: Array) -> bool:
     """Return whether any mode can have ended in a step, from the contacts' states at its ends."""
     for k in range(CONTACTS):
@@ -106,7 +106,7 @@ def step_may_switch(c: Constants, modes: Array, before: Array, after: Array) -> 
     return False
 
 
-@kernel
+@bare
 def departure(
     c: Constants, kind: int, contact: int, bound: float, side: float, reach: float,
     t: float, h: float, y: Array, f: Array, modes: Array, state: Array,
@@ -129,7 +129,7 @@ def departure(
     return locate(c, kind, contact, bound, lo, reach, t, h, y, f, modes, state)
 
 
-@kernel
+@bare
 def first_switch(
     c: Constants,
     t: float,

@@ -177,10 +177,13 @@ def advance(
             p.counters[STEPS] += 1
             note_step(c, p, t, h, y1, k, f, before, after, samples, what, state, dy, contacts, observed)
             t = t_end if final else t + h
-            p.y[:] = y1
             switched = p.counters[SWITCHES]
-            before[:] = after
-            k[0] = k[STAGES]
+            # In loops: for an array that it assigns numba first allocates a copy.
+            for i in range(size):
+                p.y[i] = y1[i]
+                k[0, i] = k[STAGES, i]
+            for i in range(before.size):
+                before.flat[i] = after.flat[i]
         h = next_h
         if kind >= 0:
             was_free = nothing_touches(p.modes)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from reference_model.compiled import kernel
+from reference_model.compiled import bare, kernel
 from reference_model.contact import CORNERS
 from reference_model.energy import ENERGIES, balance, starting_energies
 from reference_model.forces import CLIPPED, CONTACTS, FRICTION, GAP, MEMORY, NORMAL, RATE, Array
@@ -37,7 +37,7 @@ SLIDER_ONLY, WITH_JOINTS, WITH_ENERGY = 0, 1, 2
 """What to observe beside the slider, added up: nothing is computed that nobody asked for."""
 
 
-@kernel
+@bare
 def observe(
     c: Constants,
     t: float,
@@ -74,8 +74,16 @@ def observe(
         Fx += contacts[NORMAL, k] if k % 2 == 0 else -contacts[NORMAL, k]
         Fy += contacts[FRICTION, k]
     out[DRIFT], out[DRIFT + 1] = constraint_drift(c, t, y)
-    if what == SLIDER_ONLY:
-        return
+    if what != SLIDER_ONLY:
+        _observe_bodies(c, t, y, modes, dy, contacts, what, start, Fx, Fy, out)
+
+
+@kernel
+def _observe_bodies(
+    c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array, what: int, start: Array,
+    Fx: float, Fy: float, out: Array,
+) -> None:  # fmt: skip
+    """Write what needs the motion of all bodies: reactions and energies."""
     bodies = np.empty((5, 9))
     fill_bodies(c, t, y, dy, bodies)
     if what & WITH_JOINTS:
@@ -96,7 +104,7 @@ def note_start(c: Constants, y: Array, modes: Array, dy: Array, contacts: Array,
     starting_energies(c, bodies, modes, contacts, driven_bodies(c), start)
 
 
-@kernel
+@bare
 def widen(extrema: Array, t: float, values: Array) -> None:
     """Update minimum, its time, maximum, its time of each channel, shape (CHANNELS, 4)."""
     for i in range(CHANNELS):
@@ -107,7 +115,7 @@ def widen(extrema: Array, t: float, values: Array) -> None:
             extrema[i, 2], extrema[i, 3] = value, t
 
 
-@kernel
+@bare
 def turns_inside(modes: Array, before: Array, after: Array) -> bool:
     """Return whether some closed contact was deepest within a step: its gap's rate turned positive."""
     turns = False
@@ -125,7 +133,7 @@ def force_lead(c: Constants, depth: float, impact_speed: float) -> float:
     return c.C * depth / (c.n * impact_speed)
 
 
-@kernel
+@bare
 def note_forces(modes: Array, contacts: Array, open_contacts: Array) -> None:
     """Update peak force and largest depth of the closed contacts, columns 3 and 4 of `open_contacts`."""
     for k in range(CONTACTS):

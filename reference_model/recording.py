@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import inlined, kernel
+from reference_model.compiled import bare, inlined
 from reference_model.dop853 import STAGES, dense, prepare_dense
 from reference_model.events import locate
 from reference_model.forces import CONTACTS, GAP, MEMORY, NORMAL, RATE, Array, no_contacts
@@ -43,7 +43,7 @@ def samples_of(names: Sequence[str], times: Array) -> Samples:
     return Samples(times, wanted, np.zeros((wanted.size, times.size)))
 
 
-@kernel
+@bare
 def keep(samples: Samples, i: int, channels: Array) -> None:
     """Write the wanted ones of all `channels`, shape (CHANNELS,), as sample `i`."""
     for k in range(samples.wanted.size):
@@ -69,7 +69,18 @@ def _force_rise(c: Constants, gap: float, rate: float, bend: float, speed: float
     return -c.n * rate * (1.0 - c.C * rate / speed) - c.C * bend * gap / speed
 
 
-@kernel
+@bare
+def force_at(
+    c: Constants, p: Progress, contact: int, share: float, t: float, h: float, f: Array,
+    state: Array, dy: Array, contacts: Array,
+) -> float:  # fmt: skip
+    """Return a contact's normal force (N) within a step, by its dense output."""
+    dense(p.y, f, share, free(c), state)
+    right_hand_side(c, t + share * h, state, p.modes, dy, contacts)
+    return float(contacts[NORMAL, contact])
+
+
+@bare
 def strongest(
     c: Constants, p: Progress, contact: int, guess: float, t: float, h: float, f: Array,
     state: Array, dy: Array, contacts: Array,
@@ -79,21 +90,18 @@ def strongest(
     The vertex of a parabola through three forces, ever closer ones.
     """
     share, width = guess, 0.25 * min(guess, 1.0 - guess)
-    force = np.empty(3)
     for _ in range(2):
-        for i in range(3):
-            x = share + (i - 1) * width
-            dense(p.y, f, x, free(c), state)
-            right_hand_side(c, t + x * h, state, p.modes, dy, contacts)
-            force[i] = contacts[NORMAL, contact]
-        curve = force[0] - 2.0 * force[1] + force[2]
+        before = force_at(c, p, contact, share - width, t, h, f, state, dy, contacts)
+        here = force_at(c, p, contact, share, t, h, f, state, dy, contacts)
+        after = force_at(c, p, contact, share + width, t, h, f, state, dy, contacts)
+        curve = before - 2.0 * here + after
         if curve < 0.0:
-            share += width * max(-1.0, min(1.0, 0.5 * (force[0] - force[2]) / curve))
+            share += width * max(-1.0, min(1.0, 0.5 * (before - after) / curve))
         width *= 0.25
     return share
 
 
-@kernel
+@bare
 def has_peak(c: Constants, modes: Array, h: float, before: Array, after: Array) -> bool:
     """Return whether the depth or the force of some closed contact peaks within a step."""
     for i in range(CONTACTS):
@@ -105,7 +113,7 @@ def has_peak(c: Constants, modes: Array, h: float, before: Array, after: Array) 
     return False
 
 
-@kernel
+@bare
 def note_step(
     c: Constants, p: Progress, t: float, h: float, y1: Array, k: Array, f: Array, before: Array, after: Array,
     samples: Samples, what: int, state: Array, dy: Array, contacts: Array, observed: Array,
@@ -147,7 +155,7 @@ def note_step(
     widen(p.extrema, turn + t + h, observed)
 
 
-@kernel
+@bare
 def note_inside(
     c: Constants, p: Progress, share: float, t: float, h: float, f: Array, what: int, size: int,
     state: Array, dy: Array, contacts: Array, observed: Array,

@@ -179,12 +179,18 @@ def test_impulses_balance_the_spin_of_the_slider(scene) -> None:
 
 
 def test_error_follows_the_tolerance(scene) -> None:
-    """First-cycle error of x over six decades: fitted slope 0.7-1.2, no point tenfold off the fit."""
-    exact = simulate(scene({"drive.cycles": 1.0, "solver.reference.tolerance": 1e-13})).columns["slider_x"]
-    errors = []
-    for tolerance in SLOPE_TOLERANCES:
-        run = simulate(scene({"drive.cycles": 1.0, "solver.reference.tolerance": tolerance}))
-        errors.append(np.abs(run.columns["slider_x"] - exact).max())
+    """First-cycle error of x over six decades: fitted slope 0.7-1.2, no point tenfold off the fit.
+
+    The largest of five starts 10 nm apart: one run alone can be right by chance, the errors made before and
+    after a reversal having cancelled. Starts 1 um apart include one that grazes a wall, where all solvers part.
+    """
+    errors = np.zeros(SLOPE_TOLERANCES.size)
+    for offset in 5e-5 + 1e-8 * np.arange(5):
+        cycle = {"drive.cycles": 1.0, "initial.slider_offset": offset}
+        exact = simulate(scene({**cycle, "solver.reference.tolerance": 1e-13})).columns["slider_x"]
+        for i, tolerance in enumerate(SLOPE_TOLERANCES):
+            x = simulate(scene({**cycle, "solver.reference.tolerance": tolerance})).columns["slider_x"]
+            errors[i] = max(errors[i], np.abs(x - exact).max())
     slope, level = np.polyfit(np.log10(SLOPE_TOLERANCES), np.log10(errors), 1)
     off = np.log10(errors) - slope * np.log10(SLOPE_TOLERANCES) - level
     assert 0.7 < slope < 1.2
