@@ -182,7 +182,7 @@ def test_error_follows_the_tolerance(scene) -> None:
     """First-cycle error of x over six decades: fitted slope 0.7-1.2, no point tenfold off the fit.
 
     The largest of five starts 10 nm apart: one run alone can be right by chance, the errors made before and
-    after a reversal having cancelled. Starts 1 um apart include one that grazes a wall, where all solvers part.
+    after a reversal having cancelled. Starts 1 um apart include one that grazes a wall, and no run is right.
     """
     errors = np.zeros(SLOPE_TOLERANCES.size)
     for offset in 5e-5 + 1e-8 * np.arange(5):
