@@ -21,12 +21,12 @@ import numpy as np
 
 from comparison.scene import load_scene
 from reference_model import simulate
+from reference_model.constants import Formulation
 from reference_model.dop853 import ROWS, prepare_dense, take_step
 from reference_model.forces import MEMORY, REGIME, no_contacts, slider_forces
 from reference_model.formulations import right_hand_side, state_size
 from reference_model.linkage import rocker_tip
 from reference_model.observation import CHANNELS, observe, widen
-from reference_model.parameters import Formulation
 from reference_model.progress import begin
 from reference_model.reading import read_parameters
 from reference_model.start import start

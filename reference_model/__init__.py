@@ -2,7 +2,7 @@
 
 | equations | what | where |
 |---|---|---|
-| Fig. 4, Table 1 | the mechanism's numbers | `parameters`, read by `reading` |
+| Fig. 4, Table 1 | the mechanism's numbers | `parameters`, read by `reading`; for the kernels: `constants` |
 | rows 1-8 of Eq. 16 | driven four-bar in closed form | `linkage`; all bodies: `bodies`; none free: `ideal` |
 | Eqs. 1-6 | corners, walls, gaps | `contact` |
 | Eqs. 7-8 | surface contact (and the strip that replaces it) | `contact` |

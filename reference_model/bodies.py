@@ -9,9 +9,9 @@ import numpy as np
 
 from reference_model.chain import ideal_rod4
 from reference_model.compiled import kernel
+from reference_model.constants import Constants
 from reference_model.forces import Array
 from reference_model.linkage import four_bar
-from reference_model.parameters import Constants
 
 
 @kernel

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import BDF, DOP853, LSODA, OdeSolver, Radau
 
+from reference_model.constants import Constants
 from reference_model.dense_events import Dense, first_switch, zero
 from reference_model.events import step_may_switch
 from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array, no_contacts
@@ -26,7 +27,6 @@ from reference_model.integrate import (
 )
 from reference_model.jacobian import jacobian
 from reference_model.observation import CHANNELS, force_lead, note_forces, observe, turns_inside, widen
-from reference_model.parameters import Constants
 from reference_model.progress import (
     BUFFERED,
     ENDED,

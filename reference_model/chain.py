@@ -16,9 +16,9 @@ theta_3, w4 = kappa w3; the third and fourth equation are then added with weight
 import math
 
 from reference_model.compiled import kernel
+from reference_model.constants import Constants
 from reference_model.forces import Array, bearing_forces, slider_forces
 from reference_model.journal import Bearing, bearing_contact
-from reference_model.parameters import Constants
 
 
 @kernel

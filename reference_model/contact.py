@@ -22,7 +22,7 @@ times the damping factor of Eq. 11 at each corner, N_i = dU/dd_i (1 + C d_i' / v
 import math
 
 from reference_model.compiled import inlined, kernel
-from reference_model.parameters import Constants
+from reference_model.constants import Constants
 
 CORNERS = ("ll", "lr", "ul", "ur")
 PAPER_SWITCHING, STRIP = 1.0, 2.0

@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import brentq
 
+from reference_model.constants import Constants
 from reference_model.events import PULL, switching_value
 from reference_model.forces import CLIPPED, CONTACTS, GAP, MEMORY, RATE, REGIME, SLIP, Array
 from reference_model.friction import regime_bounds
-from reference_model.parameters import Constants
 
 Dense = Callable[[float], Array]
 """Time (s) -> state."""

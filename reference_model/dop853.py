@@ -11,9 +11,9 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from reference_model.compiled import bare, kernel
+from reference_model.constants import Constants
 from reference_model.forces import Array
 from reference_model.formulations import derivative, free, right_hand_side
-from reference_model.parameters import Constants
 
 STAGES = 12
 """Of the step; row 12 of the stage array is the derivative at its end, rows 13-15 serve the dense output."""

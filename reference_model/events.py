@@ -9,13 +9,13 @@ import math
 import numpy as np
 
 from reference_model.compiled import bare, kernel
+from reference_model.constants import Constants
 from reference_model.contact import corner_arm, corner_gap, inward
 from reference_model.dop853 import dense
 from reference_model.forces import CLIPPED, CONTACTS, GAP, MEMORY, RATE, REGIME, SLIP, Array
 from reference_model.formulations import bearing_motion, free, slider_motion
 from reference_model.friction import regime_bounds
 from reference_model.journal import JOURNAL
-from reference_model.parameters import Constants
 
 PULL = 5
 """Kind of switching function, beside GAP and SLIP; RATE only serves to find the extremum of the gap."""

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_model.compiled import inlined, kernel
+from reference_model.constants import Constants
 from reference_model.contact import (
     corner_arm,
     corner_gap,
@@ -22,7 +23,6 @@ from reference_model.contact import (
 )
 from reference_model.friction import friction_force
 from reference_model.journal import JOURNAL, Bearing
-from reference_model.parameters import Constants
 
 Array = NDArray[np.float64]
 

@@ -1,6 +1,6 @@
 """One interface to all formulations, resolved when the kernels are compiled.
 
-The type of the constants names the formulation (`reference_model.parameters.as_record`); numba compiles
+The type of the constants names the formulation (`reference_model.constants.as_record`); numba compiles
 the integrator once for each that is used, so a scene pays only for the coordinates that it leaves free.
 """
 
@@ -12,9 +12,9 @@ import numpy as np
 
 from reference_model import bodies, chain, minimal, multiplier
 from reference_model.compiled import inlined, kernel
+from reference_model.constants import Constants, Formulation
 from reference_model.forces import CONTACTS, NORMAL, Array
 from reference_model.journal import Bearing
-from reference_model.parameters import Constants, Formulation
 
 WORKS = 3
 """Integrals behind the impulses: work of the drive, loss by damping, loss by friction, J."""

@@ -6,7 +6,7 @@ Regimes: -2, +2 full friction; -1, +1 on the ramp between v0 and v1; 0 none.
 """
 
 from reference_model.compiled import inlined
-from reference_model.parameters import Constants
+from reference_model.constants import Constants
 
 
 @inlined

@@ -4,6 +4,7 @@ import numpy as np
 
 from reference_model.bodies import ideal_motion
 from reference_model.compiled import kernel
+from reference_model.constants import Constants
 from reference_model.energy import height_energy, kinetic_energy
 from reference_model.forces import Array
 from reference_model.observation import (
@@ -13,7 +14,6 @@ from reference_model.observation import (
     WITH_ENERGY,
     WITH_JOINTS,
 )
-from reference_model.parameters import Constants
 from reference_model.reactions import REACTIONS, reactions
 from reference_model.recording import Samples
 

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from reference_model.compiled import kernel
+from reference_model.constants import Constants
 from reference_model.dop853 import ROWS, STAGES, error_norm, prepare_dense, take_step
 from reference_model.events import first_switch, step_may_switch
 from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array, no_contacts
@@ -19,7 +20,6 @@ from reference_model.journal import JOURNAL
 from reference_model.observation import (
     CHANNELS,
 )
-from reference_model.parameters import Constants
 from reference_model.progress import (
     BUFFERED,
     EVALUATIONS,

@@ -3,9 +3,9 @@
 import numpy as np
 
 from reference_model.compiled import kernel
+from reference_model.constants import Constants
 from reference_model.forces import Array, no_contacts
 from reference_model.formulations import coordinates, free, right_hand_side, state_size
-from reference_model.parameters import Constants
 
 _POSITION, _VELOCITY = 1e-9, 1e-6
 """Increments, m or rad and m/s or rad/s. Contacts are some um deep, so a thousandth of that leaves both the

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from reference_model.compiled import kernel
-from reference_model.parameters import Constants
+from reference_model.constants import Constants
 
 JOURNAL = 4
 """Number of this contact, after the four corners."""

@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from reference_model.compiled import inlined, kernel
-from reference_model.parameters import Constants
+from reference_model.constants import Constants
 
 
 class FourBar(NamedTuple):

@@ -13,9 +13,9 @@ of Eqs. 15-21 onto their constraints.
 import math
 
 from reference_model.compiled import inlined
+from reference_model.constants import Constants
 from reference_model.forces import Array, slider_forces
 from reference_model.linkage import rocker_tip
-from reference_model.parameters import Constants
 
 
 @inlined

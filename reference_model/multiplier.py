@@ -14,8 +14,8 @@ import math
 import numpy as np
 
 from reference_model.compiled import kernel
+from reference_model.constants import Constants
 from reference_model.forces import Array, slider_forces
-from reference_model.parameters import Constants
 
 COORDINATES = 15
 ROWS_CLEARANCE, ROWS_IDEAL = 13, 15

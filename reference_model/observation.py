@@ -3,6 +3,7 @@
 import numpy as np
 
 from reference_model.compiled import bare, kernel
+from reference_model.constants import Constants
 from reference_model.contact import CORNERS
 from reference_model.energy import ENERGIES, balance, starting_energies
 from reference_model.forces import CLIPPED, CONTACTS, FRICTION, GAP, MEMORY, NORMAL, RATE, Array
@@ -17,7 +18,6 @@ from reference_model.formulations import (
     slider_row,
 )
 from reference_model.journal import JOURNAL
-from reference_model.parameters import Constants
 from reference_model.reactions import REACTIONS, reactions
 
 MOTION = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")

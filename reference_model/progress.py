@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_model.compiled import kernel
+from reference_model.constants import Constants
 from reference_model.events import PULL, next_regime, touching
 from reference_model.forces import CLIPPED, CONTACTS, GAP, MEMORY, RATE, REGIME, SLIP, Array
 from reference_model.formulations import crank_coordinate, free, right_hand_side, state_size
 from reference_model.friction import friction_regime
 from reference_model.observation import CHANNELS, note_forces, note_start
-from reference_model.parameters import Constants
 
 STEPS, REJECTED, EVALUATIONS, SWITCHES, ENDED, BUFFERED, SAMPLES = range(7)
 """What `Progress.counters` counts; ENDED: contacts."""

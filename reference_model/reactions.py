@@ -7,8 +7,8 @@ balance of forces and moments gives the next joint; rod 2 and the rocker share t
 import math
 
 from reference_model.compiled import kernel
+from reference_model.constants import Constants
 from reference_model.forces import Array
-from reference_model.parameters import Constants
 
 REACTIONS = (
     *(f"reaction_{joint}_{axis}" for joint in "OABHCF" for axis in "xy"),

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_model.compiled import bare, inlined
+from reference_model.constants import Constants
 from reference_model.dop853 import STAGES, dense, prepare_dense
 from reference_model.events import locate
 from reference_model.forces import CONTACTS, GAP, MEMORY, NORMAL, RATE, Array, no_contacts
@@ -22,7 +23,6 @@ from reference_model.observation import (
     observe,
     widen,
 )
-from reference_model.parameters import Constants
 from reference_model.progress import EVALUATIONS, SAMPLES, Progress, end_contact, reached, turn_start
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from reference_model import integrate
 from reference_model.by_scipy import RTOL, SOLVERS, ByScipy
+from reference_model.constants import Formulation, as_record
 from reference_model.contact import CORNERS
 from reference_model.energy import ENERGIES
 from reference_model.forces import Array
@@ -25,7 +26,7 @@ from reference_model.observation import (
     WITH_ENERGY,
     WITH_JOINTS,
 )
-from reference_model.parameters import Formulation, Parameters, as_record
+from reference_model.parameters import Parameters
 from reference_model.progress import BUFFERED, SAMPLES, Progress, begin, reached, turn_start
 from reference_model.reactions import REACTIONS
 from reference_model.reading import read_parameters

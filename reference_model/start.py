@@ -5,9 +5,10 @@ import math
 import numpy as np
 
 from reference_model.bodies import ideal_motion, motion_slider_clearance
+from reference_model.constants import Constants, Formulation, as_record
 from reference_model.forces import Array
 from reference_model.linkage import four_bar, rod4_from_slider
-from reference_model.parameters import Constants, Formulation, Parameters, as_record
+from reference_model.parameters import Parameters
 
 NAMES = {
     Formulation.IDEAL: "closed form",

@@ -8,9 +8,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from reference_model import simulate
+from reference_model.constants import Constants, Formulation, as_record
 from reference_model.contact import damping_factor, point_force
 from reference_model.linkage import rocker_tip
-from reference_model.parameters import Constants, Formulation, as_record
 from reference_model.reading import read_parameters
 
 MASS, SPEED = 0.02, 0.03

@@ -9,8 +9,8 @@ import pytest
 from scipy.optimize import brentq
 
 from reference_model.bodies import ideal_motion
+from reference_model.constants import Constants, Formulation, as_record
 from reference_model.linkage import rocker_tip
-from reference_model.parameters import Constants, Formulation, as_record
 from reference_model.reading import read_parameters
 
 PAPER = tomllib.loads((Path(__file__).parents[2] / "comparison" / "scenes" / "paper.toml").read_text())

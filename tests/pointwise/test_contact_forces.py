@@ -6,10 +6,10 @@ import pytest
 from exudyn_model.contact import contact_law, corner_motion, frozen_slider_force, slider_force
 from exudyn_model.journal import journal_force, journal_law, pin_motion
 from exudyn_model.point_contact import PIN, contact_states, slip_regime
+from reference_model.constants import Formulation, as_record
 from reference_model.forces import CONTACTS, FRICTION, GAP, NORMAL, RATE, SLIP, bearing_forces, slider_forces
 from reference_model.friction import friction_regime
 from reference_model.journal import JOURNAL, bearing_contact
-from reference_model.parameters import Formulation, as_record
 
 STEP = 2e-6
 EACH = 20  # of each situation and slip: 240 states a law

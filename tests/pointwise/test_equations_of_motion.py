@@ -10,12 +10,12 @@ from exudyn_model.loose_pin import loose_pin_acceleration
 from exudyn_model.mechanism import build
 from exudyn_model.tree import build_tree
 from reference_model.chain import bearing_motion
+from reference_model.constants import Formulation, as_record
 from reference_model.forces import CONTACTS, FRICTION, GAP, NORMAL, SLIP, no_contacts
 from reference_model.formulations import fill_bodies, right_hand_side, state_size
 from reference_model.friction import friction_regime
 from reference_model.journal import JOURNAL
 from reference_model.multiplier import DRIVER_ROW, constraints, masses, multipliers, weights
-from reference_model.parameters import Formulation, as_record
 from reference_model.reactions import REACTIONS, reactions
 
 STEP = 2e-6

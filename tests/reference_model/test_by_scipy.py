@@ -6,10 +6,10 @@ from scipy.integrate import DOP853, LSODA
 
 from reference_model import by_scipy, integrate, simulate
 from reference_model.by_scipy import SOLVERS
+from reference_model.constants import Formulation
 from reference_model.forces import CONTACTS, MEMORY, no_contacts
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.jacobian import jacobian
-from reference_model.parameters import Formulation
 from reference_model.reactions import REACTIONS
 from reference_model.reading import read_parameters
 from reference_model.start import start

@@ -16,7 +16,7 @@ RUN = """
 import numpy as np
 from reference_model.forces import CONTACTS
 from reference_model.formulations import right_hand_side, state_size
-from reference_model.parameters import Constants, Formulation, as_record
+from reference_model.constants import Constants, Formulation, as_record
 
 c = as_record(Constants(*np.full(len(Constants._fields), 0.5)), Formulation.SLIDER)
 modes = np.zeros((3, CONTACTS))

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from reference_model import integrate, simulate
+from reference_model.constants import Formulation
 from reference_model.dop853 import ROWS, dense, prepare_dense, take_step
 from reference_model.events import PULL, contact_state
 from reference_model.forces import CONTACTS, no_contacts
 from reference_model.formulations import right_hand_side, state_size
 from reference_model.integrate import CHATTER, REACHED, advance
-from reference_model.parameters import Formulation
 from reference_model.progress import ENDED, SWITCHES, begin
 from reference_model.reading import read_parameters
 from reference_model.recording import samples_of

@@ -7,13 +7,13 @@ import pytest
 
 from reference_model import simulate
 from reference_model.bodies import ideal_motion
+from reference_model.constants import Formulation, as_record
 from reference_model.contact import stored_energy
 from reference_model.events import contact_state
 from reference_model.forces import CONTACTS
 from reference_model.formulations import right_hand_side, state_size
 from reference_model.integrate import advance
 from reference_model.linkage import rocker_tip
-from reference_model.parameters import Formulation, as_record
 from reference_model.progress import begin
 from reference_model.reading import read_parameters
 from reference_model.recording import samples_of
