@@ -95,7 +95,7 @@ def refinement(model: str, scene: Scene) -> tuple[float, float]:
 def _level(model: str, scene: Scene, which: str) -> Scene | None:
     settings = scene.data["solver"].get(model, {})
     changed = {
-        f"solver.{model}.{key}": settings[key] * factor
+        f"solver.{model}.{key}": float(f"{settings[key] * factor:.12g}")  # 1e-11 by any way: one kept run
         for key, factor in _levels(model, settings)[which].items()
         if isinstance(settings.get(key), float)
     }

@@ -216,7 +216,11 @@ def validate(
             loaded, models=both, n_jobs=jobs or cpus(), accuracy=accuracy, on_progress=report
         )
     comparisons = [result.comparison for result in results]
-    codes = [70 if result.crashed else EXIT_CODES[result.comparison.verdict] for result in results]
+    codes = [
+        70 if result.crashed else EXIT_CODES[tier.verdict]
+        for result in results
+        for tier in result.comparison.tiers
+    ]
     code = exit_code(codes, allow_indeterminate=allow_indeterminate)
     command = shlex.join(
         ["sixbar", "validate", *(scenes or [])]

@@ -40,6 +40,7 @@ def compare(
     name: str = "compare",
     command: str = "",
     warnings: tuple[str, ...] = (),
+    tier: str = "standard",
 ) -> SceneComparison:
     """Compare two models' runs of a scene, or any two tables.
 
@@ -55,6 +56,8 @@ def compare(
         "indeterminate".
     labels, name, command, warnings
         What the result calls the two, the comparison and its command; what else the reader must know.
+    tier
+        Of `comparison.tiers.TIERS`: whose thresholds judge.
 
     Raises
     ------
@@ -76,7 +79,7 @@ def compare(
         warnings += (
             f"{which} was interpolated to the times of the other: nothing shorter than a sample is resolved",
         )
-    limits = thresholds()
+    limits = thresholds(tier)
     results: dict[str, ChannelComparison] = {}
     for name in names:  # positions come before what follows from them
         position = results.get(channels()[name].follows or "")
@@ -107,6 +110,7 @@ def compare(
         provenance={label: table.provenance for label, table in tables.items()},
         scene=None if scene is None else scene.data,
         command=command,
+        tier=tier,
     )
 
 

@@ -33,6 +33,7 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
     """Everything but the curves, for JSON; numbers that do not exist are nan (null once written)."""
     return {
         "name": comparison.name,
+        "tier": comparison.tier,
         "title": comparison.title,
         "verdict": comparison.verdict,
         "reason": comparison.reason,
@@ -44,16 +45,20 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "crank_pin_contact": dict(zip(comparison.labels, pin_of_scene(comparison), strict=True)),
         "channels": {name: _channel(channel) for name, channel in comparison.channels.items()},
         "provenance": comparison.provenance,
+        "tight": None if comparison.tight is None else as_mapping(comparison.tight),
     }
 
 
 def scene_lines(comparisons: Sequence[SceneComparison]) -> list[str]:
-    """One line a scene: name, verdict, reason, and its warnings below."""
+    """One line a scene and tier: name, tier, verdict, reason, and the scene's warnings below."""
     name_width = max(len(comparison.name) for comparison in comparisons)
     lines = []
     for comparison in comparisons:
-        lines.append(f"{comparison.name:<{name_width}}  {comparison.verdict:<14}  {comparison.reason}")
-        lines += [f"{'':<{name_width}}  {'warning':<14}  {warning}" for warning in comparison.warnings]
+        name = comparison.name
+        for tier in comparison.tiers:
+            lines.append(f"{name:<{name_width}}  {tier.tier:<8}  {tier.verdict:<14}  {tier.reason}")
+            name = ""
+        lines += [f"{'':<{name_width}}  {'':<8}  {'warning':<14}  {line}" for line in comparison.warnings]
     return lines
 
 

@@ -1,10 +1,10 @@
-"""The main job: scenes by two models, each with its finer run and its twin, compared."""
+"""The main job: scenes by two models at both tiers, each with its finer run and its twin, compared."""
 
 from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from comparison.compare import Runs, compare
 from comparison.run import MODELS, Job, Outcome, Progress, describe, run_all
 from comparison.scene import Scene
 from comparison.table import TableError
+from comparison.tiers import TIERS, tight
 from comparison.uncertainty import twin
 from comparison.verdict import SceneComparison
 
@@ -24,16 +25,20 @@ class Validation:
     Attributes
     ----------
     comparison
-        Its verdict is "cannot compare", and it holds no channels, where a run did not succeed.
+        At the standard tier, and in its ``tight`` at the tight one. The verdict is "cannot compare", and
+        there are no channels, where a run did not succeed.
     runs
-        Model -> its runs, where all of them succeeded.
+        Model -> its runs at the standard tier, where all of them succeeded.
     crashed
         Whether a run ended in a way that no input should cause.
+    tight_runs
+        As ``runs``, at the tight tier; empty where it was not run.
     """
 
     comparison: SceneComparison
     runs: dict[str, Runs]
     crashed: bool = False
+    tight_runs: dict[str, Runs] = field(default_factory=dict)
 
 
 def validate(
@@ -42,6 +47,7 @@ def validate(
     models: tuple[str, str] = MODELS,
     n_jobs: int = 1,
     accuracy: str | float | None = None,
+    tiers: Sequence[str] = TIERS,
     on_progress: Progress | None = None,
 ) -> list[Validation]:
     """Run the scenes by two models and compare.
@@ -56,7 +62,10 @@ def validate(
     n_jobs
         Worker processes.
     accuracy
-        For both models, see `comparison.accuracy.solver_values`; None: what the scenes say.
+        For both models at the standard tier, see `comparison.accuracy.solver_values`; None: what the scenes
+        say.
+    tiers
+        "standard", or both. The tight tier is left out where a model is not ours, see `comparison.tiers`.
     on_progress
         Called with the finished share, 0 to 1.
 
@@ -71,18 +80,42 @@ def validate(
     -----
     Uses worker processes: a script that calls this needs ``if __name__ == "__main__":``.
     """
+    commands = [_command(scene, models, accuracy) for scene in scenes]
+    strict = [tight(scene, models) if "tight" in tiers else None for scene in scenes]
     if accuracy is not None:
         scenes = [_at(scene, models, accuracy) for scene in scenes]
     planned = [
-        {(model, kind): job for model in models for kind, job in _jobs(scene, model)} for scene in scenes
+        _Plan(scene, tier, models, command)
+        for usual, closer, command in zip(scenes, strict, commands, strict=True)
+        for tier, scene in (("standard", usual), ("tight", closer))
+        if scene is not None
     ]
-    outcomes = iter(run_all([job for jobs in planned for job in jobs.values()], n_jobs, on_progress))
-    return [
-        _judge(
-            scene, jobs, {which: next(outcomes) for which in jobs}, models, _command(scene, models, accuracy)
-        )
-        for scene, jobs in zip(scenes, planned, strict=True)
-    ]
+    outcomes = iter(run_all([job for plan in planned for job in plan.jobs.values()], n_jobs, on_progress))
+    judged = [_judge(plan, {which: next(outcomes) for which in plan.jobs}) for plan in planned]
+    results = []
+    for result in judged:
+        if result.comparison.tier == "standard":
+            results.append(result)
+        else:
+            results[-1] = _with_tight(results[-1], result)
+    return results
+
+
+def _with_tight(usual: Validation, closer: Validation) -> Validation:
+    return Validation(
+        replace(usual.comparison, tight=closer.comparison),
+        usual.runs,
+        usual.crashed or closer.crashed,
+        closer.runs,
+    )
+
+
+class _Plan:
+    """The runs that a comparison needs."""
+
+    def __init__(self, scene: Scene, tier: str, models: tuple[str, str], command: str) -> None:
+        self.scene, self.tier, self.models, self.command = scene, tier, models, command
+        self.jobs = {(model, kind): job for model in models for kind, job in _jobs(scene, model)}
 
 
 def _at(scene: Scene, models: tuple[str, str], accuracy: str | float) -> Scene:
@@ -112,21 +145,17 @@ def _jobs(scene: Scene, model: str) -> list[tuple[str, Job]]:
     return [(kind, Job(variant, model)) for kind, variant in variants.items() if variant is not None]
 
 
-def _judge(
-    scene: Scene,
-    jobs: dict[tuple[str, str], Job],
-    outcomes: dict[tuple[str, str], Outcome],
-    models: tuple[str, str],
-    command: str,
-) -> Validation:
+def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
+    scene, models = plan.scene, plan.models
+
     def refused(reason: str, *, crashed: bool = False) -> Validation:
-        return Validation(_no_comparison(scene, reason, models, command), {}, crashed)
+        return Validation(_no_comparison(plan, reason), {}, crashed)
 
     failed = {which: outcome for which, outcome in outcomes.items() if outcome.table is None}
     if failed:
         crashed = any(outcome.status == "crashed" for outcome in failed.values())
         which = next((w for w in failed if failed[w].status == "crashed"), next(iter(failed)))
-        return refused(describe(jobs[which], failed[which]), crashed=crashed)
+        return refused(describe(plan.jobs[which], failed[which]), crashed=crashed)
     runs = {
         model: Runs(
             refinement=refinement(model, scene),
@@ -145,19 +174,21 @@ def _judge(
             scene=scene,
             tolerance=scene.tolerance,
             labels=models,
-            command=command,
+            command=plan.command,
+            tier=plan.tier,
         )
     except TableError as error:
         return refused(f"scene {scene.name!r}: {error}")
     return Validation(comparison, runs)
 
 
-def _no_comparison(scene: Scene, reason: str, models: tuple[str, str], command: str) -> SceneComparison:
+def _no_comparison(plan: _Plan, reason: str) -> SceneComparison:
+    scene = plan.scene
     return SceneComparison(
         name=scene.name,
         title=scene.title,
         description=scene.description,
-        labels=models,
+        labels=plan.models,
         verdict="cannot compare",
         reason=reason,
         warnings=scene.warnings,
@@ -166,5 +197,6 @@ def _no_comparison(scene: Scene, reason: str, models: tuple[str, str], command: 
         channels={},
         events=(None, None),
         scene=scene.data,
-        command=command,
+        command=plan.command,
+        tier=plan.tier,
     )

@@ -27,6 +27,16 @@ BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
+class Thresholds:
+    """The fixed numbers of a tier, explained in ``thresholds.toml``."""
+
+    k: float
+    share: float
+    alpha: float
+    coverage: float
+
+
+@dataclass(frozen=True)
 class ChannelComparison:
     """One channel of two runs, on their common time grid of ``n`` samples."""
 
@@ -61,6 +71,8 @@ class ChannelComparison:
     """The predictable sample with the largest |E| / threshold; nan where there is none."""
     reason: str
     """One plain sentence."""
+    limits: Thresholds
+    """The numbers it was judged by."""
 
 
 @dataclass(frozen=True)
@@ -85,16 +97,14 @@ class SceneComparison:
     """The scene mapping."""
     command: str = ""
     """Reproduces this comparison."""
+    tier: str = "standard"
+    tight: SceneComparison | None = None
+    """The same scene at the tight tier, where it was run."""
 
-
-@dataclass(frozen=True)
-class Thresholds:
-    """The fixed numbers of a tier, explained in ``thresholds.toml``."""
-
-    k: float
-    share: float
-    alpha: float
-    coverage: float
+    @property
+    def tiers(self) -> tuple[SceneComparison, ...]:
+        """The comparison itself and that at the tight tier, if there is one."""
+        return (self,) if self.tight is None else (self, self.tight)
 
 
 def thresholds(tier: str = "standard") -> Thresholds:
@@ -209,6 +219,7 @@ def compare_channel(
         worst_difference=worst_difference,
         worst_threshold=worst_threshold,
         reason=reason,
+        limits=limits,
     )
 
 

@@ -44,8 +44,7 @@ def threshold(channel: ChannelComparison) -> tuple[Array | None, str]:
     k u where the tables carry an uncertainty, else the fixed tolerance; None without either.
     """
     if channel.u is not None:
-        k = thresholds().k
-        return k * channel.u, f"{k:g} u"
+        return channel.limits.k * channel.u, f"{channel.limits.k:g} u"
     if np.isnan(channel.worst_threshold):
         return None, "threshold"
     return np.full(channel.difference.shape, channel.worst_threshold), "tolerance"
@@ -53,7 +52,7 @@ def threshold(channel: ChannelComparison) -> tuple[Array | None, str]:
 
 def limit_of_predictability(channel: ChannelComparison) -> float:
     """Return the threshold above which a sample is not predictable; nan where there is no uncertainty."""
-    fixed = thresholds()
+    fixed = channel.limits
     return fixed.k * fixed.alpha * channel.scale if channel.u is not None else float("nan")
 
 

@@ -74,6 +74,8 @@ def simulate(scene, *, progress=None):
             file.write(f"{MODEL} {gravity} {os.environ.get('OMP_NUM_THREADS')} {os.getpid()}\n")
     if MODEL == "reference":
         error = 10 * scene["solver"]["reference"]["tolerance"]
+    elif scene["solver"]["exudyn"]["formulation"] == "tree":
+        error = 10 * scene["solver"]["exudyn"]["tolerance"]
     else:
         error = 1e6 * scene["solver"]["exudyn"]["step"] ** 2
     if progress:

@@ -169,7 +169,10 @@ def test_a_run_that_fails_writes_nothing(scene_file, gravity, capsys, what, code
 def test_validate_writes_report_summary_and_tables(scene_file, capsys):
     assert main(["validate", scene_file("one"), scene_file("two", 9.0), "--out", "v", "--jobs", "2"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[:2] for line in lines[:2]] == [["one", "agree"], ["two", "agree"]]
+    assert [line.split()[:3] for line in (lines[0], lines[2])] == [
+        ["one", "standard", "agree"], ["two", "standard", "agree"]
+    ]  # fmt: skip
+    assert [line.split()[:2] for line in (lines[1], lines[3])] == [["tight", "agree"]] * 2
     assert Path(lines[-1]).is_file()
     assert Path(lines[-1]).suffix == ".html"
     summary = json.loads(Path("v/summary.json").read_text())
@@ -197,10 +200,10 @@ def test_one_scene_that_fails_leaves_the_others_compared_and_reported(scene_file
     assert main(["validate", failing, scene_file("good"), "--out", "v"]) == 2
     out = capsys.readouterr().out
     assert (
-        "bad   cannot compare  scene 'bad': the exudyn run did not succeed: newton-failed; try a smaller step"
-        in out
+        "bad   standard  cannot compare  scene 'bad': the exudyn run did not succeed: newton-failed; "
+        "try a smaller step" in out
     )
-    assert "good  agree" in out
+    assert "good  standard  agree" in out
     summary = json.loads(Path("v/summary.json").read_text())
     assert [scene["verdict"] for scene in summary["scenes"]] == ["cannot compare", "agree"]
     assert not Path("v/tables/bad-exudyn.csv").exists()
@@ -222,7 +225,7 @@ def test_indeterminate_is_3_unless_it_is_allowed(scene_file, capsys):
     coarse = scene_file("coarse", extra="[solver.exudyn]\nstep = 2e-3\n")
     assert main(["validate", coarse]) == 3
     assert main(["validate", coarse, "--allow-indeterminate"]) == 0
-    assert "coarse  indeterminate" in capsys.readouterr().out
+    assert "coarse  standard  indeterminate" in capsys.readouterr().out
 
 
 def test_two_scenes_of_one_name_are_refused(scene_file, tmp_path, capsys):

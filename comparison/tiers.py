@@ -1,0 +1,39 @@
+"""The two settings at which a scene is compared: what a user would run, and the closest look.
+
+At the standard tier the models run as the scene says. At the tight tier the reference runs at ``strict`` and
+Exudyn integrates rod 4 and the slider alone with its explicit solver, accurate to 1e-11 m; where a scene
+needs all five bodies (a loose crank pin, an ideal slider, reactions), these run as the scene says. The
+numbers by which a tier judges stand in ``thresholds.toml``.
+"""
+
+from __future__ import annotations
+
+from comparison.accuracy import solver_values
+from comparison.engines import OWN
+from comparison.scene import Scene
+
+TIERS = ("standard", "tight")
+
+
+def tight(scene: Scene, models: tuple[str, str]) -> Scene | None:
+    """Return the scene with the models' settings of the tight tier; None where one of them is not ours.
+
+    Nobody has measured what another package's model is capable of.
+    """
+    if not set(models) <= set(OWN):
+        return None
+    values: dict[str, object] = {}
+    if "reference" in models:
+        values |= solver_values("reference", "strict")
+    if "exudyn" in models and tree_suffices(scene):
+        # The step is the tree's largest; the scene's is that of the five bodies.
+        values |= {"solver.exudyn.formulation": "tree", "solver.exudyn.step": 1e-4}
+        values |= solver_values("exudyn", "strict", "tree")
+    return scene.with_values(values)
+
+
+def tree_suffices(scene: Scene) -> bool:
+    """Return whether rod 4 and the slider are all that moves by forces, and all that the scene asks for."""
+    joints, groups = scene.data["joints"], set(scene.data["output"]["groups"])
+    free = joints["slider"] == "clearance" and joints["crank_pin"] == "ideal"
+    return free and not groups & {"joints", "energy"}
