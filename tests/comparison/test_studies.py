@@ -11,7 +11,7 @@ import pytest
 from comparison.cli import main
 from comparison.report.markdown import table
 from comparison.run import Outcome
-from comparison.studies import NAMES, contact_laws, crank_pin, index
+from comparison.studies import NAMES, contact_laws, crank_pin, ensembles, index
 from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
 from comparison.studies.errors import Peak
 from comparison.table import Table
@@ -26,11 +26,12 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(crank_pin, "SAMPLES", 100)
     monkeypatch.setattr(crank_pin, "SAMPLINGS", (50, 100))
     monkeypatch.setattr(crank_pin, "MEMBERS", 2)
+    monkeypatch.setattr(ensembles, "MEMBERS", 3)
     monkeypatch.setitem(crank_pin.VARIED, crank_pin.MODULUS, (10e9, 30e9, 70e9, 210e9))
     return fake_models
 
 
-@pytest.mark.parametrize("name", ["contact-laws", "crank-pin"])
+@pytest.mark.parametrize("name", ["contact-laws", "crank-pin", "ensembles"])
 def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
     assert main(["study", name, "--jobs", "2"]) == 0
     (told,) = capsys.readouterr().out.splitlines()
