@@ -62,7 +62,9 @@ QUESTIONS = (
         ("reference", 1, ""),
         ("reference", 5, "more restitution"),
     ),
-    Question("friction 1 % higher in one", "little", ("reference", 1, ""), ("reference", 6, "friction")),
+    Question(
+        "friction 1 % higher in one", "a difference", ("reference", 1, ""), ("reference", 6, "friction")
+    ),
 )
 
 
@@ -88,7 +90,8 @@ def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
     scene = member(ensembles[0], 0).scene
     answers = {question: _answer(runs[question.a], runs[question.b], scene) for question in QUESTIONS}
     x, y = runs[QUESTIONS[0].a], runs[QUESTIONS[0].b]
-    draw(folder, x[0].time / scene.period, _bands(x), _bands(y), scene.data["clearance"]["slider"])
+    predictable = thresholds().alpha * scene.data["clearance"]["slider"]
+    draw(folder, x[0].time / scene.period, _bands(x), _bands(y), predictable)
     with replacing(folder / "README.md") as part:
         part.write_text(text(answers), "utf-8")
 
@@ -174,7 +177,7 @@ Benjamini and Yekutieli so that of all that is called found at most {RATE:.0%} i
 
 {table(headings, rows)}
 
-![Slider x of both ensembles: medians and the range of nine tenths of the runs](slider_x.svg)
+![Slider x of both ensembles: medians, and the width of the range of nine tenths of the runs](slider_x.svg)
 
 The contacts of both models, the least probable first:
 

@@ -10,8 +10,8 @@ from comparison.report import svg
 from comparison.verdict import Array
 
 
-def draw(folder: Path, turns: Array, a: Array, b: Array, clearance: float) -> None:
-    """Write slider_x.svg: medians of both ensembles, and nine tenths of their runs.
+def draw(folder: Path, turns: Array, a: Array, b: Array, predictable: float) -> None:
+    """Write slider_x.svg: the medians of both ensembles, and how far their runs scatter.
 
     Parameters
     ----------
@@ -21,22 +21,26 @@ def draw(folder: Path, turns: Array, a: Array, b: Array, clearance: float) -> No
         Crank turns, shape (n,).
     a, b
         5, 50 and 95 % quantiles of x, m, shape (3, n).
-    clearance
-        Of the slider, m: the unit of the drawing.
+    predictable
+        The scatter, m, below which single runs can be compared.
     """
     middle = 0.5 * float(a.max() + a.min())
     with svg.style():
-        figure = Figure(figsize=(5.56, 3.75))
-        axes_of_both = figure.subplots(2, sharex=True)
-        for axes, bands, colour, label in zip(
-            axes_of_both, (a, b), (svg.FIRST, svg.SECOND), ("reference", "Exudyn"), strict=True
+        figure = Figure(figsize=(5.56, 4.2))
+        upper, lower = figure.subplots(2, sharex=True)
+        for bands, colour, dashes, label in (
+            (a, svg.FIRST, (None, None), "reference"),
+            (b, svg.SECOND, (4, 2), "Exudyn"),
         ):
-            low, median, high = (1e3 * (band - middle) for band in bands)
-            axes.fill_between(turns, low, high, color=svg.SHADE, linewidth=0, label="nine tenths of the runs")
-            axes.plot(turns, median, color=colour, label=f"{label}, median")
-            axes.set_ylabel("x (mm)")
-            axes.set_ylim(-1.15e3 * clearance, 1.15e3 * clearance)
+            upper.plot(turns, 1e3 * (bands[1] - middle), color=colour, dashes=dashes, label=label)
+            lower.semilogy(turns, 1e3 * (bands[2] - bands[0]), color=colour, dashes=dashes)
+        lower.axhline(1e3 * predictable, color=svg.LIMIT, dashes=(1, 2), label="predictable below")
+        upper.set_ylabel("median of x (mm)")
+        lower.set_ylabel("95 % - 5 % quantile (mm)")
+        lower.set_xlabel("crank turns")
+        for axes in (upper, lower):
+            axes.spines[["top", "right"]].set_visible(False)
+            axes.yaxis.set_label_coords(-0.11, 0.5)
             axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
-        axes_of_both[1].set_xlabel("crank turns")
-        figure.subplots_adjust(left=0.12, right=0.97, bottom=0.12, top=0.92, hspace=0.3)
+        figure.subplots_adjust(left=0.14, right=0.97, bottom=0.11, top=0.93, hspace=0.28)
         svg.write_svg(figure, folder / "slider_x.svg")
