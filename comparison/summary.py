@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import fields
 from typing import Any
 
+from comparison.impacts import Impacts
 from comparison.situations import of_scene, pin_of_scene
 from comparison.verdict import ChannelComparison, SceneComparison
 
@@ -43,6 +45,9 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "command": comparison.command,
         "situations": dict(zip(comparison.labels, of_scene(comparison), strict=True)),
         "crank_pin_contact": dict(zip(comparison.labels, pin_of_scene(comparison), strict=True)),
+        "impacts": None
+        if comparison.impacts is None
+        else {part: _impacts(impacts) for part, impacts in comparison.impacts.items()},
         "channels": {name: _channel(channel) for name, channel in comparison.channels.items()},
         "provenance": comparison.provenance,
         "tight": None if comparison.tight is None else as_mapping(comparison.tight),
@@ -93,4 +98,10 @@ def _channel(channel: ChannelComparison) -> dict[str, Any]:
         "unit": channel.unit,
         "scale": channel.scale,
         **numbers,
+        "information": dict(channel.metrics),
     }
+
+
+def _impacts(impacts: Impacts) -> dict[str, Any]:
+    numbers = {field.name: getattr(impacts, field.name) for field in fields(impacts) if field.name != "pairs"}
+    return {"matched": len(impacts.pairs), **numbers}

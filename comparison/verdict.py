@@ -11,6 +11,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from importlib.resources import files
 from typing import Any
 
@@ -18,7 +19,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from comparison.channels import Channel
+from comparison.channels import CONTACTS, Channel, channels
+from comparison.impacts import Impacts, impacts_of
+from comparison.information import information
 from comparison.metrics import maximum, rms, scaled
 from comparison.uncertainty import combined
 
@@ -44,6 +47,8 @@ class ChannelComparison:
     label: str
     unit: str
     scale: float
+    time: Array
+    """s, shape (n,)."""
     a: Array
     b: Array
     difference: Array
@@ -73,6 +78,17 @@ class ChannelComparison:
     """One plain sentence."""
     limits: Thresholds
     """The numbers it was judged by."""
+
+    @cached_property
+    def metrics(self) -> Mapping[str, float]:
+        """Measures of b against a that no verdict rests on; empty where unexcited: a constant has none.
+
+        See `comparison.information`. Made when first asked for: they cost more than the verdict.
+        """
+        if self.verdict == "unexcited":
+            return {}
+        position = channels()[self.channel].rate is not None
+        return information(self.time, self.a, self.b, position=position)
 
 
 @dataclass(frozen=True)
@@ -105,6 +121,25 @@ class SceneComparison:
     def tiers(self) -> tuple[SceneComparison, ...]:
         """The comparison itself and that at the tight tier, if there is one."""
         return (self,) if self.tight is None else (self, self.tight)
+
+    @cached_property
+    def impacts(self) -> Mapping[str, Impacts] | None:
+        """Contacts of b against those of a, see `comparison.impacts.impacts_of`.
+
+        A contact is predictable where its corner's gap is, or x where the tables hold no gaps.
+        """
+        x = self.channels.get("slider_x")
+        decisive = {place: self.channels.get(f"corner_{place}_gap", x) for place in CONTACTS}
+        return impacts_of(
+            *self.events,
+            time=self.time,
+            period=self.period,
+            predictable={
+                place: channel.predictable
+                for place, channel in decisive.items()
+                if channel is not None and channel.u is not None
+            },
+        )
 
 
 def thresholds(tier: str = "standard") -> Thresholds:
@@ -201,6 +236,7 @@ def compare_channel(
         label=channel.label,
         unit=channel.unit,
         scale=scale,
+        time=time,
         a=a,
         b=b,
         difference=difference,

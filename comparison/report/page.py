@@ -14,9 +14,10 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
+from comparison.impacts import WINDOW
 from comparison.report import rule, summary, svg, tables
 from comparison.report.gallery import figures, is_derived
-from comparison.report.quantity import MISSING, percent
+from comparison.report.quantity import MISSING, percent, quantity
 from comparison.verdict import SceneComparison
 
 _HERE = Path(__file__).parent
@@ -83,6 +84,7 @@ def render(comparisons: Sequence[SceneComparison], *, title: str, command: str) 
         symbols=summary.SYMBOLS,
         definition=rule.definition(comparisons),
         contact_headings=tables.CONTACT_HEADINGS,
+        information_headings=list(tables.INFORMATION_HEADINGS.values()),
         css=Markup((_HERE / "report.css").read_text("utf-8")),
         script=Markup(_SCRIPT),
         script_hash=base64.b64encode(hashlib.sha256(_SCRIPT.encode()).digest()).decode(),
@@ -115,6 +117,9 @@ def _scene(scene: SceneComparison, key: str, *, shown: bool) -> dict[str, Any]:
         "unexcited": ", ".join(name for name, row in rows.items() if row["verdict"] == "unexcited"),
         "without_contact": all(events is not None and events.empty for events in scene.events),
         "contacts": tables.contact_rows(scene),
+        "impacts": tables.impact_rows(scene),
+        "impact_window": quantity(WINDOW * scene.period, "s") if scene.period else MISSING,
+        "information": tables.information_rows(scene),
         "situations": tables.situation_rows(scene),
         "runs": tables.run_rows(scene.provenance),
         "versions": tables.version_lines(scene.provenance),

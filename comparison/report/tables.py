@@ -25,6 +25,18 @@ CONTACT_HEADINGS = (
     "Deepest",
 )
 
+INFORMATION_HEADINGS = {
+    "sprague_geers_magnitude": "M",
+    "sprague_geers_phase": "P",
+    "sprague_geers_combined": "C",
+    "iso18571": "R",
+    "iso18571_corridor": "Corridor",
+    "iso18571_phase": "Phase",
+    "iso18571_magnitude": "Magnitude",
+    "iso18571_slope": "Slope",
+    "tube_share": "In the tube",
+}
+
 
 def channel_row(channel: ChannelComparison, time: Array, beyond: BoolArray) -> dict[str, Any]:
     """Return one row of the channel table.
@@ -79,6 +91,40 @@ def contact_rows(scene: SceneComparison) -> list[dict[str, Any]]:
     ]
 
 
+def impact_rows(scene: SceneComparison) -> list[dict[str, Any]]:
+    """Return one row for all contacts and one for the predictable part; nothing where there is no contact."""
+    words = {"all": "all", "predictable": "predictable part"}
+    if scene.impacts is None or not (scene.impacts["all"].count_a or scene.impacts["all"].count_b):
+        return []
+    return [
+        {
+            "words": words[part],
+            "cells": [
+                str(impacts.count_a),
+                str(impacts.count_b),
+                str(len(impacts.pairs)),
+                percent(impacts.recall),
+                percent(impacts.precision),
+                quantity(impacts.median_delay, "s"),
+                quantity(impacts.largest_delay, "s"),
+                _of_whole(impacts.impulse_error),
+                _of_whole(impacts.normal_speed_error),
+                _of_whole(impacts.peak_force_error),
+            ],
+        }
+        for part, impacts in scene.impacts.items()
+    ]
+
+
+def information_rows(scene: SceneComparison) -> list[dict[str, Any]]:
+    """Return one row a channel that is excited, with cells under `INFORMATION_HEADINGS`."""
+    return [
+        {"name": name, "cells": [number(channel.metrics[key]) for key in INFORMATION_HEADINGS]}
+        for name, channel in scene.channels.items()
+        if channel.metrics
+    ]
+
+
 def situation_rows(scene: SceneComparison) -> list[dict[str, Any]]:
     """Return one row a situation with its share of the time in both models, and one for a loose crank pin.
 
@@ -88,11 +134,11 @@ def situation_rows(scene: SceneComparison) -> list[dict[str, Any]]:
     rows = []
     if both != (None, None):
         rows += [
-            {"words": words, "cells": [_of_time(shares[key]) if shares else MISSING for shares in both]}
+            {"words": words, "cells": [_of_whole(shares[key]) if shares else MISSING for shares in both]}
             for key, words in SITUATIONS.items()
         ]
     if pins != (None, None):
-        cells = [MISSING if share is None else _of_time(share) for share in pins]
+        cells = [MISSING if share is None else _of_whole(share) for share in pins]
         rows.append({"words": f"{CONTACTS[PIN]} in contact", "cells": cells})
     return rows
 
@@ -171,9 +217,9 @@ def _of_scale(scaled: float) -> str:
     return "" if np.isnan(scaled) else f"{number(scaled)} of scale"
 
 
-def _of_time(share: float) -> str:
+def _of_whole(share: float) -> str:
     """Return percent with three digits: a situation that is seldom is not one that never occurs."""
-    return f"{number(100 * share)}{NO_BREAK}%"
+    return MISSING if np.isnan(share) else f"{number(100 * share)}{NO_BREAK}%"
 
 
 def _pairs(values: Mapping[str, Any] | None) -> str:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import cos, pi, sin
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -163,12 +163,13 @@ def differing() -> SceneComparison:
 @pytest.fixture
 def broken(scene: SceneComparison) -> SceneComparison:
     """A scene that could not be compared, with a title that a careless page would run."""
-    fields: dict[str, Any] = dict(vars(scene))
-    fields |= {"name": "broken", "title": "<script>alert('x')</script> & $x^2$", "verdict": "cannot compare"}
-    fields |= {
-        "reason": "exudyn: slider_vx is nan in row 17",
-        "channels": {},
-        "events": (None, None),
-        "provenance": {},
-    }
-    return SceneComparison(**fields)
+    return replace(
+        scene,
+        name="broken",
+        title="<script>alert('x')</script> & $x^2$",
+        verdict="cannot compare",
+        reason="exudyn: slider_vx is nan in row 17",
+        channels={},
+        events=(None, None),
+        provenance={},
+    )
