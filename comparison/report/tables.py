@@ -107,6 +107,7 @@ def impact_rows(scene: SceneComparison) -> list[dict[str, Any]]:
                 percent(impacts.precision),
                 quantity(impacts.median_delay, "s"),
                 quantity(impacts.largest_delay, "s"),
+                _of_whole(impacts.total_impulse_error),
                 _of_whole(impacts.impulse_error),
                 _of_whole(impacts.normal_speed_error),
                 _of_whole(impacts.peak_force_error),

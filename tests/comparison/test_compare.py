@@ -152,3 +152,20 @@ def test_a_million_rows_of_nine_channels_take_seconds():
     assert len(compare(a, b, scene=scene).channels) == 9
     # 1.3 s on the machine it was written on; an implementation that loops over samples takes minutes.
     assert time.perf_counter() - start < 15
+
+
+@pytest.mark.parametrize(("tolerance", "verdict"), [(1e-10, "differ"), (1e-3, "agree")])
+@pytest.mark.parametrize("name", ["slider_x", "slider_vy", "corner_ul_normal"])
+def test_a_column_a_thousand_times_larger_in_both_tables_is_judged_the_same(
+    make_table, name, tolerance, verdict
+):
+    def verdicts(factor):
+        tables = [make_table(error) for error in (0.0, 1e-6)]
+        for table in tables:
+            table.frame[name] *= factor
+        result = compare(*map(Runs, tables), tolerance=tolerance)
+        return {key: (channel.verdict, channel.explained) for key, channel in result.channels.items()}
+
+    plain = verdicts(1.0)
+    assert plain[name][0] == verdict
+    assert verdicts(1e3) == plain

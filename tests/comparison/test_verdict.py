@@ -164,6 +164,33 @@ def test_the_verdict_does_not_change_with_the_unit(unit, shift, level, share):
         )
 
 
+@pytest.mark.parametrize("level", [1e-9, 1e-6, 1e-2])
+@pytest.mark.parametrize(("shift", "verdict"), [(1e-9, "agree"), (1e-6, "differ")])
+@pytest.mark.parametrize("name", ["slider_x", "slider_y", "slider_angle", "slider_vx", "slider_omega"])
+def test_nor_when_a_channel_and_the_clearance_that_is_its_scale_are_a_thousand_times_larger(
+    name, shift, verdict, level
+):
+    channel = channels()[name]
+    large = SCENE | {"clearance": {joint: 1000 * size for joint, size in SCENE["clearance"].items()}}
+    other = Channel(
+        **(vars(channel) | {"floor": channel.floor * 1000, "round_off": channel.round_off * 1000})
+    )
+    scale = channel.scale_value(SCENE, 0.0)
+    signal, u = scale * WAVE, np.where(TIME < 0.25, 1e-9, level) * scale
+    first = judge(signal, signal + shift * scale, u, channel=name, scene=SCENE)
+    second = judge(1000 * signal, 1000 * (signal + shift * scale), 1000 * u, known=other, scene=large)
+    # Where u is least the threshold is 2.8e-9 of the scale.
+    assert first.verdict == verdict
+    assert (first.verdict, first.coverage, first.explained) == (
+        second.verdict,
+        second.coverage,
+        second.explained,
+    )
+    # The signals round at 1e-16 of the scale, and their difference is at least 1e-9 of it.
+    assert second.max_scaled == pytest.approx(first.max_scaled, rel=1e-6)
+    assert second.metrics == pytest.approx(first.metrics, abs=1e-9)
+
+
 @given(st.integers(0, 2**32 - 1))
 def test_exchanging_the_two_changes_nothing_but_the_sign(seed):
     rng = np.random.default_rng(seed)

@@ -323,3 +323,49 @@ def test_the_crank_pins_contacts_stand_beside_the_corners_and_its_share_by_itsel
             [("free", "50.0\u00a0%")] if slider == "clearance" else []
         )
     assert ">crank pin" not in page(replace(scene, events=(told.iloc[:1], None)))
+
+
+def test_impacts_stand_below_the_contacts_for_all_and_for_the_predictable_part(
+    scene: SceneComparison,
+) -> None:
+    scene = replace(scene, channels={"slider_x": scene.channels["slider_x"]})  # the fewer figures
+    html = page(scene)
+    part = html[html.index("Impacts</h3>") : html.index("Contact situations</h3>")]
+    rows = {
+        name: re.findall(r'<td class="number">([^<]*)</td>', cells)
+        for name, cells in re.findall(r'<th scope="row">([^<]*)</th>(.*?)</tr>', part, re.DOTALL)
+    }
+    assert list(rows) == ["all", "predictable part"]
+    for row, impacts in zip(rows.values(), scene.impacts.values(), strict=True):
+        assert row[:3] == [str(impacts.count_a), str(impacts.count_b), str(len(impacts.pairs))]
+        assert len(row) == 11
+    assert scene.impacts["predictable"].count_a < scene.impacts["all"].count_a
+    assert rows["predictable part"][3].endswith("%")
+    # A turn takes 0.4 s.
+    assert "within 80.0\u00a0µs" in part
+
+
+def test_impacts_that_cannot_be_matched_are_said_to_be_so(scene: SceneComparison) -> None:
+    said = "Impacts cannot be matched"
+    scene = replace(scene, channels={})
+    assert said not in page(scene)
+    for lacking in (replace(scene, events=(scene.events[0], None)), replace(scene, period=None)):
+        html = page(lacking)
+        assert said in html
+        assert "Impacts</h3>" not in html
+    empty = scene.events[0].iloc[:0]
+    html = page(replace(scene, events=(empty, empty)))
+    assert said not in html
+    assert "Impacts</h3>" not in html
+
+
+def test_other_measures_are_closed_and_said_to_be_information(scene: SceneComparison) -> None:
+    shown = ("slider_x", "corner_ll_normal", "corner_ul_normal")
+    scene = replace(scene, channels={name: scene.channels[name] for name in shown})
+    part = page(scene).partition('<details class="more"><summary>Other measures of likeness')[2]
+    part = part.partition("</details>")[0]
+    assert "no verdict rests on them" in part
+    rows = re.findall(r'<th scope="row"><code>(\w+)</code></th>(.*?)</tr>', part)
+    # Nothing ever touches the upper left corner.
+    assert [name for name, _ in rows] == ["slider_x", "corner_ll_normal"]
+    assert all(cells.count('<td class="number">') == 9 for _, cells in rows)
