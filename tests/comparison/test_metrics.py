@@ -21,7 +21,8 @@ from comparison.metrics import (
     tube_share,
 )
 
-signal = arrays(np.float64, 12, elements=st.floats(-1e100, 1e100))
+# No subnormals: the root mean square of one 5e-324 among eleven zeros, 1.4e-324, is nearest to 0.
+signal = arrays(np.float64, 12, elements=st.floats(-1e100, 1e100, allow_subnormal=False))
 factor = st.floats(1e-150, 1e150)
 seeds = st.integers(0, 2**32 - 1)
 # Whole periods, so that the trapezoidal rule is exact for squares of sines.
