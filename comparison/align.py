@@ -6,12 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from comparison.channels import Channel, channels
+from comparison.resample import resample
+from comparison.shift import Shift, estimate
 from comparison.table import Table, TableError
 
 Array = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 # Two grids are the same where their times differ by less than this share of a sample interval: what a text
 # file of ten digits loses. At 2 m/s and 0.4 ms samples it is 1e-12 m.
@@ -30,22 +32,28 @@ class Aligned:
         Channel -> values, shape (n,).
     interpolated
         Which of the two was interpolated: ``""``, ``"a"`` or ``"b"``.
+    unknown
+        Channel -> where its value follows from no samples, since a contact starts or ends beside it: shape
+        (n,); only channels that have such samples. The number that stands there is a bridge for drawings.
+    shift
+        Estimated time shift between the two; not applied.
     """
 
     time: Array
     a: dict[str, Array]
     b: dict[str, Array]
     interpolated: str
+    unknown: dict[str, BoolArray]
+    shift: Shift
 
 
 def align(a: Table, b: Table, names: list[str]) -> Aligned:
     """Bring two checked tables onto a common time grid.
 
     Identical grids are used as they are. Otherwise the times of the table with the longer mean interval are
-    taken, as far as both tables reach, and the other is interpolated: a position whose velocity the table
-    holds by the cubic Hermite polynomial of both (error of order h^4), everything else linearly (h^2; a
-    contact shorter than an interval cannot be recovered from samples). Angles are unwrapped first, and a
-    whole number of turns between the two is taken out of ``b``.
+    taken, as far as both tables reach, and the other is interpolated (`comparison.resample`), cut at its own
+    contacts, or at the other's if it has no events. Angles are unwrapped first, and a whole number of turns
+    between the two is taken out of ``b``.
 
     Parameters
     ----------
@@ -63,6 +71,7 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
     columns_a = {name: _continuous(a.values(name), known.get(name)) for name in names}
     columns_b = {name: _continuous(b.values(name), known.get(name)) for name in names}
     time_a, time_b = a.time, b.time
+    unknown: dict[str, BoolArray] = {}
     interval = min(_interval(time_a), _interval(time_b))
     if time_a.size == time_b.size and np.abs(time_a - time_b).max() <= SAME_GRID * interval:
         time, interpolated = time_a, ""
@@ -76,15 +85,21 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
                 f"the tables have {time.size} common times: "
                 f"{time_a[0]:g} to {time_a[-1]:g} s against {time_b[0]:g} to {time_b[-1]:g} s"
             )
-        columns_a = _sampled(time_a, columns_a, time, hermite=interpolated == "a")
-        columns_b = _sampled(time_b, columns_b, time, hermite=interpolated == "b")
+        # The table whose times were taken is merely cut, at its own samples.
+        if interpolated == "a":
+            columns_a, unknown = resample(time_a, columns_a, time, b.events if a.events is None else a.events)
+            columns_b = {name: np.interp(time, time_b, own) for name, own in columns_b.items()}
+        else:
+            columns_b, unknown = resample(time_b, columns_b, time, a.events if b.events is None else b.events)
+            columns_a = {name: np.interp(time, time_a, own) for name, own in columns_a.items()}
     for name in names:
         channel = known.get(name)
         if channel is not None and channel.angle:
             turns = np.round((columns_a[name][0] - columns_b[name][0]) / (2 * np.pi))
             if turns:
                 columns_b[name] = columns_b[name] + 2 * np.pi * turns
-    return Aligned(time, columns_a, columns_b, interpolated)
+    shift = estimate(time, columns_a, columns_b)
+    return Aligned(time, columns_a, columns_b, interpolated, unknown, shift)
 
 
 def _interval(time: Array) -> float:
@@ -105,16 +120,3 @@ def _within(time: Array, other: Array) -> Array:
     inside = time[(time >= other[0] - slack) & (time <= other[-1] + slack)]
     clipped: Array = np.clip(inside, other[0], other[-1])
     return clipped
-
-
-def _sampled(time: Array, columns: dict[str, Array], at: Array, *, hermite: bool) -> dict[str, Array]:
-    """Evaluate at other times; the table whose grid was taken is merely cut (linear, at its own nodes)."""
-    known = channels()
-    sampled = {}
-    for name, values in columns.items():
-        rate = known[name].rate if name in known else None
-        if hermite and rate in columns:
-            sampled[name] = CubicHermiteSpline(time, values, columns[rate])(at)
-        else:
-            sampled[name] = np.interp(at, time, values)
-    return sampled

@@ -130,7 +130,7 @@ def run(
 
 @app.command()
 def compare(
-    a: Annotated[Path, typer.Argument(help="A table: .csv or .parquet.")],
+    a: Annotated[Path, typer.Argument(help="A table: .csv, .parquet, .mat, or text of another program.")],
     b: Annotated[Path, typer.Argument(help="The other table.")],
     scene: Annotated[
         str | None, typer.Option(help="What they are results of; found beside the tables if both record it.")
@@ -138,29 +138,35 @@ def compare(
     tolerance: Annotated[
         float | None, typer.Option(help="Allowed difference, as a share of each channel's scale.")
     ] = None,
+    mapping: Annotated[
+        Path | None, typer.Option(help="TOML: which column of another program's table is which channel.")
+    ] = None,
     out: OutFolder = None,
     json: Annotated[Path | None, typer.Option(help="Also write the numbers to this file.")] = None,
     allow_indeterminate: AllowIndeterminate = False,
 ) -> int:
-    """Compare any two tables with our channel names. Without a tolerance: metrics, and "indeterminate"."""
+    """Compare any two tables, also of other programs. Without a tolerance: metrics, and "indeterminate"."""
     from comparison.compare import Runs, recorded_scene
     from comparison.compare import compare as compare_runs
     from comparison.files import check_folder, write_json
+    from comparison.foreign import read_pair
+    from comparison.mapping import load_mapping
     from comparison.scene import load_scene
-    from comparison.summary import EXIT_CODES, as_mapping, channel_lines, exit_code, scene_lines
-    from comparison.table import read
+    from comparison.summary import EXIT_CODES, as_mapping, channel_lines, exit_code, scene_lines, shift_line
 
     if tolerance is not None and not 0 < tolerance < float("inf"):
         raise typer.BadParameter(f"--tolerance {tolerance:g} must be a positive number")
     folder = out or REPORTS / "compare"
     check_folder(folder)
-    tables = read(a), read(b)
+    rules = None if mapping is None else load_mapping(mapping)
+    *tables, left_out = read_pair(a, b, rules)
     loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(*tables)
     if tolerance is None and loaded is not None:
         tolerance = loaded.tolerance
     command = shlex.join(
         ["sixbar", "compare", str(a), str(b)]
         + (["--scene", scene] if scene is not None else [])
+        + (["--mapping", str(mapping)] if mapping is not None else [])
         + (["--tolerance", f"{tolerance:g}"] if tolerance is not None else [])
     )
     labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
@@ -171,13 +177,14 @@ def compare(
         tolerance=tolerance,
         labels=labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)"),
         command=command,
-        warnings=warnings,
+        warnings=(*left_out, *warnings),
+        only=None if rules is None else rules.compare,
     )
     report = _report([comparison], folder, command)
     if json is not None:
         json.parent.mkdir(parents=True, exist_ok=True)
         write_json(as_mapping(comparison), json)
-    for line in (*channel_lines(comparison), *scene_lines([comparison]), str(report)):
+    for line in (*channel_lines(comparison), shift_line(comparison), *scene_lines([comparison]), str(report)):
         typer.echo(line)
     return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.align import align
+from comparison.align import Aligned, align
 from comparison.channels import channels, expected
 from comparison.check import check
 from comparison.scene import Scene, SceneError, scene_from_mapping
@@ -41,6 +41,7 @@ def compare(
     command: str = "",
     warnings: tuple[str, ...] = (),
     tier: str = "standard",
+    only: Sequence[str] | None = None,
 ) -> SceneComparison:
     """Compare two models' runs of a scene, or any two tables.
 
@@ -58,6 +59,8 @@ def compare(
         What the result calls the two, the comparison and its command; what else the reader must know.
     tier
         Of `comparison.tiers.TIERS`: whose thresholds judge.
+    only
+        The channels to compare, of those that the scene asks for; None: all.
 
     Raises
     ------
@@ -67,7 +70,7 @@ def compare(
     """
     both = tuple(zip(labels, (a, b), strict=True))
     tables = {f"{label}{kind}": table for label, runs in both for kind, table in _kinds(runs)}
-    names = _names(a.base, b.base, scene)
+    names = _names(a.base, b.base, scene, only)
     for label, table in tables.items():
         check(table, names, None if scene is None else (0.0, scene.duration), name=label)
     _check_times(both)
@@ -79,22 +82,33 @@ def compare(
         warnings += (
             f"{which} was interpolated to the times of the other: nothing shorter than a sample is resolved",
         )
+    if aligned.unknown:
+        count = sum(int(part.sum()) for part in aligned.unknown.values())
+        warnings += (
+            f"{count} samples of {len(aligned.unknown)} channels are not judged: a contact starts or ends "
+            "between them and the nearest samples of the interpolated table",
+        )
     limits = thresholds(tier)
     results: dict[str, ChannelComparison] = {}
-    for name in names:  # positions come before what follows from them
-        position = results.get(channels()[name].follows or "")
-        results[name] = compare_channel(
-            channels()[name],
+    for channel in map(channels().__getitem__, names):  # positions come before what follows from them
+        position, unknown = results.get(channel.follows or ""), aligned.unknown.get(channel.name)
+        within = None if position is None else position.predictable
+        if unknown is not None:
+            within = ~unknown if within is None else within & ~unknown
+        results[channel.name] = compare_channel(
+            channel,
             aligned.time,
-            aligned.a[name],
-            aligned.b[name],
+            aligned.a[channel.name],
+            aligned.b[channel.name],
             scene=None if scene is None else scene.data,
-            u=(_uncertainty(a, name, scene), _uncertainty(b, name, scene)),
-            within=None if position is None else position.predictable,
+            u=(_uncertainty(a, channel.name, scene), _uncertainty(b, channel.name, scene)),
+            within=within,
             tolerance=tolerance,
             limits=limits,
         )
     verdict, reason = scene_verdict(results, limits.coverage)
+    if (told := _too_late(results, aligned, labels, tolerance)) and verdict != "differ":
+        verdict, reason = "differ", told
     return SceneComparison(
         name=name if scene is None else scene.name,
         title="Two tables" if scene is None else scene.title,
@@ -111,6 +125,7 @@ def compare(
         scene=None if scene is None else scene.data,
         command=command,
         tier=tier,
+        shift=aligned.shift,
     )
 
 
@@ -149,11 +164,14 @@ def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
         yield " coarser", runs.coarser
 
 
-def _names(a: Table, b: Table, scene: Scene | None) -> list[str]:
+def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
     """Name the channels that both must hold: the scene's, or else all that either holds."""
-    if scene is not None:
-        return expected(scene.data)
-    return [name for name in channels() if name in a.frame or name in b.frame]
+    if scene is None:
+        return [name for name in channels() if name in a.frame or name in b.frame or name in (only or ())]
+    names = expected(scene.data)
+    if other := [name for name in only or () if name not in names]:
+        raise TableError(f"scene {scene.name!r}: has no channel {other[0]} to compare")
+    return names if only is None else [name for name in names if name in only]
 
 
 def _check_times(both: tuple[tuple[str, Runs], ...]) -> None:
@@ -175,6 +193,36 @@ def _check_times(both: tuple[tuple[str, Runs], ...]) -> None:
             f"{label_a} spans {a[0]:g} to {a[-1]:g} s and {label_b} {b[0]:g} to {b[-1]:g} s: "
             "one of them is truncated"
         )
+
+
+def _too_late(
+    results: Mapping[str, ChannelComparison],
+    aligned: Aligned,
+    labels: tuple[str, str],
+    tolerance: float | None,
+) -> str:
+    """Say that a time shift is beyond the tolerance; empty where it is not, or uncertainties judge.
+
+    A shift leaves most samples of a slow channel within a share of its range, so samples alone would let it
+    pass. It is held against the tolerance times the time in which a position passes its scale at the scale
+    of its rate, the least of all positions: with a scene a hundredth of a crank turn.
+    """
+    times = []
+    for name, position in results.items():
+        rate = channels()[name].rate
+        if rate is None or position.verdict == "unexcited" or position.u is not None:
+            continue
+        if rate in results:
+            scale = results[rate].scale
+        else:
+            slopes = [np.gradient(values, aligned.time) for values in (position.a, position.b)]
+            scale = max(float(np.ptp(slope)) for slope in slopes)
+        times.append(position.scale / scale)
+    limit = (tolerance or 0.0) * min(times, default=0.0)
+    shift = aligned.shift
+    if not limit or shift.reason or abs(shift.value) - shift.uncertainty <= limit:
+        return ""
+    return f"{shift.sentence(labels)} The tolerance allows {limit:.2g} s"
 
 
 def _uncertainty(runs: Runs, name: str, scene: Scene | None) -> NDArray[np.float64] | None:

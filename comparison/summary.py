@@ -42,6 +42,7 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "warnings": list(comparison.warnings),
         "labels": list(comparison.labels),
         "samples": int(comparison.time.size),
+        "time_shift": None if comparison.shift is None else vars(comparison.shift),
         "command": comparison.command,
         "situations": dict(zip(comparison.labels, of_scene(comparison), strict=True)),
         "crank_pin_contact": dict(zip(comparison.labels, pin_of_scene(comparison), strict=True)),
@@ -88,6 +89,11 @@ def channel_lines(comparison: SceneComparison) -> list[str]:
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in (heading, *rows)
     ]
+
+
+def shift_line(comparison: SceneComparison) -> str:
+    """Say how much later one result is than the other, if that can be told."""
+    return "" if comparison.shift is None else comparison.shift.sentence(comparison.labels)
 
 
 def _channel(channel: ChannelComparison) -> dict[str, Any]:

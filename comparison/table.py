@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import json
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -121,25 +123,56 @@ def read(path: str | Path) -> Table:
     """
     path = Path(path)
     check_format(path)
-    try:
-        frame = _read_csv(path) if path.suffix.lower() == ".csv" else pd.read_parquet(path)
-        events_path, record_path = _beside(path)
-        events = _read_csv(events_path) if events_path.is_file() else None
+    frame = read_frame(path)
+    _, record_path = _beside(path)
+    with _readable(record_path):
         record = json.loads(record_path.read_text(encoding="utf-8")) if record_path.is_file() else {}
-    except ImportError as error:
-        raise TableError(f"{path}: {_NO_PARQUET}") from error
-    except OSError as error:
-        raise TableError(f"{path}: {error.strerror or error}") from error
-    except (
-        ValueError
-    ) as error:  # pandas' parser errors, pyarrow's, JSON's and UnicodeDecodeError are ValueErrors
-        raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
     if not isinstance(record, dict):
         raise TableError(f"{record_path}: must hold one JSON object")
     frame.insert(0, "time", frame.pop("time"))
-    return Table(frame, events, record.pop("extrema", {}), record)
+    return Table(frame, read_events(path), record.pop("extrema", {}), record)
+
+
+def read_frame(path: Path, **layout: Any) -> pd.DataFrame:
+    """Read the columns of one file, Parquet by its ending and else text.
+
+    Parameters
+    ----------
+    path
+        The file.
+    layout
+        How the text is written, as `pandas.read_csv` takes it; default: commas and one line of names.
+
+    Raises
+    ------
+    TableError
+        If it cannot be read.
+    """
+    with _readable(path), warnings.catch_warnings():
+        if path.suffix.lower() == ".parquet":
+            return pd.read_parquet(path)
+        # Rows longer than the header: pandas would drop what is over, with a warning.
+        warnings.simplefilter("error", pd.errors.ParserWarning)
+        options: dict[str, Any] = {"skipinitialspace": True, "index_col": False, "encoding": "utf-8-sig"}
+        try:
+            frame: pd.DataFrame = pd.read_csv(path, **(options | layout))
+        except pd.errors.ParserWarning as warning:
+            raise ValueError("its rows hold more values than its header") from warning
+    return frame
+
+
+def read_events(path: Path) -> pd.DataFrame | None:
+    """Read the contacts beside a table; None where there are none.
+
+    Raises
+    ------
+    TableError
+        If they cannot be read.
+    """
+    events_path, _ = _beside(path)
+    return read_frame(events_path) if events_path.is_file() else None
 
 
 def write(table: Table, path: str | Path) -> Path:
@@ -188,14 +221,18 @@ def check_format(path: Path) -> None:
 _NO_PARQUET = "Parquet needs pyarrow: pip install 'sixbar-crossval[parquet]', or use .csv"
 
 
-def _read_csv(path: Path) -> pd.DataFrame:
-    with warnings.catch_warnings():
-        # Rows longer than the header: pandas would drop what is over, with a warning.
-        warnings.simplefilter("error", pd.errors.ParserWarning)
-        try:
-            return pd.read_csv(path, skipinitialspace=True, index_col=False, encoding="utf-8-sig")
-        except pd.errors.ParserWarning as warning:
-            raise ValueError("its rows hold more values than its header") from warning
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    """Say in one line why a file cannot be read."""
+    try:
+        yield
+    except ImportError as error:
+        raise TableError(f"{path}: {_NO_PARQUET}") from error
+    except OSError as error:
+        raise TableError(f"{path}: {error.strerror or error}") from error
+    # pandas' parser errors, pyarrow's, JSON's and UnicodeDecodeError are ValueErrors
+    except ValueError as error:
+        raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
 
 
 def _beside(path: Path) -> tuple[Path, Path]:

@@ -23,6 +23,7 @@ from comparison.channels import CONTACTS, Channel, channels
 from comparison.impacts import Impacts, impacts_of
 from comparison.information import information
 from comparison.metrics import maximum, rms, scaled
+from comparison.shift import Shift
 from comparison.uncertainty import combined
 
 Array = NDArray[np.float64]
@@ -116,6 +117,8 @@ class SceneComparison:
     tier: str = "standard"
     tight: SceneComparison | None = None
     """The same scene at the tight tier, where it was run."""
+    shift: Shift | None = None
+    """Estimated time shift between the two; None where nothing was compared."""
 
     @property
     def tiers(self) -> tuple[SceneComparison, ...]:
@@ -177,7 +180,8 @@ def compare_channel(
     u
         Numerical uncertainties of a and of b; one that is None makes both unused.
     within
-        Where the position that this channel follows is predictable; None: it follows none.
+        The samples that may be judged at all: where the position that this channel follows is predictable,
+        and where its value follows from samples; None: all.
     tolerance
         Share of the scale that is allowed where there is no uncertainty; None: "indeterminate".
     limits
@@ -191,11 +195,11 @@ def compare_channel(
     threshold: Array | None
     if u_both is not None:
         threshold, predictable = limits.k * u_both, u_both <= limits.alpha * scale
-        if within is not None:
-            predictable &= within
     else:
         predictable = np.ones(time.shape, dtype=np.bool_)
         threshold = None if tolerance is None else np.full(time.shape, tolerance * scale)
+    if within is not None:
+        predictable &= within
     judged = predictable & ((a != 0) | (b != 0))
     explained = worst_time = worst_difference = worst_threshold = float("nan")
     if threshold is not None and judged.any():

@@ -18,6 +18,8 @@ from comparison.impacts import WINDOW
 from comparison.report import rule, summary, svg, tables
 from comparison.report.gallery import figures, is_derived
 from comparison.report.quantity import MISSING, percent, quantity
+from comparison.report.quantity import MISSING, percent
+from comparison.summary import shift_line
 from comparison.verdict import SceneComparison
 
 _HERE = Path(__file__).parent
@@ -107,6 +109,7 @@ def _scene(scene: SceneComparison, key: str, *, shown: bool) -> dict[str, Any]:
         "description": scene.description,
         "verdict": scene.verdict,
         "reason": scene.reason,
+        "shift": shift_line(scene),
         "warnings": scene.warnings,
         "labels": scene.labels,
         "worst": rows[worst.channel] if worst else None,
