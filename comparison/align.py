@@ -9,15 +9,11 @@ from numpy.typing import NDArray
 
 from comparison.channels import Channel, channels
 from comparison.resample import resample
-from comparison.shift import Shift, estimate
+from comparison.shift import SAME_GRID, Shift, estimate
 from comparison.table import Table, TableError
 
 Array = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-
-# Two grids are the same where their times differ by less than this share of a sample interval: what a text
-# file of ten digits loses. At 2 m/s and 0.4 ms samples it is 1e-12 m.
-SAME_GRID = 1e-9
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
-from scipy.signal import correlate
 
 from comparison.channels import channels
+from comparison.resample import hermite
 
 Array = NDArray[np.float64]
+
+# Two grids are the same where their times differ by less than this share of a sample interval: what a text
+# file of ten digits loses. At 2 m/s and 0.4 ms samples it is 1e-12 m.
+SAME_GRID = 1e-9
 
 _BLOCKS = 20
 _WINDOW = 2048  # samples of each block at most
@@ -30,7 +33,8 @@ class Shift:
     value
         s; positive: b is later. nan where the signals cannot tell.
     uncertainty
-        s, half of the 95 % interval: two standard errors by the jackknife over stretches of time.
+        s, half of the 95 % interval: two standard errors by the jackknife over stretches of time; at
+        least the difference of times that counts for none.
     reason
         Why the signals cannot tell; else empty.
     """
@@ -110,8 +114,7 @@ def estimate(time: Array, a: Mapping[str, Array], b: Mapping[str, Array]) -> Shi
     kept = np.array([_solve(whole - part, weights)[0] for part in sums])
     spread = float(np.sqrt((len(kept) - 1) * np.var(kept)))
     value = float(lag)
-    # Times are doubles: no shift is known better than that.
-    uncertainty = 2 * max(spread, float(np.spacing(np.abs(time).max())))
+    uncertainty = max(2 * spread, SAME_GRID * float(time[-1] - time[0]) / time.size)
     if not np.isfinite(value) or not uncertainty < 0.05 * (time[-1] - time[0]):
         return _cannot_tell("the motion is too even, or the difference too irregular")
     return Shift(value, uncertainty)
@@ -141,7 +144,9 @@ def _search(
     for name, scale in scales.items():
         first, second = (np.interp(even, time, side[name]) / scale for side in (a, b))
         first, second = first - first.mean(), second - second.mean()
-        products = correlate(second, first, method="fft")[lags + n - 1]
+        # The correlation by the Fourier transform, with zeros against its going round.
+        spectrum = np.fft.rfft(second, 2 * n) * np.conj(np.fft.rfft(first, 2 * n))
+        products = np.fft.irfft(spectrum, 2 * n)[lags]
         of_first, of_second = _overlap(first, lags), _overlap(second, -lags)
         squares = _overlap(first**2, lags) + _overlap(second**2, -lags) - 2 * products
         cost += squares / count - ((of_second - of_first) / count) ** 2
@@ -183,9 +188,8 @@ def _sums(
         rate = channels()[name].rate
         values = a[name][near]
         slopes = a[rate][near] if rate is not None and rate in a else np.gradient(values, time[near])
-        curve = CubicHermiteSpline(time[near], values, slopes)
-        residual = (b[name][block][inside] - curve(at)) / scale
-        slope = curve(at, 1) / scale
+        value, slope = hermite(time[near], values, slopes, at)
+        residual, slope = (b[name][block][inside] - value) / scale, slope / scale
         rows.append(
             [at.size, residual.sum(), slope.sum(), residual @ slope, slope @ slope, residual @ residual]
         )

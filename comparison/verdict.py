@@ -197,7 +197,7 @@ def compare_channel(
         threshold, predictable = limits.k * u_both, u_both <= limits.alpha * scale
     else:
         predictable = np.ones(time.shape, dtype=np.bool_)
-        threshold = None if tolerance is None else np.full(time.shape, tolerance * scale)
+        threshold = None if tolerance is None else np.broadcast_to(tolerance * scale, time.shape)
     if within is not None:
         predictable &= within
     judged = predictable & ((a != 0) | (b != 0))

@@ -55,6 +55,11 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
     return f"{number(value / factor, digits)}{NO_BREAK}{scaled_unit}".rstrip()
 
 
+def decade(value: float) -> str:
+    """Return a power of ten for an axis: ``decade(1e-9)`` is "10⁻⁹"."""
+    return f"10{str(round(math.log10(value))).translate(_SUPERSCRIPT)}"
+
+
 def percent(share: float) -> str:
     """Return a share as percent with two decimals, cut off: 0.98999 is 98.99 %, never 99.00 %.
 

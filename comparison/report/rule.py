@@ -47,7 +47,7 @@ def threshold(channel: ChannelComparison) -> tuple[Array | None, str]:
         return channel.limits.k * channel.u, f"{channel.limits.k:g} u"
     if np.isnan(channel.worst_threshold):
         return None, "threshold"
-    return np.full(channel.difference.shape, channel.worst_threshold), "tolerance"
+    return np.broadcast_to(channel.worst_threshold, channel.difference.shape), "tolerance"
 
 
 def limit_of_predictability(channel: ChannelComparison) -> float:
