@@ -1,8 +1,8 @@
 """`sixbar compare` on two tables of a million rows and nine channels: time and peak memory.
 
 The tables are the slider's motion and accelerations of a made-up run of 25 crank turns with noise of 1e-9 of
-each channel's size, in 17 digits. They are compared with a tolerance, once on the same times and once on other
-ones (the second table is interpolated), as text and as Parquet. The report is written each time. Each call
+each channel's size, in 17 digits. They are compared with a tolerance, once on the same times and once on
+others (the second table is interpolated), as text and as Parquet. The report is written each time. Each call
 is a process of its own, started `--rounds` times: the least wall time, the least processor time (both
 cores together; it does not count what else runs on the machine) and the largest memory.
 

@@ -71,7 +71,7 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
     interval = min(_interval(time_a), _interval(time_b))
     if time_a.size == time_b.size and np.abs(time_a - time_b).max() <= SAME_GRID * interval:
         time, interpolated = time_a, ""
-    elif _interval(time_a) >= _interval(time_b):
+    elif _is_coarser(time_a, time_b):
         time, interpolated = _within(time_a, time_b), "b"
     else:
         time, interpolated = _within(time_b, time_a), "a"
@@ -101,6 +101,15 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
 def _interval(time: Array) -> float:
     """Mean sample interval, s."""
     return float(time[-1] - time[0]) / (time.size - 1)
+
+
+def _is_coarser(time: Array, other: Array) -> bool:
+    """Whether a grid has the longer mean interval; of two with the same, the one that is earlier first."""
+    if _interval(time) != _interval(other):
+        return _interval(time) > _interval(other)
+    common = min(time.size, other.size)
+    ahead = np.flatnonzero(time[:common] != other[:common])
+    return bool(time[ahead[0]] < other[ahead[0]]) if ahead.size else time.size > other.size
 
 
 def _continuous(values: Array, channel: Channel | None) -> Array:

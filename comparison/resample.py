@@ -57,7 +57,8 @@ def resample(
         else:
             first, outside = cut
             step = (values[first + 1] - values[first]) / (time[first + 1] - time[first])
-            sampled[name] = values[first] + step * (at - time[first])
+            line = values[first] + step * (at - time[first])
+            sampled[name] = np.where(at == time[-1], values[-1], line)
             if outside.any():
                 unknown[name] = outside
     return sampled, unknown
@@ -84,11 +85,12 @@ def hermite(time: Array, values: Array, slopes: Array, at: Array) -> tuple[Array
     left = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
     width = time[left + 1] - time[left]
     s = (at - time[left]) / width
-    # In the form v0 + s (...), so that a node gives its own value.
+    # In the form v0 + s (...), so that a node gives its own value, as does the last one by itself.
     rise = (values[left + 1] - values[left]) / width
     second = 3 * rise - 2 * slopes[left] - slopes[left + 1]
     third = slopes[left] + slopes[left + 1] - 2 * rise
     value = values[left] + width * s * (slopes[left] + s * (second + s * third))
+    value = np.where(at == time[-1], values[-1], value)
     return value, slopes[left] + s * (2 * second + 3 * s * third)
 
 
@@ -119,6 +121,7 @@ def _stretches(time: Array, at: Array, edges: Array) -> tuple[NDArray[np.intp], 
         pair = np.clip(here + offset, 0, last)
         fits = (first < 0) & (own[pair] == wanted) & (own[pair + 1] == wanted)
         first[fits] = pair[fits]
-    sampled = (time[here] == at) | (time[here + 1] == at)
-    outside: BoolArray = (first < 0) & ~sampled
-    return np.where(first < 0, here, first), outside
+    outside: BoolArray = (first < 0) & (time[here] != at) & (at != time[-1])
+    # At a sample its own value is known, whatever lies around it.
+    first = np.where((time[here] == at) | (first < 0), here, first)
+    return first, outside

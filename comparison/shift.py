@@ -21,7 +21,7 @@ _BLOCKS = 20
 _WINDOW = 2048  # samples of each block at most
 _COARSE = 4096  # points of the search over all lags
 _REACH = 0.25  # share of the span that is searched, to either side
-_ROUNDS = 6
+_ROUNDS = 20
 
 
 @dataclass(frozen=True)
@@ -67,10 +67,11 @@ def estimate(time: Array, a: Mapping[str, Array], b: Mapping[str, Array]) -> Shi
 
     .. math:: \sum_c w_c \sum_i (b_c(t_i) - a_c(t_i - s) - o_c)^2
 
-    with a free offset :math:`o_c` of each channel: where a channel moves at a constant rate, offset and shift
-    are one. Only channels of motion are used, since forces jump; each weighs by the inverse variance of what
-    remains, so that the channel on which the two agree best decides. ``a`` between its samples is the cubic
-    Hermite polynomial of the channel and its rate (or its differences). Of long results 20 windows are used.
+    with a free offset :math:`o_c` of each channel: where a channel moves at a constant rate, offset and
+    shift are one. Only positions are used (velocities where there are none), since forces jump; each weighs
+    by the inverse variance of what remains, so that the channel on which the two agree best decides. ``a``
+    between its samples is the cubic Hermite polynomial of the channel and its rate (or its differences). Of
+    long results 20 windows are used.
 
     Notes
     -----
@@ -85,11 +86,13 @@ def estimate(time: Array, a: Mapping[str, Array], b: Mapping[str, Array]) -> Shi
         Channel -> values, shape (n,).
     """
     known = channels()
-    names = [
+    moving = [
         name
         for name in a
         if known[name].group == "motion" and min(np.ptp(a[name]), np.ptp(b[name])) >= known[name].floor
     ]
+    # Velocities jump nearly, at impacts; positions only have kinks.
+    names = [name for name in moving if known[name].rate is not None] or moving
     if not names:
         return _cannot_tell("no channel of motion is excited in both")
     if time.size < 2 * _BLOCKS:
@@ -108,13 +111,14 @@ def estimate(time: Array, a: Mapping[str, Array], b: Mapping[str, Array]) -> Shi
         step, errors = _solve(sums.sum(axis=0), weights)
         lag += step
         weights = 1.0 / np.maximum(errors, floor**2)
-        if not np.isfinite(lag) or abs(step) <= 1e-9 * (time[-1] - time[0]) / time.size:
+        if not np.isfinite(lag) or abs(step) <= 0.1 * SAME_GRID * (time[-1] - time[0]) / time.size:
             break
     whole = sums.sum(axis=0)
     kept = np.array([_solve(whole - part, weights)[0] for part in sums])
     spread = float(np.sqrt((len(kept) - 1) * np.var(kept)))
     value = float(lag)
-    uncertainty = max(2 * spread, SAME_GRID * float(time[-1] - time[0]) / time.size)
+    interval = float(time[-1] - time[0]) / time.size
+    uncertainty = max(2 * spread, abs(step), SAME_GRID * interval)
     if not np.isfinite(value) or not uncertainty < 0.05 * (time[-1] - time[0]):
         return _cannot_tell("the motion is too even, or the difference too irregular")
     return Shift(value, uncertainty)
