@@ -75,7 +75,7 @@ def test_the_uncertainty_covers_the_error_about_as_often_as_it_says():
         noisy = smooth(TIME - 1e-4) + 2e-5 * rng.normal(size=TIME.size)
         found = estimate(TIME, {"slider_y": smooth(TIME)}, {"slider_y": noisy})
         # Noise over the root mean square of the rate and the root of the number: twice 2e-5 / 1.26 / 44.7,
-        # known itself from some ten stretches that count (the others are near a dead centre): a factor of 2.5.
+        # known from some ten stretches that count (the others are near a dead centre): a factor of 2.5.
         assert 7e-7 / 2.5 < found.uncertainty < 7e-7 * 2.5
         covered += abs(found.value - 1e-4) <= found.uncertainty
     # 94 % of 60 is 56.6 with a standard deviation of 1.8.
