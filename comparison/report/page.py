@@ -18,7 +18,6 @@ from comparison.impacts import WINDOW
 from comparison.report import rule, summary, svg, tables
 from comparison.report.gallery import figures, is_derived
 from comparison.report.quantity import MISSING, percent, quantity
-from comparison.report.quantity import MISSING, percent
 from comparison.summary import shift_line
 from comparison.verdict import SceneComparison
 

@@ -171,6 +171,8 @@ def test_a_column_a_thousand_times_larger_in_both_tables_is_judged_the_same(
     plain = verdicts(1.0)
     assert plain[name][0] == verdict
     assert verdicts(1e3) == plain
+
+
 # A time shift
 
 
