@@ -150,14 +150,19 @@ def read_frame(path: Path, **layout: Any) -> pd.DataFrame:
     TableError
         If it cannot be read.
     """
+    frame: pd.DataFrame
     with _readable(path), warnings.catch_warnings():
         if path.suffix.lower() == ".parquet":
-            return pd.read_parquet(path)
+            import pyarrow as pa
+
+            frame = pd.read_parquet(path, engine="pyarrow")
+            pa.default_memory_pool().release_unused()  # it keeps what decoding took, as much as the table
+            return frame
         # Rows longer than the header: pandas would drop what is over, with a warning.
         warnings.simplefilter("error", pd.errors.ParserWarning)
         options: dict[str, Any] = {"skipinitialspace": True, "index_col": False, "encoding": "utf-8-sig"}
         try:
-            frame: pd.DataFrame = pd.read_csv(path, **(options | layout))
+            frame = pd.read_csv(path, **(options | layout))
         except pd.errors.ParserWarning as warning:
             raise ValueError("its rows hold more values than its header") from warning
     return frame
