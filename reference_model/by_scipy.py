@@ -10,23 +10,26 @@ from typing import Any
 
 import numpy as np
 from scipy.integrate import BDF, DOP853, LSODA, OdeSolver, Radau
+from scipy.optimize import minimize_scalar
 
 from reference_model.constants import Constants
-from reference_model.dense_events import Dense, first_switch, zero
+from reference_model.dense_events import Dense, first_switch, margin, zero
 from reference_model.events import step_may_switch
-from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array, no_contacts
+from reference_model.forces import CONTACTS, GAP, MEMORY, NORMAL, RATE, Array, no_contacts
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.integrate import (
     BUFFER_FULL,
+    CHATTER,
     NOT_FINITE,
     REACHED,
     STEP_LIMIT,
     STEP_TOO_SMALL,
+    SWITCHES_AT_ONCE,
     VELOCITY_TIME,
     first_step_in_contact,
 )
 from reference_model.jacobian import jacobian
-from reference_model.observation import CHANNELS, force_lead, note_forces, observe, turns_inside, widen
+from reference_model.observation import CHANNELS, note_forces, observe, widen
 from reference_model.progress import (
     BUFFERED,
     ENDED,
@@ -37,7 +40,7 @@ from reference_model.progress import (
     Progress,
     switch,
 )
-from reference_model.recording import Samples, keep
+from reference_model.recording import Samples, force_turn, has_peak, keep
 
 SOLVERS: dict[str, type[OdeSolver]] = {"BDF": BDF, "Radau": Radau, "LSODA": LSODA, "scipy-DOP853": DOP853}
 """By the name of the method in a scene: scipy's, but for the one that has a compiled namesake."""
@@ -49,6 +52,10 @@ no larger error of it harmless, as a contact is only some 1e-6 m deep."""
 _UNCONTROLLED = 1e30
 """Tolerance of the impulses and works: as in `integrate` they are quadratures, whose errors do not act back.
 Not infinite, as LSODA divides by its inverse."""
+
+_PEAK_SHARE = 1e-4
+"""Of a step, to which a peak's instant is located. Even where a step is a whole contact, and the force a half
+wave, this makes it short by (pi 1e-4)^2 / 2 = 5e-8 of itself."""
 
 
 class ByScipy:
@@ -115,16 +122,18 @@ class ByScipy:
 
     def _advance(self, t_stop: float, step_limit: int, samples: Samples) -> int:
         c, p, before, after = self._c, self._p, self._before, self._after
+        switched = p.counters[SWITCHES]
         while p.clock[0] < t_stop:
             if p.counters[BUFFERED] + CONTACTS > EVENT_BUFFER:
                 return BUFFER_FULL
             if p.counters[STEPS] + p.counters[SWITCHES] >= step_limit:
                 return STEP_LIMIT
+            if p.counters[SWITCHES] - switched > SWITCHES_AT_ONCE:
+                return CHATTER
             self._solver = self._solver or self._begin()
             failure = step(self._solver)
             if failure != REACHED:
                 return failure
-            p.counters[STEPS] += 1
             t, end, y = p.clock[0], self._solver.t, self._solver.y
             dense = self._solver.dense_output()
             if not np.isfinite(dense(0.5 * (t + end))).all():
@@ -135,8 +144,11 @@ class ByScipy:
                 found = first_switch(c, p.modes, before, after, t, end, dense)
             if found is not None:
                 end, y = found[0], dense(found[0])
-            self._note_step(t, end, y, dense, samples)
-            p.clock[0], p.y[:], before[:] = end, y, after
+            if end > t:
+                p.counters[STEPS] += 1
+                self._note_step(t, end, y, dense, samples)
+                p.clock[0], p.y[:], before[:] = end, y, after
+                switched = p.counters[SWITCHES]
             if found is not None:
                 self._switch(*found, self._solver.t - t)
         return REACHED
@@ -171,21 +183,37 @@ class ByScipy:
         p.counters[SAMPLES] = count
         self._observe(end, y, self._after, self._observed)
         note_forces(p.modes, self._after, p.open_contacts)
-        if turns_inside(p.modes, self._before, self._after):
+        if has_peak(self._c, p.modes, end - t, self._before, self._after):
             self._note_peaks(t, end, dense)
 
     def _note_peaks(self, t: float, end: float, dense: Dense) -> None:
-        """Record the contacts that are deepest within a step, then, and when their force is largest."""
-        c, p = self._c, self._p
+        """Record the contacts whose depth or force peaks within a step."""
+        c, p, h = self._c, self._p, end - t
+        before, after = self._before, self._after
         for k in range(CONTACTS):
-            if p.modes[MEMORY, k] > 0.0 and self._before[RATE, k] < 0.0 < self._after[RATE, k]:
-                deepest = zero(c, p.modes, dense, RATE, k, t, end)
-                self._observe(deepest, dense(deepest), self._contacts, self._observed)
-                note_forces(p.modes, self._contacts, p.open_contacts)
-                lead = force_lead(c, -self._contacts[GAP, k], p.modes[MEMORY, k])
-                strongest = max(t, deepest - lead)
-                self._observe(strongest, dense(strongest), self._contacts, self._observed)
-                note_forces(p.modes, self._contacts, p.open_contacts)
+            speed = p.modes[MEMORY, k]
+            if speed == 0.0:
+                continue
+            if before[RATE, k] < 0.0 < after[RATE, k]:
+                self._note_peak(zero(margin(c, p.modes, dense, RATE, k, -1.0), t, end), dense)
+            if force_turn(c, k, speed, h, before, after) > 0.0:
+                share = minimize_scalar(
+                    lambda share, k=k: -self._force(k, t + share * h, dense),
+                    bounds=(0.0, 1.0),
+                    method="bounded",
+                    options={"xatol": _PEAK_SHARE},
+                ).x
+                self._note_peak(t + share * h, dense)
+
+    def _force(self, k: int, t: float, dense: Dense) -> float:
+        """Return the normal force of contact `k` within a step, N."""
+        right_hand_side(self._c, t, dense(t), self._p.modes, self._rate, self._contacts)
+        return float(self._contacts[NORMAL, k])
+
+    def _note_peak(self, t: float, dense: Dense) -> None:
+        """Record the contacts' forces and depths within a step."""
+        self._observe(t, dense(t), self._contacts, self._observed)
+        note_forces(self._p.modes, self._contacts, self._p.open_contacts)
 
     def _observe(self, t: float, y: Array, contacts: Array, out: Array) -> None:
         """Write contacts and channels of a state, and widen the extrema by them."""

@@ -6,40 +6,53 @@ import numpy as np
 from scipy.optimize import brentq
 
 from reference_model.constants import Constants
-from reference_model.events import PULL, switching_value
+from reference_model.events import HALVINGS, PULL, ROUNDING, switching_value
 from reference_model.forces import CLIPPED, CONTACTS, GAP, MEMORY, RATE, REGIME, SLIP, Array
 from reference_model.friction import regime_bounds
 
 Dense = Callable[[float], Array]
 """Time (s) -> state."""
+Margin = Callable[[float], float]
+"""Time (s) -> what is positive before an end or a turn, and negative after it: m or m/s."""
 
 _ROUND_OFF = 4.0 * np.finfo(np.float64).eps
 
 
-def zero(
-    c: Constants,
-    modes: Array,
-    dense: Dense,
-    kind: int,
-    contact: int,
-    lo: float,
-    hi: float,
-    bound: float = 0.0,
-) -> float:
-    """Return the time (s) in [lo, hi] just after which a switching function has its sign at `hi`.
+def margin(
+    c: Constants, modes: Array, dense: Dense, kind: int, contact: int, side: float, bound: float = 0.0
+) -> Margin:
+    """Return side * (switching function) of one contact along the dense output."""
+    return lambda t: side * float(switching_value(c, kind, contact, bound, t, dense(t), modes))
 
-    `lo` where it has that sign from there on: the dense output of LSODA meets the last step's end only to
-    within the tolerance, and a function that was just located is zero to round-off.
+
+def zero(value: Margin, lo: float, hi: float) -> float:
+    """Return the time (s) in [lo, hi] just after which `value` is negative.
+
+    An end where the zero seems to lie beyond it: the dense output of LSODA meets the ends of its steps only
+    to within the tolerance.
     """
-
-    def value(t: float) -> float:
-        return float(switching_value(c, kind, contact, bound, t, dense(t), modes))
-
-    if value(lo) * value(hi) >= 0.0:
+    if value(lo) <= 0.0:
         return lo
-    root = brentq(value, lo, hi, xtol=_ROUND_OFF * (hi - lo), rtol=_ROUND_OFF)
+    if value(hi) >= 0.0:
+        return hi
+    root = brentq(value, lo, hi, xtol=_ROUND_OFF * hi, rtol=_ROUND_OFF)
     # Brent's method ends on either side; a mode that has really ended does not end once more.
-    return float(min(hi, root + _ROUND_OFF * hi))
+    return float(min(hi, root + 2.0 * _ROUND_OFF * hi))
+
+
+def departure(value: Margin, start: float, reach: float) -> float:
+    """Return the time (s) from `start` at which `value` turns negative; at `reach` it is.
+
+    By the rule of `events.departure`: what starts within rounding must first turn right before it ends.
+    """
+    if value(start) > ROUNDING:
+        return zero(value, start, reach)
+    length = reach - start
+    for _ in range(HALVINGS):
+        length *= 0.5
+        if value(start + length) > ROUNDING:
+            return zero(value, start + length, start + 2.0 * length)
+    return start
 
 
 def first_switch(
@@ -51,43 +64,25 @@ def first_switch(
     """
     found = []
     for k in range(CONTACTS):
-        touch = _gap_closes_or_opens(c, modes, before, after, k, t0, t1, dense)
-        if touch is not None:
-            found.append((touch, GAP, k))
-        if modes[MEMORY, k] == 0.0:
+        active = modes[MEMORY, k] > 0.0
+        side = -1.0 if active else 1.0  # in contact the gap is negative
+        gap = margin(c, modes, dense, GAP, k, side)
+        if side * after[GAP, k] < 0.0:
+            found.append((departure(gap, t0, t1), GAP, k))
+        elif side * before[RATE, k] < 0.0 < side * after[RATE, k]:
+            turn = zero(margin(c, modes, dense, RATE, k, -side), t0, t1)
+            # What stays within rounding is no dip.
+            if gap(turn) < -ROUNDING:
+                found.append((departure(gap, t0, turn), GAP, k))
+        if not active:
             continue
         pulling = modes[MEMORY, k] - c.C * after[RATE, k] < 0.0
         if pulling != (modes[CLIPPED, k] > 0.0):
-            found.append((zero(c, modes, dense, PULL, k, t0, t1), PULL, k))
+            pull = margin(c, modes, dense, PULL, k, 1.0 if pulling else -1.0)
+            found.append((departure(pull, t0, t1), PULL, k))
         lower, upper = regime_bounds(c, int(modes[REGIME, k]))
         if not lower <= after[SLIP, k] <= upper:
-            bound = upper if after[SLIP, k] > upper else lower
-            found.append((zero(c, modes, dense, SLIP, k, t0, t1, bound), SLIP, k))
+            above = after[SLIP, k] > upper
+            slip = margin(c, modes, dense, SLIP, k, -1.0 if above else 1.0, upper if above else lower)
+            found.append((departure(slip, t0, t1), SLIP, k))
     return min(found, default=None)
-
-
-def _gap_closes_or_opens(
-    c: Constants, modes: Array, before: Array, after: Array, k: int, t0: float, t1: float, dense: Dense
-) -> float | None:
-    """Return when contact `k` touches or separates, also by a dip that ends within the step."""
-    side = -1.0 if modes[MEMORY, k] > 0.0 else 1.0  # in contact the gap is negative
-
-    def turn() -> float:
-        return zero(c, modes, dense, RATE, k, t0, t1)
-
-    def margin(t: float) -> float:
-        return side * float(switching_value(c, GAP, k, 0.0, t, dense(t), modes))
-
-    on_its_side = side * before[GAP, k] > 0.0
-    if side * after[GAP, k] < 0.0:
-        if on_its_side:
-            return zero(c, modes, dense, GAP, k, t0, t1)
-        # Just switched, and rounded to the wrong side: it can switch back after the extremum.
-        rises = side * before[RATE, k] > 0.0 > side * after[RATE, k]
-        start = turn() if rises else t0
-        return zero(c, modes, dense, GAP, k, start, t1) if margin(start) > 0.0 else start
-    if side * before[RATE, k] < 0.0 < side * after[RATE, k]:
-        lowest = turn()
-        if margin(lowest) < 0.0:
-            return zero(c, modes, dense, GAP, k, t0, lowest) if on_its_side else t0
-    return None

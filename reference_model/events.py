@@ -20,9 +20,9 @@ from reference_model.journal import JOURNAL
 PULL = 5
 """Kind of switching function, beside GAP and SLIP; RATE only serves to find the extremum of the gap."""
 
-_ROUNDING = 1.0e-15
+ROUNDING = 1.0e-15
 """m or m/s; gaps are differences of coordinates near 0.55 m and round at 1e-16 m, slips of some m/s too."""
-_HALVINGS = 50
+HALVINGS = 50
 """Down to the rounding of a step."""
 
 
@@ -118,12 +118,12 @@ def departure(
     """
     lo = 0.0
     dense(y, f, lo, free(c), state)
-    if side * switching_value(c, kind, contact, bound, t, state, modes) <= _ROUNDING:
+    if side * switching_value(c, kind, contact, bound, t, state, modes) <= ROUNDING:
         lo = reach
-        for _ in range(_HALVINGS):
+        for _ in range(HALVINGS):
             lo *= 0.5
             dense(y, f, lo, free(c), state)
-            if side * switching_value(c, kind, contact, bound, t + lo * h, state, modes) > _ROUNDING:
+            if side * switching_value(c, kind, contact, bound, t + lo * h, state, modes) > ROUNDING:
                 return locate(c, kind, contact, bound, lo, 2.0 * lo, t, h, y, f, modes, state)
         return 0.0
     return locate(c, kind, contact, bound, lo, reach, t, h, y, f, modes, state)
@@ -153,7 +153,7 @@ def first_switch(
             turn = locate(c, RATE, k, 0.0, 0.0, 1.0, t, h, y, f, modes, state)
             dense(y, f, turn, free(c), state)
             # What stays within rounding is no dip: there contact and flight would hand over for ever.
-            if side * switching_value(c, GAP, k, 0.0, t + turn * h, state, modes) < -_ROUNDING:
+            if side * switching_value(c, GAP, k, 0.0, t + turn * h, state, modes) < -ROUNDING:
                 x = departure(c, GAP, k, 0.0, side, turn, t, h, y, f, modes, state)
         if x < best:
             best, best_kind, best_contact = x, GAP, k
@@ -176,7 +176,7 @@ def first_switch(
 @kernel
 def touching(gap: float, rate: float, other_gap: float) -> bool:
     """Return whether a contact touches at the same instant as another one whose gap was just located."""
-    return rate < 0.0 and gap <= abs(other_gap) + _ROUNDING
+    return rate < 0.0 and gap <= abs(other_gap) + ROUNDING
 
 
 @kernel

@@ -17,9 +17,7 @@ from reference_model.events import first_switch, step_may_switch
 from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array, no_contacts
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.journal import JOURNAL
-from reference_model.observation import (
-    CHANNELS,
-)
+from reference_model.observation import CHANNELS
 from reference_model.progress import (
     BUFFERED,
     EVALUATIONS,
@@ -44,7 +42,7 @@ VELOCITY_TIME = 1.0e-3
 _FIRST_SHARE = 0.1
 _FIRST_ERROR = 2.0
 _EXIT_SHARE = 0.8
-_SWITCHES_AT_ONCE = 100
+SWITCHES_AT_ONCE = 100
 """At one instant; each contact can open or close and change its friction once."""
 
 
@@ -151,7 +149,7 @@ def advance(
                 status = STEP_TOO_SMALL if finite else NOT_FINITE
                 break
             continue
-        if p.counters[SWITCHES] - switched > _SWITCHES_AT_ONCE:
+        if p.counters[SWITCHES] - switched > SWITCHES_AT_ONCE:
             status = CHATTER
             break
         next_h = min(max_step, h * (_GROW if error == 0.0 else min(_GROW, _SAFETY * error**_EXPONENT)))

@@ -141,12 +141,14 @@ def note_step(
     if peak:
         for i in range(CONTACTS):
             speed = p.modes[MEMORY, i]
-            if speed > 0.0 and before[RATE, i] < 0.0 < after[RATE, i]:
+            if speed == 0.0:
+                continue
+            if before[RATE, i] < 0.0 < after[RATE, i]:
                 share = locate(c, RATE, i, 0.0, 0.0, 1.0, t, h, p.y, f, p.modes, state)
                 note_inside(c, p, share, t, h, f, what, size, state, dy, contacts, observed)
                 note_forces(p.modes, contacts, p.open_contacts)
-            if speed > 0.0 and force_turn(c, i, speed, h, before, after) > 0.0:
-                share = force_turn(c, i, speed, h, before, after)
+            share = force_turn(c, i, speed, h, before, after)
+            if share > 0.0:
                 share = strongest(c, p, i, share, t, h, f, state, dy, contacts)
                 note_inside(c, p, share, t, h, f, what, size, state, dy, contacts, observed)
                 note_forces(p.modes, contacts, p.open_contacts)

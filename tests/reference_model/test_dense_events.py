@@ -1,0 +1,76 @@
+"""Ends of modes on any dense output: the rule of a departure, and that it is the compiled integrator's."""
+
+import numpy as np
+import pytest
+
+from reference_model import dense_events, integrate
+from reference_model.constants import Formulation
+from reference_model.dense_events import departure, zero
+from reference_model.dop853 import dense
+from reference_model.events import ROUNDING
+from reference_model.forces import GAP, SLIP
+from reference_model.formulations import free
+from reference_model.progress import begin
+from reference_model.reading import read_parameters
+from reference_model.recording import samples_of
+from reference_model.start import start
+
+
+def test_a_zero_is_met_from_behind() -> None:
+    """Just behind it, so that what has ended does not end once more."""
+    for root in np.random.default_rng(0).uniform(1.0, 2.0, 100):
+        found = zero(lambda t, root=root: root - t, 0.5, 2.5)
+        assert 0.0 <= found - root < 5e-15  # 8 epsilon of 2.5 s, and less than that on Brent's side
+
+
+@pytest.mark.parametrize(("value", "end"), [(lambda t: -1.0 - t, 3.0), (lambda t: 1.0 + t, 4.0)])
+def test_a_zero_beyond_the_ends_is_the_nearer_end(value, end) -> None:
+    assert zero(value, 3.0, 4.0) == end
+
+
+@pytest.mark.parametrize("offset", [-1e-16, 0.0, 1e-16, -1e-9])
+@pytest.mark.parametrize("flight", [0.9, 1e-3, 1e-6])
+def test_what_starts_within_rounding_ends_where_it_comes_back(offset, flight) -> None:
+    """A parabola that starts at `offset`, however wrong, and comes down again after a `flight`."""
+    found = departure(lambda s: offset + s * (flight - s), 0.0, 1.0)
+    # The slope there is -flight, and 12 epsilon are what a zero is met within. Too deep an offset is never left.
+    assert found == (
+        0.0 if 4.0 * offset < -(flight**2) else pytest.approx(flight, abs=2 * abs(offset) / flight + 3e-15)
+    )
+
+
+def test_what_never_turns_right_ends_at_once() -> None:
+    assert departure(lambda s: -s, 0.25, 1.0) == 0.25
+    assert departure(lambda s: 0.9 * ROUNDING - (s - 0.25), 0.25, 1.0) == 0.25
+
+
+def test_switches_are_those_of_the_compiled_integrator(scene, monkeypatch) -> None:
+    """Every switch of 0.25 s, located once more on the compiled integrator's own dense output."""
+    p = read_parameters(scene())
+    c, y0 = start(p, Formulation.SLIDER)
+    compiled, kinds, late = integrate.first_switch, set(), []
+
+    def both(c, t, h, y, f, modes, before, after, state):
+        share, kind, contact = compiled(c, t, h, y, f, modes, before, after, state)
+
+        def output(at):
+            out = np.zeros(y.size)
+            dense(y, f, (at - t) / h, free(c), out)
+            return out
+
+        found = dense_events.first_switch(c, modes, before, after, t, t + h, output)
+        assert (found is None) == (kind < 0)
+        if found is not None:
+            assert found[1:] == (kind, contact)
+            kinds.add(kind)
+            late.append(found[0] - (t + share * h))
+        return share, kind, contact
+
+    monkeypatch.setattr(integrate, "first_switch", both)
+    nothing, largest = samples_of((), np.empty(0)), p.period / 50
+    progress = begin(c, y0, 1e-6)
+    assert integrate.advance.py_func(c, progress, 0.25, 0.25, 1e-9, largest, 10**6, nothing, 0) == 0
+    assert kinds == {GAP, SLIP}
+    assert len(late) > 30
+    # A gap rounds at 1e-16 m and closes at 1e-4 m/s or more: 1e-12 s.
+    assert np.abs(late).max() < 1e-12
