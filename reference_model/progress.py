@@ -68,18 +68,23 @@ def begin(c: Constants, y0: Array, first_step: float) -> Progress:
 
 
 @kernel
+def turn_time(c: Constants) -> float:
+    """Return how long the crank takes for a turn, s."""
+    return 2.0 * math.pi / abs(c.omega)
+
+
+@kernel
 def turn_start(c: Constants, p: Progress) -> float:
     """Return when the present turn of the crank started, s."""
-    return float(p.clock[3]) * 2.0 * math.pi / abs(c.omega)
+    return float(p.clock[3]) * turn_time(c)
 
 
 @kernel
 def begin_turn(c: Constants, p: Progress) -> None:
     """Count time from the start of the turn that it is in, where the crank's angle is not a coordinate."""
     if not crank_coordinate(c):
-        period = 2.0 * math.pi / abs(c.omega)
-        turns = math.floor(p.clock[0] / period)
-        p.clock[0] -= turns * period
+        turns = math.floor(p.clock[0] / turn_time(c))
+        p.clock[0] -= turns * turn_time(c)
         p.clock[3] += turns
 
 
