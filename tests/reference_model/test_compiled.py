@@ -28,10 +28,10 @@ print(repr(float(dy[2])))
 """
 
 
-def run(folder: Path, cache: Path) -> float:
+def run(folder: Path, cache: Path, first: str = "") -> float:
     environment = os.environ | {"PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(cache)}
     done = subprocess.run(
-        [sys.executable, "-c", RUN], cwd=folder, env=environment, capture_output=True, text=True
+        [sys.executable, "-c", first + RUN], cwd=folder, env=environment, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
     return float(done.stdout)
@@ -54,6 +54,12 @@ def test_the_second_start_takes_everything_from_the_cache(tmp_path: Path) -> Non
     assert files
     run(SOURCES.parent, tmp_path)
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nb*")} == files
+
+
+def test_a_numba_that_always_counts_references_gives_the_same(tmp_path: Path) -> None:
+    """One that has dropped its internal option `_nrt`, and so refuses it."""
+    dropped = "from numba.core.options import DefaultOptions\ndel DefaultOptions._nrt\n"
+    assert run(SOURCES.parent, tmp_path, dropped) == run(SOURCES.parent, compiled.user_cache_folder())
 
 
 @pytest.mark.parametrize(
