@@ -1,7 +1,11 @@
-"""One interface to all formulations, resolved when the kernels are compiled.
+"""One interface to the equations of all formulations, resolved when the kernels are compiled.
 
 The type of the constants names the formulation (`reference_model.constants.as_record`); numba compiles
 the integrator once for each that is used, so a scene pays only for the coordinates that it leaves free.
+
+A body that raises `NotImplementedError` is a stub: it gives a function its name, arguments and types. Where a
+kernel calls it numba compiles what `overload` chose in its place, and so the stub itself never runs compiled;
+it raises only where plain Python calls it.
 """
 
 from collections.abc import Callable
@@ -10,7 +14,7 @@ from typing import Any
 import numba.extending
 import numpy as np
 
-from reference_model import bodies, chain, minimal, multiplier
+from reference_model import chain, minimal, multiplier
 from reference_model.compiled import inlined, kernel
 from reference_model.constants import Constants, Formulation
 from reference_model.forces import CONTACTS, NORMAL, Array
@@ -20,7 +24,7 @@ WORKS = 3
 """Integrals behind the impulses: work of the drive, loss by damping, loss by friction, J."""
 
 _Slider = tuple[float, float, float, float, float, float]
-_Kernel = Callable[..., Any]
+Kernel = Callable[..., Any]
 
 
 def coordinates(c: Constants) -> int:
@@ -44,35 +48,6 @@ def bearing_motion(c: Constants, t: float, y: Array) -> Bearing:
     raise NotImplementedError
 
 
-def _bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
-    raise NotImplementedError
-
-
-def slider_row(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
-    """Write x, y, angle of the slider, their rates and their second derivatives into out[:9]."""
-    raise NotImplementedError
-
-
-def constraint_drift(c: Constants, t: float, y: Array) -> tuple[float, float]:
-    """Return the largest |Phi| (m, rad) and |Phi'| (m/s, rad/s); zero where no constraint can drift."""
-    raise NotImplementedError
-
-
-def driven_bodies(c: Constants) -> int:
-    """Return how many bodies, from the crank, move as prescribed and are not in the equations."""
-    raise NotImplementedError
-
-
-def ideal_slider(c: Constants) -> bool:
-    """Return whether the slider is fixed to its line."""
-    raise NotImplementedError
-
-
-def ideal_pin(c: Constants) -> bool:
-    """Return whether the crank pin A is an ideal revolute."""
-    raise NotImplementedError
-
-
 _COORDINATES: dict[Formulation, int] = {
     Formulation.SLIDER: 2,
     Formulation.PIN: 2,
@@ -82,34 +57,34 @@ _COORDINATES: dict[Formulation, int] = {
 }
 
 
-def overload(stub: _Kernel) -> Callable[[_Kernel], _Kernel]:
+def overload(stub: Kernel) -> Callable[[Kernel], Kernel]:
     """Choose the implementation of a stub by the types it is compiled for.
 
     Inlined like `reference_model.compiled.inlined`: numba counts references to every array that it hands to a
     function which might fail, four atomic operations a call that cost a third of the equations themselves.
     """
     options = {"forceinline": True, "error_model": "numpy"}
-    decorate: Callable[[_Kernel], _Kernel] = numba.extending.overload(stub, jit_options=options)
+    decorate: Callable[[Kernel], Kernel] = numba.extending.overload(stub, jit_options=options)
     return decorate
 
 
-def _formulation(c: Any) -> Formulation:
+def formulation_of(c: Any) -> Formulation:
     """Return the formulation that a record type is tagged with."""
     return next(f for f in Formulation if f.value in c.fields)
 
 
-_no_bearing: _Kernel = lambda c, t, y: Bearing(np.inf, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)  # noqa: E731
+_no_bearing: Kernel = lambda c, t, y: Bearing(np.inf, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)  # noqa: E731
 
 
 @overload(coordinates)
-def _coordinates(c) -> _Kernel:  # type: ignore[no-untyped-def]
-    count = _COORDINATES[_formulation(c)]
+def _coordinates(c) -> Kernel:  # type: ignore[no-untyped-def]
+    count = _COORDINATES[formulation_of(c)]
     return lambda c: count
 
 
 @overload(_equations)
-def _select_equations(c, t, y, modes, dy, contacts) -> _Kernel:  # type: ignore[no-untyped-def]
-    table: dict[Formulation, _Kernel] = {
+def _select_equations(c, t, y, modes, dy, contacts) -> Kernel:  # type: ignore[no-untyped-def]
+    table: dict[Formulation, Kernel] = {
         Formulation.SLIDER: lambda c, t, y, modes, dy, contacts: minimal.equations(
             c, t, y, modes, dy, contacts
         ),
@@ -126,12 +101,12 @@ def _select_equations(c, t, y, modes, dy, contacts) -> _Kernel:  # type: ignore[
             c, t, y, modes, dy, contacts, multiplier.ROWS_IDEAL
         ),
     }
-    return table[_formulation(c)]
+    return table[formulation_of(c)]
 
 
 @overload(slider_motion)
-def _select_slider(c, t, y) -> _Kernel:  # type: ignore[no-untyped-def]
-    table: dict[Formulation, _Kernel] = {
+def _select_slider(c, t, y) -> Kernel:  # type: ignore[no-untyped-def]
+    table: dict[Formulation, Kernel] = {
         Formulation.SLIDER: lambda c, t, y: minimal.slider_motion(c, t, y),
         # An ideal slider has no corners to ask for.
         Formulation.PIN: lambda c, t, y: (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
@@ -139,69 +114,16 @@ def _select_slider(c, t, y) -> _Kernel:  # type: ignore[no-untyped-def]
         Formulation.MULTIPLIER: lambda c, t, y: (y[12], y[13], y[14], y[27], y[28], y[29]),
         Formulation.MULTIPLIER_IDEAL: lambda c, t, y: (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     }
-    return table[_formulation(c)]
+    return table[formulation_of(c)]
 
 
 @overload(bearing_motion)
-def _select_bearing(c, t, y) -> _Kernel:  # type: ignore[no-untyped-def]
-    table: dict[Formulation, _Kernel] = {
+def _select_bearing(c, t, y) -> Kernel:  # type: ignore[no-untyped-def]
+    table: dict[Formulation, Kernel] = {
         Formulation.PIN: lambda c, t, y: chain.bearing_motion(c, t, y[0], y[1], y[2], y[3]),
         Formulation.BOTH: lambda c, t, y: chain.bearing_motion(c, t, y[0], y[1], y[4], y[5]),
     }
-    return table.get(_formulation(c), _no_bearing)
-
-
-@overload(_bodies)
-def _select_bodies(c, t, y, dy, out) -> _Kernel:  # type: ignore[no-untyped-def]
-    table: dict[Formulation, _Kernel] = {
-        Formulation.SLIDER: lambda c, t, y, dy, out: bodies.motion_slider_clearance(c, t, y, dy, out),
-        Formulation.PIN: lambda c, t, y, dy, out: bodies.motion_pin_clearance(c, t, y, dy, out),
-        Formulation.BOTH: lambda c, t, y, dy, out: bodies.motion_both_clearances(c, t, y, dy, out),
-        Formulation.MULTIPLIER: lambda c, t, y, dy, out: bodies.motion_multipliers(y, dy, out),
-        Formulation.MULTIPLIER_IDEAL: lambda c, t, y, dy, out: bodies.motion_multipliers(y, dy, out),
-    }
-    return table[_formulation(c)]
-
-
-@inlined
-def _from_bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
-    bodies = np.empty((5, 9))
-    _bodies(c, t, y, dy, bodies)
-    out[:9] = bodies[4]
-
-
-@overload(slider_row)
-def _select_slider_row(c, t, y, dy, out) -> _Kernel:  # type: ignore[no-untyped-def]
-    if _formulation(c) is Formulation.SLIDER:
-        return lambda c, t, y, dy, out: minimal.slider_row(c, t, y, dy, out)
-    return lambda c, t, y, dy, out: _from_bodies(c, t, y, dy, out)
-
-
-@overload(constraint_drift)
-def _select_drift(c, t, y) -> _Kernel:  # type: ignore[no-untyped-def]
-    table: dict[Formulation, _Kernel] = {
-        Formulation.MULTIPLIER: lambda c, t, y: multiplier.drift(c, t, y, multiplier.ROWS_CLEARANCE),
-        Formulation.MULTIPLIER_IDEAL: lambda c, t, y: multiplier.drift(c, t, y, multiplier.ROWS_IDEAL),
-    }
-    return table.get(_formulation(c), lambda c, t, y: (0.0, 0.0))
-
-
-@overload(driven_bodies)
-def _select_driven(c) -> _Kernel:  # type: ignore[no-untyped-def]
-    count = 3 if _formulation(c) is Formulation.SLIDER else 0
-    return lambda c: count
-
-
-@overload(ideal_slider)
-def _select_ideal_slider(c) -> _Kernel:  # type: ignore[no-untyped-def]
-    ideal = _formulation(c) in (Formulation.PIN, Formulation.MULTIPLIER_IDEAL)
-    return lambda c: ideal
-
-
-@overload(ideal_pin)
-def _select_ideal_pin(c) -> _Kernel:  # type: ignore[no-untyped-def]
-    ideal = _formulation(c) not in (Formulation.PIN, Formulation.BOTH)
-    return lambda c: ideal
+    return table.get(formulation_of(c), _no_bearing)
 
 
 @inlined
@@ -251,9 +173,3 @@ def derivative(c: Constants, t: float, y: Array, modes: Array, dy: Array, contac
 def right_hand_side(c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array) -> None:
     """Evaluate the equations of motion as `derivative` does, where its code need not be in the caller."""
     derivative(c, t, y, modes, dy, contacts)
-
-
-@kernel
-def fill_bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
-    """Write the motion of all five bodies, shape (5, 9), from a state and its derivative."""
-    _bodies(c, t, y, dy, out)

@@ -6,18 +6,17 @@ from reference_model.compiled import bare, kernel
 from reference_model.constants import Constants
 from reference_model.contact import CORNERS
 from reference_model.energy import ENERGIES, balance, starting_energies
-from reference_model.forces import CLIPPED, CONTACTS, FRICTION, GAP, MEMORY, NORMAL, RATE, Array
-from reference_model.formulations import (
-    bearing_motion,
+from reference_model.forces import CLIPPED, CONTACTS, FRICTION, GAP, MEMORY, NORMAL, Array
+from reference_model.formulations import bearing_motion, free
+from reference_model.journal import JOURNAL
+from reference_model.mechanism import (
     constraint_drift,
     driven_bodies,
     fill_bodies,
-    free,
     ideal_pin,
     ideal_slider,
     slider_row,
 )
-from reference_model.journal import JOURNAL
 from reference_model.reactions import REACTIONS, reactions
 
 MOTION = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
@@ -113,24 +112,6 @@ def widen(extrema: Array, t: float, values: Array) -> None:
             extrema[i, 0], extrema[i, 1] = value, t
         if value > extrema[i, 2]:
             extrema[i, 2], extrema[i, 3] = value, t
-
-
-@bare
-def turns_inside(modes: Array, before: Array, after: Array) -> bool:
-    """Return whether some closed contact was deepest within a step: its gap's rate turned positive."""
-    turns = False
-    for k in range(CONTACTS):
-        turns = turns or (modes[MEMORY, k] > 0.0 and before[RATE, k] < 0.0 < after[RATE, k])
-    return turns
-
-
-@kernel
-def force_lead(c: Constants, depth: float, impact_speed: float) -> float:
-    """Return how long before the greatest depth the contact force peaks, s.
-
-    Zero of d/dt [d^n (1 + C d' / v)] with d' = -d'' s at a time s before the greatest depth, to first order.
-    """
-    return c.C * depth / (c.n * impact_speed)
 
 
 @bare

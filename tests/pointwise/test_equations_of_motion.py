@@ -12,9 +12,10 @@ from exudyn_model.tree import build_tree
 from reference_model.chain import bearing_motion
 from reference_model.constants import Formulation, as_record
 from reference_model.forces import CONTACTS, FRICTION, GAP, NORMAL, SLIP, no_contacts
-from reference_model.formulations import fill_bodies, right_hand_side, state_size
+from reference_model.formulations import right_hand_side, state_size
 from reference_model.friction import friction_regime
 from reference_model.journal import JOURNAL
+from reference_model.mechanism import fill_bodies
 from reference_model.multiplier import DRIVER_ROW, constraints, masses, multipliers, weights
 from reference_model.reactions import REACTIONS, reactions
 

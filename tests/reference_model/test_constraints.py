@@ -6,7 +6,8 @@ import pytest
 from reference_model import simulate
 from reference_model.bodies import ideal_motion
 from reference_model.constants import Formulation, as_record
-from reference_model.formulations import fill_bodies, state_size
+from reference_model.formulations import state_size
+from reference_model.mechanism import fill_bodies
 from reference_model.multiplier import ROWS_IDEAL, drift
 from reference_model.reading import read_parameters
 from reference_model.start import start

@@ -7,9 +7,10 @@ from reference_model import simulate
 from reference_model.bodies import ideal_motion
 from reference_model.constants import Formulation, as_record
 from reference_model.forces import CONTACTS, GAP, SLIP
-from reference_model.formulations import fill_bodies, right_hand_side, state_size
+from reference_model.formulations import right_hand_side, state_size
 from reference_model.friction import friction_regime
 from reference_model.linkage import rod4_from_slider
+from reference_model.mechanism import fill_bodies
 from reference_model.multiplier import constraints, masses, multipliers, weights
 from reference_model.reactions import REACTIONS, reactions
 from reference_model.reading import read_parameters
