@@ -39,8 +39,11 @@ REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT, CHATTER = range(6)
 _SAFETY, _SHRINK, _GROW, _EXPONENT = 0.9, 0.333, 3.0, -1.0 / 8.0
 VELOCITY_TIME = 1.0e-3
 """s; the error of a rate counts as the error of position that it makes in this time."""
+# A 32nd of an elastic contact; rules at loose tolerances: at 1e-7 0.05 costs 14 % more evaluations.
 _FIRST_SHARE = 0.1
+# All that the force moves in the first step is 2^3.5 / (2.5 * 3.5) = 1.3 tolerances; 4.0 fails more often.
 _FIRST_ERROR = 2.0
+# Short of the opening, where the force is not smooth; 0.5 costs 4 to 16 % more evaluations (1e-10 to 1e-7).
 _EXIT_SHARE = 0.8
 SWITCHES_AT_ONCE = 100
 """At one instant; each contact can open or close and change its friction once."""

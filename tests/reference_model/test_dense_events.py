@@ -33,10 +33,9 @@ def test_a_zero_beyond_the_ends_is_the_nearer_end(value, end) -> None:
 def test_what_starts_within_rounding_ends_where_it_comes_back(offset, flight) -> None:
     """A parabola that starts at `offset`, however wrong, and comes down again after a `flight`."""
     found = departure(lambda s: offset + s * (flight - s), 0.0, 1.0)
-    # The slope there is -flight, and 12 epsilon are what a zero is met within. Too deep an offset is never left.
-    assert found == (
-        0.0 if 4.0 * offset < -(flight**2) else pytest.approx(flight, abs=2 * abs(offset) / flight + 3e-15)
-    )
+    # The slope there is -flight; a zero is met within 12 epsilon. From too deep an offset it never rises.
+    rises = 4.0 * offset > -(flight**2)
+    assert found == (pytest.approx(flight, abs=2.0 * abs(offset) / flight + 3e-15) if rises else 0.0)
 
 
 def test_what_never_turns_right_ends_at_once() -> None:
