@@ -30,16 +30,7 @@ from reference_model.integrate import (
 )
 from reference_model.jacobian import jacobian
 from reference_model.observation import CHANNELS, note_forces, observe, widen
-from reference_model.progress import (
-    BUFFERED,
-    ENDED,
-    EVENT_BUFFER,
-    SAMPLES,
-    STEPS,
-    SWITCHES,
-    Progress,
-    switch,
-)
+from reference_model.progress import BUFFERED, ENDED, EVENT_BUFFER, SAMPLES, STEPS, SWITCHES, Progress, switch
 from reference_model.recording import Samples, force_turn, has_peak, keep
 
 SOLVERS: dict[str, type[OdeSolver]] = {"BDF": BDF, "Radau": Radau, "LSODA": LSODA, "scipy-DOP853": DOP853}
