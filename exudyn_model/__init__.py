@@ -19,9 +19,11 @@ knowledge of ``reference_model``; the two share only the scene's numbers. Where 
 - ``recording``: samples, contacts and extrema of a run. ``tables``: names of channels, the final tables.
 - ``solver_choice``: formulation, method and settings of a scene. ``solver``: every setting of Exudyn's
   implicit solver with its reason; the run itself.
-- ``rocker_tip``, ``tree``: the other formulation, rod 4 and slider alone in the frame of the rocker's tip;
-  ``touch_location``, ``tree_recording``, ``tree_solver``: its steps with error control, which end where a
-  corner touches or leaves, and what is kept of them.
+- ``tree``: the other formulation, for an ideal crank pin: rod 4 and slider alone in the frame of the rocker's
+  tip (``rocker_tip``). ``rocker_tree``: the same for a loose one: all bodies but the crank.
+- ``tree_motion``, ``tree_forces``, ``tree_observation``: state of either tree within a step, the forces and
+  accelerations in it, all channels. ``touch_location``, ``tree_recording``, ``tree_solver``: steps with error
+  control, which end where a contact begins or ends, and what is kept of them.
 - ``simulation``: from the scene's mapping to the result.
 - ``compiled``: numba with a cache that notices every change of this package.
 """

@@ -208,7 +208,7 @@ class Integration:
     Attributes
     ----------
     formulation : str
-        "full": five bodies; "native": with Exudyn's own contact; "tree": rod 4 and slider alone.
+        "full": five bodies; "native": with Exudyn's own contact; "tree": what the drive leaves free.
     method : str
         "generalized-alpha" or "trapezoidal-index2"; "dopri5" for "tree".
     step : float

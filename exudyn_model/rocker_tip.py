@@ -1,4 +1,4 @@
-"""The rocker's tip C as a function of time: the four-bar O-A-B-H follows the driven crank."""
+"""The rocker's tip C: of time, where the four-bar O-A-B-H follows the driven crank; else of its angle."""
 
 from typing import Any
 
@@ -48,3 +48,10 @@ def rocker_tip(time: float, linkage: Any) -> tuple[float, float, float, float, f
         -length * (alpha3 * s3 + w3 * w3 * c3),
         length * (alpha3 * c3 - w3 * w3 * s3),
     )
+
+
+@kernel
+def carried_tip(theta3: float, w3: float, linkage: Any) -> tuple[float, float, float, float]:
+    """Position (m) and velocity (m/s) of joint C, each as x, y, from the rocker's angle and its rate."""
+    x, y = linkage.rocker_length * np.cos(theta3), linkage.rocker_length * np.sin(theta3)
+    return linkage.pivot_x + x, linkage.pivot_y + y, -w3 * y, w3 * x

@@ -17,6 +17,7 @@ from exudyn_model.energy import ENERGIES, mass_diagonal
 from exudyn_model.mechanism import build
 from exudyn_model.parameters import Parameters
 from exudyn_model.recording import Recorder
+from exudyn_model.rocker_tree import build_rocker_tree
 from exudyn_model.scene_reading import read_scene
 from exudyn_model.tables import ACCELERATIONS, CORNER_CHANNELS, REACTIONS, STATE
 from exudyn_model.tree import build_tree
@@ -160,10 +161,13 @@ def _run_full(parameters: Parameters, progress: Callable[[float], None] | None) 
 
 
 def _run_tree(parameters: Parameters, progress: Callable[[float], None] | None) -> _Run:
-    """Rod 4 and slider alone, in steps as long as their error allows."""
+    """Rod 4 and slider alone, or all but the crank where its pin is loose, in steps as their error allows."""
     duration = parameters.samples * parameters.sample_interval
-    model = build_tree(parameters, assemble(parameters))
+    if parameters.journal is None:
+        name, model = "rod 4 and slider tree", build_tree(parameters, assemble(parameters))
+    else:
+        name, model = "rocker, rods and slider tree", build_rocker_tree(parameters, assemble(parameters))
     least = tree_solver.least_step(duration)
     recorder = TreeRecorder(model, parameters.sample_interval, parameters.samples, least)
     outcome = tree_solver.solve(model.mbs, duration, parameters.integration, recorder, progress)
-    return _Run("rod 4 and slider tree", {"least_step": least}, recorder, outcome)
+    return _Run(name, {"least_step": least}, recorder, outcome)

@@ -1,11 +1,11 @@
 """Formulation, method and settings of a scene's ``[solver.exudyn]``, defaults filled in.
 
 ``formulation`` "full" has all five bodies, "native" the same with Exudyn's own contact object at the slider,
-"tree" rod 4 and the slider alone; "auto", the same as leaving it out, is "full". ``method`` "auto", the same
-as leaving it out, is the usual one of the formulation, or "trapezoidal-index2" where the groups "joints" or
-"energy" are asked for: they need the constraints' multipliers, and those of "generalized-alpha", whose
-constraints are at position level, carry the Newton iteration's error divided by the square of the step. They
-are not given out.
+"tree" only what the drive leaves free: rod 4 and slider, or, where the crank pin is loose, all bodies but
+the crank; "auto", the same as leaving it out, is "full". ``method`` "auto", the same as leaving it out, is
+the usual one of the formulation, or "trapezoidal-index2" where the groups "joints" or "energy" are asked
+for: they need the constraints' multipliers, and those of "generalized-alpha", whose constraints are at
+position level, carry the Newton iteration's error divided by the square of the step. They are not given out.
 """
 
 from collections.abc import Mapping
@@ -55,7 +55,9 @@ def choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
             f"output.groups = {forces[0]!r} is not given by solver.exudyn.method = {chosen['method']!r}; use "
             "'trapezoidal-index2' (formulation 'full')"
         )
-    if formulation != "full" and scene["joints"]["slider"] != "clearance":
+    if scene["joints"]["slider"] != "clearance" and (
+        formulation == "native" or (formulation == "tree" and scene["joints"]["crank_pin"] != "clearance")
+    ):
         raise ValueError(
             f"joints.slider = {scene['joints']['slider']!r} leaves solver.exudyn.formulation = "
             f"{formulation!r} nothing free; use 'full'"
@@ -70,11 +72,6 @@ def choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
                     f"{key} = {value!r} has no contact object for solver.exudyn.formulation = 'native'; "
                     "use 'full'"
                 )
-    if formulation == "tree" and scene["joints"]["crank_pin"] != "ideal":
-        raise ValueError(
-            f"joints.crank_pin = {scene['joints']['crank_pin']!r} moves joint C, which "
-            "solver.exudyn.formulation = 'tree' takes as given; use 'full'"
-        )
     for key in ("step", "tolerance"):
         if not chosen[key] > 0:
             raise ValueError(f"solver.exudyn.{key} = {chosen[key]} must be positive")

@@ -23,17 +23,7 @@ from exudyn_model.mechanism import Model
 from exudyn_model.parameters import Parameters
 from exudyn_model.point_contact import contact_states
 from exudyn_model.rocker_tip import rocker_tip
-
-
-@kernel
-def slider_motion(
-    time: float, theta4: float, w4: float, linkage: Any
-) -> tuple[float, float, float, float, float, float]:
-    """Slider's x from the guide's centre line, y, vx, vy and C's acceleration (m, s) from rod 4's angle."""
-    tip_x, tip_y, tip_vx, tip_vy, tip_ax, tip_ay = rocker_tip(time, linkage)
-    along_x, along_y = linkage.rod4_length * np.cos(theta4), linkage.rod4_length * np.sin(theta4)
-    x, y = tip_x + along_x - linkage.guide_x, tip_y + along_y
-    return x, y, tip_vx - w4 * along_y, tip_vy + w4 * along_x, tip_ax, tip_ay
+from exudyn_model.tree_motion import TreeState, slider_motion
 
 
 @kernel
@@ -49,8 +39,10 @@ def tree_force(
 ) -> tuple[float, float]:
     """Moments (N m) of inertia and contact on rod 4's angle and on the slider's angle from rod 4."""
     constants = linkage[0]
-    x, _, vx, vy, tip_ax, tip_ay = slider_motion(time, theta4, w4, constants)
-    fx, fy, moment = frozen_slider_force(x, theta4 + relative, vx, vy, w4 + relative_w, law, corners)
+    state = TreeState(time, 0.0, 0.0, 0.0, 0.0, theta4, w4, theta4 + relative, w4 + relative_w)
+    _, _, _, _, tip_ax, tip_ay = rocker_tip(time, constants)
+    x, _, vx, vy = slider_motion(state, constants)
+    fx, fy, moment = frozen_slider_force(x, state.theta5, vx, vy, state.w5, law, corners)
     first_moment = (
         constants.rod4_mass * constants.rod4_centroid + constants.slider_mass * constants.rod4_length
     )
@@ -87,10 +79,10 @@ def build_tree(parameters: Parameters, state: InitialState) -> Model:
             nodeNumber=node,
             jointTypes=[exu.JointType.RevoluteZ, exu.JointType.RevoluteZ],
             linkParents=[-1, 0],
-            jointTransformations=_matrices(np.eye(3), np.eye(3)),
-            jointOffsets=_vectors([0.0, 0.0, 0.0], [rod.length, 0.0, 0.0]),
-            linkInertiasCOM=_matrices(np.diag([0.0, 0.0, rod.inertia]), np.diag([0.0, 0.0, slider.inertia])),
-            linkCOMs=_vectors([rod.centroid, 0.0, 0.0], [0.0, 0.0, 0.0]),
+            jointTransformations=matrices(np.eye(3), np.eye(3)),
+            jointOffsets=vectors([0.0, 0.0, 0.0], [rod.length, 0.0, 0.0]),
+            linkInertiasCOM=matrices(np.diag([0.0, 0.0, rod.inertia]), np.diag([0.0, 0.0, slider.inertia])),
+            linkCOMs=vectors([rod.centroid, 0.0, 0.0], [0.0, 0.0, 0.0]),
             linkMasses=[rod.mass, slider.mass],
             gravity=[0.0, -parameters.mechanism.gravity, 0.0],
             forceUserFunction=force_user_function(linkage, law, contacts),
@@ -100,18 +92,20 @@ def build_tree(parameters: Parameters, state: InitialState) -> Model:
     return Model(mbs, container, linkage, law, journal_law(parameters, np.nan), contacts, ())
 
 
-def _matrices(*items: NDArray[np.float64]) -> Any:
-    matrices = exu.Matrix3DList()
+def matrices(*items: NDArray[np.float64]) -> Any:
+    """Exudyn's list of 3 x 3 matrices."""
+    found = exu.Matrix3DList()
     for item in items:
-        matrices.Append(item)
-    return matrices
+        found.Append(item)
+    return found
 
 
-def _vectors(*items: list[float]) -> Any:
-    vectors = exu.Vector3DList()
+def vectors(*items: list[float]) -> Any:
+    """Exudyn's list of vectors in space."""
+    found = exu.Vector3DList()
     for item in items:
-        vectors.Append(item)
-    return vectors
+        found.Append(item)
+    return found
 
 
 def force_user_function(

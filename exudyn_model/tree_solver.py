@@ -1,4 +1,4 @@
-"""Explicit integration of rod 4 and slider with error control, in steps that end where a corner touches."""
+"""Explicit integration of a tree with error control, in steps that end where a contact begins or ends."""
 
 import math
 import time
@@ -53,7 +53,7 @@ def settings(duration: float, tolerance: float, largest_step: float) -> Any:
     integration.relativeTolerance = 0.0
     # A step after a touch is far shorter than one in flight: back to length in fewer steps than with 2
     integration.stepSizeMaxIncrease = 5.0
-    # Both coordinates are angles of one axis: no Lie group to stay on
+    # All coordinates are angles about one direction: no Lie group to stay on
     integration.explicit.useLieGroupIntegration = False
     # Accelerations are found by balance of forces in the recorder: saves an evaluation a step
     integration.explicit.computeEndOfStepAccelerations = False
@@ -69,9 +69,9 @@ def solve(
 ) -> Outcome:
     """Integrate ``mbs`` from t = 0 by Dormand and Prince's method of order 5(4).
 
-    Exudyn calls back after each step that its error control accepts. The recorder then looks for a corner
-    that touches or leaves inside the step; if it finds one, the step is taken back and tried again with the
-    length up to there. Of a step that is taken back one thing alone is kept: that a corner touched at its
+    Exudyn calls back after each step that its error control accepts. The recorder then looks for a contact
+    that begins or ends inside the step; if it finds one, the step is taken back and tried again with the
+    length up to there. Of a step that is taken back one thing alone is kept: that a contact began at its
     very start (``touch_location.locate``).
     """
     last_call = time.monotonic()

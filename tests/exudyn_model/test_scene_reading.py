@@ -32,15 +32,6 @@ def test_stiffnesses_of_the_side_and_of_the_pin(make_scene):
             "use 'hertz-corners' or 'paper-switching' or 'strip'",
         ),
         (
-            {
-                "solver.exudyn.formulation": "tree",
-                "solver.exudyn.method": "dopri5",
-                "joints.crank_pin": "clearance",
-            },
-            "joints.crank_pin = 'clearance' moves joint C, which solver.exudyn.formulation = 'tree' takes as "
-            "given; use 'full'",
-        ),
-        (
             {"output.groups": ["corners", "strain"]},
             "output.groups = 'strain' is not simulated by the Exudyn model yet; "
             "use 'accelerations' or 'corners' or 'joints' or 'energy'",

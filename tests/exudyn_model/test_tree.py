@@ -9,10 +9,12 @@ from exudyn_model import simulate
 from exudyn_model.accelerations import linkage_record
 from exudyn_model.assembly import assemble, place
 from exudyn_model.contact import contact_law
+from exudyn_model.journal import journal_law
 from exudyn_model.point_contact import CORNERS, contact_states
 from exudyn_model.rocker_tip import rocker_tip
 from exudyn_model.scene_reading import read_scene
-from exudyn_model.touch_location import MOTION, gap_within, quintic, touch_within
+from exudyn_model.touch_location import gap_within, touch_within
+from exudyn_model.tree_motion import MOTION, quintic
 
 TREE = {"solver.exudyn.formulation": "tree", "solver.exudyn.method": "dopri5", "solver.exudyn.step": 1e-4}
 
@@ -138,6 +140,7 @@ def test_a_touch_that_comes_and_goes_inside_a_step_is_located(tree_scene):
     state = assemble(parameters)
     linkage = linkage_record(parameters)[0]
     law = contact_law(parameters.contact, parameters.mechanism.slider, np.nan)[0]
+    laws = linkage, law, journal_law(parameters, np.nan)[0]
     step, turn = 1e-5, 40.0
     ends = np.zeros(2, MOTION)
     ends["time"] = 0.0, step
@@ -147,9 +150,9 @@ def test_a_touch_that_comes_and_goes_inside_a_step_is_located(tree_scene):
     ends["a5"] = -2 * turn / step
     found = {}
     for number, corner in enumerate(contact_states()[:4]):
-        corner["gap"], corner["rate"] = gap_within(number, *ends, 0.0, linkage, law)
-        assert gap_within(number, *ends, 1.0, linkage, law)[0] > 0
-        found[CORNERS[number]] = touch_within(number, corner, *ends, linkage, law)
+        corner["gap"], corner["rate"] = gap_within(number, *ends, 0.0, *laws)
+        assert gap_within(number, *ends, 1.0, *laws)[0] > 0
+        found[CORNERS[number]] = touch_within(number, corner, *ends, *laws)
     # Turned counter-clockwise, the lower right corner goes 0.035 m times the angle to the right:
     # 0.035 turn step s (1 - s) = 1e-6
     assert found.pop("lr") == pytest.approx(0.5 - math.sqrt(0.25 - 1e-6 / (0.035 * turn * step)), rel=1e-2)

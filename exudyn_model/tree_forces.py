@@ -1,0 +1,139 @@
+"""Contact forces in a state of a tree, and the accelerations that follow from them by balance.
+
+For steps that end where a contact begins or ends: inside of one, what is in contact keeps its frozen impact
+speed, and what was open stays without force (``contact.frozen_slider_force``).
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.accelerations import rod4_acceleration
+from exudyn_model.compiled import kernel
+from exudyn_model.contact import frozen_slider_force
+from exudyn_model.journal import pin_load, pin_motion
+from exudyn_model.loose_pin import loose_pin_angles
+from exudyn_model.point_contact import PIN, damped, friction_force
+from exudyn_model.rocker_tip import rocker_tip
+from exudyn_model.tree_motion import TreeState, crank_and_rod2, slider_motion, state_at
+
+
+class Forces(NamedTuple):
+    """Contact forces (N) and moments about the centres (N m) on the slider and on rod 2."""
+
+    fx: float
+    fy: float
+    moment: float
+    pin_x: float
+    pin_y: float
+    pin_moment: float
+
+
+@kernel
+def frozen_pin_force(
+    x1: float,
+    y1: float,
+    angle1: float,
+    x2: float,
+    y2: float,
+    angle2: float,
+    vx1: float,
+    vy1: float,
+    w1: float,
+    vx2: float,
+    vy2: float,
+    w2: float,
+    law: Any,
+    state: Any,
+) -> tuple[float, float, float]:
+    """Force on rod 2 (N) and its moment about rod 2's centre (N m) of a pin in contact.
+
+    As ``journal.journal_force``, but for steps that end at each touch: the impact speed is the one frozen in
+    ``state``, and friction that of the slip itself, since nothing is iterated.
+    """
+    gap, rate, slip, nx, ny = pin_motion(x1, y1, angle1, x2, y2, angle2, vx1, vy1, w1, vx2, vy2, w2, law)
+    if gap >= 0.0:
+        return 0.0, 0.0, 0.0
+    normal = damped(law.stiffness * (-gap) ** law.exponent, -rate, state.impact_speed, law)
+    fx, fy, _, moment = pin_load(normal, friction_force(normal, slip, law), nx, ny, gap, angle1, angle2, law)
+    return fx, fy, moment
+
+
+@kernel
+def frozen_forces(
+    state: TreeState,
+    linkage: NDArray[np.void],
+    law: NDArray[np.void],
+    pin_law: NDArray[np.void],
+    contacts: NDArray[np.void],
+) -> Forces:
+    """Find the forces of contacts with a frozen impact speed alone: see ``contact.frozen_slider_force``."""
+    constants = linkage[0]
+    fx, fy, moment, pin_x, pin_y, pin_moment = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if not constants.ideal_slider:
+        x, _, vx, vy = slider_motion(state, constants)
+        fx, fy, moment = frozen_slider_force(x, state.theta5, vx, vy, state.w5, law, contacts)
+    if contacts[PIN].impact_speed > 0.0:
+        bodies = crank_and_rod2(state, constants, pin_law[0])
+        pin_x, pin_y, pin_moment = frozen_pin_force(*bodies, pin_law[0], contacts[PIN])
+    return Forces(fx, fy, moment, pin_x, pin_y, pin_moment)
+
+
+@kernel
+def angular_accelerations(
+    state: TreeState, forces: Forces, linkage: Any
+) -> tuple[float, float, float, float]:
+    """Those of rod 2, rocker, rod 4 and slider (rad/s^2) by balance of forces, 0 where nothing is free."""
+    alpha5 = 0.0 if linkage.ideal_slider else forces.moment / linkage.slider_inertia
+    if linkage.ideal_pin:
+        _, _, _, _, tip_ax, tip_ay = rocker_tip(state.time, linkage)
+        alpha4 = rod4_acceleration(state.theta4, tip_ax, tip_ay, forces.fx, forces.fy, linkage)
+        return 0.0, 0.0, alpha4, alpha5
+    alpha2, alpha3, alpha4, _ = loose_pin_angles(
+        state.theta2,
+        state.w2,
+        state.theta3,
+        state.w3,
+        state.theta4,
+        state.w4,
+        forces.pin_x,
+        forces.pin_y,
+        forces.pin_moment,
+        forces.fx,
+        forces.fy,
+        linkage,
+    )
+    return alpha2, alpha3, alpha4, alpha5
+
+
+@kernel
+def slider_acceleration(state: TreeState, alpha3: float, alpha4: float, linkage: Any) -> tuple[float, float]:
+    """Slider's ax and ay (m/s^2) from the angular accelerations of rocker and rod 4."""
+    if linkage.ideal_pin:
+        _, _, _, _, tip_ax, tip_ay = rocker_tip(state.time, linkage)
+    else:
+        arm_x = linkage.rocker_length * np.cos(state.theta3)
+        arm_y = linkage.rocker_length * np.sin(state.theta3)
+        tip_ax = -alpha3 * arm_y - state.w3 * state.w3 * arm_x
+        tip_ay = alpha3 * arm_x - state.w3 * state.w3 * arm_y
+    along_x = linkage.rod4_length * np.cos(state.theta4)
+    along_y = linkage.rod4_length * np.sin(state.theta4)
+    return (
+        tip_ax - alpha4 * along_y - state.w4 * state.w4 * along_x,
+        tip_ay + alpha4 * along_x - state.w4 * state.w4 * along_y,
+    )
+
+
+@kernel
+def complete(
+    motion: Any,
+    linkage: NDArray[np.void],
+    law: NDArray[np.void],
+    pin_law: NDArray[np.void],
+    contacts: NDArray[np.void],
+) -> None:
+    """Fill in the angular accelerations of ``motion`` by balance of forces."""
+    state = state_at(motion)
+    forces = frozen_forces(state, linkage, law, pin_law, contacts)
+    motion.a2, motion.a3, motion.a4, motion.a5 = angular_accelerations(state, forces, linkage[0])

@@ -1,0 +1,69 @@
+"""All channels in one state of a tree."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.compiled import kernel
+from exudyn_model.contact import corner_load, corner_motion
+from exudyn_model.journal import pin_load, pin_motion
+from exudyn_model.point_contact import PIN, damped, friction_force
+from exudyn_model.side_law import side_normals
+from exudyn_model.tables import CHANNELS
+from exudyn_model.tree_forces import Forces, angular_accelerations, slider_acceleration
+from exudyn_model.tree_motion import TreeState, crank_and_rod2, slider_motion
+
+# The channels, then the pin's gap, normal force and friction, after those of the corners
+WIDTH = len(CHANNELS) + 3
+
+
+@kernel
+def observe(
+    state: TreeState,
+    linkage: Any,
+    law: Any,
+    pin_law: Any,
+    contacts: NDArray[np.void],
+    values: NDArray[np.float64],
+) -> None:
+    """Fill ``values``, shape (``WIDTH``,); only what is in contact carries a force."""
+    x, y, vx, vy = slider_motion(state, linkage)
+    theta5, w5 = state.theta5, state.w5
+    fx, fy, moment, pin_x, pin_y, pin_moment = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for side in range(0 if linkage.ideal_slider else 2):
+        gap0, rate0, _, _, _ = corner_motion(side, x, theta5, vx, vy, w5, law)
+        gap1, rate1, _, _, _ = corner_motion(side + 2, x, theta5, vx, vy, w5, law)
+        normals = side_normals(
+            -gap0,
+            -rate0,
+            contacts[side].impact_speed,
+            -gap1,
+            -rate1,
+            contacts[side + 2].impact_speed,
+            law,
+        )
+        for end in range(2):
+            number, normal = side + 2 * end, normals[end]
+            gap, _, slip, rx, ry = corner_motion(number, x, theta5, vx, vy, w5, law)
+            load = corner_load(number, normal, slip, rx, ry, law)
+            fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
+            values[9 + 3 * number] = gap
+            values[10 + 3 * number] = normal
+            values[11 + 3 * number] = friction_force(normal, slip, law)
+    if not linkage.ideal_pin:
+        bodies = crank_and_rod2(state, linkage, pin_law)
+        gap, rate, slip, nx, ny = pin_motion(*bodies, pin_law)
+        normal = 0.0
+        if gap < 0.0 and contacts[PIN].impact_speed > 0.0:
+            elastic = pin_law.stiffness * (-gap) ** pin_law.exponent
+            normal = damped(elastic, -rate, contacts[PIN].impact_speed, pin_law)
+        friction = friction_force(normal, slip, pin_law)
+        pin_x, pin_y, _, pin_moment = pin_load(normal, friction, nx, ny, gap, bodies[2], bodies[5], pin_law)
+        values[21], values[22], values[23] = gap, normal, friction
+    forces = Forces(fx, fy, moment, pin_x, pin_y, pin_moment)
+    _, alpha3, alpha4, alpha5 = angular_accelerations(state, forces, linkage)
+    values[0], values[1], values[2] = linkage.guide_x + x, y, theta5
+    values[3], values[4], values[5] = vx, vy, w5
+    values[6], values[7] = slider_acceleration(state, alpha3, alpha4, linkage)
+    values[8] = alpha5
