@@ -65,6 +65,16 @@ def test_quintic_interpolation_is_exact_for_degree_five():
         assert rate == pytest.approx(curve.deriv()(begin + share * step), rel=1e-13)
 
 
+def test_round_off_of_the_angle_is_no_rate():
+    """A steady turn in steps as short as those that end at a touch; 5 rad are rounded to 9e-16."""
+    for step in (1e-6, 1e-9, 1e-12):
+        ends = [5.0, 3.0, 0.0, 5.0 + 3.0 * step, 3.0, 0.0]
+        for share in (0.2, 0.5, 0.9):
+            assert quintic(*ends, step, share)[1] == pytest.approx(3.0, abs=1e-14)
+        # The value still ends where the step does
+        assert quintic(*ends, step, 1.0)[0] == pytest.approx(ends[3], abs=1e-15)
+
+
 def test_converges_over_the_first_cycle(tree_scene):
     tight = simulate(tree_scene(1e-12, {"drive.cycles": 1.0}))
     usual = simulate(tree_scene(1e-10, {"drive.cycles": 1.0}))
