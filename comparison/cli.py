@@ -108,9 +108,8 @@ def run(
     find(model)
     check_format(out)
     check_folder(out.parent)
-    loaded = load_scene(scene, parse_set(overrides or []))
-    if formulation is not None:
-        loaded = loaded.with_values({f"solver.{model}.formulation": formulation})
+    named = {} if formulation is None else {f"solver.{model}.formulation": formulation}
+    loaded = load_scene(scene, parse_set(overrides or []) | named)
     if accuracy is not None:
         chosen = loaded.data["solver"].get(model, {}).get("formulation", "auto")
         loaded = loaded.with_values(solver_values(model, accuracy, chosen))

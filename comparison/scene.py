@@ -71,7 +71,7 @@ class Scene:
         SceneError
             If the changed scene is not valid.
         """
-        return _checked(_merge(self.given, _nested(values)), self.name, self.source)
+        return _checked(_changed(self.given, values), self.name, self.source)
 
 
 def shipped_scenes() -> list[str]:
@@ -95,7 +95,7 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
         With one line that says where, which value and which rule.
     """
     path = _locate(str(name_or_path), Path(), str(name_or_path))
-    given = _merge(_read(path, ()), _nested(overrides or {}))
+    given = _changed(_read(path, ()), overrides or {})
     return _checked(given, path.stem, str(name_or_path))
 
 
@@ -208,6 +208,21 @@ def _warnings(data: dict[str, Any]) -> tuple[str, ...]:
             "the slider starts inside the wall",
         )
     return ()
+
+
+def _changed(given: Mapping[str, Any], values: Mapping[str, object]) -> dict[str, Any]:
+    """Put dotted keys over a scene.
+
+    What a scene says of Exudyn's step and tolerance is meant for its formulation: to another, chosen here,
+    they mean something else, and a step for five bodies lets the tree take a hundred times its steps.
+    """
+    solver = given.get("solver", {})
+    if values.get("solver.exudyn.formulation", "auto") != "auto" and isinstance(solver, Mapping):
+        exudyn = solver.get("exudyn", {})
+        if isinstance(exudyn, Mapping) and exudyn.get("formulation") != values["solver.exudyn.formulation"]:
+            kept = {key: value for key, value in exudyn.items() if key not in ("step", "tolerance")}
+            given = {**given, "solver": {**solver, "exudyn": kept}}
+    return _merge(given, _nested(values))
 
 
 def _nested(values: Mapping[str, object]) -> dict[str, Any]:

@@ -26,8 +26,7 @@ def tight(scene: Scene, models: tuple[str, str]) -> Scene | None:
     if "reference" in models:
         values |= solver_values("reference", "strict")
     if "exudyn" in models and tree_suffices(scene):
-        # The step is the tree's largest; the scene's is that of the five bodies.
-        values |= {"solver.exudyn.formulation": "tree", "solver.exudyn.step": 1e-4}
+        values |= {"solver.exudyn.formulation": "tree"}
         values |= solver_values("exudyn", "strict", "tree")
     return scene.with_values(values)
 

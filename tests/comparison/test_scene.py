@@ -70,6 +70,12 @@ def test_settings_that_are_left_open_follow_the_formulation():
     }
     back = tree.with_values({"solver.exudyn.formulation": "full", "solver.exudyn.step": 1e-6})
     assert back.data["solver"]["exudyn"]["tolerance"] == 1e-7
+    of_five_bodies = load_scene("crank-pin")
+    assert of_five_bodies.data["solver"]["exudyn"]["step"] == 2.5e-7
+    assert (
+        of_five_bodies.with_values({"solver.exudyn.formulation": "tree"}).data["solver"]["exudyn"]
+        == tree.data["solver"]["exudyn"]
+    )
     given = load_scene(PAPER, {"solver.exudyn.formulation": "tree", "solver.exudyn.tolerance": 1e-8})
     assert given.data["solver"]["exudyn"]["step"] == 1e-4
     assert given.data["solver"]["exudyn"]["tolerance"] == 1e-8
