@@ -3,31 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from comparison.align import Aligned, align
+from comparison.attribution import attribute
 from comparison.channels import channels, expected
 from comparison.check import check
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.table import Table, TableError
-from comparison.uncertainty import Levels, round_off, uncertainty, window_samples
+from comparison.uncertainty import Levels, Runs, round_off, uncertainty, window_samples
 from comparison.verdict import ChannelComparison, SceneComparison, compare_channel, scene_verdict, thresholds
 
-
-@dataclass(frozen=True)
-class Runs:
-    """One model's runs of a scene; without a finer run it has no uncertainty."""
-
-    base: Table
-    finer: Table | None = None
-    twin: Table | None = None
-    """The coarser run (without one: the base) with its start moved; None where it cannot be moved."""
-    coarser: Table | None = None
-    refinement: tuple[float, float] = (2.0, 2.0)
-    """Factor between two levels and order of the error, `comparison.accuracy.refinement`."""
+__all__ = ["Runs", "compare", "recorded_scene"]
 
 
 def compare(
@@ -126,6 +115,9 @@ def compare(
         command=command,
         tier=tier,
         shift=aligned.shift,
+        attribution=attribute(
+            (a, b), results, aligned.time, verdict=verdict, tier=tier, labels=labels, scene=scene
+        ),
     )
 
 

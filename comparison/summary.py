@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import asdict, fields
+from math import isnan
 from typing import Any
 
+from comparison.explanations import percent
 from comparison.impacts import Impacts
 from comparison.situations import of_scene, pin_of_scene
-from comparison.verdict import ChannelComparison, SceneComparison
+from comparison.verdict import Attribution, ChannelComparison, SceneComparison
 
 EXIT_CODES = {"agree": 0, "differ": 1, "cannot compare": 2, "indeterminate": 3}
 _WORST_FIRST = (70, 2, 1, 3, 0)
@@ -46,6 +48,7 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "command": comparison.command,
         "situations": dict(zip(comparison.labels, of_scene(comparison), strict=True)),
         "crank_pin_contact": dict(zip(comparison.labels, pin_of_scene(comparison), strict=True)),
+        "attribution": None if comparison.attribution is None else asdict(comparison.attribution),
         "impacts": None
         if comparison.impacts is None
         else {part: _impacts(impacts) for part, impacts in comparison.impacts.items()},
@@ -56,7 +59,10 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
 
 
 def scene_lines(comparisons: Sequence[SceneComparison]) -> list[str]:
-    """One line a scene and tier: name, tier, verdict, reason, and the scene's warnings below."""
+    """One line a scene and tier: name, tier, verdict, reason; below it what the difference is attributed to.
+
+    The scene's warnings come last.
+    """
     name_width = max(len(comparison.name) for comparison in comparisons)
     lines = []
     for comparison in comparisons:
@@ -64,8 +70,18 @@ def scene_lines(comparisons: Sequence[SceneComparison]) -> list[str]:
         for tier in comparison.tiers:
             lines.append(f"{name:<{name_width}}  {tier.tier:<8}  {tier.verdict:<14}  {tier.reason}")
             name = ""
+            if tier.attribution is not None and (said := attribution_words(tier.attribution)):
+                lines.append(f"{'':<{name_width}}  {'':<8}  {'why':<14}  {'; '.join(said)}")
         lines += [f"{'':<{name_width}}  {'':<8}  {'warning':<14}  {line}" for line in comparison.warnings]
     return lines
+
+
+def attribution_words(attribution: Attribution) -> list[str]:
+    """Return the share that is explained, where there is one, and the sentences of an attribution."""
+    told = (
+        [] if isnan(attribution.explained) else [f"{percent(attribution.explained)} of the samples explained"]
+    )
+    return [*told, *attribution.sentences]
 
 
 def channel_lines(comparison: SceneComparison) -> list[str]:

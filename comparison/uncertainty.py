@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from comparison.scene import Scene
+from comparison.table import Table
 
 Array = NDArray[np.float64]
 
@@ -101,6 +102,25 @@ def round_off(values: Array, time: Array, absolute: float) -> float:
 
 
 @dataclass(frozen=True)
+class Runs:
+    """One model's runs of a scene; without a finer run it has no uncertainty."""
+
+    base: Table
+    finer: Table | None = None
+    twin: Table | None = None
+    """The coarser run (without one: the base) with its start moved; None where it cannot be moved."""
+    coarser: Table | None = None
+    refinement: tuple[float, float] = (2.0, 2.0)
+    """Factor between two levels and order of the error, see `comparison.accuracy.refinement`."""
+
+    @property
+    def gain(self) -> float:
+        """What a level should divide the error by, factor^order."""
+        factor, order = self.refinement
+        return float(factor**order)
+
+
+@dataclass(frozen=True)
 class Levels:
     """One channel in the runs of one model at the same times, each of shape (n,)."""
 
@@ -145,8 +165,21 @@ def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
         u = safety * np.maximum(distance, coarse / gain)
     if levels.twin is not None:
         original = levels.base if levels.coarser is None else levels.coarser
-        u = np.maximum(u, SAFETY_FACTOR * _widened(original, levels.twin, half_width))
+        u = np.maximum(u, spread(original, levels.twin, half_width))
     return np.maximum(u, floor)
+
+
+def spread(original: Array, twin: Array, half_width: int) -> Array:
+    """Return the part of u that neighbouring starts make and no setting removes, 3 d_t; shape (n,).
+
+    Parameters
+    ----------
+    original, twin
+        One channel of a run and of its twin, shape (n,).
+    half_width
+        Of the window, samples.
+    """
+    return SAFETY_FACTOR * _widened(original, twin, half_width)
 
 
 def _widened(a: Array, b: Array, half_width: int) -> Array:

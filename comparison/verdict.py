@@ -93,6 +93,33 @@ class ChannelComparison:
 
 
 @dataclass(frozen=True)
+class Attribution:
+    """Where the difference of a scene at one tier comes from; what cannot be told is nan or empty."""
+
+    explained: float = float("nan")
+    """Share of the judged samples of all excited channels together that are within k u."""
+    cause: str = ""
+    """"a" or "b" (whose refinement removes it), "both", "round-off", "neither" or "models"."""
+    remaining: dict[str, float] = field(default_factory=dict)
+    """What is left of its size where the run of "a", of "b" or of "both" is the refined one; 1: all of it."""
+    channels: dict[str, dict[str, float]] = field(default_factory=dict)
+    """The same by channel."""
+    still_moves: dict[str, float] = field(default_factory=dict)
+    """"a", "b": share of the samples beyond the band near which refinement moves the run by as much."""
+    unpredictable: dict[str, float] = field(default_factory=dict)
+    """Why the samples of the indeterminate channels are not predictable: share by the u of "a" alone, of "b"
+    alone, of "each" by itself, of the two only "together"; and that of "neighbours" whose spread suffices."""
+    unpredictable_from: float = float("nan")
+    """First of the most frequent of these, s."""
+    beyond_from: float = float("nan")
+    """First judged sample beyond the band or the tolerance, s; of the channels that differ, if any does."""
+    beyond_in: str = ""
+    """Its channel."""
+    sentences: tuple[str, ...] = ()
+    """All this in plain words."""
+
+
+@dataclass(frozen=True)
 class SceneComparison:
     """All channels of one scene, with what is needed to read and to repeat the comparison."""
 
@@ -115,6 +142,8 @@ class SceneComparison:
     command: str = ""
     """Reproduces this comparison."""
     tier: str = "standard"
+    attribution: Attribution | None = None
+    """None where nothing could be compared."""
     tight: SceneComparison | None = None
     """The same scene at the tight tier, where it was run."""
     shift: Shift | None = None
