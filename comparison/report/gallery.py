@@ -49,6 +49,13 @@ def figures(scene: SceneComparison, key: str) -> list[Drawing]:
     return drawings + [_draw(scene, channel, pages, f"{key}-{n}") for n, channel in enumerate(shown)]
 
 
+def representative(scene: SceneComparison, key: str) -> list[Drawing]:
+    """Draw slider_x alone, or where it is unexcited the first channel that is not, inside `svg.style`."""
+    excited = [channel for channel in scene.channels.values() if channel.verdict != "unexcited"]
+    excited.sort(key=lambda channel: channel.channel != "slider_x")
+    return [_draw(scene, channel, {}, key) for channel in excited[:1]]
+
+
 def is_derived(channel: ChannelComparison) -> bool:
     """Return whether a channel is left to the table: a corner's gap or friction force that does not differ.
 
@@ -77,6 +84,8 @@ def _draw(
         heading = f"The worst predictable sample, at {channel.worst_time:.4f} s, enlarged: {heading}"
     caption = f"{channel.channel}: largest difference {quantity(channel.max_difference, channel.unit)}"
     caption += f", coverage {percent(channel.coverage)}, explained {percent(channel.explained)}"
+    if channel.u is not None:
+        caption += f"; {scene.tier} tier"
     alt = (
         f"{heading} over time, {scene.labels[0]} solid and {scene.labels[1]} dashed; below it the size of "
         f"their difference against {limit_name}, logarithmic. "

@@ -16,9 +16,9 @@ from markupsafe import Markup
 
 from comparison.impacts import WINDOW
 from comparison.report import rule, summary, svg, tables
-from comparison.report.gallery import figures, is_derived
+from comparison.report.gallery import figures, is_derived, representative
 from comparison.report.quantity import MISSING, percent, quantity
-from comparison.summary import shift_line
+from comparison.summary import attribution_words, shift_line
 from comparison.verdict import SceneComparison
 
 _HERE = Path(__file__).parent
@@ -74,7 +74,11 @@ def render(comparisons: Sequence[SceneComparison], *, title: str, command: str) 
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    worst = max(range(len(comparisons)), key=lambda n: summary.rank(comparisons[n].verdict), default=None)
+    worst = max(
+        range(len(comparisons)),
+        key=lambda n: summary.rank(summary.worst_verdict(comparisons[n])),
+        default=None,
+    )
     with svg.style():
         scenes = [_scene(scene, f"s{n}", shown=n == worst) for n, scene in enumerate(comparisons)]
     return environment.get_template("report.html.j2").render(
@@ -82,6 +86,7 @@ def render(comparisons: Sequence[SceneComparison], *, title: str, command: str) 
         command=command,
         overall={"verdict": summary.overall_verdict(comparisons), "sentence": summary.sentence(comparisons)},
         scenes=scenes,
+        tiers=any(scene.tight is not None for scene in comparisons),
         symbols=summary.SYMBOLS,
         definition=rule.definition(comparisons),
         contact_headings=tables.CONTACT_HEADINGS,
@@ -95,25 +100,19 @@ def render(comparisons: Sequence[SceneComparison], *, title: str, command: str) 
 def _scene(scene: SceneComparison, key: str, *, shown: bool) -> dict[str, Any]:
     """Return what the template needs of one scene; ``key`` starts every id of its figures."""
     worst = summary.worst_channel(scene)
-    rows = {
-        name: tables.channel_row(channel, scene.time, rule.beyond(channel))
-        for name, channel in scene.channels.items()
-    }
+    usual = _tier(scene)
+    rows = {row["name"]: row for row in usual["channels"]}
     judged = [channel.coverage for channel in scene.channels.values() if channel.verdict != "unexcited"]
-    return {
+    return usual | {
         "key": key,
         "open": shown,
         "name": scene.name,
         "title": scene.title,
         "description": scene.description,
-        "verdict": scene.verdict,
-        "reason": scene.reason,
         "shift": shift_line(scene),
         "warnings": scene.warnings,
-        "labels": scene.labels,
         "worst": rows[worst.channel] if worst else None,
         "lowest_coverage": percent(float(np.min(judged))) if judged else MISSING,
-        "channels": list(rows.values()),
         "figures": figures(scene, key),
         "not_drawn": ", ".join(name for name, channel in scene.channels.items() if is_derived(channel)),
         "unexcited": ", ".join(name for name, row in rows.items() if row["verdict"] == "unexcited"),
@@ -123,8 +122,28 @@ def _scene(scene: SceneComparison, key: str, *, shown: bool) -> dict[str, Any]:
         "impact_window": quantity(WINDOW * scene.period, "s") if scene.period else MISSING,
         "information": tables.information_rows(scene),
         "situations": tables.situation_rows(scene),
-        "runs": tables.run_rows(scene.provenance),
-        "versions": tables.version_lines(scene.provenance),
         "numbers": tables.scene_values(scene.scene),
         "command": scene.command,
+        "tight": scene.tight
+        and _tier(scene.tight) | {"figures": representative(scene.tight, f"{key}-tight")},
+    }
+
+
+def _tier(scene: SceneComparison) -> dict[str, Any]:
+    """Return what is shown of a scene at either tier."""
+    explained = scene.attribution.explained if scene.attribution else float("nan")
+    return {
+        "tier": scene.tier,
+        "verdict": scene.verdict,
+        "reason": scene.reason,
+        "labels": scene.labels,
+        "attribution": attribution_words(scene.attribution) if scene.attribution else [],
+        "coverage": percent(summary.coverage(scene)),
+        "explained": percent(explained),
+        "channels": [
+            tables.channel_row(channel, scene.time, rule.beyond(channel))
+            for channel in scene.channels.values()
+        ],
+        "runs": tables.run_rows(scene.provenance),
+        "versions": tables.version_lines(scene.provenance),
     }

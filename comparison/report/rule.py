@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -13,7 +13,10 @@ from comparison.verdict import Array, BoolArray, ChannelComparison, SceneCompari
 
 def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
     """Return how the verdicts of these scenes are made, one step a line."""
+    tiers = {tier.tier: thresholds(tier.tier) for scene in comparisons for tier in scene.tiers}
     fixed = thresholds()
+    alpha = _by_tier({name: f"{limits.alpha:g}" for name, limits in tiers.items()})
+    floor = _by_tier({name: f"{limits.coverage:.0%}" for name, limits in tiers.items()})
     shift = number(TWIN_SHIFT, 1).removeprefix("1·")
     lines = [
         f"Uncertainty u(t) of one model: {SAFETY_FACTOR:g} times the largest distance of its run to its "
@@ -22,20 +25,34 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
         f"within ±{WINDOW:.0%} of a crank turn; where the three levels show the method's order, "
         f"{SAFETY_FACTOR_IN_ORDER:g} times the error they extrapolate to; never below round-off. "
         "Of both models: u = √(u₁² + u₂²).",
-        f"Predictable: the samples with u ≤ {fixed.alpha:g} of the channel's scale; of a force or an "
+        f"Predictable: the samples with u ≤ {alpha} of the channel's scale; of a force or an "
         "acceleration only where the position that decides about it is predictable too. "
-        f"Coverage is their share; below {fixed.coverage:.0%} the channel is indeterminate.",
+        f"Coverage is their share; below {floor} the channel is indeterminate.",
         f"Agree: |difference| ≤ {fixed.k:g} u on at least {fixed.share:.0%} of the predictable samples "
         "(explained); samples at which both models are exactly zero count for nothing. Differ: on fewer. "
         "A scene differs if one channel does; else its coverage is the mean over its excited channels, held "
         "against the same floor: below it is indeterminate, at or above it agrees.",
     ]
+    if "tight" in tiers:
+        lines.insert(
+            0,
+            "Each scene is judged at two tiers. Standard: the scene's settings, what a user runs. Tight: the "
+            "closest look, the reference at its strict setting and, where only rod 4 and the slider move by "
+            "forces, Exudyn on these two bodies with error control; else its five bodies as the scene says.",
+        )
     if any(channel.u is None for scene in comparisons for channel in scene.channels.values()):
         lines.append(
             "Tables without a refined run carry no uncertainty: a fixed tolerance (a share of the scale) is "
             "the threshold and every sample counts as predictable; without one the verdict is indeterminate."
         )
     return lines
+
+
+def _by_tier(numbers: Mapping[str, str]) -> str:
+    """Return "0.01 (standard tier) or 5e-05 (tight tier)", of one tier the number alone."""
+    if len(numbers) < 2:
+        return next(iter(numbers.values()), "")
+    return " or ".join(f"{text} ({tier} tier)" for tier, text in numbers.items())
 
 
 def threshold(channel: ChannelComparison) -> tuple[Array | None, str]:

@@ -1,4 +1,4 @@
-"""The verdict of all scenes in one sentence, and the channel that decides a scene."""
+"""The verdict of all scenes at both tiers in one sentence, and the channel that decides a scene."""
 
 from __future__ import annotations
 
@@ -27,15 +27,32 @@ def rank(verdict: str) -> int:
     return _RANK.get(verdict, len(_RANK))
 
 
+def worst_verdict(scene: SceneComparison) -> str:
+    """Return the worse of a scene's verdicts at its tiers."""
+    return max((tier.verdict for tier in scene.tiers), key=rank)
+
+
 def overall_verdict(comparisons: Sequence[SceneComparison]) -> str:
-    """Return the worst verdict of the scenes; without a scene nothing was compared."""
-    return max((scene.verdict for scene in comparisons), key=rank, default="cannot compare")
+    """Return the worst verdict of the scenes at any tier; without a scene nothing was compared."""
+    return max((worst_verdict(scene) for scene in comparisons), key=rank, default="cannot compare")
 
 
 def sentence(comparisons: Sequence[SceneComparison]) -> str:
-    """Return one sentence for all scenes: "Of 8 scenes 1 differs and 7 agree."."""
+    """Return one sentence for all scenes: "Of 8 scenes 1 differs and 7 agree.".
+
+    Where some were also compared at the tight tier: "At the standard tier all 8 agree; at the tight tier of 8
+    scenes 1 differs and 7 agree.".
+    """
+    closer = [scene.tight for scene in comparisons if scene.tight is not None]
+    if not closer:
+        said = _of_tier(comparisons)
+        return f"{said[0].upper()}{said[1:]}."
+    return f"At the standard tier {_of_tier(comparisons)}; at the tight tier {_of_tier(closer)}."
+
+
+def _of_tier(comparisons: Sequence[SceneComparison]) -> str:
     if not comparisons:
-        return "There is no scene to compare."
+        return "there is no scene to compare"
     count = Counter(scene.verdict for scene in comparisons)
     words = [
         f"{number} {_COUNTED.get(verdict, (verdict, verdict))[number > 1]}"
@@ -43,8 +60,15 @@ def sentence(comparisons: Sequence[SceneComparison]) -> str:
     ]
     said = words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
     if len(comparisons) == 1:
-        return f"The scene {comparisons[0].name} {said.removeprefix('1 ')}."
-    return f"All {said}." if len(words) == 1 else f"Of {len(comparisons)} scenes {said}."
+        return f"the scene {comparisons[0].name} {said.removeprefix('1 ')}"
+    return f"all {said}" if len(words) == 1 else f"of {len(comparisons)} scenes {said}"
+
+
+def coverage(scene: SceneComparison) -> float:
+    """Return the share of predictable samples, the mean over the excited channels; nan where unknown."""
+    excited = [channel for channel in scene.channels.values() if channel.verdict != "unexcited"]
+    known = [channel.coverage for channel in excited if channel.u is not None]
+    return float(np.mean(known)) if known else math.nan
 
 
 def worst_channel(scene: SceneComparison) -> ChannelComparison | None:

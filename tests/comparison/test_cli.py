@@ -172,7 +172,8 @@ def test_validate_writes_report_summary_and_tables(scene_file, capsys):
     assert [line.split()[:3] for line in (lines[0], lines[4])] == [
         ["one", "standard", "agree"], ["two", "standard", "agree"]
     ]  # fmt: skip
-    assert [line.split()[:2] for line in (lines[1], lines[3])] == [["tight", "agree"]] * 2
+    assert [line.split()[:2] for line in (lines[2], lines[6])] == [["tight", "agree"]] * 2
+    assert [line.split()[0] for line in lines[1:8:2]] == ["why"] * 4
     assert Path(lines[-1]).is_file()
     assert Path(lines[-1]).suffix == ".html"
     summary = json.loads(Path("v/summary.json").read_text())

@@ -12,7 +12,7 @@ import pytest
 
 from comparison.channels import channels
 from comparison.scene import load_scene
-from comparison.verdict import SceneComparison, compare_channel, scene_verdict, thresholds
+from comparison.verdict import Attribution, SceneComparison, compare_channel, scene_verdict, thresholds
 
 PERIOD = 0.4  # s
 CLEARANCE = 2e-4  # m
@@ -94,8 +94,9 @@ def make_scene(
     cycles: int = 2,
     seed: int = 0,
     alter: Callable[[Columns], Columns] = lambda columns: columns,
+    tier: str = "standard",
 ) -> SceneComparison:
-    """Return a judged scene; ``alter`` changes the second model's result."""
+    """Return a scene judged at a tier; ``alter`` changes the second model's result."""
     start = 5e-5 * (1 + 0.1 * np.random.default_rng(seed).random())
     (base, events), (twin, _), (other, other_events) = (
         bounce(start, cycles, 0.0),
@@ -111,9 +112,9 @@ def make_scene(
             continue
         u = spread(a[key], neighbour[key], channel.round_off)
         results[key] = compare_channel(
-            channel, time, a[key], b[key], scene=scene.data, u=(u, u), tolerance=None, limits=thresholds()
+            channel, time, a[key], b[key], scene=scene.data, u=(u, u), tolerance=None, limits=thresholds(tier)
         )
-    verdict, reason = scene_verdict(results, thresholds().coverage)
+    verdict, reason = scene_verdict(results, thresholds(tier).coverage)
     return SceneComparison(
         name=name,
         title=f"A made-up press, {cycles} cycles",
@@ -143,6 +144,8 @@ def make_scene(
         },
         scene=scene.data,
         command=f"sixbar validate {name}",
+        tier=tier,
+        attribution=Attribution(explained=0.99996, cause="b", sentences=(f"made up for the {tier} tier",)),
     )
 
 
@@ -158,6 +161,15 @@ def differing() -> SceneComparison:
     return make_scene(
         "stiff", alter=lambda columns: {k: 1.03 * v if "normal" in k else v for k, v in columns.items()}
     )
+
+
+@pytest.fixture(scope="session")
+def tiered(scene: SceneComparison) -> SceneComparison:
+    """A scene that agrees at the standard tier and, with x moved by 0.1 µm, differs at the tight one."""
+    closer = make_scene(
+        tier="tight", alter=lambda columns: columns | {"slider_x": columns["slider_x"] + 1e-7}
+    )
+    return replace(scene, tight=closer)
 
 
 @pytest.fixture

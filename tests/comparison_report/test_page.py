@@ -4,6 +4,7 @@ import re
 import time
 from collections import Counter
 from dataclasses import replace
+from html import escape as html_escape
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from comparison.report import page as page_module
 from comparison.report import svg, write_report
 from comparison.report.gallery import figures
 from comparison.report.page import render
+from comparison.report.quantity import percent
 from comparison.verdict import ChannelComparison, SceneComparison
 
 VOID = {"meta", "link", "br", "img", "hr", "input", "path", "rect", "use"}
@@ -369,3 +371,81 @@ def test_other_measures_are_closed_and_said_to_be_information(scene: SceneCompar
     # Nothing ever touches the upper left corner.
     assert [name for name, _ in rows] == ["slider_x", "corner_ll_normal"]
     assert all(cells.count('<td class="number">') == 9 for _, cells in rows)
+
+
+def part_of_tight(html: str) -> str:
+    return html[html.index("<h3>Tight tier</h3>") : html.index("Every number of the scene")]
+
+
+def test_both_tiers_count_for_the_verdict_of_the_page(
+    scene: SceneComparison, tiered: SceneComparison
+) -> None:
+    html = page(scene, replace(tiered, name="tiered"))
+    text = words(html)
+    assert tiered.tight is not None
+    assert (tiered.verdict, tiered.tight.verdict) == ("agree", "differ")
+    assert "✗ differ At the standard tier all 2 agree; at the tight tier the scene press differs." in text
+    scenes = re.findall(r'<details class="scene"( open)?>\s*<summary><b>(\w+)</b>(.*?)</summary>', html)
+    assert [(opened, name) for opened, name, _ in scenes] == [("", "press"), (" open", "tiered")]
+    assert "tight tier" in scenes[1][2]
+    assert "differ" in scenes[1][2]
+    # One verdict is no two: the page of a single tier says so nowhere.
+    assert "tight" not in words(page(scene))
+
+
+def test_the_overview_has_a_column_for_each_tier_with_what_was_predictable(
+    scene: SceneComparison, tiered: SceneComparison
+) -> None:
+    html = page(tiered, scene)
+    overview = html[html.index("<tbody>") : html.index("</tbody>")]
+    rows = re.findall(r'<tr>\s*<th scope="row">.*?</th>(.*?)</tr>', overview, re.DOTALL)
+    cells = [re.findall(r"<td[^>]*>(.*?)</td>", row, re.DOTALL) for row in rows]
+    assert "agree" in cells[0][0]
+    assert "differ" in cells[0][1]
+    assert cells[1][1] == "not run"
+    for cell, tier in zip(cells[0], tiered.tiers, strict=False):
+        excited = [c.coverage for c in tier.channels.values() if c.verdict != "unexcited"]
+        assert f"predictable {percent(sum(excited) / len(excited))}" in cell
+        assert "explained 99.99\u00a0%" in cell  # 0.99996, cut off
+    (columns,) = {len(row) for row in cells}
+    assert columns == 2 + 5 + 2
+
+
+def test_the_tight_tier_has_its_reason_attribution_channels_figure_and_runs(tiered: SceneComparison) -> None:
+    html = page(tiered)
+    assert tiered.tight is not None
+    part = part_of_tight(html)
+    assert f"<p><b>{html_escape(tiered.tight.reason)}</b></p>" in part
+    assert "<li>made up for the tight tier</li>" in part
+    assert "<li>made up for the standard tier</li>" in html.replace(part, "")
+    for name in tiered.tight.channels:
+        assert f'<th scope="row"><code>{name}</code>' in part
+    assert part.count("<figure>") == 1
+    assert re.search(r'<span class="soft">slider_x: largest difference[^<]*; tight tier<', part)
+    assert "; standard tier<" in html.replace(part, "")
+    assert "exudyn finer" in part
+
+
+def test_the_rule_states_the_numbers_of_both_tiers(scene: SceneComparison, tiered: SceneComparison) -> None:
+    text = words(page(tiered))
+    assert "u ≤ 0.01 (standard tier) or 5e-05 (tight tier) of the channel's scale" in text
+    assert "below 50% (standard tier) or 25% (tight tier) the channel is indeterminate" in text
+    alone = words(page(scene))
+    assert "u ≤ 0.01 of the channel's scale" in alone
+    assert "below 50% the channel is indeterminate" in alone
+
+
+def test_a_tight_tier_that_could_not_be_compared_is_the_verdict(
+    scene: SceneComparison, broken: SceneComparison
+) -> None:
+    html = page(replace(scene, tight=replace(broken, tier="tight")))
+    part = part_of_tight(html)
+    assert "exudyn: slider_vx is nan in row 17" in part
+    assert "<table" not in part
+    assert "<figure" not in part
+    said = "at the tight tier the scene broken cannot be compared."
+    assert f"! cannot compare At the standard tier the scene press agrees; {said}" in words(html)
+
+
+def test_a_scene_of_two_tiers_is_small(tiered: SceneComparison) -> None:
+    assert len(page(tiered).encode()) < 10e6 / 10  # ten scenes in 10 MB
