@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from comparison.verdict import SceneComparison
 
 @pytest.fixture(scope="session")
 def comparisons() -> list[SceneComparison]:
-    """A scene that agrees and one that differs."""
+    """A scene that agrees at both tiers and one that differs."""
     # Test folders are no packages, so the neighbour is loaded by its path.
     path = Path(__file__).parents[1] / "comparison_report" / "conftest.py"
     spec = importlib.util.spec_from_file_location("made_up_comparisons", path)
@@ -25,4 +26,5 @@ def comparisons() -> list[SceneComparison]:
     def moved(columns: dict[str, Any]) -> dict[str, Any]:
         return columns | {"slider_x": columns["slider_x"] + 1e-6}
 
-    return [module.make_scene("press"), module.make_scene("moved", alter=moved)]
+    both = replace(module.make_scene("press"), tight=module.make_scene("press", tier="tight"))
+    return [both, module.make_scene("moved", alter=moved)]

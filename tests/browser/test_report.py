@@ -99,14 +99,16 @@ def test_every_figure_and_the_verdict_are_there(
 ) -> None:
     seen = measured[width]
     assert "differ" in seen["lead"]
-    assert "Of 2 scenes 1 differs and 1 agrees." in seen["lead"]
+    assert "At the standard tier of 2 scenes 1 differs and 1 agrees; at the tight tier" in seen["lead"]
     # Nine of motion, the normal forces of two corners and the enlargement; more where others differ.
     assert seen["figures"] == report.read_text("utf-8").count("<figure>") >= 2 * 12
     # Both axes with grid and ticks, both models, the difference, the threshold, and their legends.
     assert min(seen["lines"]) >= 10
-    channels = [channel for scene in comparisons for channel in scene.channels.values()]
+    channels = [
+        channel for scene in comparisons for tier in scene.tiers for channel in tier.channels.values()
+    ]
     assert seen["strips"] == sum(channel.verdict != "unexcited" for channel in channels)
-    assert seen["closed"] == 1 + 2  # one of two scenes, and the numbers of each
+    assert seen["closed"] == 1 + 2 * 2  # one of two scenes, and of each its numbers and the other measures
 
 
 @pytest.mark.parametrize("width", ["400", "1280"])

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
 from comparison.cli import main
+from comparison.compare import Runs, compare
 from comparison.report.markdown import table
 from comparison.run import Outcome
-from comparison.studies import NAMES, contact_laws, crank_pin, ensembles, index
+from comparison.studies import NAMES, contact_laws, crank_pin, ensembles, index, verdicts
 from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
 from comparison.studies.errors import Peak
 from comparison.table import Table
@@ -122,6 +124,29 @@ def test_exponents_and_where_the_published_peak_is_met():
     assert powers(cases) == "displacement 0.40, velocity 0.40, acceleration 0.40"
     assert met(cases, "slider_ay") == "20 GPa"
     assert met({1e9: case(1.0), 2e9: case(2.0)}, "slider_ay") == "no modulus"
+
+
+def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make_table):
+    def compared(tier, apart):
+        sides = [
+            Runs(*(make_table(part * error) for part in (1, 0.25, 4, 4))) for error in (1e-8, 1e-8 + apart)
+        ]
+        return compare(*sides, scene=scene, labels=("reference", "exudyn"), tier=tier)
+
+    usual = compared("standard", 1e-6)
+    line = dict(
+        zip(verdicts.HEADINGS, verdicts.row(replace(usual, tight=compared("tight", 1e-7))), strict=True)
+    )
+    assert line["tight tier"] == line["standard tier"] == "**agree**"
+    # 1e-7 (1 + cos) sin of a clearance of 0.2 mm, at most 1.3 where the angle is 60 degrees.
+    assert line["largest difference of x, tight, predictable samples"] == "2.6e-11 m"
+    assert line["largest difference of x, whole run"] == "2.6e-10 m"
+    assert line["samples predictable"] == line["of these explained, tight"] == "100\u00a0%"
+    refused = replace(usual, verdict="cannot compare", channels={}, attribution=None)
+    for tight, told in ((None, "not run"), (refused, "**cannot compare**")):
+        cells = verdicts.row(replace(usual, tight=tight))
+        assert cells[-4:] == [told, "n/a", "n/a", "n/a"]
+        assert len(verdicts.row(replace(refused, tight=tight))) == len(verdicts.HEADINGS)
 
 
 def test_a_bar_in_a_cell_does_not_end_it():
