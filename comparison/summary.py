@@ -79,7 +79,9 @@ def scene_lines(comparisons: Sequence[SceneComparison]) -> list[str]:
 def attribution_words(attribution: Attribution) -> list[str]:
     """Return the share that is explained, where there is one, and the sentences of an attribution."""
     told = (
-        [] if isnan(attribution.explained) else [f"{percent(attribution.explained)} of the samples explained"]
+        []
+        if isnan(attribution.explained)
+        else [f"{percent(attribution.explained)} of the judged samples explained"]
     )
     return [*told, *attribution.sentences]
 

@@ -33,6 +33,12 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
         "A scene differs if one channel does; else its coverage is the mean over its excited channels, held "
         "against the same floor: below it is indeterminate, at or above it agrees.",
     ]
+    if any(tier.attribution and tier.attribution.cause for scene in comparisons for tier in scene.tiers):
+        lines.append(
+            "Where a difference comes from: each model's run is replaced by its refined one, the other's kept. A "
+            "setting whose refinement removes the difference explains it; what no refinement removes and is "
+            "beyond the threshold is a difference of models."
+        )
     if "tight" in tiers:
         lines.insert(
             0,

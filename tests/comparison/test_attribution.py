@@ -183,6 +183,6 @@ def test_it_stands_in_the_numbers_and_on_the_terminal(scene, make_table):
     first, second = scene_lines([result])
     assert first.split()[:3] == [scene.name, "standard", "agree"]
     assert second.split()[0] == "why"
-    assert "100.00% of the samples explained; explained by exudyn's step" in second
+    assert "100.00% of the judged samples explained; explained by exudyn's step" in second
     foreign = compare(Runs(make_table()), Runs(make_table()), tolerance=1.0)
     assert len(scene_lines([foreign])) == 1
