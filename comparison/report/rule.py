@@ -35,9 +35,9 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
     ]
     if any(tier.attribution and tier.attribution.cause for scene in comparisons for tier in scene.tiers):
         lines.append(
-            "Where a difference comes from: each model's run is replaced by its refined one, the other's kept. A "
-            "setting whose refinement removes the difference explains it; what no refinement removes and is "
-            "beyond the threshold is a difference of models."
+            "Where a difference comes from: one model's run is replaced by its refined one, the other's is "
+            "kept. A setting whose refinement removes the difference explains it; what no refinement removes "
+            "and is beyond the threshold is a difference of models."
         )
     if "tight" in tiers:
         lines.insert(

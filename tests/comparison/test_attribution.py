@@ -101,6 +101,20 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
     assert 1 - 2 / 21 < found.explained < 1 - 0.9 / 21
 
 
+def test_a_small_difference_of_models_is_told_apart_from_larger_ones_within_the_numerics(scene, make_table):
+    a, b = runs(make_table, 0.0), runs(make_table, 1e-5)
+    # In the first turn no error and 1e-10 m between the models; in the second up to 4e-9 m by coarse steps.
+    for kind in ("base", "finer", "twin", "coarser"):
+        frame = getattr(b, kind).frame
+        frame.loc[frame["time"] < 0.4] = a.base.frame[frame["time"] < 0.4]
+        frame.loc[frame["time"].between(0.05, 0.2), "slider_x"] += 1e-10
+    found = compared(scene, a, b).attribution
+    assert (found.cause, found.beyond_in) == ("models", "slider_x")
+    # All of it is left, to the rounding of x: 1e-16 of 1e-10 m.
+    assert found.remaining == {key: pytest.approx(1.0, rel=1e-5) for key in ("a", "b", "both")}
+    assert found.still_moves == {"a": 0.0, "b": 0.0}
+
+
 def test_an_uncertainty_that_is_small_by_chance_is_suspected(scene, make_table):
     a, b = runs(make_table, 0.0), runs(make_table, 1e-5)
     time = b.base.time
