@@ -64,7 +64,8 @@ def attribute(
     excited = {name: channel for name, channel in results.items() if channel.verdict != "unexcited"}
     judged = {name: c.predictable & ((c.a != 0) | (c.b != 0)) for name, c in excited.items()}
     beyond = {name: judged[name] & (np.abs(c.difference) > _limit(c)) for name, c in excited.items()}
-    deciding = {name: c for name, c in excited.items() if c.verdict == verdict}
+    # A scene may differ by a shift in time alone, which no channel shows: then all of them tell.
+    deciding = {name: c for name, c in excited.items() if c.verdict == verdict} or excited
     found = _first(beyond, deciding if verdict == "differ" else excited, time)
     if scene is not None and excited and all(channel.u is not None for channel in excited.values()):
         share = next(iter(excited.values())).limits.share

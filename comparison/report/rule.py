@@ -42,9 +42,10 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
     if "tight" in tiers:
         lines.insert(
             0,
-            "Each scene is judged at two tiers. Standard: the scene's settings, what a user runs. Tight: the "
-            "closest look, the reference at its strict setting and, where only rod 4 and the slider move by "
-            "forces, Exudyn on these two bodies with error control; else its five bodies as the scene says.",
+            "Each scene is judged at two tiers. Standard: the scene's settings, what a user runs. Tight: "
+            "the closest look, the reference at its strict setting and Exudyn on what the drive leaves free, "
+            "with error control; a scene that needs all five bodies (no clearance, reactions) runs them as it "
+            "says.",
         )
     if any(channel.u is None for scene in comparisons for channel in scene.channels.values()):
         lines.append(

@@ -35,10 +35,10 @@ HEADINGS = (
 TEXT = """# Verdicts
 
 Both models on every shipped scene at two tiers. Standard: each model at the scene's setting. Tight: the
-reference at its strict setting against Exudyn on rod 4 and the slider alone with error control; scenes that
-move all five bodies by forces run them as the scene says. Explained are the samples whose difference is
-within twice the numerical uncertainty of both runs; wanted are at least 99 %, and at the tight tier
-differences of x of no more than 1e-9 m.
+reference at its strict setting against Exudyn on what the drive leaves free, with error control; a scene
+without clearance runs all five bodies as it says. Explained are the samples whose difference is within twice
+the numerical uncertainty of both runs; wanted are at least 99 %, and at the tight tier differences of x of no
+more than 1e-9 m.
 
 {table}
 """
