@@ -44,8 +44,8 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
             0,
             "Each scene is judged at two tiers. Standard: the scene's settings, what a user runs. Tight: "
             "the closest look, the reference at its strict setting and Exudyn on what the drive leaves free, "
-            "with error control; a scene that needs all five bodies (no clearance, reactions) runs them as it "
-            "says.",
+            "with error control; a scene that needs all five bodies (no clearance, reactions) runs them as "
+            "it says.",
         )
     if any(channel.u is None for scene in comparisons for channel in scene.channels.values()):
         lines.append(
