@@ -86,6 +86,8 @@ def _of_cause(found: Attribution, sides: list[_Refinement]) -> str:
         for key, side in zip("ab", sides, strict=True)
     )
     both = f"both together {_effect(left['both'], min(side.gain for side in sides))}"
+    if left["both"] > 1 + _CHANGED:
+        both += "; it grows, as rounding does that adds up over more steps"
     if found.cause in {"a", "b"}:
         chief, other = (sides[0], second) if found.cause == "a" else (sides[1], first)
         effect = _effect(left[found.cause], chief.gain, "the difference")
