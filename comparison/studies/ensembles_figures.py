@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from comparison.report import svg
 from comparison.verdict import Array
+
+ROUND_OFF = 1e-16
+"""m; of a coordinate of 0.55 m."""
 
 
 def draw(folder: Path, turns: Array, a: Array, b: Array, predictable: float) -> None:
@@ -33,7 +37,8 @@ def draw(folder: Path, turns: Array, a: Array, b: Array, predictable: float) -> 
             (b, svg.SECOND, (4, 2), "Exudyn"),
         ):
             upper.plot(turns, 1e3 * (bands[1] - middle), color=colour, dashes=dashes, label=label)
-            lower.semilogy(turns, 1e3 * (bands[2] - bands[0]), color=colour, dashes=dashes)
+            width = np.maximum(bands[2] - bands[0], ROUND_OFF)  # zero has no logarithm
+            lower.semilogy(turns, 1e3 * width, color=colour, dashes=dashes)
         lower.axhline(1e3 * predictable, color=svg.LIMIT, dashes=(1, 2), label="predictable below")
         upper.set_ylabel("median of x (mm)")
         lower.set_ylabel("95 % - 5 % quantile (mm)")
