@@ -9,11 +9,12 @@ from typing import Annotated, Any
 
 import typer
 
+from comparison.cli_gate import gate
+from comparison.cli_validate import validate, write_page
 from comparison.console import complain, fail, progress, warn
-from comparison.options import Accuracy, AllowIndeterminate, Jobs, Models, OutFolder, Overrides
+from comparison.options import REPORTS, Accuracy, AllowIndeterminate, Jobs, OutFolder, Overrides
 from comparison.studies import NAMES
 
-REPORTS = Path("reports/out")
 # The class that this typer raises: some of its releases bring a click of their own.
 _UsageError: Any = typer.BadParameter.__base__
 
@@ -22,7 +23,7 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
     help="Cross-validation of two models of a press with clearance in its slider's guide.",
-    epilog="Exit codes: 0 agree; 1 differ; 2 cannot compare or bad input; 3 indeterminate; "
+    epilog="Exit codes: 0 agree; 1 differ, or a regression; 2 cannot compare or bad input; 3 indeterminate; "
     "70 internal error; 130 interrupted. Of several scenes the worst.",
 )
 
@@ -179,7 +180,7 @@ def compare(
         warnings=(*left_out, *warnings),
         only=None if rules is None else rules.compare,
     )
-    report = _report([comparison], folder, command)
+    report = write_page([comparison], folder, command)
     if json is not None:
         json.parent.mkdir(parents=True, exist_ok=True)
         write_json(as_mapping(comparison), json)
@@ -188,70 +189,8 @@ def compare(
     return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
 
 
-@app.command()
-def validate(
-    scenes: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[SCENE]...", help="Shipped names or TOML files.", show_default="all"),
-    ] = None,
-    out: OutFolder = None,
-    jobs: Jobs = None,
-    accuracy: Accuracy = None,
-    models: Models = "reference,exudyn",
-    allow_indeterminate: AllowIndeterminate = False,
-) -> int:
-    """Run scenes by two models, each with a finer run and a twin, compare them, and write a report."""
-    from comparison.engines import pair
-    from comparison.files import check_folder, write_json
-    from comparison.run import MODELS
-    from comparison.scene import SceneError, load_scene, shipped_scenes
-    from comparison.summary import EXIT_CODES, as_mapping, exit_code, scene_lines
-    from comparison.table import write
-    from comparison.validation import validate as validate_scenes
-    from comparison.workers import cpus
-
-    both = pair(models)
-    loaded = [load_scene(name) for name in dict.fromkeys(scenes or shipped_scenes())]
-    names = [scene.name for scene in loaded]
-    if twice := next((name for name in names if names.count(name) > 1), None):
-        raise SceneError(f"scene {twice!r}: two of the scenes have this name; the report needs one for each")
-    folder = out or REPORTS / (names[0] if len(names) == 1 else "validate")
-    check_folder(folder)
-    with progress(f"{len(names)} scenes by both models" if len(names) > 1 else names[0]) as report:
-        results = validate_scenes(
-            loaded, models=both, n_jobs=jobs or cpus(), accuracy=accuracy, on_progress=report
-        )
-    comparisons = [result.comparison for result in results]
-    codes = [
-        70 if result.crashed else EXIT_CODES[tier.verdict]
-        for result in results
-        for tier in result.comparison.tiers
-    ]
-    code = exit_code(codes, allow_indeterminate=allow_indeterminate)
-    command = shlex.join(
-        ["sixbar", "validate", *(scenes or [])]
-        + (["--models", models] if both != MODELS else [])
-        + (["--accuracy", accuracy] if accuracy is not None else [])
-    )
-    page = _report(comparisons, folder, command)
-    for result in results:
-        for model in result.comparison.labels:
-            path = folder / "tables" / f"{result.comparison.name}-{model}.csv"
-            if model in result.runs:
-                write(result.runs[model].base, path)
-            else:
-                path.unlink(missing_ok=True)  # of an earlier call: it would seem to belong to this report
-    write_json(
-        {
-            "command": command,
-            "exit_code": code,
-            "scenes": [as_mapping(comparison) for comparison in comparisons],
-        },
-        folder / "summary.json",
-    )
-    for line in (*scene_lines(comparisons), str(page)):
-        typer.echo(line)
-    return code
+app.command()(validate)
+app.command()(gate)
 
 
 @app.command()
@@ -275,10 +214,3 @@ def study(
         path = write_study(name, folder, jobs or cpus(), report)
     typer.echo(str(path))
     return 0
-
-
-def _report(comparisons: list[Any], folder: Path, command: str) -> Path:
-    from comparison.report import write_report
-
-    title = comparisons[0].title if len(comparisons) == 1 else "Cross-validation of the two models"
-    return write_report(comparisons, folder, title=title, command=command)

@@ -90,7 +90,7 @@ def compare(
             aligned.a[channel.name],
             aligned.b[channel.name],
             scene=None if scene is None else scene.data,
-            u=(_uncertainty(a, channel.name, scene), _uncertainty(b, channel.name, scene)),
+            u=(model_uncertainty(a, channel.name, scene), model_uncertainty(b, channel.name, scene)),
             within=within,
             tolerance=tolerance,
             limits=limits,
@@ -217,8 +217,8 @@ def _too_late(
     return f"{shift.sentence(labels)} The tolerance allows {limit:.2g} s"
 
 
-def _uncertainty(runs: Runs, name: str, scene: Scene | None) -> NDArray[np.float64] | None:
-    """Uncertainty of one channel of one model; None without a finer run."""
+def model_uncertainty(runs: Runs, name: str, scene: Scene | None) -> NDArray[np.float64] | None:
+    """Uncertainty of one channel of one model, shape (n,), in its unit; None without a finer run."""
     if runs.finer is None or scene is None:
         return None
     time, base = runs.base.time, runs.base.values(name)

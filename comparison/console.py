@@ -33,6 +33,7 @@ def warn(warnings: Sequence[str]) -> None:
 def fail(error: Exception) -> int:
     """Say in one line what went wrong and who can mend it."""
     from comparison.accuracy import AccuracyError
+    from comparison.baseline import BaselineError
     from comparison.engines import EngineError
     from comparison.files import FolderError
     from comparison.run import RunError
@@ -41,7 +42,7 @@ def fail(error: Exception) -> int:
 
     if isinstance(error, RunError):
         return complain(str(error), 70 if error.outcome.status == "crashed" else 2)
-    if isinstance(error, SceneError | TableError | AccuracyError | FolderError | EngineError):
+    if isinstance(error, SceneError | TableError | AccuracyError | BaselineError | FolderError | EngineError):
         return complain(str(error), 2)
     if isinstance(error, OSError) and error.filename is not None:
         return complain(f"{error.filename}: {error.strerror}", 2)

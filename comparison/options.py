@@ -7,6 +7,9 @@ from typing import Annotated
 
 import typer
 
+REPORTS = Path("reports/out")
+"""Where reports go if nobody says otherwise, each in a folder of its own."""
+
 Overrides = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change a scene key, e.g. drive.speed_rpm=210."),

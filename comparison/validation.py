@@ -115,7 +115,7 @@ class _Plan:
 
     def __init__(self, scene: Scene, tier: str, models: tuple[str, str], command: str) -> None:
         self.scene, self.tier, self.models, self.command = scene, tier, models, command
-        self.jobs = {(model, kind): job for model in models for kind, job in _jobs(scene, model)}
+        self.jobs = {(model, kind): job for model in models for kind, job in family(scene, model)}
 
 
 def _at(scene: Scene, models: tuple[str, str], accuracy: str | float) -> Scene:
@@ -134,7 +134,8 @@ def _command(scene: Scene, models: tuple[str, str], accuracy: str | float | None
     )
 
 
-def _jobs(scene: Scene, model: str) -> list[tuple[str, Job]]:
+def family(scene: Scene, model: str) -> list[tuple[str, Job]]:
+    """Return the runs that give a model's uncertainty: base, finer, coarser, twin; those that there are."""
     coarse = coarser(model, scene)
     variants = {
         "base": scene,

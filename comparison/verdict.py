@@ -174,9 +174,14 @@ class SceneComparison:
         )
 
 
+def thresholds_record() -> dict[str, Any]:
+    """Read ``thresholds.toml``."""
+    return tomllib.loads(files("comparison").joinpath("thresholds.toml").read_text("utf-8"))
+
+
 def thresholds(tier: str = "standard") -> Thresholds:
-    """Read the numbers of a tier, ``"standard"`` or ``"tight"``."""
-    record = tomllib.loads(files("comparison").joinpath("thresholds.toml").read_text("utf-8"))
+    """Return the numbers of a tier, ``"standard"`` or ``"tight"``."""
+    record = thresholds_record()
     return Thresholds(k=record["k"], share=record["share"], **record[tier])
 
 

@@ -7,6 +7,8 @@ from typing import Any
 
 import pytest
 
+pytest_plugins = "pytester"  # pytest inside pytest; pytest takes it from the topmost conftest.py only
+
 PAPER = Path(__file__).parents[1] / "comparison" / "scenes" / "paper.toml"
 Scene = dict[str, Any]
 

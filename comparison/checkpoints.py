@@ -1,0 +1,91 @@
+"""What of a run goes into a baseline: few samples, where the model's own uncertainty is small.
+
+A sample can be a checkpoint where the run is predictable, as in `comparison.verdict` but by the uncertainty
+of this model alone, and where the channel is not zero: a force is zero most of the time, whatever the model
+does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from decimal import ROUND_CEILING, Context, Decimal
+from math import floor, log10
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comparison.baseline import Checkpoint, RunRecord
+from comparison.channels import channels, expected
+from comparison.compare import Runs, model_uncertainty
+from comparison.scene import Scene
+from comparison.table import Table
+from comparison.verdict import thresholds
+
+COUNT = 4  # of a channel: with ten scenes the file stays below 150 kB
+
+
+def record(runs: Runs, scene: Scene, model: str, tier: str) -> RunRecord:
+    """Choose a run's checkpoints, spread evenly over the samples that can be one.
+
+    Parameters
+    ----------
+    runs
+        The run, and the others of its family that give the uncertainty.
+    scene
+        What was run.
+    model, tier
+        By which, and at which of `comparison.tiers.TIERS`.
+    """
+    limits = thresholds(tier)
+    predictable: dict[str, NDArray[np.bool_]] = {}
+    found: dict[str, list[Checkpoint]] = {}
+    unexcited, unpredictable = [], []
+    for name in expected(scene.data):  # positions come before what follows from them
+        channel, values = channels()[name], runs.base.values(name)
+        u = model_uncertainty(runs, name, scene)
+        assert u is not None  # every model of ours can be refined
+        extent = float(np.ptp(values))
+        predictable[name] = u <= limits.alpha * channel.scale_value(scene.data, extent)
+        if channel.follows is not None:
+            predictable[name] &= predictable[channel.follows]
+        candidates = np.flatnonzero(predictable[name] & (values != 0))
+        if extent < channel.floor:
+            unexcited.append(name)
+        elif not candidates.size:
+            unpredictable.append(name)
+        else:
+            at = np.unique(((np.arange(COUNT) + 0.5) / COUNT * candidates.size).astype(int))
+            found[name] = [
+                _checkpoint(runs.base.time[i], values[i], limits.k * u[i]) for i in candidates[at].tolist()
+            ]
+    return RunRecord(
+        settings=settings(scene.data, runs.base, model),
+        counters=counters(runs.base),
+        contacts=contacts(runs.base),
+        unexcited=unexcited,
+        unpredictable=unpredictable,
+        channels=found,
+    )
+
+
+def settings(scene: Mapping[str, Any], table: Table, model: str) -> dict[str, Any]:
+    """Return the model's settings of a scene, with the formulation that it chose by itself."""
+    chosen = {key: table.provenance[key] for key in ("formulation",) if key in table.provenance}
+    return {**scene["solver"][model], **chosen}
+
+
+def counters(table: Table) -> dict[str, int]:
+    """Return the counters of a run's work."""
+    return dict(table.provenance.get("counters", {}))
+
+
+def contacts(table: Table) -> int:
+    """Return how many contacts a run had."""
+    return 0 if table.events is None else len(table.events)
+
+
+def _checkpoint(time: float, value: float, threshold: float) -> Checkpoint:
+    """Keep the digits that mean something: of the value to a hundredth of the threshold, of this two."""
+    rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal(Decimal(float(threshold)))
+    return Checkpoint(float(f"{time:.9g}"), round(float(value), 2 - floor(log10(threshold))), float(rounded))

@@ -1,0 +1,52 @@
+"""What this machine and its libraries are, as far as the last bits of a result hang on them."""
+
+from __future__ import annotations
+
+import platform
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+# By these C's mathematical library and numba's compiler choose among kinds of code that round differently.
+_FEATURES = ("avx2", "avx512f", "fma", "asimd", "sve")
+
+
+@cache
+def platform_name() -> str:
+    """Return system, C library and processor: ``"Linux x86_64, glibc 2.36, AMD EPYC 25/1 avx2 fma"``."""
+    library = " ".join(platform.libc_ver()).strip()
+    parts = (f"{platform.system()} {platform.machine()}", library, _processor(Path("/proc/cpuinfo")))
+    return ", ".join(part for part in parts if part)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that compute."""
+    return {"python": platform.python_version()} | {
+        name: _version(name) for name in ("numpy", "scipy", "numba", "exudyn")
+    }
+
+
+def _processor(cpuinfo: Path) -> str:
+    """Name the processor: its model, family and number, and what it can do; as Linux tells it."""
+    try:
+        lines = cpuinfo.read_text("utf-8", errors="replace").splitlines()
+    except OSError:
+        return platform.processor()
+    first: dict[str, str] = {}
+    for line in lines:
+        key, _, value = line.partition(":")
+        first.setdefault(key.strip(), value.strip())
+    can = first.get("flags", first.get("Features", "")).split()
+    numbers = "/".join(first[key] for key in ("cpu family", "model") if key in first)
+    return " ".join(
+        part
+        for part in (first.get("model name", ""), numbers, *(name for name in _FEATURES if name in can))
+        if part
+    )
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "none"

@@ -1,0 +1,105 @@
+"""A fixture for other people's tests: two tables agree on a scene.
+
+pytest loads this module at every start where the package is installed: nothing but pytest is imported until
+the fixture is used. PYTEST_DONT_REWRITE
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from comparison.table import Table
+
+    Results = str | Path | Table | pd.DataFrame
+
+
+@pytest.fixture
+def assert_agree() -> Callable[..., None]:
+    """Return a function that fails the test unless two tables agree, see ``docs/ci.md``.
+
+    ``assert_agree(a, b, *, scene=None, tolerance=None, allow_indeterminate=False)``: ``a`` and ``b`` are
+    paths of tables, `comparison.table.Table` or pandas data frames with a column ``time``; the others are the
+    options of ``sixbar compare``.
+    """
+    return _assert_agree
+
+
+def _assert_agree(
+    a: Results,
+    b: Results,
+    *,
+    scene: str | Path | None = None,
+    tolerance: float | None = None,
+    allow_indeterminate: bool = False,
+) -> None:
+    """Compare as ``sixbar compare`` does.
+
+    Parameters
+    ----------
+    a, b
+        The tables.
+    scene
+        What they are results of; None: what both record, if they do.
+    tolerance
+        Allowed difference, as a share of each channel's scale; None: the scene's.
+    allow_indeterminate
+        Whether the verdict "indeterminate" will do; it is the one without a tolerance.
+
+    Raises
+    ------
+    AssertionError
+        With the verdict's reason and a line for each channel that differs; also where the tables cannot be
+        compared.
+    SceneError
+        If there is no such scene.
+    """
+    from comparison.compare import Runs, compare, recorded_scene
+    from comparison.scene import load_scene
+    from comparison.table import TableError
+
+    __tracebackhide__ = True  # the line to show is the test's
+    labels = _label(a, "a"), _label(b, "b")
+    try:
+        tables = _table(a), _table(b)
+        loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(*tables)
+        result = compare(
+            Runs(tables[0]),
+            Runs(tables[1]),
+            scene=loaded,
+            tolerance=loaded.tolerance if tolerance is None and loaded is not None else tolerance,
+            labels=labels,
+            warnings=warnings,
+        )
+    except TableError as error:
+        raise AssertionError(f"cannot compare: {error}") from None
+    if result.verdict == "agree" or (result.verdict == "indeterminate" and allow_indeterminate):
+        return
+    on = "" if loaded is None else f" on scene {loaded.name!r}"
+    lines = [f"{' and '.join(labels)}{on}: {result.verdict}: {result.reason}"]
+    lines += [
+        f"  {name}: {channel.verdict}: {channel.reason}"
+        for name, channel in result.channels.items()
+        if channel.verdict == "differ"
+    ]
+    raise AssertionError("\n".join([*lines, *(f"  warning: {warning}" for warning in result.warnings)]))
+
+
+def _table(results: Results) -> Table:
+    import pandas as pd
+
+    from comparison.table import Table, read
+
+    if isinstance(results, pd.DataFrame):
+        return Table(results)
+    return results if isinstance(results, Table) else read(results)
+
+
+def _label(results: Results, otherwise: str) -> str:
+    return str(results) if isinstance(results, str | Path) else f"table {otherwise}"

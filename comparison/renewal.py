@@ -1,0 +1,134 @@
+"""A baseline made: every gated run with its family, from which its thresholds follow."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from comparison.accuracy import refinement
+from comparison.baseline import (
+    Baseline,
+    BaselineError,
+    Detected,
+    Detection,
+    FalseAlarms,
+    RunRecord,
+    SceneRecord,
+    explain,
+)
+from comparison.checkpoints import record
+from comparison.compare import Runs
+from comparison.gate import gated_runs, physics_hash, source
+from comparison.machine import platform_name, versions
+from comparison.run import Job, Outcome, Progress, RunError, run_all
+from comparison.scene import Scene, SceneError
+from comparison.table import Table
+from comparison.validation import family
+from comparison.verdict import thresholds_record
+
+RATES = Path("reports/detection/detection.json")
+"""The measured rates of the verdicts' errors, as seen from the baseline's folder."""
+
+
+class _Measured(BaseModel):
+    """What of the rates' file is read; it may hold more."""
+
+    thresholds: dict[str, Any]
+    false_alarms: FalseAlarms
+    detected: Detected
+
+
+def renewed(
+    scenes: Sequence[Scene],
+    folder: Path,
+    old: Baseline | None = None,
+    *,
+    n_jobs: int = 1,
+    on_progress: Progress | None = None,
+) -> Baseline:
+    """Make the baseline of scenes.
+
+    Parameters
+    ----------
+    scenes
+        All that it is to hold.
+    folder
+        Where it will be: paths of scenes are seen from here.
+    old
+        What it replaces: its rates are kept where no newer ones are there and the thresholds are the same.
+    n_jobs, on_progress
+        As in `comparison.gate.gate`.
+
+    Raises
+    ------
+    BaselineError
+        If the thresholds changed without newly measured rates, or the file of the rates cannot be read.
+    RunError, SceneError
+        If a run does not succeed.
+    """
+    rates = _rates(folder / RATES, old)
+    planned = [
+        (scene, which, gated, dict(family(gated.scene, gated.model)))
+        for scene in scenes
+        for which, gated in gated_runs(scene).items()
+    ]
+    outcomes = iter(run_all([job for *_, jobs in planned for job in jobs.values()], n_jobs, on_progress))
+    records: dict[str, dict[str, dict[str, RunRecord]]] = {}
+    for scene, (model, tier), gated, jobs in planned:
+        tables = {kind: _table(job, next(outcomes)) for kind, job in jobs.items()}
+        runs = Runs(refinement=refinement(model, gated.scene), **tables)
+        by_model = records.setdefault(scene.name, {})
+        by_model.setdefault(model, {})[tier] = record(runs, gated.scene, model, tier)
+    return Baseline(
+        platform=platform_name(),
+        versions=versions(),
+        thresholds=thresholds_record(),
+        detection=rates,
+        scenes={
+            scene.name: SceneRecord.model_validate(
+                {"source": source(scene, folder), "hash": physics_hash(scene), **records[scene.name]}
+            )
+            for scene in scenes
+        },
+    )
+
+
+def _table(job: Job, outcome: Outcome) -> Table:
+    """Return the run's table.
+
+    Raises
+    ------
+    SceneError
+        If the model refuses the scene.
+    RunError
+        If the run did not succeed.
+    """
+    error = RunError(outcome, job)
+    if outcome.status == "bad input":
+        raise SceneError(str(error))
+    if outcome.table is None:
+        raise error
+    return outcome.table
+
+
+def _rates(path: Path, old: Baseline | None) -> Detection | None:
+    """Find the rates that belong to the thresholds of today."""
+    if path.is_file():
+        try:
+            measured = _Measured.model_validate(json.loads(path.read_text("utf-8")))
+        except ValidationError as error:
+            raise BaselineError(f"{path}: {explain(error)}") from error
+        except ValueError as error:
+            raise BaselineError(f"{path}: is not JSON text: {error}") from error
+        if measured.thresholds != thresholds_record():
+            raise BaselineError(f"{path}: was measured with other thresholds than those of thresholds.toml")
+        return Detection(false_alarms=measured.false_alarms, detected=measured.detected)
+    if old is None or old.detection is None:
+        return None
+    if old.thresholds != thresholds_record():
+        raise BaselineError(f"{path}: is needed, with rates measured anew, since thresholds.toml changed")
+    return old.detection

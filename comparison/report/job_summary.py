@@ -1,0 +1,99 @@
+"""Findings as Markdown for the page of a CI job: a table of the verdicts, then what did not pass."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from pathlib import Path
+
+from comparison.cases import Case
+from comparison.files import replacing
+from comparison.report.markdown import table
+
+LIMIT = 1_000_000
+"""Bytes. GitHub shows nothing of a step's summary that is larger than 1 MiB."""
+
+_SIGNS = {"failed": "✗", "error": "!"}
+_RESERVE = 500  # bytes for a table's heading and the sentence about what is left out
+
+
+def write_job_summary(
+    path: Path,
+    *,
+    title: str,
+    told: Sequence[str],
+    headings: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    cases: Sequence[Case],
+) -> Path:
+    """Write the page under a temporary name first; it stays below `LIMIT`.
+
+    Parameters
+    ----------
+    path
+        The file; its folder is made.
+    title
+        Heading of the page.
+    told
+        Sentences below it: what came out, and what else the reader must know.
+    headings, rows
+        Of the table of verdicts.
+    cases
+        The findings, of which those that did not pass are listed.
+    """
+    text = _page(title, told, headings, rows, [case for case in cases if case.status in _SIGNS])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path) as part:
+        part.write_text(text, "utf-8")
+    return path
+
+
+def _page(
+    title: str,
+    told: Sequence[str],
+    headings: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    failed: Sequence[Case],
+) -> str:
+    parts = [f"# {_text(title)}", *map(_text, told)]
+    shown, left = _fitting(rows, _room(parts))
+    parts.append(table(headings, shown))
+    if left:
+        return _joined(
+            [*parts, f"{left} more rows and all details are left out: the page would be too long."]
+        )
+    if failed:
+        details = [
+            (case.suite, case.group, case.name, f"{_SIGNS[case.status]} {case.message}") for case in failed
+        ]
+        parts.append("## What did not pass")
+        shown, left = _fitting(details, _room(parts))
+        parts.append(table(("scene", "what", "item", "finding"), shown))
+    if left:
+        parts.append(f"{left} more are left out: the page would be too long.")
+    return _joined(parts)
+
+
+def _joined(parts: Sequence[str]) -> str:
+    return "\n\n".join(parts) + "\n"
+
+
+def _room(parts: Sequence[str]) -> int:
+    return LIMIT - _RESERVE - len(_joined(parts).encode())
+
+
+def _fitting(rows: Sequence[Sequence[str]], room: int) -> tuple[list[list[str]], int]:
+    """Return the first rows that fit into so many bytes, escaped, and how many do not."""
+    escaped = [[_text(cell) for cell in row] for row in rows]
+    kept = 0
+    for row in escaped:
+        room -= sum(len(cell.replace("|", r"\|").encode()) + 3 for cell in row) + 2
+        if room < 0:
+            break
+        kept += 1
+    return escaped[:kept], len(escaped) - kept
+
+
+def _text(text: str) -> str:
+    """Return a text in one line, without what would be taken for HTML."""
+    return html.escape(" ".join(text.split()), quote=False)

@@ -1,0 +1,93 @@
+"""The fixture that the package brings to other people's tests."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tomllib
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparison.table import write
+
+ROOT = Path(str(files("comparison"))).parent
+TESTS = """
+import pandas as pd
+import pytest
+from pathlib import Path
+
+from comparison.table import read
+
+
+def test_equal(assert_agree):
+    assert_agree("a.csv", read("a.csv"), scene="150rpm-0.2mm", tolerance=1e-12)
+    assert_agree(Path("a.csv"), pd.read_csv("a.csv"), tolerance=1e-12)
+    assert_agree("a.csv", "b.csv", tolerance=1e-2)
+
+
+def test_differ(assert_agree):
+    assert_agree("a.csv", "b.csv", scene="150rpm-0.2mm", tolerance=1e-5)
+
+
+def test_no_tolerance(assert_agree):
+    assert_agree("a.csv", "b.csv")
+
+
+def test_no_tolerance_allowed(assert_agree):
+    assert_agree("a.csv", "b.csv", allow_indeterminate=True)
+    with pytest.raises(AssertionError, match="differ"):
+        assert_agree("a.csv", "b.csv", tolerance=1e-5, allow_indeterminate=True)
+
+
+def test_missing(assert_agree):
+    assert_agree("a.csv", pd.read_csv("a.csv").drop(columns="slider_vy"), tolerance=1.0)
+
+
+def test_no_file(assert_agree):
+    assert_agree("a.csv", "nowhere.csv", tolerance=1.0)
+"""
+
+
+@pytest.fixture
+def inner(pytester, make_table, monkeypatch):
+    """Run the tests above in a folder with two tables that differ by a thousandth."""
+    # The plugin is named here, whether or not the package is installed with its entry point.
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    write(make_table(), pytester.path / "a.csv")
+    write(make_table(stretch=1e-3), pytester.path / "b.csv")
+    pytester.makepyfile(TESTS)
+    return pytester.runpytest_inprocess("-p", "comparison.pytest_plugin", "-W", "error", "--tb=short")
+
+
+def test_the_fixture_passes_and_fails_with_the_verdict(inner):
+    inner.assert_outcomes(passed=2, failed=4)
+    told = inner.stdout.str()
+    assert "a.csv and b.csv on scene '150rpm-0.2mm': differ: 21 of 21 channels differ" in told
+    assert "  slider_x: differ: at t = " in told
+    assert "a.csv and b.csv: indeterminate: 21 of 21 channels are indeterminate" in told
+    assert "cannot compare: table b: channel slider_vy is missing" in told
+    assert "cannot compare: nowhere.csv: No such file" in told
+    assert "pytest_plugin.py" not in told  # the traceback ends in the test
+
+
+def test_a_fault_of_one_channel_is_named_and_the_others_are_not(pytester, make_table, monkeypatch):
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    write(make_table(), pytester.path / "a.csv")
+    write(make_table(slider_omega=np.zeros(401)), pytester.path / "b.csv")
+    pytester.makepyfile("def test_it(assert_agree):\n    assert_agree('a.csv', 'b.csv', tolerance=1e-6)\n")
+    told = pytester.runpytest_inprocess("-p", "comparison.pytest_plugin", "-W", "error").stdout.str()
+    assert "slider_omega: differ" in told
+    assert "slider_x: " not in told
+
+
+def test_the_entry_point_names_the_plugin_and_its_import_is_cheap():
+    points = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["entry-points"]
+    module = points["pytest11"]["sixbar"]
+    code = (
+        f"import sys, pytest; before = set(sys.modules); import {module}; print(*set(sys.modules) - before)"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert set(told.stdout.split()) <= {"comparison", module, "__future__"}
