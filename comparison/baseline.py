@@ -17,10 +17,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from comparison.files import replacing
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Count = Annotated[int, Field(ge=0)]
-Share = Annotated[float, Field(ge=0, le=1)]
+Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
+Count = Annotated[int, Field(ge=0, strict=True)]
+Share = Annotated[float, Field(ge=0, le=1, strict=True)]
 Setting = str | bool | int | float
 
 HEADER = """\
@@ -34,7 +34,7 @@ class BaselineError(ValueError):
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Checkpoint(NamedTuple):
@@ -58,7 +58,7 @@ class RunRecord(_Part):
     """Channels in which nothing happens: their range is below their floor."""
     unpredictable: list[str] = []
     """Channels without a predictable sample at which something happens."""
-    channels: dict[str, list[Annotated[Checkpoint, Field(strict=False)]]]
+    channels: dict[str, list[Checkpoint]]
 
 
 class SceneRecord(_Part):
@@ -112,7 +112,7 @@ class Baseline(_Part):
     thresholds: dict[str, Any]
     """What stood in ``thresholds.toml``."""
     detection: Detection | None = None
-    scenes: dict[str, SceneRecord]
+    scenes: Annotated[dict[str, SceneRecord], Field(min_length=1)]
 
 
 def read(path: Path) -> Baseline:

@@ -1,7 +1,8 @@
 """Finished runs kept on disk, so that an interrupted validation resumes and an unchanged run is not repeated.
 
 Every run is one table with its companions (no pickle), named by a hash of all that can change it: the scene,
-its model (`comparison.engines.fingerprint`), the sources of what writes the table, the machine's kind.
+its model (`comparison.engines.fingerprint`), the sources of what writes the table, the machine's kind (its
+processor too: a CI service restores a cache on another machine than the one that wrote it).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from pathlib import Path
 
 from comparison.check import check
 from comparison.engines import OWN
+from comparison.machine import platform_name
 from comparison.scene import Scene, digest
 from comparison.table import Table, TableError, read, write
 
@@ -51,7 +53,7 @@ def run_key(scene: Scene, model: str, fingerprint: str) -> str:
             "fingerprint": fingerprint,
             "sources": _sources(),
             "python": platform.python_version(),
-            "machine": platform.platform(),
+            "machine": platform_name(),
         }
     )
 

@@ -1,8 +1,8 @@
 """What of a run goes into a baseline: few samples, where the model's own uncertainty is small.
 
 A sample can be a checkpoint where the run is predictable, as in `comparison.verdict` but by the uncertainty
-of this model alone, and where the channel is not zero: a force is zero most of the time, whatever the model
-does.
+of this model alone, and where the channel is further from zero than its threshold: a force is zero most of the
+time, whatever the model does.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def record(runs: Runs, scene: Scene, model: str, tier: str) -> RunRecord:
         predictable[name] = u <= limits.alpha * channel.scale_value(scene.data, extent)
         if channel.follows is not None:
             predictable[name] &= predictable[channel.follows]
-        candidates = np.flatnonzero(predictable[name] & (values != 0))
+        candidates = np.flatnonzero(predictable[name] & (np.abs(values) > limits.k * u))
         if extent < channel.floor:
             unexcited.append(name)
         elif not candidates.size:
