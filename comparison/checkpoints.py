@@ -1,8 +1,8 @@
 """What of a run goes into a baseline: few samples, where the model's own uncertainty is small.
 
 A sample can be a checkpoint where the run is predictable, as in `comparison.verdict` but by the uncertainty
-of this model alone, and where the channel is further from zero than its threshold: a force is zero most of the
-time, whatever the model does.
+of this model alone, and where the channel is further from zero than its threshold: a force is zero most of
+the time, whatever the model does.
 """
 
 from __future__ import annotations

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from comparison.cli import main
-from comparison.engines import OWN
 from comparison.table import write
 
 ROOT = Path(str(files("comparison"))).parent
@@ -25,18 +24,16 @@ def block(section: str, language: str) -> str:
 
 
 @pytest.fixture
-def _a_tiny_scene(fake_models, tmp_path, monkeypatch):
-    """Let the shipped scenes be one small one, by fakes of both models."""
+def _tiny_scene(fake_models, tmp_path, monkeypatch):
+    """A small scene for fakes of both models."""
     assert fake_models.exists()
-    assert set(OWN) == {"reference", "exudyn"}
     monkeypatch.chdir(tmp_path)
     Path("tiny.toml").write_text(
         '[scene]\nextends = "paper"\n[output]\nsamples_per_cycle = 100\ngroups = []\n'
     )
-    monkeypatch.setattr("comparison.scene.shipped_scenes", lambda: [])
 
 
-@pytest.mark.usefixtures("_a_tiny_scene")
+@pytest.mark.usefixtures("_tiny_scene")
 def test_the_commands_of_the_recipes_pass_one_after_another(capsys):
     assert [command[:2] for command in COMMANDS] == [
         ["sixbar", name] for name in ("gate", "gate", "gate", "validate", "gate")

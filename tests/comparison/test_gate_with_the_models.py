@@ -54,8 +54,8 @@ def test_a_hundredth_of_a_parameter_is_found_in_each_model_by_values_alone(basel
         told = [
             case.message for case in result.regressions if case.group == run and "checkpoints" in case.message
         ]
-        # The contact moves the slider, and all channels with it. The tight runs see it in most of them, the five
-        # bodies at their usual step in a few.
+        # The contact moves the slider, and all channels with it. The tight runs see it in most of them, the
+        # five bodies at their usual step in a few.
         assert len(told) > (3 if run == "exudyn standard" else 14), run
         for line in told:
             assert re.match(
