@@ -112,7 +112,7 @@ def _sentence(result: Gate) -> str:
     checked = sum(case.status != "skipped" for case in result.cases)
     if result.regressions:
         return f"{len(result.regressions)} of {checked} checks failed: a model is not what its baseline says"
-    return f"all {checked} checks passed: both models are what their baseline says"
+    return f"All {checked} checks passed: both models are what their baseline says"
 
 
 def _write(result: Gate, folder: Path, command: str) -> Path:

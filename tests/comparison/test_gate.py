@@ -90,7 +90,7 @@ def test_an_unchanged_tree_passes_with_one_worker_and_with_two(tmp_path, monkeyp
     out, err = capsys.readouterr()
     assert err == ""
     assert re.fullmatch(
-        r"all \d+ checks passed: both models are what their baseline says", out.splitlines()[-2]
+        r"All \d+ checks passed: both models are what their baseline says", out.splitlines()[-2]
     )
     assert out.splitlines()[-1] == "reports/out/gate/summary.md"
     assert {path.name for path in Path("reports/out/gate").iterdir()} == {
@@ -115,7 +115,7 @@ def test_a_change_of_one_model_names_it_with_channel_time_value_baseline_and_thr
     number = r"(-?[\d.e-]+)"
     found = re.fullmatch(
         rf"REGRESSION exudyn tight, scene 'own': slider_x at t = {number} s is {number} m, in the baseline "
-        rf"{number} m: off by {number} m, the threshold is {number} m \((\d) of 4 checkpoints are off\)",
+        rf"{number} m: off by {number} m, the threshold is {number} m \((\d) of 5 checkpoints are off\)",
         line,
     )
     time, value, before, off, threshold = map(float, found.groups()[:5])
