@@ -20,7 +20,8 @@ from comparison.files import replacing
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
 Count = Annotated[int, Field(ge=0, strict=True)]
-Share = Annotated[float, Field(ge=0, le=1, strict=True)]
+Rate = Count | Finite | list[Finite]
+Rates = dict[str, Rate | dict[str, Rate]]
 Setting = str | bool | int | float
 
 HEADER = """\
@@ -81,27 +82,11 @@ class SceneRecord(_Part):
         }
 
 
-class FalseAlarms(_Part):
-    """Alarms in runs of unchanged models, and the upper 95 % limit of their rate."""
-
-    count: Count
-    runs: Count
-    upper95: Share
-
-
-class Detected(_Part):
-    """Seeded faults that were found, and the lower 95 % limit of the rate."""
-
-    count: Count
-    faults: Count
-    lower95: Share
-
-
 class Detection(_Part):
-    """How well the verdicts with `Baseline.thresholds` tell a fault from none, as measured."""
+    """How well verdicts with `Baseline.thresholds` tell a fault from none: counts and limits of rates."""
 
-    false_alarms: FalseAlarms
-    detected: Detected
+    false_alarms: Rates
+    detected: Rates
 
 
 class Baseline(_Part):

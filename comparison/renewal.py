@@ -13,9 +13,8 @@ from comparison.accuracy import refinement
 from comparison.baseline import (
     Baseline,
     BaselineError,
-    Detected,
     Detection,
-    FalseAlarms,
+    Rates,
     RunRecord,
     SceneRecord,
     explain,
@@ -38,8 +37,8 @@ class _Measured(BaseModel):
     """What of the rates' file is read; it may hold more."""
 
     thresholds: dict[str, Any]
-    false_alarms: FalseAlarms
-    detected: Detected
+    false_alarms: Rates
+    detected: Rates
 
 
 def renewed(

@@ -14,9 +14,7 @@ from hypothesis import strategies as st
 from comparison.baseline import (
     Baseline,
     Checkpoint,
-    Detected,
     Detection,
-    FalseAlarms,
     RunRecord,
     SceneRecord,
     read,
@@ -57,8 +55,8 @@ baselines = st.builds(
         st.none(),
         st.just(
             Detection(
-                false_alarms=FalseAlarms(count=0, runs=300, upper95=0.00994),
-                detected=Detected(count=24, faults=25, lower95=0.82),
+                false_alarms={"count": 0, "runs": 300, "upper95": 0.00994},
+                detected={"tight": {"count": 24, "faults": 25, "interval": [0.82, 1.0]}},
             )
         ),
     ),
