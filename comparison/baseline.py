@@ -1,8 +1,8 @@
 """What each model gave when its baseline was made: a text file of few numbers, read and written.
 
 Three runs of a scene stand in it: the reference at the tight tier, Exudyn's five bodies as the scene says,
-and its tree at the tight tier (`comparison.tiers`). Of each: settings, work counters, the number of contacts,
-and for every channel some checkpoints, see `comparison.checkpoints`.
+and its tree at the tight tier (`comparison.tiers`). Of each: settings, counters, and for every channel some
+checkpoints, see `comparison.checkpoints`.
 """
 
 from __future__ import annotations
@@ -54,7 +54,9 @@ class RunRecord(_Part):
     settings: dict[str, Setting]
     """The scene's ``[solver]`` of this model, with the formulation that it chose."""
     counters: dict[str, Count]
-    contacts: Count
+    """Of the work, and the number of contacts."""
+    spread: dict[str, Count] = {}
+    """By how much the counters differ between runs from starts that are next to each other."""
     unexcited: list[str] = []
     """Channels in which nothing happens: their range is below their floor."""
     unpredictable: list[str] = []
@@ -153,8 +155,8 @@ def _lines(baseline: Baseline) -> Iterator[str]:
         yield f"hash = {_value(scene.hash)}"
         for (model, tier), run in scene.runs.items():
             yield f"\n[scenes.{_value(name)}.{model}.{tier}]"
-            for key in ("settings", "counters", "contacts", "unexcited", "unpredictable"):
-                if (value := getattr(run, key)) != []:
+            for key in ("settings", "counters", "spread", "unexcited", "unpredictable"):
+                if (value := getattr(run, key)) or key in ("settings", "counters"):
                     yield f"{key} = {_value(value)}"
             yield f"\n[scenes.{_value(name)}.{model}.{tier}.channels]"
             for channel, checkpoints in run.channels.items():

@@ -7,7 +7,7 @@ the time, whatever the model does.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from decimal import ROUND_CEILING, Context, Decimal
 from math import floor, log10
 from typing import Any
@@ -20,12 +20,13 @@ from comparison.channels import channels, expected
 from comparison.compare import Runs, model_uncertainty
 from comparison.scene import Scene
 from comparison.table import Table
+from comparison.uncertainty import Levels, uncertainty, window_samples
 from comparison.verdict import thresholds
 
 COUNT = 5  # of a channel: with ten scenes the file stays near 100 kB
 
 
-def record(runs: Runs, scene: Scene, model: str, tier: str) -> RunRecord:
+def record(runs: Runs, scene: Scene, model: str, tier: str, neighbours: Sequence[Table] = ()) -> RunRecord:
     """Choose a run's checkpoints, spread evenly over the samples that can be one.
 
     Parameters
@@ -36,8 +37,13 @@ def record(runs: Runs, scene: Scene, model: str, tier: str) -> RunRecord:
         What was run.
     model, tier
         By which, and at which of `comparison.tiers.TIERS`.
+    neighbours
+        The run from starts next to its own. They count like twins: on another machine rounding alone leads
+        to one of them, after each chatter to another one.
     """
     limits = thresholds(tier)
+    time = runs.base.time
+    width = window_samples(scene.period, float(time[-1] - time[0]) / (time.size - 1))
     predictable: dict[str, NDArray[np.bool_]] = {}
     found: dict[str, list[Checkpoint]] = {}
     unexcited, unpredictable = [], []
@@ -45,6 +51,9 @@ def record(runs: Runs, scene: Scene, model: str, tier: str) -> RunRecord:
         channel, values = channels()[name], runs.base.values(name)
         u = model_uncertainty(runs, name, scene)
         assert u is not None  # every model of ours can be refined
+        for neighbour in neighbours:
+            twins = Levels(base=values, finer=values, twin=neighbour.values(name))
+            u = np.maximum(u, uncertainty(twins, width, 0.0))
         extent = float(np.ptp(values))
         predictable[name] = u <= limits.alpha * channel.scale_value(scene.data, extent)
         if channel.follows is not None:
@@ -56,13 +65,11 @@ def record(runs: Runs, scene: Scene, model: str, tier: str) -> RunRecord:
             unpredictable.append(name)
         else:
             at = np.unique(((np.arange(COUNT) + 0.5) / COUNT * candidates.size).astype(int))
-            found[name] = [
-                _checkpoint(runs.base.time[i], values[i], limits.k * u[i]) for i in candidates[at].tolist()
-            ]
+            found[name] = [_checkpoint(time[i], values[i], limits.k * u[i]) for i in candidates[at].tolist()]
     return RunRecord(
         settings=settings(scene.data, runs.base, model),
         counters=counters(runs.base),
-        contacts=contacts(runs.base),
+        spread=_spread(runs.base, neighbours),
         unexcited=unexcited,
         unpredictable=unpredictable,
         channels=found,
@@ -76,13 +83,19 @@ def settings(scene: Mapping[str, Any], table: Table, model: str) -> dict[str, An
 
 
 def counters(table: Table) -> dict[str, int]:
-    """Return the counters of a run's work."""
-    return dict(table.provenance.get("counters", {}))
+    """Return the counters of a run's work, and how many contacts it had."""
+    contacts = 0 if table.events is None else len(table.events)
+    return {**table.provenance.get("counters", {}), "contacts": contacts}
 
 
-def contacts(table: Table) -> int:
-    """Return how many contacts a run had."""
-    return 0 if table.events is None else len(table.events)
+def _spread(base: Table, neighbours: Sequence[Table]) -> dict[str, int]:
+    """Return the largest distance of each counter that varies."""
+    others = [counters(neighbour) for neighbour in neighbours]
+    largest = {
+        name: max((abs(other[name] - value) for other in others), default=0)
+        for name, value in counters(base).items()
+    }
+    return {name: distance for name, distance in largest.items() if distance}
 
 
 def _checkpoint(time: float, value: float, threshold: float) -> Checkpoint:

@@ -21,16 +21,19 @@ from comparison.baseline import (
 )
 from comparison.checkpoints import record
 from comparison.compare import Runs
-from comparison.gate import gated_runs, physics_hash, source
+from comparison.gate import Which, gated_runs, physics_hash, source
 from comparison.machine import platform_name, versions
 from comparison.run import Job, Outcome, Progress, RunError, run_all
 from comparison.scene import Scene, SceneError
 from comparison.table import Table
+from comparison.uncertainty import twin
 from comparison.validation import family
 from comparison.verdict import thresholds_record
 
 RATES = Path("reports/detection/detection.json")
 """The measured rates of the verdicts' errors, as seen from the baseline's folder."""
+# By so many twins' shifts the start of a run is moved: one twin alone does not show how far chatter scatters.
+NEIGHBOURS = (-2.0, -1.0, 1.0, 2.0)
 
 
 class _Measured(BaseModel):
@@ -71,7 +74,7 @@ def renewed(
     """
     rates = _rates(folder / RATES, old)
     planned = [
-        (scene, which, gated, dict(family(gated.scene, gated.model)))
+        (scene, which, gated, dict([*family(gated.scene, gated.model), *_neighbours(gated, which)]))
         for scene in scenes
         for which, gated in gated_runs(scene).items()
     ]
@@ -79,9 +82,10 @@ def renewed(
     records: dict[str, dict[str, dict[str, RunRecord]]] = {}
     for scene, (model, tier), gated, jobs in planned:
         tables = {kind: _table(job, next(outcomes)) for kind, job in jobs.items()}
+        neighbours = [tables.pop(kind) for kind, _ in _neighbours(gated, (model, tier))]
         runs = Runs(refinement=refinement(model, gated.scene), **tables)
         by_model = records.setdefault(scene.name, {})
-        by_model.setdefault(model, {})[tier] = record(runs, gated.scene, model, tier)
+        by_model.setdefault(model, {})[tier] = record(runs, gated.scene, model, tier, neighbours)
     return Baseline(
         platform=platform_name(),
         versions=versions(),
@@ -94,6 +98,17 @@ def renewed(
             for scene in scenes
         },
     )
+
+
+def _neighbours(gated: Job, which: Which) -> list[tuple[str, Job]]:
+    """Return the run from starts next to its own; none where there is no clearance.
+
+    Nor at the standard tier, where the family's steps differ by more than any start.
+    """
+    if which[1] != "tight":
+        return []
+    starts = [(f"start {times:+g}", twin(gated.scene, times)) for times in NEIGHBOURS]
+    return [(kind, Job(scene, gated.model)) for kind, scene in starts if scene is not None]
 
 
 def _table(job: Job, outcome: Outcome) -> Table:

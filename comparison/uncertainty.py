@@ -44,8 +44,10 @@ ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: storing
 TIME_ROUND_OFF = 1e-11
 
 
-def twin(scene: Scene) -> Scene | None:
-    """Return the scene with its start moved by 1e-9 of the clearance; None where there is no clearance.
+def twin(scene: Scene, times: float = 1.0) -> Scene | None:
+    """Return the scene with its start moved by 1e-9 of the clearance, or that many times as far.
+
+    None where there is no clearance.
 
     The slider in its guide; where only the crank pin has clearance, the crank, since the journal has no start
     of its own.
@@ -54,16 +56,16 @@ def twin(scene: Scene) -> Scene | None:
     if joints["slider"] != "clearance" and joints["crank_pin"] != "clearance":
         return None
     if joints["slider"] != "clearance":
-        turned = TWIN_SHIFT * scene.data["clearance"]["crank_pin"] / mechanism["crank"]["length"]
+        turned = times * TWIN_SHIFT * scene.data["clearance"]["crank_pin"] / mechanism["crank"]["length"]
         return scene.with_values(
             {"mechanism.crank_angle_deg": mechanism["crank_angle_deg"] + degrees(turned)}
         )
     clearance = scene.data["clearance"]["slider"]
     return scene.with_values(
         {
-            "initial.slider_offset": start["slider_offset"] + TWIN_SHIFT * clearance,
+            "initial.slider_offset": start["slider_offset"] + times * TWIN_SHIFT * clearance,
             "initial.slider_angle": start["slider_angle"]
-            + TWIN_SHIFT * clearance / mechanism["slider"]["length"],
+            + times * TWIN_SHIFT * clearance / mechanism["slider"]["length"],
         }
     )
 

@@ -34,7 +34,7 @@ runs = st.builds(
     RunRecord,
     settings=st.dictionaries(keys, st.one_of(texts, st.booleans(), counts, numbers), max_size=3),
     counters=st.dictionaries(keys, counts, max_size=3),
-    contacts=counts,
+    spread=st.dictionaries(keys, counts, max_size=2),
     unexcited=st.lists(keys, max_size=2),
     unpredictable=st.lists(keys, max_size=2),
     channels=st.dictionaries(
@@ -75,7 +75,6 @@ def test_a_checkpoint_takes_its_line_and_the_file_is_whole_or_not_there(tmp_path
     run = RunRecord(
         settings={},
         counters={"steps": 5},
-        contacts=0,
         channels={"slider_x": [Checkpoint(0.1, -0.55, 1e-11)] * 2},
     )
     scene = SceneRecord(source="own.toml", hash="ab", exudyn={"tight": run})
@@ -138,8 +137,29 @@ def test_counters_settings_and_contacts_are_those_of_the_run(family, scene):
     runs = family(1e-4)
     base = replace(runs.base, provenance={"counters": {"steps": 7}, "formulation": "tree"})
     made = record(replace(runs, base=base), scene, "exudyn", "standard")
-    assert (made.counters, made.contacts) == ({"steps": 7}, 0)
+    assert made.counters == {"steps": 7, "contacts": 0}
+    assert made.spread == {}
     assert made.settings == {**scene.data["solver"]["exudyn"], "formulation": "tree"}
+
+
+def test_neighbouring_starts_raise_the_thresholds_and_give_the_spread_of_the_counters(
+    family, scene, make_table
+):
+    runs = family(1e-4)
+    base = replace(runs.base, provenance={"counters": {"steps": 7, "rhs": 70}})
+    neighbours = [
+        replace(make_table(1e-4, stretch=stretch), provenance={"counters": {"steps": steps, "rhs": 70}})
+        for stretch, steps in ((1e-3, 9), (-2e-3, 4))
+    ]
+    alone = record(replace(runs, base=base), scene, "exudyn", "standard")
+    made = record(replace(runs, base=base), scene, "exudyn", "standard", neighbours)
+    assert made.spread == {"steps": 3}
+    # k times three times the distance of the neighbour that is further off, the largest within the window.
+    x = {point.time: point for point in made.channels["slider_x"]}
+    sine = np.abs(np.sin(2 * np.pi * np.array(list(x)) / scene.period))
+    thresholds_of_x = np.array([point.threshold for point in x.values()])
+    assert np.all(thresholds_of_x >= 2 * 3 * 2e-3 * scene.data["clearance"]["slider"] * sine)
+    assert np.median(thresholds_of_x) > 5 * np.median([p.threshold for p in alone.channels["slider_x"]])
 
 
 def test_the_processor_is_named_with_what_it_can_do(tmp_path):

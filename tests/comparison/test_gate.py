@@ -129,19 +129,23 @@ def test_a_change_of_one_model_names_it_with_channel_time_value_baseline_and_thr
 
 @pytest.mark.usefixtures("made")
 def test_counters_are_exact_on_the_same_machine_and_within_5_percent_elsewhere(capsys):
-    edit("steps = 5 ", "steps = 100 ")
+    edit("steps = 5", "steps = 100")
     assert gate() == 1
     told = "reference tight, scene 'own': the counter steps is 5, in the baseline 100"
     assert told in capsys.readouterr().out
-    edit("steps = 100 ", "steps = 6 ")
+    edit("steps = 100", "steps = 6")
     assert gate() == 1
     edit('numpy = "[^"]*"', 'numpy = "0.1"')
     assert gate() == 0
     out = capsys.readouterr().out
     assert "note: the baseline was made with numpy 0.1, here " in out
     assert "note: counters are therefore compared within 5% and not exactly" in out
-    edit("steps = 6 ", "steps = 7 ")  # one more or less is allowed, two of seven are not
+    edit("steps = 6", "steps = 8")  # one more or less is allowed, three of eight are not
     assert gate() == 1
+    edit("^counters = .*", "\\g<0>\nspread = { steps = 1 }")  # twice what neighbours differ by is
+    assert gate() == 1
+    edit("^spread = .*", "spread = { steps = 2 }")
+    assert gate() == 0
 
 
 @pytest.mark.usefixtures("made")
@@ -191,7 +195,9 @@ def test_a_channel_in_which_nothing_happened_must_stay_so():
     text = BASELINE.read_text()
     block = re.search(r"^slider_x = \[\n(?:  .*\n)+\]\n", text, re.MULTILINE).group()
     text = text.replace(block, "", 1)
-    BASELINE.write_text(text.replace("contacts = 1\n", 'contacts = 1\nunexcited = ["slider_x"]\n', 1))
+    BASELINE.write_text(
+        re.sub("^counters.*\n", '\\g<0>unexcited = ["slider_x"]\n', text, count=1, flags=re.MULTILINE)
+    )
     assert gate() == 1
     (case,) = checks().values()
     assert "in slider_x nothing happened in the baseline" in case["message"]
@@ -224,7 +230,7 @@ def test_a_model_that_does_not_run_any_more_is_a_regression(scene_file, gravity,
         (r"^\[scenes(.|\n)*", "", "sixbar-baseline.toml: scenes is missing"),
         ("^platform = ", "platform ", "sixbar-baseline.toml: is not TOML text: "),
         ("^platform", "colour = 1\nplatform", "sixbar-baseline.toml: colour = 1: "),
-        ("contacts = 1", "contacts = -1", 'scenes.own.reference.tight.contacts = -1: '),
+        ("contacts = 1", "contacts = -1", 'scenes.own.reference.tight.counters.contacts = -1: '),
         (r"slider_x = \[\n  \[", "slider_x = [\n  [nan, ", "slider_x.0"),
         (r"slider_x = \[\n  \[[^]]*\]", "slider_x = [\n  [0.1, nan, 1.0]", "slider_x.0.1 = nan: "),
         (r"slider_x = \[\n  \[[^]]*\]", "slider_x = [\n  [0.1, 0.2, 0]", "slider_x.0.2 = 0: "),
