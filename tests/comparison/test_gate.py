@@ -6,13 +6,16 @@ import json
 import re
 import shutil
 import tomllib
+from importlib.resources import files
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
 
 from comparison import renewal
+from comparison.baseline import read
 from comparison.cli import main
+from comparison.scene import shipped_scenes
 from comparison.verdict import thresholds_record
 
 BASELINE = Path("sixbar-baseline.toml")
@@ -319,3 +322,12 @@ def test_rates_that_are_none_are_refused(capsys):
     rates({"detected": {"count": "many"}})
     assert gate("--update") == 2
     assert "detection.json: detected.count" in capsys.readouterr().err
+
+
+def test_the_baseline_of_this_project_holds_every_shipped_scene_and_is_small():
+    path = Path(str(files("comparison"))).parent / "sixbar-baseline.toml"
+    record = read(path)
+    assert list(record.scenes) == shipped_scenes()
+    assert record.thresholds == thresholds_record()
+    assert {len(scene.runs) for scene in record.scenes.values()} == {2, 3}
+    assert path.stat().st_size < 150_000  # a reader's patience with a difference of two versions
