@@ -203,6 +203,10 @@ def compare_channel(
     and a force that is missing altogether would agree with 99 % of the samples. The share of explained
     samples is therefore taken over the predictable samples at which at least one of the two is not zero.
 
+    Where too few samples are predictable, a position or a velocity still differs if even the largest
+    uncertainty of all times explains too few samples. A channel in a wrong unit has an uncertainty in that
+    unit, which may be too large for any sample to be predictable and nothing beside the difference.
+
     Parameters
     ----------
     channel
@@ -244,10 +248,26 @@ def compare_channel(
         worst_time, worst_difference = float(time[worst]), float(difference[worst])
         worst_threshold = float(threshold[worst])
     coverage = float(predictable.mean())
+    gross: bool | np.bool_ = False
+    # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
+    if u_both is not None and channel.follows is None and (coverage < limits.coverage or not judged.any()):
+        largest = limits.k * float(u_both.max())
+        happens = (a != 0) | (b != 0)
+        gross = bool(happens.any()) and np.mean(np.abs(difference[happens]) <= largest) < limits.share
+        if gross:
+            worst = int(np.abs(difference).argmax())
+            worst_time, worst_difference = float(time[worst]), float(difference[worst])
+            worst_threshold = largest
     if both_ranges < channel.floor:
         verdict = "unexcited"
         reason = (
             f"its range in both, {both_ranges:.2g} {channel.unit}, is below {channel.floor:g} {channel.unit}"
+        )
+    elif gross:
+        verdict = "differ"
+        reason = (
+            f"at t = {worst_time:.6g} s the difference is {worst_difference:.3g} {channel.unit}, "
+            f"{limits.k:g} times the largest uncertainty of all times {worst_threshold:.2g} {channel.unit}"
         )
     elif threshold is None:
         verdict = "indeterminate"

@@ -237,3 +237,24 @@ def test_the_scene_takes_the_worst_verdict_and_nothing_excited_is_not_agreement(
     verdict, reason = scene_verdict({"q": quiet}, 0.5)
     assert verdict == "indeterminate"
     assert "nothing was compared" in reason
+
+
+@pytest.mark.parametrize("channel", ["slider_x", "slider_vx"])
+def test_a_unit_that_leaves_nothing_predictable_differs_and_a_motion_that_does_so_does_not(channel):
+    """Metres against millimetres: the uncertainty, in millimetres as well, is beyond alpha everywhere."""
+    position = -0.55 + 1e-4 * WAVE if channel == "slider_x" else 0.1 * WAVE
+    scale = channels()[channel].scale_value(SCENE, np.nan)
+    small = 1e-4 * scale
+    u = (np.full(N, small), np.full(N, 1e3 * small))
+    options = {"scene": SCENE, "tolerance": None, "limits": LIMITS}
+    result = compare_channel(channels()[channel], TIME, position, 1e3 * position, u=u, **options)
+    assert result.coverage == 0.0
+    assert result.verdict == "differ"
+    assert abs(result.worst_difference) > result.worst_threshold == pytest.approx(2e3 * small, rel=1e-6)
+    assert scene_verdict({channel: result, "other": judge(WAVE, WAVE, 1e-6)}, 0.5)[0] == "differ"
+    # Neighbours that have spread by as much as the motion itself: its largest uncertainty explains them.
+    spread = np.where(TIME < 0.1, small, 3 * np.ptp(position))
+    unknown = compare_channel(
+        channels()[channel], TIME, position, position[::-1] + small, u=(spread, spread), **options
+    )
+    assert unknown.verdict == "indeterminate"
