@@ -135,7 +135,12 @@ def _command(scene: Scene, models: tuple[str, str], accuracy: str | float | None
 
 
 def family(scene: Scene, model: str) -> list[tuple[str, Job]]:
-    """Return the runs that give a model's uncertainty: base, finer, coarser, twin; those that there are."""
+    """Return the runs that give a model's uncertainty, each by its name in `comparison.uncertainty.Runs`."""
+    return [(kind, Job(level, model)) for kind, level in levels(scene, model).items()]
+
+
+def levels(scene: Scene, model: str) -> dict[str, Scene]:
+    """Return the scenes of these runs: base, finer, coarser, twin; those that there are."""
     coarse = coarser(model, scene)
     variants = {
         "base": scene,
@@ -143,7 +148,7 @@ def family(scene: Scene, model: str) -> list[tuple[str, Job]]:
         "coarser": coarse,
         "twin": None if coarse is None else twin(coarse),
     }
-    return [(kind, Job(variant, model)) for kind, variant in variants.items() if variant is not None]
+    return {kind: variant for kind, variant in variants.items() if variant is not None}
 
 
 def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:

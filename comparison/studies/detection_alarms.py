@@ -1,0 +1,110 @@
+"""False alarms: each model against itself, with its settings and its start moved by what means nothing.
+
+Of a scene drawn at random, one side runs as the tier has it. The other starts elsewhere in the ball of the
+twin's shift, a billionth of the clearance, and has its tolerance (five bodies: its step) multiplied by a
+random factor: numerically another run of the same model. Whatever is called a difference is a false alarm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from math import cos, pi, sin, sqrt
+
+import numpy as np
+
+from comparison.run import MODELS
+from comparison.scene import Scene, load_scene
+from comparison.studies.detection_tasks import Pair, Side
+from comparison.tiers import tight
+from comparison.uncertainty import TWIN_SHIFT
+
+SEED = 13062025
+FACTORS = (0.3, 3.0)
+SPEED_RPM = (60.0, 300.0)
+CLEARANCE = (0.1e-3, 0.5e-3)
+MODULUS = (69e9, 210e9)
+RESTITUTION = (0.6, 0.95)
+FRICTION = (0.05, 0.3)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One model at one tier."""
+
+    label: str
+    model: str
+    tier: str
+    setting: str
+    turns: tuple[float, float]
+    """Of the crank, from and to; five bodies are slow."""
+    draws: int
+
+
+KINDS = (
+    Kind("reference, tight", "reference", "tight", "tolerance", (0.3, 1.0), 400),
+    Kind("rod 4 and slider in Exudyn, tight", "exudyn", "tight", "tolerance", (0.3, 0.3), 310),
+    Kind("reference, standard", "reference", "standard", "tolerance", (0.3, 1.0), 310),
+    Kind("five bodies in Exudyn, standard", "exudyn", "standard", "step", (0.3, 0.3), 16),
+)
+
+
+def pairs(kind: Kind) -> list[Pair]:
+    """Draw all pairs of a kind; the same ones every time."""
+    number = [other.label for other in KINDS].index(kind.label)
+    return [pair(kind, np.random.default_rng([SEED, number, draw])) for draw in range(kind.draws)]
+
+
+def pair(kind: Kind, rng: np.random.Generator) -> Pair:
+    """Draw a scene and its two sides."""
+    drawn = scene(rng, kind.turns)
+    if kind.tier == "tight":
+        drawn = tight(drawn, MODELS) or drawn
+    return Pair(drawn, Side(drawn, kind.model), Side(moved(drawn, kind, rng), kind.model), kind.tier)
+
+
+def scene(rng: np.random.Generator, turns: tuple[float, float]) -> Scene:
+    """Draw speed, clearance, material and a start between the walls."""
+    clearance = _log_uniform(rng, CLEARANCE)
+    # A corner is as far out as |offset| + |angle| L / 2.
+    offset, corner = rng.uniform(-1.0, 1.0, 2)
+    while abs(offset) + abs(corner) >= 0.98:
+        offset, corner = rng.uniform(-1.0, 1.0, 2)
+    base = _base()
+    length = base.data["mechanism"]["slider"]["length"]
+    return base.with_values(
+        {
+            "drive.speed_rpm": _log_uniform(rng, SPEED_RPM),
+            "drive.cycles": round(float(rng.uniform(*turns)), 3),
+            "clearance.slider": clearance,
+            "initial.slider_offset": float(offset * clearance),
+            "initial.slider_angle": float(corner * clearance * 2.0 / length),
+            "contact.restitution": float(rng.uniform(*RESTITUTION)),
+            "contact.youngs_modulus": _log_uniform(rng, MODULUS),
+            "friction.coefficient": float(rng.uniform(*FRICTION)),
+        }
+    )
+
+
+def moved(drawn: Scene, kind: Kind, rng: np.random.Generator) -> Scene:
+    """Return the scene with its start moved within the ball and its setting multiplied."""
+    start, settings = drawn.data["initial"], drawn.data["solver"][kind.model]
+    shift = TWIN_SHIFT * drawn.data["clearance"]["slider"] * sqrt(rng.uniform())
+    direction = rng.uniform(0.0, 2.0 * pi)
+    length = drawn.data["mechanism"]["slider"]["length"]
+    return drawn.with_values(
+        {
+            "initial.slider_offset": start["slider_offset"] + shift * cos(direction),
+            "initial.slider_angle": start["slider_angle"] + shift * sin(direction) / length,
+            f"solver.{kind.model}.{kind.setting}": settings[kind.setting] * _log_uniform(rng, FACTORS),
+        }
+    )
+
+
+@cache
+def _base() -> Scene:
+    return load_scene("150rpm-0.2mm")
+
+
+def _log_uniform(rng: np.random.Generator, bounds: tuple[float, float]) -> float:
+    return float(np.exp(rng.uniform(*np.log(bounds))))

@@ -1,0 +1,104 @@
+"""The smallest change of one number, given to one model alone, that the gate still tells from nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from comparison.compare import compare
+from comparison.run import MODELS, RunError
+from comparison.scene import Scene
+from comparison.studies.detection_faults import number_of, scenes
+from comparison.studies.detection_tasks import Found, Side, kept_runs, runs
+from comparison.table import TableError
+
+PARAMETERS = (
+    ("stiffness (Young's modulus)", "contact.youngs_modulus", "press"),
+    ("restitution", "contact.restitution", "press"),
+    ("friction", "friction.coefficient", "press"),
+    ("static speed v0", "friction.static_speed", "wide-ramp"),
+    ("floor of the impact speed", "contact.impact_speed_floor", "slow-touches"),
+    ("corner radius", "contact.corner_radius", "press"),
+    ("clearance", "clearance.slider", "press"),
+    ("slider's mass", "mechanism.slider.mass", "press"),
+    ("slider's inertia", "mechanism.slider.inertia", "press"),
+    ("length of rod 4", "mechanism.rod4.length", "press"),
+    ("gravity", "environment.gravity", "press"),
+)
+"""What is changed, its key, and the scene of the catalogue in which it matters."""
+TURNS = 0.25
+"""Of the crank, for all of them: the first bounces."""
+PLACES = (("reference", "tight"), ("exudyn", "tight"), ("reference", "standard"))
+"""Which model gets the change, at which tier."""
+LEAST, MOST = 1e-9, 0.1
+"""Relative changes between which the smallest is sought."""
+HALVINGS = 6
+"""Of the decades between them: 8 / 2^6, so that two changes remain which are 33 % apart."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """By halving the decades: a change that is found, and a smaller one that is not."""
+
+    scene: Scene
+    a: Side
+    model: str
+    key: str
+    tier: str
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """The side without the change, and the one that gets it."""
+        return self.a, Side(self.scene, self.model)
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What tells it from others."""
+        return {
+            "search": [self.key, LEAST, MOST, HALVINGS],
+            "sides": [side.identity for side in self.sides],
+            "tier": self.tier,
+        }
+
+    @property
+    def cost(self) -> float:
+        """Expected time, s."""
+        return HALVINGS * self.sides[1].cost + 0.1 * self.a.cost
+
+    def find(self) -> Found:
+        """Return ``found`` and ``missed``, relative changes; None where all or none are found."""
+        found, missed = None, None
+        low, high = LEAST, MOST
+        if not self.shows(high):
+            return {"found": None, "missed": high}
+        found = high
+        for _ in range(HALVINGS):
+            middle = (low * high) ** 0.5
+            if self.shows(middle):
+                found = high = middle
+            else:
+                missed = low = middle
+        return {"found": found, "missed": missed}
+
+    def shows(self, change: float) -> bool:
+        """Return whether this relative change is told from nothing."""
+        value = float(number_of(self.scene, self.key)) * (1.0 + change)
+        faulty = self.scene.with_values({self.key: value})
+        try:
+            result = compare(
+                kept_runs(self.a), runs(Side(faulty, self.model)), scene=self.scene, tier=self.tier
+            )
+        except (RunError, TableError):
+            return True
+        return result.verdict == "differ"
+
+
+def searches() -> list[Search]:
+    """Return all searches: for each parameter, one a place."""
+    found = []
+    for _, key, name in PARAMETERS:
+        for model, tier in PLACES:
+            scene = scenes(tier)[name].with_values({"drive.cycles": TURNS})
+            other = MODELS[1 - MODELS.index(model)]
+            found.append(Search(scene, Side(scene, other), model, key, tier))
+    return found
