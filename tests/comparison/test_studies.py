@@ -13,7 +13,18 @@ from comparison.cli import main
 from comparison.compare import Runs, compare
 from comparison.report.markdown import table
 from comparison.run import Outcome
-from comparison.studies import NAMES, contact_laws, crank_pin, ensembles, index, verdicts
+from comparison.studies import (
+    NAMES,
+    contact_laws,
+    crank_pin,
+    detection,
+    detection_alarms,
+    detection_faults,
+    detection_limits,
+    ensembles,
+    index,
+    verdicts,
+)
 from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
 from comparison.studies.errors import Peak
 from comparison.table import Table
@@ -30,10 +41,17 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(crank_pin, "MEMBERS", 2)
     monkeypatch.setattr(ensembles, "MEMBERS", 3)
     monkeypatch.setitem(crank_pin.VARIED, crank_pin.MODULUS, (10e9, 30e9, 70e9, 210e9))
+    monkeypatch.setattr(
+        detection_alarms, "KINDS", tuple(replace(kind, draws=2) for kind in detection_alarms.KINDS)
+    )
+    few = [fault for fault in detection_faults.catalogue() if fault.kind != "code"]
+    monkeypatch.setattr(detection, "catalogue", lambda: [few[0], few[-3], few[-2], few[-1]])
+    monkeypatch.setattr(detection_limits, "PARAMETERS", detection_limits.PARAMETERS[:1])
+    monkeypatch.setattr(detection_limits, "HALVINGS", 1)
     return fake_models
 
 
-@pytest.mark.parametrize("name", ["contact-laws", "crank-pin", "ensembles"])
+@pytest.mark.parametrize("name", ["contact-laws", "crank-pin", "ensembles", "detection"])
 def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
     assert main(["study", name, "--jobs", "2"]) == 0
     (told,) = capsys.readouterr().out.splitlines()
@@ -41,7 +59,8 @@ def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(n
     text = Path(told).read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     pictures = re.findall(r"\]\(([\w-]+\.svg)\)", text)
-    assert {path.name for path in Path(told).parent.iterdir()} == {"README.md", *pictures}
+    numbers = {"detection.json"} if name == "detection" else set()
+    assert {path.name for path in Path(told).parent.iterdir()} == {"README.md", *numbers, *pictures}
     for picture in pictures:
         drawn = (Path(told).parent / picture).read_text("utf-8")
         assert drawn.count("<path") > 10
