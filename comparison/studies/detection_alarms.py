@@ -42,10 +42,10 @@ class Kind:
 
 
 KINDS = (
-    Kind("reference, tight", "reference", "tight", "tolerance", (0.3, 1.0), 400),
-    Kind("rod 4 and slider in Exudyn, tight", "exudyn", "tight", "tolerance", (0.3, 0.3), 310),
+    Kind("reference, tight", "reference", "tight", "tolerance", (0.3, 1.0), 310),
+    Kind("rod 4 and slider in Exudyn, tight", "exudyn", "tight", "tolerance", (0.3, 0.3), 305),
     Kind("reference, standard", "reference", "standard", "tolerance", (0.3, 1.0), 310),
-    Kind("five bodies in Exudyn, standard", "exudyn", "standard", "step", (0.3, 0.3), 16),
+    Kind("five bodies in Exudyn, standard", "exudyn", "standard", "step", (0.1, 0.1), 8),
 )
 
 

@@ -26,8 +26,6 @@ PARAMETERS = (
     ("gravity", "environment.gravity", "press"),
 )
 """What is changed, its key, and the scene of the catalogue in which it matters."""
-TURNS = 0.25
-"""Of the crank, for all of them: the first bounces."""
 PLACES = (("reference", "tight"), ("exudyn", "tight"), ("reference", "standard"))
 """Which model gets the change, at which tier."""
 LEAST, MOST = 1e-9, 0.1
@@ -98,7 +96,7 @@ def searches() -> list[Search]:
     found = []
     for _, key, name in PARAMETERS:
         for model, tier in PLACES:
-            scene = scenes(tier)[name].with_values({"drive.cycles": TURNS})
+            scene = scenes(tier)[name]
             other = MODELS[1 - MODELS.index(model)]
             found.append(Search(scene, Side(scene, other), model, key, tier))
     return found

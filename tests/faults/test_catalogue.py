@@ -113,7 +113,7 @@ def test_no_spoiled_table_agrees(fault, two):
     if fault.unexcited:
         assert found["channels"][fault.unexcited][0] == "unexcited"
     elif fault.missed:
-        # One sample in a hundred may be unexplained. A gate that sees one in 550 must say so here.
+        # One sample in a hundred may be unexplained. A gate that sees one in 250 must say so here.
         assert found["verdict"] == "agree"
     else:
         assert found["verdict"] in DETECTED
