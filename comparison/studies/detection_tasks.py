@@ -36,7 +36,7 @@ Found = dict[str, Any]
 
 _JUDGES = (
     "accuracy.py", "accuracy.toml", "align.py", "channels.py", "channels.toml", "check.py", "compare.py",
-    "run.py", "table.py", "thresholds.toml", "uncertainty.py", "validation.py", "verdict.py",
+    "resample.py", "run.py", "table.py", "thresholds.toml", "uncertainty.py", "validation.py", "verdict.py",
     "studies/detection_tasks.py", "studies/detection_tables.py",
 )  # fmt: skip
 """What of this package can change what is found."""
