@@ -25,6 +25,10 @@ from comparison.verdict import thresholds
 
 COUNT = 5  # of a channel: with ten scenes the file stays near 100 kB
 
+# Chatter ends earlier or later from one start to the next, and what is left of it falls by decades within a
+# hundredth of a turn: neighbours are compared within a window wider than that of u by this factor.
+LATER = 5
+
 
 def record(runs: Runs, scene: Scene, model: str, tier: str, neighbours: Sequence[Table] = ()) -> RunRecord:
     """Choose a run's checkpoints, spread evenly over the samples that can be one.
@@ -53,7 +57,7 @@ def record(runs: Runs, scene: Scene, model: str, tier: str, neighbours: Sequence
         assert u is not None  # every model of ours can be refined
         for neighbour in neighbours:
             twins = Levels(base=values, finer=values, twin=neighbour.values(name))
-            u = np.maximum(u, uncertainty(twins, width, 0.0))
+            u = np.maximum(u, uncertainty(twins, LATER * width, 0.0))
         extent = float(np.ptp(values))
         predictable[name] = u <= limits.alpha * channel.scale_value(scene.data, extent)
         if channel.follows is not None:
