@@ -23,6 +23,7 @@ from comparison.studies.detection_faults import Fault, Trial, catalogue, control
 from comparison.studies.detection_figures import draw
 from comparison.studies.detection_rates import interval, share, upper_limit
 from comparison.studies.detection_tasks import Found, Task, find_all
+from comparison.verdict import thresholds_record
 
 Judged = Sequence[tuple[alarms.Kind, Sequence[Found]]]
 Tried = Sequence[tuple[Trial, Found]]
@@ -68,8 +69,12 @@ def _by_place(found: Sequence[Found]) -> list[list[float | None]]:
 
 
 def record(judged: Judged, faults: Tried, smallest: Sequence[Sequence[float | None]]) -> dict[str, Any]:
-    """Return what a baseline can hold: counts, verdicts, and changes with two digits."""
+    """Return counts, verdicts, and changes with two digits, with the thresholds that they were measured with.
+
+    The gate's baseline takes over the rates: see `comparison.renewal`.
+    """
     return {
+        "thresholds": thresholds_record(),
         "false_alarms": {
             kind.label: {
                 "draws": len(found),

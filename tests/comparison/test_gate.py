@@ -286,7 +286,7 @@ def rates(changes: dict[str, object] | None = None) -> None:
     renewal.RATES.parent.mkdir(parents=True, exist_ok=True)
     measured = {
         "false_alarms": {"count": 0, "runs": 300, "upper95": 0.00994},
-        "detected": {"count": 24, "faults": 25, "lower95": 0.82},
+        "detected": {"tight": {"faults": 25, "detected": 24, "interval_95": [0.8046, 0.9989]}},
         "thresholds": thresholds_record(),
     }
     renewal.RATES.write_text(json.dumps(measured | (changes or {})))
@@ -297,7 +297,7 @@ def test_thresholds_change_only_together_with_rates_measured_anew(made, monkeypa
     assert gate("--update") == 0
     detection = tomllib.loads(made.read_text())["detection"]
     assert detection["false_alarms"] == {"count": 0, "runs": 300, "upper95": 0.00994}
-    assert detection["detected"]["faults"] == 25
+    assert detection["detected"]["tight"]["interval_95"] == [0.8046, 0.9989]
     renewal.RATES.unlink()
     assert gate("--update") == 0  # the thresholds are the same: so are the rates
     assert tomllib.loads(made.read_text())["detection"] == detection
