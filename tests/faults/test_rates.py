@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 from scipy.stats import beta
 
+from comparison import renewal
+from comparison.files import write_json
+from comparison.studies import detection
 from comparison.studies import detection_alarms as alarms
 from comparison.studies import detection_limits as limits
+from comparison.studies.detection_faults import catalogue, trials
 from comparison.studies.detection_rates import interval, share, upper_limit
 
 
@@ -75,3 +79,18 @@ def test_a_search_without_an_end_says_so(monkeypatch):
     assert limits.searches()[0].find() == {"found": None, "missed": limits.MOST}
     monkeypatch.setattr(limits.Search, "shows", lambda *_: True)
     assert limits.searches()[0].find()["missed"] is None
+
+
+def test_what_the_study_writes_is_what_a_baseline_reads(tmp_path):
+    agree = {"verdict": "agree", "reason": "", "channels": {}, "first": None}
+    alarm = agree | {"verdict": "differ"}
+    judged = [(alarms.KINDS[0], [agree] * 300 + [alarm, agree | {"verdict": "indeterminate"}])]
+    tried = [(trial, alarm) for trial in trials(catalogue())]
+    smallest = [[None] + [1.23456e-7] * (len(limits.PLACES) - 1)] * len(limits.PARAMETERS)
+    path = tmp_path / "detection.json"
+    write_json(detection.record(judged, tried, smallest), path)
+    read = renewal._rates(path, None)
+    assert read is not None
+    counted = read.false_alarms[alarms.KINDS[0].label]
+    assert counted == {"draws": 302, "decided": 301, "alarms": 1, "upper_limit_95": 0.01566}
+    assert read.detected["tight"]["faults"] == sum(trial.tier == "tight" for trial, _ in tried)
