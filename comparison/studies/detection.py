@@ -48,7 +48,7 @@ def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
     smallest = _by_place(_next(found, sought))
     draw(
         [name for name, _, _ in limits.PARAMETERS],
-        [f"in the {_short(model)}, {tier}" for model, tier in limits.PLACES],
+        [f"{model}, {tier}" for model, tier in limits.PLACES],
         smallest,
         folder / "smallest.svg",
     )

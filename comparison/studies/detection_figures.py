@@ -50,5 +50,7 @@ def draw(
                 markersize=5,
                 label=place,
             )
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, handlelength=1.0)
+        axes.legend(
+            loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, handlelength=1.0, title="change in"
+        )
         svg.write_svg(figure, path)

@@ -13,7 +13,7 @@ from comparison.studies.detection_tasks import Found, Side, kept_runs, runs
 from comparison.table import TableError
 
 PARAMETERS = (
-    ("stiffness (Young's modulus)", "contact.youngs_modulus", "press"),
+    ("Young's modulus", "contact.youngs_modulus", "press"),
     ("restitution", "contact.restitution", "press"),
     ("friction", "friction.coefficient", "press"),
     ("static speed v0", "friction.static_speed", "wide-ramp"),
