@@ -73,7 +73,7 @@ def record(runs: Runs, scene: Scene, model: str, tier: str, neighbours: Sequence
     return RunRecord(
         settings=settings(scene.data, runs.base, model),
         counters=counters(runs.base),
-        spread=_spread(runs.base, neighbours),
+        spread=_spread(runs, neighbours),
         unexcited=unexcited,
         unpredictable=unpredictable,
         channels=found,
@@ -92,12 +92,18 @@ def counters(table: Table) -> dict[str, int]:
     return {**table.provenance.get("counters", {}), "contacts": contacts}
 
 
-def _spread(base: Table, neighbours: Sequence[Table]) -> dict[str, int]:
-    """Return the largest distance of each counter that varies."""
+def _spread(runs: Runs, neighbours: Sequence[Table]) -> dict[str, int]:
+    """Return the largest distance of each counter that varies.
+
+    How much work a run takes hangs on its setting; how many contacts it has does not, so for these the whole
+    family counts.
+    """
     others = [counters(neighbour) for neighbour in neighbours]
+    family = [run for run in (runs.finer, runs.coarser, runs.twin) if run is not None]
+    others += [{"contacts": counters(run)["contacts"]} for run in family]
     largest = {
-        name: max((abs(other[name] - value) for other in others), default=0)
-        for name, value in counters(base).items()
+        name: max((abs(other.get(name, value) - value) for other in others), default=0)
+        for name, value in counters(runs.base).items()
     }
     return {name: distance for name, distance in largest.items() if distance}
 

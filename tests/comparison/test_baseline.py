@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -151,9 +152,12 @@ def test_neighbouring_starts_raise_the_thresholds_and_give_the_spread_of_the_cou
         replace(make_table(1e-4, stretch=stretch), provenance={"counters": {"steps": steps, "rhs": 70}})
         for stretch, steps in ((1e-3, 9), (-2e-3, 4))
     ]
-    alone = record(replace(runs, base=base), scene, "exudyn", "standard")
-    made = record(replace(runs, base=base), scene, "exudyn", "standard", neighbours)
-    assert made.spread == {"steps": 3}
+    finer = replace(runs.finer, events=pd.DataFrame({"corner": ["ll", "lr"]}))
+    runs = replace(runs, base=base, finer=finer)
+    alone = record(runs, scene, "exudyn", "standard")
+    assert alone.spread == {"contacts": 2}
+    made = record(runs, scene, "exudyn", "standard", neighbours)
+    assert made.spread == {"steps": 3, "contacts": 2}
     # k times three times the distance of the neighbour that is further off, the largest within the window.
     x = {point.time: point for point in made.channels["slider_x"]}
     sine = np.abs(np.sin(2 * np.pi * np.array(list(x)) / scene.period))
