@@ -149,8 +149,8 @@ def compare(
     from comparison.compare import Runs, recorded_scene
     from comparison.compare import compare as compare_runs
     from comparison.files import check_folder, write_json
-    from comparison.foreign import read_pair
-    from comparison.mapping import load_mapping
+    from comparison.foreign.mapping import load_mapping
+    from comparison.foreign.tables import read_pair
     from comparison.scene import load_scene
     from comparison.summary import EXIT_CODES, as_mapping, channel_lines, exit_code, scene_lines, shift_line
 

@@ -15,7 +15,7 @@ from comparison.options import REPORTS, Jobs, OutFolder
 
 if TYPE_CHECKING:
     from comparison.cases import Case
-    from comparison.gate import Gate
+    from comparison.gate.examination import Gate
     from comparison.scene import Scene
 
 SHOWN = 20  # lines of regressions on a terminal; the files hold all
@@ -41,10 +41,10 @@ def gate(
     jobs: Jobs = None,
 ) -> int:
     """Run each model by itself and compare it with its baseline: a regression gate for CI."""
-    from comparison.baseline import read
     from comparison.files import check_folder
-    from comparison.gate import gate as hold_against
-    from comparison.gate import scenes_of
+    from comparison.gate.baseline import read
+    from comparison.gate.examination import gate as hold_against
+    from comparison.gate.examination import scenes_of
     from comparison.scene import load_scene
     from comparison.workers import cpus
 
@@ -66,11 +66,11 @@ def gate(
 
 
 def _update(asked: Sequence[Scene], path: Path, jobs: int) -> int:
-    from comparison.baseline import read, write
     from comparison.console import warn
     from comparison.files import check_folder
-    from comparison.gate import scenes_of
-    from comparison.renewal import renewed
+    from comparison.gate.baseline import read, write
+    from comparison.gate.examination import scenes_of
+    from comparison.gate.renewal import renewed
     from comparison.scene import load_scene, shipped_scenes
 
     check_folder(path.parent)

@@ -33,9 +33,9 @@ def warn(warnings: Sequence[str]) -> None:
 def fail(error: Exception) -> int:
     """Say in one line what went wrong and who can mend it."""
     from comparison.accuracy import AccuracyError
-    from comparison.baseline import BaselineError
     from comparison.engines import EngineError
     from comparison.files import FolderError
+    from comparison.gate.baseline import BaselineError
     from comparison.run import RunError
     from comparison.scene import SceneError
     from comparison.table import TableError

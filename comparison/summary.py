@@ -8,7 +8,7 @@ from math import isnan
 from typing import Any
 
 from comparison.explanations import percent
-from comparison.impacts import Impacts
+from comparison.measures.impacts import Impacts
 from comparison.situations import of_scene, pin_of_scene
 from comparison.verdict import Attribution, ChannelComparison, SceneComparison
 

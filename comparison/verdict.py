@@ -20,9 +20,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from comparison.channels import CONTACTS, Channel, channels
-from comparison.impacts import Impacts, impacts_of
-from comparison.information import information
-from comparison.metrics import maximum, rms, scaled
+from comparison.measures.impacts import Impacts, impacts_of
+from comparison.measures.information import information
+from comparison.measures.metrics import maximum, rms, scaled
 from comparison.shift import Shift
 from comparison.uncertainty import combined
 
@@ -84,7 +84,7 @@ class ChannelComparison:
     def metrics(self) -> Mapping[str, float]:
         """Measures of b against a that no verdict rests on; empty where unexcited: a constant has none.
 
-        See `comparison.information`. Made when first asked for: they cost more than the verdict.
+        See `comparison.measures.information`. Made when first asked for: they cost more than the verdict.
         """
         if self.verdict == "unexcited":
             return {}
@@ -156,7 +156,7 @@ class SceneComparison:
 
     @cached_property
     def impacts(self) -> Mapping[str, Impacts] | None:
-        """Contacts of b against those of a, see `comparison.impacts.impacts_of`.
+        """Contacts of b against those of a, see `comparison.measures.impacts.impacts_of`.
 
         A contact is predictable where its corner's gap is, or x where the tables hold no gaps.
         """

@@ -14,7 +14,7 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
-from comparison.impacts import WINDOW
+from comparison.measures.impacts import WINDOW
 from comparison.report import rule, summary, svg, tables
 from comparison.report.gallery import figures, is_derived, representative
 from comparison.report.quantity import MISSING, percent, quantity

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from comparison.channels import channels
-from comparison.ensemble import RATE, Distance, ask, distances
 from comparison.files import replacing
+from comparison.measures.ensemble import RATE, Distance, ask, distances
 from comparison.report.markdown import table
 from comparison.report.quantity import number, quantity
 from comparison.run import Job, Outcome, Progress, RunError, run_all

@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from comparison.baseline import (
+from comparison.compare import Runs, model_uncertainty
+from comparison.gate.baseline import (
     Baseline,
     Checkpoint,
     Detection,
@@ -21,8 +22,7 @@ from comparison.baseline import (
     read,
     write,
 )
-from comparison.checkpoints import COUNT, record
-from comparison.compare import Runs, model_uncertainty
+from comparison.gate.checkpoints import COUNT, record
 from comparison.machine import _processor, platform_name, versions
 from comparison.verdict import thresholds
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.ensemble import RATE, Sample, ask, distances
+from comparison.measures.ensemble import RATE, Sample, ask, distances
 from comparison.table import Table
 
 PERIOD = 1.0

@@ -15,8 +15,8 @@ from scipy.io import savemat
 
 from comparison.check import check
 from comparison.cli import main
-from comparison.foreign import read_pair
-from comparison.mapping import load_mapping
+from comparison.foreign.mapping import load_mapping
+from comparison.foreign.tables import read_pair
 from comparison.table import Table, TableError, write
 
 GUIDE = (Path(__file__).parents[2] / "docs" / "foreign-tables.md").read_text("utf-8")

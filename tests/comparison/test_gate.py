@@ -12,9 +12,9 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from comparison import renewal
-from comparison.baseline import read
 from comparison.cli import main
+from comparison.gate.baseline import read
+from comparison.gate.examination import renewal
 from comparison.scene import shipped_scenes
 from comparison.verdict import thresholds_record
 

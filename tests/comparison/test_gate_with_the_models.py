@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from comparison.gate import gate
-from comparison.renewal import renewed
+from comparison.gate.examination import gate
+from comparison.gate.renewal import renewed
 from comparison.scene import load_scene
 
 pytestmark = pytest.mark.slow

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from comparison.compare import Runs, compare
-from comparison.impacts import WINDOW, Impacts, begin_where, compare_impacts, impacts_of, match
+from comparison.measures.impacts import WINDOW, Impacts, begin_where, compare_impacts, impacts_of, match
 from comparison.summary import as_mapping
 from comparison.table import Table
 

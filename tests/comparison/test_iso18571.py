@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from objective_rating_metrics.rating import ISO18571
 
-from comparison.iso18571 import MOST_POINTS, Rating, best_shift, rating, warped_difference
+from comparison.measures.iso18571 import MOST_POINTS, Rating, best_shift, rating, warped_difference
 
 SCORES = ("overall", "corridor", "phase", "magnitude", "slope")
 seeds = st.integers(0, 2**32 - 1)

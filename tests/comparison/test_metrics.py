@@ -8,9 +8,9 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from comparison.information import information
-from comparison.iso18571 import MOST_POINTS
-from comparison.metrics import (
+from comparison.measures.information import information
+from comparison.measures.iso18571 import MOST_POINTS
+from comparison.measures.metrics import (
     TUBE,
     maximum,
     resampled,

@@ -17,15 +17,12 @@ from comparison.studies import (
     NAMES,
     contact_laws,
     crank_pin,
-    detection,
-    detection_alarms,
-    detection_faults,
-    detection_limits,
     ensembles,
     index,
     verdicts,
 )
 from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
+from comparison.studies.detection import alarms, faults, limits, study
 from comparison.studies.errors import Peak
 from comparison.table import Table
 
@@ -41,13 +38,11 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(crank_pin, "MEMBERS", 2)
     monkeypatch.setattr(ensembles, "MEMBERS", 3)
     monkeypatch.setitem(crank_pin.VARIED, crank_pin.MODULUS, (10e9, 30e9, 70e9, 210e9))
-    monkeypatch.setattr(
-        detection_alarms, "KINDS", tuple(replace(kind, draws=2) for kind in detection_alarms.KINDS)
-    )
-    few = [fault for fault in detection_faults.catalogue() if fault.kind != "code"]
-    monkeypatch.setattr(detection, "catalogue", lambda: [few[0], few[-3], few[-2], few[-1]])
-    monkeypatch.setattr(detection_limits, "PARAMETERS", detection_limits.PARAMETERS[:1])
-    monkeypatch.setattr(detection_limits, "HALVINGS", 1)
+    monkeypatch.setattr(alarms, "KINDS", tuple(replace(kind, draws=2) for kind in alarms.KINDS))
+    few = [fault for fault in faults.catalogue() if fault.kind != "code"]
+    monkeypatch.setattr(study, "catalogue", lambda: [few[0], few[-3], few[-2], few[-1]])
+    monkeypatch.setattr(limits, "PARAMETERS", limits.PARAMETERS[:1])
+    monkeypatch.setattr(limits, "HALVINGS", 1)
     return fake_models
 
 

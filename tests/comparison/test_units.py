@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from comparison.channels import channels
-from comparison.units import parse
+from comparison.foreign.units import parse
 
 
 @pytest.mark.parametrize(

@@ -12,10 +12,10 @@ import pytest
 from comparison.channels import expected
 from comparison.compare import Runs, compare
 from comparison.engines import EngineError, engine_names, find
-from comparison.studies.detection_copies import CatalogueError, changed, installed, package
-from comparison.studies.detection_faults import DETECTED, catalogue, controls, scenes, trials
-from comparison.studies.detection_tables import SPOILS
-from comparison.studies.detection_tasks import Side, runs, summary
+from comparison.studies.detection.copies import CatalogueError, changed, installed, package
+from comparison.studies.detection.faults import DETECTED, catalogue, controls, scenes, trials
+from comparison.studies.detection.tables import SPOILS
+from comparison.studies.detection.tasks import Side, runs, summary
 from comparison.table import TableError
 
 FAULTS = catalogue()

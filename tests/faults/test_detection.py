@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from comparison.studies import detection_alarms as alarms
-from comparison.studies.detection_copies import installed
-from comparison.studies.detection_faults import catalogue, controls, trials
-from comparison.studies.detection_tasks import find_all
+from comparison.studies.detection.copies import installed
+from comparison.studies.detection.faults import catalogue, controls, trials
+from comparison.studies.detection.study import alarms
+from comparison.studies.detection.tasks import find_all
 
 FEW = (
     "stiffness +0.1 %",

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from scipy.stats import beta
 
-from comparison import renewal
 from comparison.files import write_json
-from comparison.studies import detection
-from comparison.studies import detection_alarms as alarms
-from comparison.studies import detection_limits as limits
-from comparison.studies.detection_faults import catalogue, trials
-from comparison.studies.detection_rates import interval, share, upper_limit
+from comparison.gate.examination import renewal
+from comparison.studies.detection import study as detection
+from comparison.studies.detection.faults import catalogue, trials
+from comparison.studies.detection.rates import interval, share, upper_limit
+from comparison.studies.detection.study import alarms, limits
 
 
 @pytest.mark.parametrize("trials", [1, 20, 300])

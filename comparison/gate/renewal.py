@@ -10,7 +10,8 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from comparison.accuracy import refinement
-from comparison.baseline import (
+from comparison.compare import Runs
+from comparison.gate.baseline import (
     Baseline,
     BaselineError,
     Detection,
@@ -19,9 +20,8 @@ from comparison.baseline import (
     SceneRecord,
     explain,
 )
-from comparison.checkpoints import record
-from comparison.compare import Runs
-from comparison.gate import Which, gated_runs, physics_hash, source
+from comparison.gate.checkpoints import record
+from comparison.gate.examination import Which, gated_runs, physics_hash, source
 from comparison.machine import platform_name, versions
 from comparison.run import Job, Outcome, Progress, RunError, run_all
 from comparison.scene import Scene, SceneError
@@ -63,7 +63,7 @@ def renewed(
     old
         What it replaces: its rates are kept where no newer ones are there and the thresholds are the same.
     n_jobs, on_progress
-        As in `comparison.gate.gate`.
+        As in `comparison.gate.examination.gate`.
 
     Raises
     ------

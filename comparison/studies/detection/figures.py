@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from comparison.report import svg
-from comparison.studies.detection_limits import LEAST, MOST
+from comparison.studies.detection.limits import LEAST, MOST
 
 _MARKS = (("o", svg.FIRST), ("x", svg.SECOND), ("s", svg.DIFFERENCE))
 

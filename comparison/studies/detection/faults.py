@@ -1,6 +1,6 @@
 """Misses: faults seeded into one model or into its tables, of which the gate must tell every one.
 
-The catalogue is data, ``detection_faults.toml``. A fault is detected where the verdict is "differ", or where
+The catalogue is data, ``faults.toml``. A fault is detected where the verdict is "differ", or where
 there is none because the tables cannot be compared.
 """
 
@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from comparison.run import MODELS
 from comparison.scene import Scene, load_scene
-from comparison.studies.detection_tasks import Found, Pair, Side
+from comparison.studies.detection.tasks import Found, Pair, Side
 from comparison.tiers import TIERS, tight
 
 Kind = Literal["number", "code", "table"]
@@ -41,7 +41,7 @@ class Fault:
     old: str = ""
     new: str = ""
     spoil: str = ""
-    """Of a wrong table: see `comparison.studies.detection_tables`."""
+    """Of a wrong table: see `comparison.studies.detection.tables`."""
     shows: tuple[str, ...] = ()
     """Channels that must be among those that differ at the tight tier."""
     unexcited: str = ""
@@ -139,4 +139,4 @@ def trials(faults: Sequence[Fault]) -> list[Trial]:
 
 
 def _record() -> Mapping[str, Any]:
-    return tomllib.loads(files("comparison.studies").joinpath("detection_faults.toml").read_text("utf-8"))
+    return tomllib.loads(files("comparison.studies.detection").joinpath("faults.toml").read_text("utf-8"))

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from comparison import checkpoints
-from comparison.baseline import Checkpoint, RunRecord
 from comparison.cases import Status
 from comparison.channels import channels
+from comparison.gate import checkpoints
+from comparison.gate.baseline import Checkpoint, RunRecord
 from comparison.table import Table
 
 COUNTERS_ELSEWHERE = 0.05  # by which the counters may differ on another platform or with other versions
@@ -37,7 +37,7 @@ def changes(record: RunRecord, table: Table, settings: Mapping[str, Any], *, exa
     table
         The run of today; checked, hence finite.
     settings
-        It ran with, see `comparison.checkpoints.settings`.
+        It ran with, see `comparison.gate.checkpoints.settings`.
     exact
         Whether the counters must be equal: the same platform and versions. Else within 5 %, or their spread.
     """

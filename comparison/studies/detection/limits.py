@@ -8,8 +8,8 @@ from typing import Any
 from comparison.compare import compare
 from comparison.run import MODELS, RunError
 from comparison.scene import Scene
-from comparison.studies.detection_faults import number_of, scenes
-from comparison.studies.detection_tasks import Found, Side, kept_runs, runs
+from comparison.studies.detection.faults import number_of, scenes
+from comparison.studies.detection.tasks import Found, Side, kept_runs, runs
 from comparison.table import TableError
 
 PARAMETERS = (

@@ -16,13 +16,12 @@ from comparison.files import replacing, write_json
 from comparison.report.markdown import table
 from comparison.report.quantity import MISSING, number, quantity
 from comparison.run import Progress
-from comparison.studies import detection_alarms as alarms
-from comparison.studies import detection_limits as limits
-from comparison.studies.detection_copies import installed
-from comparison.studies.detection_faults import Fault, Trial, catalogue, controls, trials
-from comparison.studies.detection_figures import draw
-from comparison.studies.detection_rates import interval, share, upper_limit
-from comparison.studies.detection_tasks import Found, Task, find_all
+from comparison.studies.detection import alarms, limits
+from comparison.studies.detection.copies import installed
+from comparison.studies.detection.faults import Fault, Trial, catalogue, controls, trials
+from comparison.studies.detection.figures import draw
+from comparison.studies.detection.rates import interval, share, upper_limit
+from comparison.studies.detection.tasks import Found, Task, find_all
 from comparison.verdict import thresholds_record
 
 Judged = Sequence[tuple[alarms.Kind, Sequence[Found]]]
@@ -71,7 +70,7 @@ def _by_place(found: Sequence[Found]) -> list[list[float | None]]:
 def record(judged: Judged, faults: Tried, smallest: Sequence[Sequence[float | None]]) -> dict[str, Any]:
     """Return counts, verdicts, and changes with two digits, with the thresholds that they were measured with.
 
-    The gate's baseline takes over the rates: see `comparison.renewal`.
+    The gate's baseline takes over the rates: see `comparison.gate.renewal`.
     """
     return {
         "thresholds": thresholds_record(),
@@ -114,7 +113,7 @@ def text(
     judged: Judged, checked: Sequence[Found], faults: Tried, smallest: Sequence[Sequence[float | None]]
 ) -> str:
     """Return the study's README."""
-    template = files("comparison.studies").joinpath("detection.md").read_text("utf-8")
+    template = files("comparison.studies.detection").joinpath("detection.md").read_text("utf-8")
     columns = [f"in the {_short(model)}, {tier} tier" for model, tier in limits.PLACES]
     rows = [
         [name, *(MISSING if value is None else number(value, 2) for value in row)]

@@ -15,10 +15,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from comparison.channels import channels
-from comparison.exports import Column, layout, read_columns
-from comparison.mapping import TIME, Mapping, Rule
+from comparison.foreign.exports import Column, layout, read_columns
+from comparison.foreign.mapping import TIME, Mapping, Rule
+from comparison.foreign.units import parse
 from comparison.table import FORMATS, Table, TableError, read, read_events, read_frame
-from comparison.units import parse
 
 _TEXT = (".csv", ".txt", ".tab", ".tsv", ".dat")
 _NO_RULES = Mapping()
@@ -71,7 +71,7 @@ def _read(path: Path, rules: Pairs[str, Rule]) -> tuple[Table, set[str], list[st
     ending = path.suffix.lower()
     others: list[str] = []
     if ending == ".mat":
-        from comparison.matlab import read_mat
+        from comparison.foreign.matlab import read_mat
 
         columns, others = read_mat(path)
     elif ending == ".parquet":

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.baseline import Checkpoint, RunRecord
 from comparison.channels import channels, expected
 from comparison.compare import Runs, model_uncertainty
+from comparison.gate.baseline import Checkpoint, RunRecord
 from comparison.scene import Scene
 from comparison.table import Table
 from comparison.uncertainty import Levels, uncertainty, window_samples

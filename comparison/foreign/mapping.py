@@ -10,8 +10,8 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from comparison.channels import channels
+from comparison.foreign.units import parse
 from comparison.table import TableError
-from comparison.units import parse
 
 TIME = "time"
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat
 
-from comparison.exports import Column
+from comparison.foreign.exports import Column
 from comparison.table import TableError
 
 

@@ -25,8 +25,8 @@ import pandas as pd
 from scipy.stats import false_discovery_control, ks_2samp, wasserstein_distance
 
 from comparison.channels import CORNERS
+from comparison.measures.metrics import Array
 from comparison.table import Table
-from comparison.verdict import Array
 
 RATE = 0.05
 QUANTILES = {"median": 0.5, "nine tenths": 0.9, "largest": 1.0}

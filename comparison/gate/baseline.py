@@ -2,7 +2,7 @@
 
 Three runs of a scene stand in it: the reference at the tight tier, Exudyn's five bodies as the scene says,
 and its tree at the tight tier (`comparison.tiers`). Of each: settings, counters, and for every channel some
-checkpoints, see `comparison.checkpoints`.
+checkpoints, see `comparison.gate.checkpoints`.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.iso18571 import MOST_POINTS, rating
-from comparison.metrics import resampled, sprague_geers, tube_share
+from comparison.measures.iso18571 import MOST_POINTS, rating
+from comparison.measures.metrics import resampled, sprague_geers, tube_share
 
 Array = NDArray[np.float64]
 
@@ -27,8 +27,8 @@ def information(time: Array, a: Array, b: Array, *, position: bool) -> dict[str,
     Returns
     -------
     measures
-        `comparison.metrics.sprague_geers`, the scores of `comparison.iso18571.rating` and
-        `comparison.metrics.tube_share`; nan where one is undefined.
+        `comparison.measures.metrics.sprague_geers`, the scores of `comparison.measures.iso18571.rating` and
+        `comparison.measures.metrics.tube_share`; nan where one is undefined.
 
     Notes
     -----

@@ -25,8 +25,8 @@ from comparison.engines import fingerprint
 from comparison.files import write_json
 from comparison.run import Progress, RunError, run_one
 from comparison.scene import Scene, SceneError, digest
-from comparison.studies.detection_copies import load_copy
-from comparison.studies.detection_tables import SPOILS
+from comparison.studies.detection.copies import load_copy
+from comparison.studies.detection.tables import SPOILS
 from comparison.table import TableError
 from comparison.validation import levels
 from comparison.verdict import SceneComparison
@@ -37,7 +37,7 @@ Found = dict[str, Any]
 _JUDGES = (
     "accuracy.py", "accuracy.toml", "align.py", "channels.py", "channels.toml", "check.py", "compare.py",
     "resample.py", "run.py", "table.py", "thresholds.toml", "uncertainty.py", "validation.py", "verdict.py",
-    "studies/detection_tasks.py", "studies/detection_tables.py",
+    "studies/detection/tasks.py", "studies/detection/tables.py",
 )  # fmt: skip
 """What of this package can change what is found."""
 

@@ -15,8 +15,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from comparison.foreign.units import parse
 from comparison.table import TableError, read_frame
-from comparison.units import parse
 
 _HEAD = 1 << 18  # bytes in which the first row of numbers must stand
 _SPACES = r"\s+"

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from comparison.baseline import Baseline, RunRecord
 from comparison.cases import Case
-from comparison.checkpoints import settings
+from comparison.gate.baseline import Baseline, RunRecord
+from comparison.gate.checkpoints import settings
+from comparison.gate.regression import COUNTERS_ELSEWHERE, Finding, changes
 from comparison.machine import platform_name, versions
-from comparison.regression import COUNTERS_ELSEWHERE, Finding, changes
 from comparison.run import MODELS, Job, Outcome, Progress, describe, run_all
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
 from comparison.tiers import tight, tree_suffices
