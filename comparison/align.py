@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from comparison.arrays import Array, BoolArray
 from comparison.channels import Channel, channels
 from comparison.resample import resample
 from comparison.shift import SAME_GRID, Shift, estimate
 from comparison.table import Table, TableError
-
-Array = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

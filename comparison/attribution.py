@@ -15,17 +15,15 @@ from math import hypot, nan, sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
+from comparison.arrays import Array, BoolArray
 from comparison.channels import channels
 from comparison.explanations import sentences
+from comparison.findings import Attribution, ChannelComparison
 from comparison.scene import Scene
 from comparison.uncertainty import Runs, round_off, spread, window_samples
-from comparison.verdict import Attribution, ChannelComparison
 
-Array = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Channels = Mapping[str, ChannelComparison]
 Masks = Mapping[str, BoolArray]
 
@@ -54,7 +52,7 @@ def attribute(
     results, time
         The judged channels and their common time (s), shape (n,).
     verdict, tier, labels, scene
-        As in `comparison.verdict.SceneComparison`.
+        As in `comparison.findings.SceneComparison`.
 
     Returns
     -------

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from comparison.verdict import ChannelComparison, SceneComparison
+from comparison.findings import ChannelComparison, SceneComparison
 
 Status = Literal["passed", "failed", "skipped", "error"]
 _STATUS: dict[str, Status] = {

@@ -13,7 +13,7 @@ from comparison.console import progress
 from comparison.options import REPORTS, Accuracy, AllowIndeterminate, Jobs, Models, OutFolder
 
 if TYPE_CHECKING:
-    from comparison.verdict import SceneComparison
+    from comparison.findings import SceneComparison
 
 
 def validate(

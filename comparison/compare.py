@@ -11,10 +11,12 @@ from comparison.align import Aligned, align
 from comparison.attribution import attribute
 from comparison.channels import channels, expected
 from comparison.check import check
+from comparison.findings import ChannelComparison, SceneComparison
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.table import Table, TableError
+from comparison.thresholds import thresholds
 from comparison.uncertainty import Levels, Runs, round_off, uncertainty, window_samples
-from comparison.verdict import ChannelComparison, SceneComparison, compare_channel, scene_verdict, thresholds
+from comparison.verdict import compare_channel, scene_verdict
 
 __all__ = ["Runs", "compare", "recorded_scene"]
 

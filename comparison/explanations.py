@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from math import floor, isnan
 
 from comparison.accuracy import AccuracyError, finer, solver_values
+from comparison.findings import Attribution
 from comparison.instants import describe
 from comparison.scene import Scene
 from comparison.uncertainty import Runs
-from comparison.verdict import Attribution
 
 _CHANGED = 0.1  # of the difference: less is told as a percentage, more as a factor
 # Of the samples beyond, near which a run must still move as far. Where a stiffness of 0.1 % makes the

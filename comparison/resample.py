@@ -6,10 +6,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from comparison.arrays import Array, BoolArray
 from comparison.channels import CONTACTS, Channel, channels
-
-Array = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 def resample(

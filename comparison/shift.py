@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from comparison.arrays import Array
 from comparison.channels import channels
 from comparison.resample import hermite
-
-Array = NDArray[np.float64]
 
 # Two grids are the same where their times differ by less than this share of a sample interval: what a text
 # file of ten digits loses. At 2 m/s and 0.4 ms samples it is 1e-12 m.

@@ -13,8 +13,9 @@ from typing import TypeVar
 import numpy as np
 import pandas as pd
 
+from comparison.arrays import Array, BoolArray
 from comparison.channels import CORNERS, PIN
-from comparison.verdict import Array, BoolArray, SceneComparison
+from comparison.findings import SceneComparison
 
 SITUATIONS = {
     "free": "free",

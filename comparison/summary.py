@@ -8,9 +8,9 @@ from math import isnan
 from typing import Any
 
 from comparison.explanations import percent
+from comparison.findings import Attribution, ChannelComparison, SceneComparison
 from comparison.measures.impacts import Impacts
 from comparison.situations import of_scene, pin_of_scene
-from comparison.verdict import Attribution, ChannelComparison, SceneComparison
 
 EXIT_CODES = {"agree": 0, "differ": 1, "cannot compare": 2, "indeterminate": 3}
 _WORST_FIRST = (70, 2, 1, 3, 0)

@@ -25,13 +25,11 @@ from dataclasses import dataclass
 from math import degrees
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
+from comparison.arrays import Array
 from comparison.scene import Scene
 from comparison.table import Table
-
-Array = NDArray[np.float64]
 
 SAFETY_FACTOR = 3.0
 SAFETY_FACTOR_IN_ORDER = 1.25

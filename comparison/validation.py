@@ -10,12 +10,12 @@ import numpy as np
 
 from comparison.accuracy import coarser, finer, refinement, solver_values
 from comparison.compare import Runs, compare
+from comparison.findings import SceneComparison
 from comparison.run import MODELS, Job, Outcome, Progress, describe, run_all
 from comparison.scene import Scene
 from comparison.table import TableError
 from comparison.tiers import TIERS, tight
 from comparison.uncertainty import twin
-from comparison.verdict import SceneComparison
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ from comparison.compare import Runs, model_uncertainty
 from comparison.gate.baseline import Checkpoint, RunRecord
 from comparison.scene import Scene
 from comparison.table import Table
+from comparison.thresholds import thresholds
 from comparison.uncertainty import Levels, uncertainty, window_samples
-from comparison.verdict import thresholds
 
 COUNT = 5  # of a channel: with ten scenes the file stays near 100 kB
 

@@ -14,8 +14,8 @@ from comparison.gate.regression import COUNTERS_ELSEWHERE, Finding, changes
 from comparison.machine import platform_name, versions
 from comparison.run import MODELS, Job, Outcome, Progress, describe, run_all
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
+from comparison.thresholds import thresholds_record
 from comparison.tiers import tight, tree_suffices
-from comparison.verdict import thresholds_record
 
 Which = tuple[str, str]
 """A model and a tier."""

@@ -26,9 +26,9 @@ from comparison.machine import platform_name, versions
 from comparison.run import Job, Outcome, Progress, RunError, run_all
 from comparison.scene import Scene, SceneError
 from comparison.table import Table
+from comparison.thresholds import thresholds_record
 from comparison.uncertainty import twin
 from comparison.validation import family
-from comparison.verdict import thresholds_record
 
 RATES = Path("reports/detection/detection.json")
 """The measured rates of the verdicts' errors, as seen from the baseline's folder."""

@@ -24,8 +24,8 @@ import numpy as np
 import pandas as pd
 from scipy.stats import false_discovery_control, ks_2samp, wasserstein_distance
 
+from comparison.arrays import Array
 from comparison.channels import CORNERS
-from comparison.measures.metrics import Array
 from comparison.table import Table
 
 RATE = 0.05

@@ -13,10 +13,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from comparison.arrays import Array, BoolArray
 from comparison.channels import CONTACTS
 
-Array = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 # Two starts are matched within this share of a crank turn (80 us at 150 rpm). It is less than half of the

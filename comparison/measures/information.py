@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from comparison.arrays import Array
 from comparison.measures.iso18571 import MOST_POINTS, rating
 from comparison.measures.metrics import resampled, sprague_geers, tube_share
-
-Array = NDArray[np.float64]
 
 
 def information(time: Array, a: Array, b: Array, *, position: bool) -> dict[str, float]:

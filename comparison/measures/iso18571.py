@@ -14,9 +14,8 @@ from functools import cache
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from comparison.arrays import Array
 
 INNER, OUTER = 0.05, 0.5  # half-widths of the corridors, as shares of the reference's largest value
 MAX_SHIFT = 0.2  # share of the duration

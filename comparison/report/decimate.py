@@ -12,8 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from comparison.arrays import Array, BoolArray
 
 COLUMNS = 400
 """Columns of a drawing: about its width in points."""

@@ -14,12 +14,12 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
+from comparison.findings import SceneComparison
 from comparison.measures.impacts import WINDOW
 from comparison.report import rule, summary, svg, tables
 from comparison.report.gallery import figures, is_derived, representative
 from comparison.report.quantity import MISSING, percent, quantity
 from comparison.summary import attribution_words, shift_line
-from comparison.verdict import SceneComparison
 
 _HERE = Path(__file__).parent
 # Closed parts are opened for printing where the browser's style sheets cannot do it.

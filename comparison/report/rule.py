@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from comparison.arrays import Array, BoolArray
+from comparison.findings import ChannelComparison, SceneComparison
 from comparison.report.quantity import number
+from comparison.thresholds import thresholds
 from comparison.uncertainty import SAFETY_FACTOR, SAFETY_FACTOR_IN_ORDER, TWIN_SHIFT, WINDOW
-from comparison.verdict import Array, BoolArray, ChannelComparison, SceneComparison, thresholds
 
 
 def definition(comparisons: Sequence[SceneComparison]) -> list[str]:

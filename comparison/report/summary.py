@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from comparison.verdict import ChannelComparison, SceneComparison
+from comparison.findings import ChannelComparison, SceneComparison
 
 SYMBOLS = {"agree": "✓", "differ": "✗", "indeterminate": "?", "unexcited": "○", "cannot compare": "!"}
 """Signs beside the words of a verdict, so that colour is not needed to find it."""

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from comparison.arrays import Array
 from comparison.files import replacing
 from comparison.report.quantity import quantity
 from comparison.run import Job, Outcome, Progress, RunError, run_all
@@ -19,7 +20,6 @@ from comparison.studies.crank_pin_figures import draw
 from comparison.studies.crank_pin_peaks import PRINTED, WORDS, Case, met, peaks_table, powers, summarise
 from comparison.studies.errors import error, second_cycle, shift_bound
 from comparison.table import Table
-from comparison.verdict import Array
 
 Values = dict[str, object]
 

@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator, ScalarFormatter
 
+from comparison.arrays import Array
 from comparison.published import Published
 from comparison.report import svg
 from comparison.report.decimate import envelope
 from comparison.studies.errors import Peak
-from comparison.verdict import Array
 
 PASSAGE = (0.735, 0.765)
 """s; around the published instants."""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from comparison.arrays import Array
 from comparison.channels import channels
 from comparison.files import replacing
 from comparison.measures.ensemble import RATE, Distance, ask, distances
@@ -17,8 +18,8 @@ from comparison.run import Job, Outcome, Progress, RunError, run_all
 from comparison.scene import Scene, load_scene
 from comparison.studies.ensembles_figures import draw
 from comparison.table import Table
+from comparison.thresholds import thresholds
 from comparison.tiers import tight
-from comparison.verdict import Array, thresholds
 
 SCENE = "150rpm-0.2mm"
 MEMBERS = 64

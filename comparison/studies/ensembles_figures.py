@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from comparison.arrays import Array
 from comparison.report import svg
-from comparison.verdict import Array
 
 ROUND_OFF = 1e-16
 """m; of a coordinate of 0.55 m."""

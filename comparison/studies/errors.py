@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from comparison.arrays import Array, BoolArray
 from comparison.table import Table
-from comparison.verdict import Array, BoolArray
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from comparison.arrays import Array
 from comparison.table import Table
-from comparison.verdict import Array
 
 SIDES = (("ll", "ul"), ("lr", "ur"))
 

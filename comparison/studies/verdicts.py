@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from comparison.files import replacing
+from comparison.findings import SceneComparison
 from comparison.report.gallery import figures
 from comparison.report.markdown import table
 from comparison.report.quantity import MISSING, percent
@@ -16,7 +17,6 @@ from comparison.report.svg import standalone, style
 from comparison.run import Progress
 from comparison.scene import load_scene, shipped_scenes
 from comparison.validation import validate
-from comparison.verdict import SceneComparison
 
 PICTURE_OF = ("150rpm-0.2mm", "slider_x")
 HEADINGS = (

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from comparison.verdict import SceneComparison
+from comparison.findings import SceneComparison
 
 
 @pytest.fixture(scope="session")

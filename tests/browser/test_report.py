@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
+from comparison.findings import SceneComparison
 from comparison.report import write_report
-from comparison.verdict import SceneComparison
 
 pytestmark = pytest.mark.browser
 

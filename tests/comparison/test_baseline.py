@@ -24,7 +24,7 @@ from comparison.gate.baseline import (
 )
 from comparison.gate.checkpoints import COUNT, record
 from comparison.machine import _processor, platform_name, versions
-from comparison.verdict import thresholds
+from comparison.thresholds import thresholds
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 positive = st.floats(min_value=0, exclude_min=True, allow_infinity=False)

@@ -9,8 +9,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from scipy.io import savemat
 
 from comparison.check import check
@@ -215,80 +213,6 @@ def test_numbers_that_are_not_finite_come_through_to_the_check():
             check(table, ["slider_y", "slider_angle"])
 
 
-# MATLAB
-
-
-def columns() -> dict[str, np.ndarray]:
-    return {name: FRAME[name].to_numpy() for name in FRAME}
-
-
-@pytest.mark.parametrize("column", [True, False])
-def test_vectors_and_a_structure_of_them(column):
-    vectors = {name: values[:, None] if column else values[None, :] for name, values in columns().items()}
-    savemat("plain.mat", vectors)
-    savemat("struct.mat", {"run": vectors})
-    for name in ("plain.mat", "struct.mat"):
-        assert one(Path(name)).frame.to_numpy().tobytes() == FRAME.to_numpy().tobytes()
-
-
-def test_of_several_structures_the_name_counts():
-    savemat("two.mat", {"adams": columns(), "other": columns()})
-    rules = "".join(f'[columns."adams.{name}"]\nchannel = "{name}"\nunit = "{unit}"\n'
-                    for name, unit in zip(FRAME, ("s", "m", "rad"), strict=True))  # fmt: skip
-    path = Path("two.mat")
-    table, _, warnings = read_pair(path, path, load_mapping(put("map.toml", rules)))
-    same(table)
-    assert "other.slider_y" in warnings[0]
-
-
-@pytest.mark.parametrize(
-    ("extra", "kind"),
-    [
-        (np.array(["a", {}], dtype=object), "objects or cells"),
-        (np.eye(3), "matrix of 3 x 3"),
-        (3.0, "single number"),
-        ("slow", "text"),
-        (1j * np.ones(11), "complex numbers"),
-    ],
-)
-def test_what_is_no_vector_is_refused_or_listed(extra, kind):
-    savemat("a.mat", columns() | {"more": extra})
-    with pytest.raises(TableError, match=rf"'more \({kind}\)' is unexpected"):
-        one(Path("a.mat"))
-    rule = '[columns.slider_y]\nchannel = "slider_y"\nunit = "m"'
-    table, _, warnings = read_pair(Path("a.mat"), Path("a.mat"), load_mapping(put("map.toml", rule)))
-    same(table)
-    assert f"more ({kind})" in warnings[0]
-
-
-def test_vectors_of_two_lengths_are_refused():
-    savemat("a.mat", columns() | {"slider_x": np.zeros(5)})
-    with pytest.raises(TableError, match="time holds 11 numbers and slider_x 5"):
-        one(Path("a.mat"))
-
-
-def test_version_73_says_what_to_do():
-    put("new.mat", b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + b"\x89HDF\r\n\x1a\n" + bytes(400))
-    with pytest.raises(TableError, match=r"version 7\.3 .* save it with the option -v7"):
-        one(Path("new.mat"))
-
-
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(st.integers(0, 1000), st.integers(0, 255), st.booleans())
-def test_a_broken_mat_file_is_one_line(place, byte, cut):
-    savemat("good.mat", columns())
-    content = bytearray(Path("good.mat").read_bytes())
-    place %= len(content)
-    content = content[:place] if cut else content[:place] + bytes([byte]) + content[place + 1 :]
-    path = put("bad.mat", bytes(content))
-    try:
-        table = one(path)
-    except TableError as error:
-        assert "\n" not in str(error)  # noqa: PT017
-    else:
-        assert len(table.frame) > 0  # the byte was in a number or in the title
-
-
 @pytest.mark.parametrize("name", ["a.xls", "a"])
 def test_other_endings_are_refused(name):
     with pytest.raises(TableError, match=r"must end in \.csv, .* or \.mat"):
@@ -359,7 +283,7 @@ def test_a_channel_that_one_side_lacks_is_refused_unless_the_mapping_chooses(doc
 
 def test_two_foreign_tables_make_a_report(capsys):
     put("one.csv", text("time [ms];slider_y [mm];slider_angle [deg]", ";", ","))
-    savemat("two.mat", {"run": columns()})
+    savemat("two.mat", {"run": {name: FRAME[name].to_numpy() for name in FRAME}})
     assert main(["compare", "one.csv", "two.mat", "--tolerance", "1e-12", "--out", "r"]) == 0
     assert "cannot be told: 11 common samples" in capsys.readouterr().out
     html = Path("r/report.html").read_text("utf-8")

@@ -16,7 +16,7 @@ from comparison.cli import main
 from comparison.gate.baseline import read
 from comparison.gate.examination import renewal
 from comparison.scene import shipped_scenes
-from comparison.verdict import thresholds_record
+from comparison.thresholds import thresholds_record
 
 BASELINE = Path("sixbar-baseline.toml")
 

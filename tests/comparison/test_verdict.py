@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from comparison.channels import Channel, channels
 from comparison.scene import load_scene
-from comparison.verdict import compare_channel, scene_verdict, thresholds
+from comparison.thresholds import thresholds
+from comparison.verdict import compare_channel, scene_verdict
 
 N = 1000
 TIME = np.linspace(0, 0.4, N)

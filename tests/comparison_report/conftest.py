@@ -11,8 +11,10 @@ import pandas as pd
 import pytest
 
 from comparison.channels import channels
+from comparison.findings import Attribution, SceneComparison
 from comparison.scene import load_scene
-from comparison.verdict import Attribution, SceneComparison, compare_channel, scene_verdict, thresholds
+from comparison.thresholds import thresholds
+from comparison.verdict import compare_channel, scene_verdict
 
 PERIOD = 0.4  # s
 CLEARANCE = 2e-4  # m

@@ -12,12 +12,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from comparison.findings import ChannelComparison, SceneComparison
 from comparison.report import page as page_module
 from comparison.report import svg, write_report
 from comparison.report.gallery import figures
 from comparison.report.page import render
 from comparison.report.quantity import percent
-from comparison.verdict import ChannelComparison, SceneComparison
 
 VOID = {"meta", "link", "br", "img", "hr", "input", "path", "rect", "use"}
 

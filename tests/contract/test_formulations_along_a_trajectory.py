@@ -4,8 +4,9 @@ import pytest
 
 from comparison.channels import channels
 from comparison.scene import load_scene
+from comparison.thresholds import thresholds
 from comparison.uncertainty import Levels, round_off, uncertainty, window_samples
-from comparison.verdict import compare_channel, thresholds
+from comparison.verdict import compare_channel
 from reference_model import simulate
 from reference_model.reactions import REACTIONS
 

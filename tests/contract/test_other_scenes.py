@@ -7,10 +7,10 @@ import exudyn_model
 import reference_model
 from comparison.accuracy import coarser, finer, refinement
 from comparison.compare import Runs, compare
+from comparison.findings import SceneComparison
 from comparison.scene import load_scene
 from comparison.table import Table
 from comparison.uncertainty import twin
-from comparison.verdict import SceneComparison
 
 MODELS = {"reference": reference_model, "exudyn": exudyn_model}
 # Every group: Exudyn then has its constraints at velocity level.

@@ -23,15 +23,24 @@ class Change(Protocol):
     """One place of a model's code, changed."""
 
     @property
-    def engine(self) -> str: ...  # noqa: D102
+    def engine(self) -> str:
+        """Name of the copy."""
+
     @property
-    def model(self) -> str: ...  # noqa: D102
+    def model(self) -> str:
+        """Whose package is copied."""
+
     @property
-    def file(self) -> str: ...  # noqa: D102
+    def file(self) -> str:
+        """Of the package, by its name."""
+
     @property
-    def old(self) -> str: ...  # noqa: D102
+    def old(self) -> str:
+        """What stands there once."""
+
     @property
-    def new(self) -> str: ...  # noqa: D102
+    def new(self) -> str:
+        """What stands there instead."""
 
 
 class CatalogueError(ValueError):

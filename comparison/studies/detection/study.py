@@ -22,7 +22,7 @@ from comparison.studies.detection.faults import Fault, Trial, catalogue, control
 from comparison.studies.detection.figures import draw
 from comparison.studies.detection.rates import interval, share, upper_limit
 from comparison.studies.detection.tasks import Found, Task, find_all
-from comparison.verdict import thresholds_record
+from comparison.thresholds import thresholds_record
 
 Judged = Sequence[tuple[alarms.Kind, Sequence[Found]]]
 Tried = Sequence[tuple[Trial, Found]]

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import platform
 import time
 from collections.abc import Callable, Sequence
 from contextlib import closing, suppress
@@ -23,21 +22,22 @@ from comparison.cache import cache_folder
 from comparison.compare import Runs, compare
 from comparison.engines import fingerprint
 from comparison.files import write_json
+from comparison.findings import SceneComparison
+from comparison.machine import platform_name
 from comparison.run import Progress, RunError, run_one
 from comparison.scene import Scene, SceneError, digest
 from comparison.studies.detection.copies import load_copy
 from comparison.studies.detection.tables import SPOILS
 from comparison.table import TableError
 from comparison.validation import levels
-from comparison.verdict import SceneComparison
 from comparison.workers import Died, Share, work
 
 Found = dict[str, Any]
 
 _JUDGES = (
     "accuracy.py", "accuracy.toml", "align.py", "channels.py", "channels.toml", "check.py", "compare.py",
-    "resample.py", "run.py", "table.py", "thresholds.toml", "uncertainty.py", "validation.py", "verdict.py",
-    "studies/detection/tasks.py", "studies/detection/tables.py",
+    "findings.py", "resample.py", "run.py", "table.py", "thresholds.toml", "uncertainty.py",
+    "validation.py", "verdict.py", "studies/detection/tasks.py", "studies/detection/tables.py",
 )  # fmt: skip
 """What of this package can change what is found."""
 
@@ -78,12 +78,19 @@ class Task(Protocol):
     """Something to find by running models."""
 
     @property
-    def sides(self) -> tuple[Side, ...]: ...  # noqa: D102
+    def sides(self) -> tuple[Side, ...]:
+        """Whom it runs."""
+
     @property
-    def identity(self) -> dict[str, Any]: ...  # noqa: D102
+    def identity(self) -> dict[str, Any]:
+        """What tells it from other tasks, as JSON holds it."""
+
     @property
-    def cost(self) -> float: ...  # noqa: D102
-    def find(self) -> Found: ...  # noqa: D102
+    def cost(self) -> float:
+        """Expected time, s."""
+
+    def find(self) -> Found:
+        """Run and judge."""
 
 
 @dataclass(frozen=True)
@@ -208,7 +215,7 @@ def find_all(tasks: Sequence[Task], n_jobs: int, on_progress: Progress | None) -
                 "task": task.identity,
                 "models": {side.runs_by: prints[side.runs_by] for side in task.sides},
                 "sources": sources,
-                "machine": platform.platform(),
+                "machine": platform_name(),
             }
         )
         for task in tasks

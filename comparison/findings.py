@@ -1,0 +1,151 @@
+"""What a comparison found: of one channel, and of a scene of channels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import pandas as pd
+
+from comparison.arrays import Array, BoolArray
+from comparison.channels import CONTACTS, channels
+from comparison.measures.impacts import Impacts, impacts_of
+from comparison.measures.information import information
+from comparison.shift import Shift
+from comparison.thresholds import Thresholds
+
+
+@dataclass(frozen=True)
+class ChannelComparison:
+    """One channel of two runs, on their common time grid of ``n`` samples."""
+
+    channel: str
+    label: str
+    unit: str
+    scale: float
+    time: Array
+    """s, shape (n,)."""
+    a: Array
+    b: Array
+    difference: Array
+    """a - b, shape (n,)."""
+    u_a: Array | None
+    u_b: Array | None
+    u: Array | None
+    """Numerical uncertainties of a, b and their difference, shape (n,); None where the tables carry none."""
+    predictable: BoolArray
+    """u <= alpha * scale; all True where u is None."""
+    verdict: str
+    """"agree", "differ", "indeterminate" or "unexcited"."""
+    coverage: float
+    """Share of predictable samples."""
+    explained: float
+    """Share of the predictable samples within k u, or the tolerance; nan if there is none of either."""
+    max_difference: float
+    rms_difference: float
+    max_scaled: float
+    rms_scaled: float
+    """The four over all samples, predictable or not."""
+    worst_time: float
+    worst_difference: float
+    worst_threshold: float
+    """The predictable sample with the largest |E| / threshold; nan where there is none."""
+    reason: str
+    """One plain sentence."""
+    limits: Thresholds
+    """The numbers it was judged by."""
+
+    @cached_property
+    def metrics(self) -> Mapping[str, float]:
+        """Measures of b against a that no verdict rests on; empty where unexcited: a constant has none.
+
+        See `comparison.measures.information`. Made when first asked for: they cost more than the verdict.
+        """
+        if self.verdict == "unexcited":
+            return {}
+        position = channels()[self.channel].rate is not None
+        return information(self.time, self.a, self.b, position=position)
+
+
+@dataclass(frozen=True)
+class Attribution:
+    """Where the difference of a scene at one tier comes from; what cannot be told is nan or empty."""
+
+    explained: float = float("nan")
+    """Share of the judged samples of all excited channels together that are within k u."""
+    cause: str = ""
+    """"a" or "b" (whose refinement removes it), "both", "round-off", "neither" or "models"."""
+    remaining: dict[str, float] = field(default_factory=dict)
+    """What is left of its size where the run of "a", of "b" or of "both" is the refined one; 1: all of it."""
+    channels: dict[str, dict[str, float]] = field(default_factory=dict)
+    """The same by channel."""
+    still_moves: dict[str, float] = field(default_factory=dict)
+    """"a", "b": share of the samples beyond the band near which refinement moves the run by as much."""
+    unpredictable: dict[str, float] = field(default_factory=dict)
+    """Why the samples of the indeterminate channels are not predictable: share by the u of "a" alone, of "b"
+    alone, of "each" by itself, of the two only "together"; and that of "neighbours" whose spread suffices."""
+    unpredictable_from: float = float("nan")
+    """First of the most frequent of these, s."""
+    beyond_from: float = float("nan")
+    """First judged sample beyond the band or the tolerance, s; of the channels that differ, if any does."""
+    beyond_in: str = ""
+    """Its channel."""
+    sentences: tuple[str, ...] = ()
+    """All this in plain words."""
+
+
+@dataclass(frozen=True)
+class SceneComparison:
+    """All channels of one scene, with what is needed to read and to repeat the comparison."""
+
+    name: str
+    title: str
+    description: str
+    labels: tuple[str, str]
+    verdict: str
+    reason: str
+    warnings: tuple[str, ...]
+    time: Array
+    period: float | None
+    """Seconds a crank turn takes; turns = time / period. None where the tables do not say."""
+    channels: dict[str, ChannelComparison]
+    events: tuple[pd.DataFrame | None, pd.DataFrame | None]
+    provenance: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Of every run used: "reference", "reference finer", "reference twin", "exudyn", ..."""
+    scene: dict[str, Any] | None = None
+    """The scene mapping."""
+    command: str = ""
+    """Reproduces this comparison."""
+    tier: str = "standard"
+    attribution: Attribution | None = None
+    """None where nothing could be compared."""
+    tight: SceneComparison | None = None
+    """The same scene at the tight tier, where it was run."""
+    shift: Shift | None = None
+    """Estimated time shift between the two; None where nothing was compared."""
+
+    @property
+    def tiers(self) -> tuple[SceneComparison, ...]:
+        """The comparison itself and that at the tight tier, if there is one."""
+        return (self,) if self.tight is None else (self, self.tight)
+
+    @cached_property
+    def impacts(self) -> Mapping[str, Impacts] | None:
+        """Contacts of b against those of a, see `comparison.measures.impacts.impacts_of`.
+
+        A contact is predictable where its corner's gap is, or x where the tables hold no gaps.
+        """
+        x = self.channels.get("slider_x")
+        decisive = {place: self.channels.get(f"corner_{place}_gap", x) for place in CONTACTS}
+        return impacts_of(
+            *self.events,
+            time=self.time,
+            period=self.period,
+            predictable={
+                place: channel.predictable
+                for place, channel in decisive.items()
+                if channel is not None and channel.u is not None
+            },
+        )
