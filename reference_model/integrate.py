@@ -130,7 +130,7 @@ def advance(
     status = REACHED
     switched = p.counters[SWITCHES]
     while t < t_stop:
-        if p.counters[BUFFERED] + 4 > EVENT_BUFFER:
+        if p.counters[BUFFERED] + CONTACTS > EVENT_BUFFER:
             status = BUFFER_FULL
             break
         if p.counters[STEPS] + p.counters[REJECTED] + p.counters[SWITCHES] >= step_limit:

@@ -11,11 +11,22 @@ from pathlib import Path
 
 from comparison.console import progress
 from comparison.files import replacing
+from comparison.report.markdown import table
 from comparison.studies import NAMES, write_study
 from comparison.workers import cpus
 
 BEGIN, END = "<!-- verdicts: generated, do not edit -->", "<!-- end of verdicts -->"
 REPORTS = Path("reports")
+SHOWN = (
+    "scene",
+    "standard tier",
+    "samples predictable",
+    "largest difference of x, first cycle",
+    "tight tier",
+    "samples predictable, tight",
+    "largest difference of x, tight, predictable samples",
+)
+"""Columns of the verdict table that the README shows; the others stand in the report."""
 
 
 def index(readmes: dict[str, str]) -> str:
@@ -26,8 +37,12 @@ def index(readmes: dict[str, str]) -> str:
 
 
 def table_of(text: str) -> str:
-    """Return the rows of the tables in a Markdown text."""
-    return "\n".join(line for line in text.splitlines() if line.startswith("|"))
+    """Return the table in a Markdown text, of its columns those that the README shows."""
+    head, _, *rows = (
+        [cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line[:1] == "|"
+    )
+    kept = [head.index(name) for name in SHOWN]
+    return table(SHOWN, [[row[k] for k in kept] for row in rows])
 
 
 def with_table(readme: str, verdicts: str) -> str:

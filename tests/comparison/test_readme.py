@@ -10,6 +10,8 @@ import pytest
 from comparison.scene import shipped_scenes
 from comparison.studies import NAMES
 from comparison.studies.index import BEGIN, END, index, table_of, with_table
+from comparison.thresholds import thresholds
+from comparison.uncertainty import TWIN_SHIFT
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
@@ -40,6 +42,14 @@ def test_the_list_of_the_studies_is_that_of_their_reports():
         assert text.startswith("# ")
         for picture in re.findall(r"\]\(([\w-]+\.svg)\)", text):
             assert (REPORTS / name / picture).is_file(), picture
+
+
+def test_the_numbers_in_its_sentences_are_those_of_the_code():
+    said = " ".join(README.split())
+    standard, tight = thresholds("standard"), thresholds("tight")
+    assert f"u must be {standard.alpha / tight.alpha:g} times smaller" in said
+    assert {2.0: "within twice the combined u"}[standard.k] in said
+    assert {1e-9: "from a start moved by a billionth of the clearance"}[TWIN_SHIFT] in said
 
 
 def test_a_readme_without_marks_is_refused():
