@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from exudyn_model.compiled import kernel
 from exudyn_model.contact import corner_motion
-from exudyn_model.journal import pin_motion
+from exudyn_model.journal import crank_and_rod2, pin_motion
 from exudyn_model.parameters import Mechanism
 from exudyn_model.point_contact import PIN
 from exudyn_model.side_law import elastic_normals, side_energy
@@ -107,7 +107,7 @@ def audit_energy(
         elastic_force = pin_law.stiffness * (-state.gap) ** pin_law.exponent
         contact += elastic_force * -state.gap / (pin_law.exponent + 1.0)
         damping_power += (elastic_force - state.normal) * state.rate
-        slip = pin_motion(q[0], q[1], q[2], q[3], q[4], q[5], v[0], v[1], v[2], v[3], v[4], v[5], pin_law)[2]
+        slip = pin_motion(crank_and_rod2(q, v), pin_law)[2]
         friction_power -= state.friction * slip
     drive_power = torque * v[2]
     if index == 0:

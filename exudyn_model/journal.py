@@ -13,7 +13,7 @@ taken up again. A step is accepted where piece and slip fit: the force is that o
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,34 +51,45 @@ def journal_law(parameters: Parameters, step: float) -> NDArray[np.void]:
     return law
 
 
+class CrankAndRod2(NamedTuple):
+    """Centres (m) and angles (rad) of crank, 1, and rod 2, and their rates."""
+
+    x1: float
+    y1: float
+    angle1: float
+    x2: float
+    y2: float
+    angle2: float
+    vx1: float
+    vy1: float
+    w1: float
+    vx2: float
+    vy2: float
+    w2: float
+
+
 @kernel
-def pin_motion(
-    x1: float,
-    y1: float,
-    angle1: float,
-    x2: float,
-    y2: float,
-    angle2: float,
-    vx1: float,
-    vy1: float,
-    w1: float,
-    vx2: float,
-    vy2: float,
-    w2: float,
-    law: Any,
-) -> tuple[float, float, float, float, float]:
-    """Gap (m, positive open), its rate, slip (m/s) and the unit vector n, from crank and rod 2.
+def crank_and_rod2(q: NDArray[np.float64], v: NDArray[np.float64]) -> CrankAndRod2:
+    """Take both from the first six coordinates and their rates."""
+    return CrankAndRod2(q[0], q[1], q[2], q[3], q[4], q[5], v[0], v[1], v[2], v[3], v[4], v[5])
+
+
+@kernel
+def pin_motion(bodies: CrankAndRod2, law: Any) -> tuple[float, float, float, float, float]:
+    """Gap (m, positive open), its rate, slip (m/s) and the unit vector n.
 
     The slip is the velocity of the bearing's material relative to the journal's, along n turned by +90
     degrees.
     """
-    jx, jy = law.crank_to_tip * np.cos(angle1), law.crank_to_tip * np.sin(angle1)
-    bx, by = -law.rod2_centroid * np.cos(angle2), -law.rod2_centroid * np.sin(angle2)
-    ex, ey = x1 + jx - x2 - bx, y1 + jy - y2 - by
+    jx, jy = law.crank_to_tip * np.cos(bodies.angle1), law.crank_to_tip * np.sin(bodies.angle1)
+    bx, by = -law.rod2_centroid * np.cos(bodies.angle2), -law.rod2_centroid * np.sin(bodies.angle2)
+    ex, ey = bodies.x1 + jx - bodies.x2 - bx, bodies.y1 + jy - bodies.y2 - by
     distance = np.hypot(ex, ey)
     # Centred to the last digit there is no direction, and no contact that would need it
     nx, ny = (ex / distance, ey / distance) if distance > 0.0 else (1.0, 0.0)
-    vx, vy = vx1 - w1 * jy - vx2 + w2 * by, vy1 + w1 * jx - vy2 - w2 * bx
+    w1, w2 = bodies.w1, bodies.w2
+    vx = bodies.vx1 - w1 * jy - bodies.vx2 + w2 * by
+    vy = bodies.vy1 + w1 * jx - bodies.vy2 - w2 * bx
     gap, rate = law.clearance - distance, -(nx * vx + ny * vy)
     slip = ny * vx - nx * vy + w2 * law.bearing_radius - w1 * (law.bearing_radius - distance)
     return gap, rate, slip, nx, ny
@@ -86,18 +97,18 @@ def pin_motion(
 
 @kernel
 def pin_load(
-    normal: float, friction: float, nx: float, ny: float, gap: float, angle1: float, angle2: float, law: Any
+    normal: float, friction: float, nx: float, ny: float, gap: float, bodies: CrankAndRod2, law: Any
 ) -> tuple[float, float, float, float]:
     """Force on rod 2 (N), moments about the centres of crank and rod 2 (N m); the crank's force opposes."""
     fx, fy = normal * nx - friction * ny, normal * ny + friction * nx
     # From the bearing's surface back to the journal's centre: R_b - |e|
     radius1 = law.bearing_radius - law.clearance + gap
     x1, y1 = (
-        law.crank_to_tip * np.cos(angle1) + radius1 * nx,
-        law.crank_to_tip * np.sin(angle1) + radius1 * ny,
+        law.crank_to_tip * np.cos(bodies.angle1) + radius1 * nx,
+        law.crank_to_tip * np.sin(bodies.angle1) + radius1 * ny,
     )
-    x2 = -law.rod2_centroid * np.cos(angle2) + law.bearing_radius * nx
-    y2 = -law.rod2_centroid * np.sin(angle2) + law.bearing_radius * ny
+    x2 = -law.rod2_centroid * np.cos(bodies.angle2) + law.bearing_radius * nx
+    y2 = -law.rod2_centroid * np.sin(bodies.angle2) + law.bearing_radius * ny
     return fx, fy, y1 * fx - x1 * fy, x2 * fy - y2 * fx
 
 
@@ -120,6 +131,8 @@ def journal_force(
 ) -> tuple[float, float, float, float, float, float]:
     """Force and moment on the crank, then on rod 2 (N, N m), in a trial state of a step's end.
 
+    Plain numbers come in, since Python calls this in every iteration: a tuple takes longer to unpack.
+
     Parameters
     ----------
     x1, y1, angle1, x2, y2, angle2 : float
@@ -130,15 +143,14 @@ def journal_force(
         State of the contacts at the start of the step.
     """
     constants = law[0]
-    gap, rate, slip, nx, ny = pin_motion(
-        x1, y1, angle1, x2, y2, angle2, vx1, vy1, w1, vx2, vy2, w2, constants
-    )
+    bodies = CrankAndRod2(x1, y1, angle1, x2, y2, angle2, vx1, vy1, w1, vx2, vy2, w2)
+    gap, rate, slip, nx, ny = pin_motion(bodies, constants)
     if gap >= 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     speed = impact_speed_in_force(contacts[PIN], gap, rate, constants)
     normal = damped(constants.stiffness * (-gap) ** constants.exponent, -rate, speed, constants)
     friction = friction_in_regime(normal, slip, contacts[PIN].regime, constants)
-    fx, fy, moment1, moment2 = pin_load(normal, friction, nx, ny, gap, angle1, angle2, constants)
+    fx, fy, moment1, moment2 = pin_load(normal, friction, nx, ny, gap, bodies, constants)
     return -fx, -fy, moment1, fx, fy, moment2
 
 
@@ -151,9 +163,7 @@ def settle_regime(
     Arguments as for :func:`renew_pin`. One piece at a time: the force falls with the slip, so that the way
     from piece to piece has one direction.
     """
-    gap, _, slip, _, _ = pin_motion(
-        q[0], q[1], q[2], q[3], q[4], q[5], v[0], v[1], v[2], v[3], v[4], v[5], law[0]
-    )
+    gap, _, slip, _, _ = pin_motion(crank_and_rod2(q, v), law[0])
     state, wanted = contacts[PIN], slip_regime(slip, law[0])
     if gap >= 0.0:  # no friction in any piece
         state.regime = wanted
@@ -192,9 +202,8 @@ def renew_pin(
         Contact force (N) on rod 2 and its moment about rod 2's centre (N m) in this state.
     """
     constants, state = law[0], contacts[PIN]
-    gap, rate, slip, nx, ny = pin_motion(
-        q[0], q[1], q[2], q[3], q[4], q[5], v[0], v[1], v[2], v[3], v[4], v[5], constants
-    )
+    bodies = crank_and_rod2(q, v)
+    gap, rate, slip, nx, ny = pin_motion(bodies, constants)
     if index == 0:
         state.regime = slip_regime(slip, constants)
     touched_at, normal = begin(index, gap, rate, state, constants), 0.0
@@ -204,7 +213,7 @@ def renew_pin(
     event_count = carry_on(
         index, gap, rate, slip, normal, touched_at, PIN, state, constants, events, event_count
     )
-    fx, fy, _, moment = pin_load(state.normal, state.friction, nx, ny, gap, q[2], q[5], constants)
+    fx, fy, _, moment = pin_load(state.normal, state.friction, nx, ny, gap, bodies, constants)
     return event_count, fx, fy, moment
 
 

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from exudyn_model.accelerations import rod4_acceleration
 from exudyn_model.compiled import kernel
 from exudyn_model.contact import frozen_slider_force
-from exudyn_model.journal import pin_load, pin_motion
+from exudyn_model.journal import CrankAndRod2, pin_load, pin_motion
 from exudyn_model.loose_pin import loose_pin_angles
 from exudyn_model.point_contact import PIN, damped, friction_force
 from exudyn_model.rocker_tip import rocker_tip
-from exudyn_model.tree_motion import TreeState, crank_and_rod2, slider_motion, state_at
+from exudyn_model.tree_motion import TreeState, driven_and_hung, slider_motion, state_at
 
 
 class Forces(NamedTuple):
@@ -31,32 +31,17 @@ class Forces(NamedTuple):
 
 
 @kernel
-def frozen_pin_force(
-    x1: float,
-    y1: float,
-    angle1: float,
-    x2: float,
-    y2: float,
-    angle2: float,
-    vx1: float,
-    vy1: float,
-    w1: float,
-    vx2: float,
-    vy2: float,
-    w2: float,
-    law: Any,
-    state: Any,
-) -> tuple[float, float, float]:
+def frozen_pin_force(bodies: CrankAndRod2, law: Any, state: Any) -> tuple[float, float, float]:
     """Force on rod 2 (N) and its moment about rod 2's centre (N m) of a pin in contact.
 
     As ``journal.journal_force``, but for steps that end at each touch: the impact speed is the one frozen in
     ``state``, and friction that of the slip itself, since nothing is iterated.
     """
-    gap, rate, slip, nx, ny = pin_motion(x1, y1, angle1, x2, y2, angle2, vx1, vy1, w1, vx2, vy2, w2, law)
+    gap, rate, slip, nx, ny = pin_motion(bodies, law)
     if gap >= 0.0:
         return 0.0, 0.0, 0.0
     normal = damped(law.stiffness * (-gap) ** law.exponent, -rate, state.impact_speed, law)
-    fx, fy, _, moment = pin_load(normal, friction_force(normal, slip, law), nx, ny, gap, angle1, angle2, law)
+    fx, fy, _, moment = pin_load(normal, friction_force(normal, slip, law), nx, ny, gap, bodies, law)
     return fx, fy, moment
 
 
@@ -75,8 +60,8 @@ def frozen_forces(
         x, _, vx, vy = slider_motion(state, constants)
         fx, fy, moment = frozen_slider_force(x, state.theta5, vx, vy, state.w5, law, contacts)
     if contacts[PIN].impact_speed > 0.0:
-        bodies = crank_and_rod2(state, constants, pin_law[0])
-        pin_x, pin_y, pin_moment = frozen_pin_force(*bodies, pin_law[0], contacts[PIN])
+        bodies = driven_and_hung(state, constants, pin_law[0])
+        pin_x, pin_y, pin_moment = frozen_pin_force(bodies, pin_law[0], contacts[PIN])
     return Forces(fx, fy, moment, pin_x, pin_y, pin_moment)
 
 

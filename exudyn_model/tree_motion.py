@@ -11,7 +11,7 @@ import numpy as np
 
 from exudyn_model.compiled import kernel
 from exudyn_model.contact import corner_motion
-from exudyn_model.journal import pin_motion
+from exudyn_model.journal import CrankAndRod2, pin_motion
 from exudyn_model.point_contact import PIN
 from exudyn_model.rocker_tip import carried_tip, rocker_tip
 
@@ -74,17 +74,15 @@ def slider_motion(state: TreeState, linkage: Any) -> tuple[float, float, float, 
 
 
 @kernel
-def crank_and_rod2(
-    state: TreeState, linkage: Any, pin_law: Any
-) -> tuple[float, float, float, float, float, float, float, float, float, float, float, float]:
-    """Coordinates of the driven crank and of rod 2, hung on the rocker, then their rates (m, rad, s)."""
+def driven_and_hung(state: TreeState, linkage: Any, pin_law: Any) -> CrankAndRod2:
+    """Find the driven crank and rod 2, which hangs on the rocker."""
     angle1, w1 = linkage.crank_angle + linkage.omega * state.time, linkage.omega
     radius1 = linkage.crank_length - pin_law.crank_to_tip
     x1, y1 = radius1 * np.cos(angle1), radius1 * np.sin(angle1)
     arm3, arm2 = linkage.rocker_to_b, linkage.rod2_length - linkage.rod2_centroid
     bx, by = arm3 * np.cos(state.theta3), arm3 * np.sin(state.theta3)
     cx, cy = arm2 * np.cos(state.theta2), arm2 * np.sin(state.theta2)
-    return (
+    return CrankAndRod2(
         x1,
         y1,
         angle1,
@@ -106,7 +104,7 @@ def contact_motion(
 ) -> tuple[float, float]:
     """Gap (m) of one of ``CONTACTS`` and its rate (m/s)."""
     if number == PIN:
-        gap, rate, _, _, _ = pin_motion(*crank_and_rod2(state, linkage, pin_law), pin_law)
+        gap, rate, _, _, _ = pin_motion(driven_and_hung(state, linkage, pin_law), pin_law)
         return gap, rate
     x, _, vx, vy = slider_motion(state, linkage)
     gap, rate, _, _, _ = corner_motion(number, x, state.theta5, vx, vy, state.w5, law)

@@ -12,7 +12,7 @@ from exudyn_model.point_contact import PIN, damped, friction_force
 from exudyn_model.side_law import side_normals
 from exudyn_model.tables import CHANNELS
 from exudyn_model.tree_forces import Forces, angular_accelerations, slider_acceleration
-from exudyn_model.tree_motion import TreeState, crank_and_rod2, slider_motion
+from exudyn_model.tree_motion import TreeState, driven_and_hung, slider_motion
 
 # The channels, then the pin's gap, normal force and friction, after those of the corners
 WIDTH = len(CHANNELS) + 3
@@ -52,14 +52,14 @@ def observe(
             values[10 + 3 * number] = normal
             values[11 + 3 * number] = friction_force(normal, slip, law)
     if not linkage.ideal_pin:
-        bodies = crank_and_rod2(state, linkage, pin_law)
-        gap, rate, slip, nx, ny = pin_motion(*bodies, pin_law)
+        bodies = driven_and_hung(state, linkage, pin_law)
+        gap, rate, slip, nx, ny = pin_motion(bodies, pin_law)
         normal = 0.0
         if gap < 0.0 and contacts[PIN].impact_speed > 0.0:
             elastic = pin_law.stiffness * (-gap) ** pin_law.exponent
             normal = damped(elastic, -rate, contacts[PIN].impact_speed, pin_law)
         friction = friction_force(normal, slip, pin_law)
-        pin_x, pin_y, _, pin_moment = pin_load(normal, friction, nx, ny, gap, bodies[2], bodies[5], pin_law)
+        pin_x, pin_y, _, pin_moment = pin_load(normal, friction, nx, ny, gap, bodies, pin_law)
         values[21], values[22], values[23] = gap, normal, friction
     forces = Forces(fx, fy, moment, pin_x, pin_y, pin_moment)
     _, alpha3, alpha4, alpha5 = angular_accelerations(state, forces, linkage)

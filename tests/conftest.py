@@ -13,7 +13,7 @@ PAPER = Path(__file__).parents[1] / "comparison" / "scenes" / "paper.toml"
 Scene = dict[str, Any]
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def scene() -> Callable[..., Scene]:
     """Return a maker of complete scenes: the paper's press with dotted keys replaced."""
 

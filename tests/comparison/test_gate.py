@@ -13,8 +13,8 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from comparison.cli import main
+from comparison.gate import renewal
 from comparison.gate.baseline import read
-from comparison.gate.examination import renewal
 from comparison.scene import shipped_scenes
 from comparison.thresholds import thresholds_record
 
@@ -302,8 +302,8 @@ def test_thresholds_change_only_together_with_rates_measured_anew(made, monkeypa
     assert gate("--update") == 0  # the thresholds are the same: so are the rates
     assert tomllib.loads(made.read_text())["detection"] == detection
     changed = thresholds_record() | {"k": 3.0}
-    for module in ("gate", "renewal"):
-        monkeypatch.setattr(f"comparison.{module}.thresholds_record", lambda: changed)
+    for module in ("examination", "renewal"):
+        monkeypatch.setattr(f"comparison.gate.{module}.thresholds_record", lambda: changed)
     capsys.readouterr()
     assert gate() == 1
     assert "thresholds.toml is not what the baseline was made with" in capsys.readouterr().out

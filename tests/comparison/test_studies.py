@@ -77,7 +77,7 @@ def test_all_studies_their_list_and_the_table_of_the_readme(tmp_path):
     assert links == [f"{name}/README.md" for name in NAMES]
     assert all((tmp_path / "reports" / link).is_file() for link in links)
     readme = (tmp_path / "README.md").read_text("utf-8")
-    assert "| 150 rpm, 0.2 mm clearance | **agree** | 21 of 21 |" in readme
+    assert "| 150 rpm, 0.2 mm clearance | **agree** | 100\u00a0% |" in readme
     assert "old" not in readme
 
 

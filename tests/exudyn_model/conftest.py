@@ -1,39 +1,59 @@
-"""Scenes for the Exudyn model's tests: the shipped numbers with every default filled in."""
+"""Scenes for the Exudyn model's tests, their mirror images, and the linkage in closed form."""
 
-import copy
-import tomllib
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-
-PAPER = Path(__file__).parents[2] / "comparison" / "scenes" / "paper.toml"
 
 
 @pytest.fixture(scope="session")
-def make_scene() -> Callable[[dict[str, Any]], dict[str, Any]]:
+def make_scene(scene: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
     """Function from changes with dotted keys to a complete scene."""
-    base = tomllib.loads(PAPER.read_text(encoding="utf-8"))
-    base["solver"] = {
-        "reference": {
-            "method": "dop853",
-            "tolerance": 1e-9,
-            "baumgarte_alpha": 10.0,
-            "baumgarte_beta": 10.0,
-        },
-        "exudyn": {"method": "generalized-alpha", "step": 2e-6, "tolerance": 1e-7},
+    return scene
+
+
+@pytest.fixture(scope="session")
+def mirrored() -> dict[str, Any]:
+    """Changes that make the mirror image in the plane x = 0 of the paper's press."""
+    return {
+        "mechanism.rocker_pivot": [-0.2568, 0.2],
+        "mechanism.guide_x": 0.55,
+        "mechanism.reference_offset": -5e-5,
+        "mechanism.crank_angle_deg": 180 - 111.36,
+        "mechanism.rocker_branch": -1,
+        "drive.speed_rpm": -150.0,
     }
 
-    def scene(changes: dict[str, Any]) -> dict[str, Any]:
-        result = copy.deepcopy(base)
-        for path, value in changes.items():
-            *sections, key = path.split(".")
-            table = result
-            for section in sections:
-                table = table[section]
-            table[key] = value
-        result["initial"].setdefault("slider_offset", result["mechanism"]["reference_offset"])
-        return result
 
-    return scene
+@pytest.fixture(scope="session")
+def linkage_points() -> Callable[..., tuple[Any, Any, Any, complex]]:
+    """Joints A, B, C and H as complex numbers (m), from side lengths, on the paper's branches.
+
+    Of a scene, the crank's angle (rad), and by how much (m) A is shifted.
+    """
+
+    def points(scene: dict[str, Any], angle: Any, shift: complex = 0.0) -> tuple[Any, Any, Any, complex]:
+        linkage = scene["mechanism"]
+        a = linkage["crank"]["length"] * np.exp(1j * angle) + shift
+        h = complex(*linkage["rocker_pivot"])
+        r2, r3 = linkage["rod2"]["length"], linkage["rocker"]["centroid"]
+        d = abs(h - a)
+        along = (d**2 + r2**2 - r3**2) / (2 * d)
+        b = a + (along + 1j * np.sqrt(r2**2 - along**2)) * (h - a) / d
+        return a, b, h + (b - h) * linkage["rocker"]["length"] / r3, h
+
+    return points
+
+
+@pytest.fixture(scope="session")
+def ideal_y(linkage_points: Callable[..., tuple[Any, Any, Any, complex]]) -> Callable[..., Any]:
+    """Ideal slider's y (m) of a scene, the crank's angle (rad) and the shift of A (m)."""
+
+    def y(scene: dict[str, Any], angle: Any, shift: complex = 0.0) -> Any:
+        linkage = scene["mechanism"]
+        _, _, c, _ = linkage_points(scene, angle, shift)
+        x = linkage["guide_x"] + linkage["reference_offset"]
+        return c.imag - np.sqrt(linkage["rod4"]["length"] ** 2 - (x - c.real) ** 2)
+
+    return y

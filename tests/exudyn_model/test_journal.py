@@ -240,33 +240,17 @@ def test_residual_of_the_energy_is_of_second_order(make_scene):
     assert np.max(runs[-1]["energy_contact"]) > 1e-3
 
 
-def slider_y(scene, angle, shift):
-    """Ideal slider's y with the crank's tip shifted, by side lengths (paper's branches)."""
-    linkage = scene["mechanism"]
-    a = linkage["crank"]["length"] * np.exp(1j * angle) + shift
-    h = complex(*linkage["rocker_pivot"])
-    r2, r3 = linkage["rod2"]["length"], linkage["rocker"]["centroid"]
-    d = abs(h - a)
-    along = (d**2 + r2**2 - r3**2) / (2 * d)
-    b = a + (along + 1j * np.sqrt(r2**2 - along**2)) * (h - a) / d
-    c = h + (b - h) * linkage["rocker"]["length"] / r3
-    x = linkage["guide_x"] + linkage["reference_offset"]
-    return c.imag - np.sqrt(linkage["rod4"]["length"] ** 2 - (x - c.real) ** 2)
-
-
-def test_slider_strays_as_far_as_the_pin_s_play_lets_it(make_scene):
+def test_slider_strays_as_far_as_the_pin_s_play_lets_it(make_scene, ideal_y):
     scene = make_scene(CRANK_PIN | {"drive.cycles": 1.0, "solver.exudyn.step": 4e-6})
     angles = np.radians(111.36 + np.linspace(0, 360, 721))
     shifts = 2e-4 * np.exp(1j * np.linspace(0, 2 * np.pi, 181))
-    rigid = np.array(
-        [np.max(np.abs(slider_y(scene, angles, s) - slider_y(scene, angles, 0))) for s in shifts]
-    )
-    # The page of the model: at most 5.67e-4 m
+    rigid = np.array([np.max(np.abs(ideal_y(scene, angles, s) - ideal_y(scene, angles, 0))) for s in shifts])
+    # Of the identified geometry: at most 5.67e-4 m
     assert np.max(rigid) == pytest.approx(5.67e-4, abs=1e-6)
     result = simulate(scene)
     assert result.status == "success"
     time = result.columns["time"]
-    ideal = slider_y(scene, np.radians(111.36) + 5 * np.pi * time, 0)
+    ideal = ideal_y(scene, np.radians(111.36) + 5 * np.pi * time, 0)
     error = np.max(np.abs(result.columns["slider_y"] - ideal))
     deepest = np.max(result.events["largest_depth"])
     assert error <= np.max(rigid) * (2e-4 + deepest) / 2e-4
@@ -274,14 +258,14 @@ def test_slider_strays_as_far_as_the_pin_s_play_lets_it(make_scene):
     assert set(result.events["corner"]) == {"pin"}
 
 
-def test_no_clearance_is_the_ideal_pin(make_scene):
+def test_no_clearance_is_the_ideal_pin(make_scene, ideal_y):
     """Down to 1 um, where the pin's elastic play is of the same size."""
     scene = make_scene(CRANK_PIN)
     errors = []
     for clearance in (1e-4, 1e-5, 1e-6):
         changes = CRANK_PIN | {"clearance.crank_pin": clearance, "drive.cycles": 0.1}
         result = simulate(make_scene(changes))
-        ideal = slider_y(scene, np.radians(111.36) + 5 * np.pi * result.columns["time"], 0)
+        ideal = ideal_y(scene, np.radians(111.36) + 5 * np.pi * result.columns["time"], 0)
         errors.append(np.max(np.abs(result.columns["slider_y"] - ideal)))
         assert errors[-1] < 2.84 * (clearance + np.max(result.events["largest_depth"]))
     assert errors[0] > 5 * errors[1] > 10 * errors[2]
@@ -349,17 +333,9 @@ def test_channels_and_events(make_scene):
         assert np.max(force) <= peak * math.hypot(1, 0.15)
 
 
-def test_mirrored_scene_gives_mirrored_motion(make_scene):
+def test_mirrored_scene_gives_mirrored_motion(make_scene, mirrored):
     """Both clearances; friction and its arms change their side."""
     common = BOTH | {"drive.cycles": 0.03, "solver.exudyn.step": 1e-6}
-    mirrored = {
-        "mechanism.rocker_pivot": [-0.2568, 0.2],
-        "mechanism.guide_x": 0.55,
-        "mechanism.reference_offset": -5e-5,
-        "mechanism.crank_angle_deg": 180 - 111.36,
-        "mechanism.rocker_branch": -1,
-        "drive.speed_rpm": -150.0,
-    }
     there, back = simulate(make_scene(common)), simulate(make_scene(common | mirrored))
     assert len(there.events["start"]) == len(back.events["start"]) >= 2
     for name, sign in {"slider_x": -1, "slider_y": 1, "slider_angle": -1, "slider_vy": 1}.items():

@@ -10,23 +10,8 @@ from exudyn_model.assembly import assemble, pins, place
 from exudyn_model.scene_reading import read_scene
 
 
-def closed_form(scene, times):
-    """Ideal slider's y from the test's own geometry: A, B by side lengths, then rod 4 (paper's branches)."""
-    linkage = scene["mechanism"]
-    angle = math.radians(linkage["crank_angle_deg"]) + scene["drive"]["speed_rpm"] * math.pi / 30 * times
-    a = linkage["crank"]["length"] * np.exp(1j * angle)
-    h = complex(*linkage["rocker_pivot"])
-    r2, r3 = linkage["rod2"]["length"], linkage["rocker"]["centroid"]
-    d = abs(h - a)
-    along = (d**2 + r2**2 - r3**2) / (2 * d)
-    b = a + (along + 1j * np.sqrt(r2**2 - along**2)) * (h - a) / d
-    c = h + (b - h) * linkage["rocker"]["length"] / r3
-    x = linkage["guide_x"] + linkage["reference_offset"]
-    return c.imag - np.sqrt(linkage["rod4"]["length"] ** 2 - (x - c.real) ** 2)
-
-
 @pytest.mark.parametrize("speed_rpm", [150.0, -90.0])
-def test_ideal_slider_follows_the_closed_form(make_scene, speed_rpm):
+def test_ideal_slider_follows_the_closed_form(make_scene, ideal_y, speed_rpm):
     scene = make_scene(
         {
             "joints.slider": "ideal",
@@ -37,17 +22,21 @@ def test_ideal_slider_follows_the_closed_form(make_scene, speed_rpm):
     )
     result = simulate(scene)
     time, y = result.columns["time"], result.columns["slider_y"]
+
+    def closed_form(at):
+        return ideal_y(scene, math.radians(111.36) + speed_rpm * math.pi / 30 * at)
+
     # Joints hold to the Newton tolerance of 1e-7, which its last iteration undercuts by orders
-    np.testing.assert_allclose(y, closed_form(scene, time), atol=1e-10)
+    np.testing.assert_allclose(y, closed_form(time), atol=1e-10)
     assert np.ptp(y) == pytest.approx(0.2239, abs=5e-5)
     np.testing.assert_allclose(result.columns["slider_x"], -0.54995, atol=1e-12)
     np.testing.assert_allclose(result.columns["slider_angle"], 0.0, atol=1e-12)
     dt = 1e-4
-    before, after = closed_form(scene, time - dt), closed_form(scene, time + dt)
+    before, after = closed_form(time - dt), closed_form(time + dt)
     # Index 3 enforces positions; speeds follow to second order: (omega h)^2 of 2 m/s with factors near 1
     np.testing.assert_allclose(result.columns["slider_vy"], (after - before) / (2 * dt), atol=2e-6)
     # Central difference: dt^2 / 12 times fourth derivatives near 1e5 m/s^4, round-off 1e-16 / dt^2
-    curvature = (after - 2 * closed_form(scene, time) + before) / dt**2
+    curvature = (after - 2 * closed_form(time) + before) / dt**2
     np.testing.assert_allclose(result.columns["slider_ay"], curvature, atol=3e-4)
     assert not result.events["start"].size
     assert not [name for name in result.columns if name.startswith("corner")]
@@ -235,7 +224,7 @@ def test_slider_turns_uniformly_between_contacts(make_scene):
     assert np.ptp(omega) > 0.1
 
 
-def test_mirrored_scene_gives_mirrored_motion(make_scene):
+def test_mirrored_scene_gives_mirrored_motion(make_scene, mirrored):
     common = {
         "drive.cycles": 0.1,
         "initial.slider_omega": 0.2,
@@ -243,17 +232,8 @@ def test_mirrored_scene_gives_mirrored_motion(make_scene):
         "solver.exudyn.step": 4e-6,
     }
     there = simulate(make_scene(common))
-    mirrored = {
-        "mechanism.rocker_pivot": [-0.2568, 0.2],
-        "mechanism.guide_x": 0.55,
-        "mechanism.reference_offset": -5e-5,
-        "mechanism.crank_angle_deg": 180 - 111.36,
-        "mechanism.rocker_branch": -1,
-        "drive.speed_rpm": -150.0,
-        "initial.slider_omega": -0.2,
-        "initial.slider_angle": -1e-4,
-    }
-    back = simulate(make_scene(common | mirrored))
+    turned = {"initial.slider_omega": -0.2, "initial.slider_angle": -1e-4}
+    back = simulate(make_scene(common | mirrored | turned))
     swap = {"ll": "lr", "lr": "ll", "ul": "ur", "ur": "ul"}
     assert len(there.events["start"]) > 5
     assert sorted(swap[k] for k in there.events["corner"]) == sorted(back.events["corner"])

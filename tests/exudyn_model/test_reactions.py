@@ -14,26 +14,19 @@ JOINTS = {
 GRAVITY = -9.81j
 
 
-def linkage_points(scene, times):
-    """Joints A, B, C and H as complex numbers, from side lengths (paper's branches)."""
-    linkage = scene["mechanism"]
-    angle = math.radians(linkage["crank_angle_deg"]) + scene["drive"]["speed_rpm"] * math.pi / 30 * times
-    a = linkage["crank"]["length"] * np.exp(1j * angle)
-    h = complex(*linkage["rocker_pivot"])
-    r2, r3 = linkage["rod2"]["length"], linkage["rocker"]["centroid"]
-    d = abs(h - a)
-    along = (d**2 + r2**2 - r3**2) / (2 * d)
-    b = a + (along + 1j * np.sqrt(r2**2 - along**2)) * (h - a) / d
-    return a, b, h + (b - h) * linkage["rocker"]["length"] / r3, h + 0 * a
-
-
-def derivatives(scene, times):
+def derivatives(linkage_points, scene, times):
     """Each joint's position, velocity, acceleration: central differences of fourth order, dt = 0.1 ms.
 
     Round-off 1e-16 / dt^2 = 1e-8; dt^4 / 90 times sixth derivatives near 1e10 is 1e-8 m/s^2 too.
     """
     dt = 1e-4
-    points = {k: np.array(linkage_points(scene, times + k * dt)) for k in (-2, -1, 0, 1, 2)}
+    drive = scene["mechanism"]["crank_angle_deg"], scene["drive"]["speed_rpm"] * 6
+
+    def joints(at):
+        a, b, c, h = linkage_points(scene, np.radians(drive[0] + drive[1] * at))
+        return np.array([a, b, c, h + 0 * a])
+
+    points = {k: joints(times + k * dt) for k in (-2, -1, 0, 1, 2)}
     velocity = (points[-2] - 8 * points[-1] + 8 * points[1] - points[2]) / (12 * dt)
     acceleration = (-points[-2] + 16 * points[-1] - 30 * points[0] + 16 * points[1] - points[2]) / (
         12 * dt**2
@@ -45,9 +38,9 @@ def cross(arm, force):
     return (arm.conjugate() * force).imag
 
 
-def unbalanced(scene, columns):
+def unbalanced(linkage_points, scene, columns):
     """What is left of force and moment balances of all five bodies, and of the motor's power."""
-    (a, b, c, h), (va, vb, vc, _), (aa, ab, ac, _) = derivatives(scene, columns["time"])
+    (a, b, c, h), (va, vb, vc, _), (aa, ab, ac, _) = derivatives(linkage_points, scene, columns["time"])
     f, vf, af = (columns[f"slider_{p}x"] + 1j * columns[f"slider_{p}y"] for p in ("", "v", "a"))
     o = np.zeros_like(a)
     # On the higher-numbered body; the other one bears the opposite
@@ -99,7 +92,7 @@ def unbalanced(scene, columns):
 
 @pytest.mark.parametrize("speed_rpm", [150.0, -90.0])
 @pytest.mark.parametrize("step", [2e-5, 1e-5])
-def test_ideal_slider_balances(make_scene, speed_rpm, step):
+def test_ideal_slider_balances(make_scene, linkage_points, speed_rpm, step):
     changes = {
         "joints.slider": "ideal",
         "drive.cycles": 1.0,
@@ -107,7 +100,7 @@ def test_ideal_slider_balances(make_scene, speed_rpm, step):
         "solver.exudyn.step": step,
     }
     scene = make_scene(JOINTS | changes)
-    left, largest, torque = unbalanced(scene, simulate(scene).columns)
+    left, largest, torque = unbalanced(linkage_points, scene, simulate(scene).columns)
     for name, values in left.items():
         scale = torque if name == "power / omega" else largest
         # 1.5e-8 measured: the differences above, and what the Newton iteration leaves
@@ -116,11 +109,11 @@ def test_ideal_slider_balances(make_scene, speed_rpm, step):
     assert largest > 10
 
 
-def test_loose_slider_balances(make_scene):
+def test_loose_slider_balances(make_scene, linkage_points):
     """The first 0.04 s with three contacts: reactions follow the contact's force at each state."""
     scene = make_scene(JOINTS | {"drive.cycles": 0.1, "output.samples_per_cycle": 20_000})
     columns = simulate(scene).columns
-    left, largest, torque = unbalanced(scene, columns)
+    left, largest, torque = unbalanced(linkage_points, scene, columns)
     for name, values in left.items():
         scale = torque if name == "power / omega" else largest
         # 7e-8 measured, of the torque: its power is that of the second-order motion; others 1e-8

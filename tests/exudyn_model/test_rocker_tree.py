@@ -146,16 +146,8 @@ def test_an_ideal_slider_stays_on_its_line(tree_scene):
             assert np.max(np.abs(columns[name])) < 1e-11, name
 
 
-def test_mirrored_scene_gives_mirrored_motion(tree_scene, joints):
+def test_mirrored_scene_gives_mirrored_motion(tree_scene, joints, mirrored):
     common = joints | {"drive.cycles": 0.05}
-    mirrored = {
-        "mechanism.rocker_pivot": [-0.2568, 0.2],
-        "mechanism.guide_x": 0.55,
-        "mechanism.reference_offset": -5e-5,
-        "mechanism.crank_angle_deg": 180 - 111.36,
-        "mechanism.rocker_branch": -1,
-        "drive.speed_rpm": -150.0,
-    }
     there, back = (simulate(tree_scene(1e-12, changes)) for changes in (common, common | mirrored))
     swap = {"ll": "lr", "lr": "ll", "ul": "ur", "ur": "ul", "pin": "pin"}
     assert sorted(swap[k] for k in there.events["corner"]) == sorted(back.events["corner"])

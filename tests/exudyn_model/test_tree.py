@@ -233,19 +233,10 @@ def test_impulses_turn_the_slider(tree_scene):
     assert abs(turned - change) < angle * largest
 
 
-def test_mirrored_scene_gives_mirrored_motion(tree_scene):
+def test_mirrored_scene_gives_mirrored_motion(tree_scene, mirrored):
     common = {"drive.cycles": 0.1, "initial.slider_omega": 0.2, "initial.slider_angle": 1e-4}
-    mirrored = {
-        "mechanism.rocker_pivot": [-0.2568, 0.2],
-        "mechanism.guide_x": 0.55,
-        "mechanism.reference_offset": -5e-5,
-        "mechanism.crank_angle_deg": 180 - 111.36,
-        "mechanism.rocker_branch": -1,
-        "drive.speed_rpm": -150.0,
-        "initial.slider_omega": -0.2,
-        "initial.slider_angle": -1e-4,
-    }
-    there, back = simulate(tree_scene(1e-11, common)), simulate(tree_scene(1e-11, common | mirrored))
+    turned = mirrored | {"initial.slider_omega": -0.2, "initial.slider_angle": -1e-4}
+    there, back = simulate(tree_scene(1e-11, common)), simulate(tree_scene(1e-11, common | turned))
     swap = {"ll": "lr", "lr": "ll", "ul": "ur", "ur": "ul"}
     assert [swap[k] for k in there.events["corner"]] == list(back.events["corner"])
     for name, sign in {"slider_x": -1, "slider_y": 1, "slider_angle": -1, "slider_vy": 1}.items():

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
+from comparison.studies.detection import alarms
 from comparison.studies.detection.copies import installed
 from comparison.studies.detection.faults import catalogue, controls, trials
-from comparison.studies.detection.study import alarms
 from comparison.studies.detection.tasks import find_all
 
 FEW = (

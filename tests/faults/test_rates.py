@@ -7,11 +7,11 @@ import pytest
 from scipy.stats import beta
 
 from comparison.files import write_json
-from comparison.gate.examination import renewal
+from comparison.gate import renewal
+from comparison.studies.detection import alarms, limits
 from comparison.studies.detection import study as detection
 from comparison.studies.detection.faults import catalogue, trials
 from comparison.studies.detection.rates import interval, share, upper_limit
-from comparison.studies.detection.study import alarms, limits
 
 
 @pytest.mark.parametrize("trials", [1, 20, 300])

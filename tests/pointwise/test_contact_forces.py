@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exudyn_model.contact import contact_law, corner_motion, frozen_slider_force, slider_force
-from exudyn_model.journal import journal_force, journal_law, pin_motion
+from exudyn_model.journal import CrankAndRod2, journal_force, journal_law, pin_motion
 from exudyn_model.point_contact import PIN, contact_states, slip_regime
 from reference_model.constants import Formulation, as_record
 from reference_model.forces import CONTACTS, FRICTION, GAP, NORMAL, RATE, SLIP, bearing_forces, slider_forces
@@ -128,7 +128,7 @@ def test_forces_of_the_journal_agree(presses) -> None:
         vcrank = 1j * c.omega * crank
         motion = (crank.real, crank.imag, theta1, rod2.real, rod2.imag, theta2)
         rates = (vcrank.real, vcrank.imag, c.omega, vrod2.real, vrod2.imag, w2)
-        gap, gap_rate, material_slip, _, _ = pin_motion(*motion, *rates, law[0])
+        gap, gap_rate, material_slip, _, _ = pin_motion(CrankAndRod2(*motion, *rates), law[0])
         # Differences of coordinates below 0.2 m; of velocities of some m/s over a distance of 2e-4 m, whose
         # direction is rounded at 1e-16 / 2e-4.
         assert abs(gap - found.gap) <= 1e-15
