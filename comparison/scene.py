@@ -216,10 +216,10 @@ def _changed(given: Mapping[str, Any], values: Mapping[str, object]) -> dict[str
     What a scene says of Exudyn's step and tolerance is meant for its formulation: to another, chosen here,
     they mean something else, and a step for five bodies lets the tree take a hundred times its steps.
     """
-    solver = given.get("solver", {})
-    if values.get("solver.exudyn.formulation", "auto") != "auto" and isinstance(solver, Mapping):
+    solver, wanted = given.get("solver", {}), values.get("solver.exudyn.formulation")
+    if wanted is not None and isinstance(solver, Mapping):
         exudyn = solver.get("exudyn", {})
-        if isinstance(exudyn, Mapping) and exudyn.get("formulation") != values["solver.exudyn.formulation"]:
+        if isinstance(exudyn, Mapping) and exudyn.get("formulation", "auto") != wanted:
             kept = {key: value for key, value in exudyn.items() if key not in ("step", "tolerance")}
             given = {**given, "solver": {**solver, "exudyn": kept}}
     return _merge(given, _nested(values))

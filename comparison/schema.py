@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from comparison.engines import engine_names
+from comparison.formulation import smallest_in_exudyn
 
 
 @dataclass(frozen=True)
@@ -181,6 +182,7 @@ class ExudynSolver(Section):
     """
 
     formulation: str = "auto"
+    """"auto", the smallest that gives what the scene asks for, becomes the name of that."""
     method: str = "auto"
     step: Annotated[Positive, S] = 2e-6
     tolerance: Positive = 1e-7
@@ -235,6 +237,21 @@ class SceneKeys(Section):
     output: Output = Output()
     solver: Solver = Solver()
     compare: Compare = Compare()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _smallest(cls, given: Any) -> Any:
+        """Put the smallest formulation of Exudyn where the scene leaves it open: its defaults hang on it."""
+        if not isinstance(given, dict):
+            return given
+        solver, joints, output = (given.get(section, {}) for section in ("solver", "joints", "output"))
+        if not all(isinstance(section, dict) for section in (solver, joints, output)):
+            return given  # which is refused for that
+        settings = solver.get("exudyn", {})
+        if not isinstance(settings, dict) or settings.get("formulation", "auto") != "auto":
+            return given
+        chosen = settings | {"formulation": smallest_in_exudyn(given)}
+        return given | {"solver": solver | {"exudyn": chosen}}
 
     @model_validator(mode="after")
     def _together(self) -> Self:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from comparison.accuracy import solver_values
 from comparison.engines import OWN
+from comparison.formulation import smallest_in_exudyn
 from comparison.scene import Scene
 
 TIERS = ("standard", "tight")
@@ -25,13 +26,7 @@ def tight(scene: Scene, models: tuple[str, str]) -> Scene | None:
     values: dict[str, object] = {}
     if "reference" in models:
         values |= solver_values("reference", "strict")
-    if "exudyn" in models and tree_suffices(scene):
+    if "exudyn" in models and smallest_in_exudyn(scene.data) == "tree":
         values |= {"solver.exudyn.formulation": "tree"}
         values |= solver_values("exudyn", "strict", "tree")
     return scene.with_values(values)
-
-
-def tree_suffices(scene: Scene) -> bool:
-    """Return whether a clearance leaves anything free, and the scene asks for no force of a joint."""
-    free = "clearance" in scene.data["joints"].values()
-    return free and not set(scene.data["output"]["groups"]) & {"joints", "energy"}

@@ -2,10 +2,11 @@
 
 ``formulation`` "full" has all five bodies, "native" the same with Exudyn's own contact object at the slider,
 "tree" only what the drive leaves free: rod 4 and slider, or, where the crank pin is loose, all bodies but
-the crank; "auto", the same as leaving it out, is "full". ``method`` "auto", the same as leaving it out, is
-the usual one of the formulation, or "trapezoidal-index2" where the groups "joints" or "energy" are asked
-for: they need the constraints' multipliers, and those of "generalized-alpha", whose constraints are at
-position level, carry the Newton iteration's error divided by the square of the step. They are not given out.
+the crank; "auto", the same as leaving it out, is "tree" wherever that gives what is asked for and no implicit
+method is named, else "full". ``method`` "auto", the same as leaving it out, is the usual one of the
+formulation, or "trapezoidal-index2" where the groups "joints" or "energy" are asked for: they need the
+constraints' multipliers, and those of "generalized-alpha", whose constraints are at position level, carry the
+Newton iteration's error divided by the square of the step. They are not given out.
 """
 
 from collections.abc import Mapping
@@ -36,9 +37,11 @@ def choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
         raise ValueError(
             f"solver.exudyn.formulation = {formulation!r} must be one of 'auto', 'full', 'native' and 'tree'"
         )
-    if formulation == "auto":
-        formulation = "full"
     forces = [group for group in scene["output"]["groups"] if group in ("joints", "energy")]
+    if formulation == "auto":
+        free = "clearance" in (scene["joints"]["slider"], scene["joints"]["crank_pin"])
+        explicit = given.get("method", "auto") in ("auto", *_METHODS["tree"])
+        formulation = "tree" if free and explicit and not forces else "full"
     usual = dict(_USUAL[formulation])
     if forces and "trapezoidal-index2" in _METHODS[formulation]:
         usual["method"] = "trapezoidal-index2"

@@ -26,7 +26,7 @@ def scene() -> Callable[..., Scene]:
                 "baumgarte_alpha": 10.0,
                 "baumgarte_beta": 10.0,
             },
-            "exudyn": {"method": "generalized-alpha", "step": 2e-6, "tolerance": 1e-7},
+            "exudyn": {"formulation": "full", "method": "generalized-alpha", "step": 2e-6, "tolerance": 1e-7},
         }
         for key, value in (changes or {}).items():
             *path, last = key.split(".")

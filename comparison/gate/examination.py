@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from comparison.cases import Case
+from comparison.formulation import smallest_in_exudyn
 from comparison.gate.baseline import Baseline, RunRecord
 from comparison.gate.checkpoints import settings
 from comparison.gate.regression import COUNTERS_ELSEWHERE, Finding, changes
@@ -15,7 +16,7 @@ from comparison.machine import platform_name, versions
 from comparison.run import MODELS, Job, Outcome, Progress, describe, run_all
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
 from comparison.thresholds import thresholds_record
-from comparison.tiers import tight, tree_suffices
+from comparison.tiers import tight
 
 Which = tuple[str, str]
 """A model and a tier."""
@@ -55,7 +56,9 @@ def gated_runs(scene: Scene) -> dict[Which, Job]:
         ("reference", "tight"): Job(closest, "reference"),
         ("exudyn", "standard"): Job(scene, "exudyn"),
     }
-    return jobs | ({("exudyn", "tight"): Job(closest, "exudyn")} if tree_suffices(scene) else {})
+    return jobs | (
+        {("exudyn", "tight"): Job(closest, "exudyn")} if smallest_in_exudyn(scene.data) == "tree" else {}
+    )
 
 
 def gate(

@@ -14,6 +14,8 @@ from hypothesis import strategies as st
 from comparison.channels import expected
 from comparison.scene import SceneError, load_scene, parse_set, scene_from_mapping, shipped_scenes
 
+AUTO = {"solver.exudyn.formulation": "auto"}
+ASKED_FOR_FORCES = {"formulation": "full", "method": "auto", "step": 2e-6, "tolerance": 1e-7}
 PAPER = "150rpm-0.2mm"
 
 
@@ -51,13 +53,37 @@ def test_the_mapping_is_complete_and_plain():
     assert data["initial"]["slider_offset"] == data["mechanism"]["reference_offset"] == 5e-5
     assert data["solver"]["reference"]["tolerance"] == 1e-10
     assert data["solver"]["exudyn"] == {
-        "formulation": "auto",
+        "formulation": "full",
         "method": "auto",
         "step": 2e-6,
         "tolerance": 1e-7,
     }
     assert type(data["mechanism"]["rod4"]) is dict
     assert type(load_scene(PAPER, {"drive.speed_rpm": 210}).data["drive"]["speed_rpm"]) is float
+
+
+@pytest.mark.parametrize(
+    ("changes", "formulation"),
+    [
+        ({}, "tree"),
+        ({"joints.crank_pin": "clearance"}, "tree"),
+        ({"joints.crank_pin": "clearance", "joints.slider": "ideal"}, "tree"),
+        ({"joints.slider": "ideal"}, "full"),
+        ({"output.groups": ["accelerations", "joints"]}, "full"),
+        ({"output.groups": ["energy"]}, "full"),
+        ({"solver.exudyn.method": "generalized-alpha"}, "full"),
+    ],
+)
+def test_exudyn_left_open_integrates_no_more_than_what_is_asked_for(changes, formulation):
+    auto = load_scene(
+        "crank-pin", {"joints.crank_pin": "ideal", "joints.slider": "clearance"} | changes | AUTO
+    )
+    named = auto.with_values({"solver.exudyn.formulation": formulation})
+    assert auto.data["solver"]["exudyn"] == named.data["solver"]["exudyn"]
+    # The steps that the file gives five bodies are not the tree's, nor are those of a run that asks for more.
+    assert auto.data["solver"]["exudyn"]["step"] == {"tree": 1e-4, "full": 2e-6}[formulation]
+    more = auto.with_values({"output.groups": ["joints"], "solver.exudyn.method": "auto"})
+    assert more.data["solver"]["exudyn"] == ASKED_FOR_FORCES
 
 
 def test_settings_that_are_left_open_follow_the_formulation():

@@ -13,6 +13,7 @@ from exudyn_model.journal import journal_law
 from exudyn_model.point_contact import CORNERS, contact_states
 from exudyn_model.rocker_tip import rocker_tip
 from exudyn_model.scene_reading import read_scene
+from exudyn_model.solver_choice import choose_solver
 from exudyn_model.touch_location import gap_within, touch_within
 from exudyn_model.tree_motion import MOTION, quintic
 
@@ -316,5 +317,22 @@ def test_usual_settings_of_the_formulation(make_scene):
     assert provenance["formulation"] == "rod 4 and slider tree"
     assert provenance["integrator"] == "dopri5"
     assert provenance["settings"]["tolerance"] == 1e-10
-    scene["solver"]["exudyn"] = {"formulation": "auto", "method": "auto"}
-    assert simulate(scene).provenance["formulation"] == "redundant-coordinates"
+
+
+@pytest.mark.parametrize(
+    ("changes", "formulation"),
+    [
+        ({}, "tree"),
+        ({"joints.crank_pin": "clearance"}, "tree"),
+        ({"joints.slider": "ideal"}, "full"),
+        ({"output.groups": ["joints"]}, "full"),
+        ({"output.groups": ["energy"]}, "full"),
+    ],
+)
+def test_left_open_it_is_the_smallest_that_gives_what_is_asked_for(make_scene, changes, formulation):
+    scene = make_scene(changes)
+    for settings in ({}, {"formulation": "auto", "method": "auto"}):
+        scene["solver"]["exudyn"] = settings
+        assert choose_solver(scene)["formulation"] == formulation
+    scene["solver"]["exudyn"] = {"method": "trapezoidal-index2"}
+    assert choose_solver(scene)["formulation"] == "full"
