@@ -131,7 +131,9 @@ def test_the_scene_is_found_beside_two_tables_unless_they_are_of_different_ones(
 
     strict = recorded(**{"solver.reference.tolerance": 1e-11, "scene.title": "other"})
     found, warnings = recorded_scene(recorded(), strict)
-    assert (found.hash, warnings) == (scene.hash, ())
+    assert warnings == ()
+    for section in found.data.keys() - {"solver", "scene"}:  # settings and title are of no account
+        assert found.data[section] == scene.data[section]
     none, (warning,) = recorded_scene(recorded(), recorded(**{"drive.speed_rpm": 151.0}))
     assert none is None
     assert "drive" in warning
