@@ -70,6 +70,21 @@ def solver_values(model: str, accuracy: str | float, formulation: str = "auto") 
     return {record["key"]: max(row["setting"] for row in good)}
 
 
+def expected_error(model: str, scene: Scene) -> float:
+    """Return the promised error of slider_x over the first cycle of 150rpm-0.2mm at a scene's setting, m.
+
+    nan where no setting on record is as coarse, or the model is not one of ours.
+    """
+    settings = scene.data["solver"].get(model, {})
+    record = _record(model, settings.get("formulation", "auto"))
+    if record is None:
+        return float("nan")
+    setting = settings[record["key"].rpartition(".")[2]]
+    # Settings come as 1e-10 or 1e-9 * 0.1.
+    coarser_ones = [row["error"] for row in record["table"] if row["setting"] >= setting * (1 - 1e-9)]
+    return float(min(coarser_ones, default=float("nan")))
+
+
 def finer(model: str, scene: Scene) -> Scene | None:
     """Return the scene with the model's settings one level finer: tolerance / 10, step / 2.
 

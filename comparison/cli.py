@@ -129,6 +129,26 @@ def run(
 
 
 @app.command()
+def plan(
+    scene: Annotated[str, typer.Argument(help="A shipped scene or the path of a TOML file.")],
+    overrides: Overrides = None,
+) -> int:
+    """Tell what each model will integrate of a scene, what it leaves out and why, and what a run costs."""
+    from comparison.plan import channels_line, lines
+    from comparison.plan import plan as plan_run
+    from comparison.run import MODELS
+    from comparison.scene import load_scene, parse_set
+
+    loaded = load_scene(scene, parse_set(overrides or []))
+    warn(loaded.warnings)
+    typer.echo(channels_line(loaded))
+    for model in MODELS:
+        for line in lines(plan_run(loaded, model)):
+            typer.echo(line)
+    return 0
+
+
+@app.command()
 def compare(
     a: Annotated[Path, typer.Argument(help="A table: .csv, .parquet, .mat, or text of another program.")],
     b: Annotated[Path, typer.Argument(help="The other table.")],

@@ -383,3 +383,17 @@ def test_help_is_quick_and_imports_nothing_heavy():
     assert not loaded & {"numpy", "pandas", "scipy", "pydantic", "matplotlib", "rich", "numba", "exudyn"}
     # 0.15 s where it was written; the contract is 0.5 s. The best of three, since machines are shared.
     assert min(times) < 0.5
+
+
+def test_plan_tells_what_is_integrated_and_what_is_left_out(capsys):
+    assert main(["plan", "150rpm-0.2mm", "--set", "solver.exudyn.formulation=auto"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("150rpm-0.2mm: 2 turns at 150 rpm, 21 channels (motion, accelerations, corners)\n")
+    assert "reference: minimal: rod 4 and slider (2 coordinates)\n" in out
+    assert "exudyn: rod 4 and slider tree\n" in out
+    assert out.count("  left out    contact at the crank pin: joints.crank_pin is ideal\n") == 2
+    assert "  instead     solver.exudyn.formulation = 'full': all five bodies" in out
+    assert main(["plan", "ideal"]) == 0
+    assert "  integrates  nothing: the drive leaves nothing free\n" in capsys.readouterr().out
+    assert main(["plan", "nowhere"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

@@ -1,0 +1,82 @@
+"""The plan of a run is what the models do: names, channels left out, the smallest by default."""
+
+from math import isfinite, isnan
+
+import pytest
+
+import exudyn_model
+import reference_model
+from comparison.plan import plan
+from comparison.scene import load_scene
+
+MODELS = {"reference": reference_model, "exudyn": exudyn_model}
+AUTO = {"solver.exudyn.formulation": "auto"}
+SHORT = {"drive.cycles": 0.002}
+JOINTS = {
+    "slider": {"joints.slider": "clearance", "joints.crank_pin": "ideal"},
+    "pin": {"joints.slider": "ideal", "joints.crank_pin": "clearance"},
+    "both": {"joints.slider": "clearance", "joints.crank_pin": "clearance"},
+    "none": {"joints.slider": "ideal", "joints.crank_pin": "ideal"},
+}
+
+
+@pytest.mark.parametrize("groups", [[], ["joints"]])
+@pytest.mark.parametrize("joints", JOINTS)
+@pytest.mark.parametrize("model", MODELS)
+def test_the_model_records_the_formulation_that_was_planned(model, joints, groups):
+    scene = load_scene("150rpm-0.2mm", JOINTS[joints] | AUTO | SHORT | {"output.groups": groups})
+    made = plan(scene, model)
+    result = MODELS[model].simulate(scene.data)
+    assert result.provenance["formulation"] == made.formulation
+    assert set(made.integrated) | set(made.prescribed) == {"crank", "rod 2", "rocker", "rod 4", "slider"}
+    # Two coordinates for every clearance; one less where an ideal slider does not turn with rod 4.
+    loose = {"slider": 1, "pin": 1, "both": 2, "none": 0}[joints]
+    if model == "reference":
+        assert made.coordinates == 2 * loose
+    elif groups or joints == "none":
+        # What the constraints leave of 15 coordinates: two for each clearance.
+        assert made.coordinates - made.constraints == 2 * loose
+    else:
+        assert made.coordinates == {"slider": 2, "pin": 3, "both": 4}[joints]
+    assert bool(made.contacts) == bool(loose)
+    left = " ".join(what for what, _ in made.left_out)
+    assert ("reactions" in left) == (groups == [])
+    assert not any(name.startswith("reaction") for name in result.columns) or groups
+
+
+@pytest.mark.parametrize("joints", ["slider", "none"])
+def test_a_larger_formulation_runs_on_request_and_costs_more(joints):
+    small = load_scene("150rpm-0.2mm", JOINTS[joints] | AUTO)
+    large = small.with_values({"solver.reference.formulation": "multiplier"})
+    few, many = plan(small, "reference"), plan(large, "reference")
+    assert many.coordinates == 15
+    assert (
+        MODELS["reference"].simulate(large.with_values(SHORT).data).provenance["formulation"]
+        == many.formulation
+    )
+    assert many.seconds > 5 * few.seconds
+    ((setting, _, ratio),) = few.instead
+    assert setting == "solver.reference.formulation = 'multiplier'"
+    assert ratio == pytest.approx(many.seconds / few.seconds, rel=1e-12)
+
+
+def test_five_bodies_and_the_tree_are_told_beside_each_other():
+    full, tree = load_scene("150rpm-0.2mm"), load_scene("150rpm-0.2mm", AUTO)
+    of_full, of_tree = plan(full, "exudyn"), plan(tree, "exudyn")
+    assert (of_full.coordinates, of_full.constraints) == (15, 13)
+    assert of_full.instead[0][2] == pytest.approx(of_tree.seconds / of_full.seconds, rel=1e-12)
+    assert of_tree.instead[0][2] == pytest.approx(of_full.seconds / of_tree.seconds, rel=1e-12)
+    # Half the step twice the work, but for the start.
+    halved = plan(full.with_values({"solver.exudyn.step": 1e-6}), "exudyn")
+    assert halved.seconds / of_full.seconds == pytest.approx(2, abs=0.05)
+    assert halved.error < of_full.error
+    # Reactions need the joints: then there is nothing smaller.
+    assert plan(full.with_values({"output.groups": ["joints"]}), "exudyn").instead == ()
+
+
+def test_what_is_not_on_record_is_not_told():
+    coarse = load_scene("150rpm-0.2mm", {"solver.reference.tolerance": 1e-3})
+    assert isnan(plan(coarse, "reference").error)
+    assert isfinite(plan(coarse, "reference").seconds)
+    with pytest.raises(ValueError, match="another package"):
+        plan(coarse, "adams")
