@@ -102,6 +102,7 @@ def run(
     from comparison.accuracy import solver_values
     from comparison.engines import find
     from comparison.files import check_folder
+    from comparison.plan import expectation
     from comparison.run import Job, RunError, run_all
     from comparison.scene import load_scene, parse_set
     from comparison.table import check_format, write
@@ -113,7 +114,10 @@ def run(
     loaded = load_scene(scene, parse_set(overrides or []) | named)
     if accuracy is not None:
         chosen = loaded.data["solver"].get(model, {}).get("formulation", "auto")
-        loaded = loaded.with_values(solver_values(model, accuracy, chosen))
+        values = solver_values(model, accuracy, chosen)
+        loaded = loaded.with_values(values)
+        for key, value in values.items():
+            typer.echo(f"{key} = {value:g}: {expectation(loaded, model)}")
     warn(loaded.warnings)
     job = Job(loaded, model)
     with progress(f"{loaded.name} by {model}") as report:

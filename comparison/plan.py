@@ -215,6 +215,14 @@ def lines(made: Plan) -> list[str]:
     return told
 
 
+def expectation(scene: Scene, model: str) -> str:
+    """Return the error and the time that are expected of one of our own models at a scene's settings."""
+    made = plan(scene, model)
+    error = f"{made.error:.0e} m" if made.error == made.error else "nothing on record"
+    where = "slider_x over the first cycle of 150rpm-0.2mm"
+    return f"expected are {error} of {where}, and some {made.seconds:.2g} s"
+
+
 def channels_line(scene: Scene) -> str:
     """Return what the scene asks for in one line."""
     groups = ", ".join(["motion", *scene.data["output"]["groups"]])
