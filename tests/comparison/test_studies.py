@@ -24,6 +24,10 @@ from comparison.studies import (
 from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
 from comparison.studies.detection import alarms, faults, limits, study
 from comparison.studies.errors import Peak
+from comparison.studies.tradeoff import growth
+from comparison.studies.tradeoff import study as tradeoff
+from comparison.studies.tradeoff.measure import QUANTITIES
+from comparison.studies.tradeoff.methods import METHODS
 from comparison.table import Table
 
 
@@ -43,7 +47,29 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(study, "catalogue", lambda: [few[0], few[-3], few[-2], few[-1]])
     monkeypatch.setattr(limits, "PARAMETERS", limits.PARAMETERS[:1])
     monkeypatch.setattr(limits, "HALVINGS", 1)
+    # Timings are taken in this process, by the models themselves.
+    monkeypatch.setattr(tradeoff, "measured", lambda *_: made_up_rows())
+    monkeypatch.setattr(tradeoff, "confirmation", lambda _: 1e-12)
+    monkeypatch.setattr(growth, "by_turns", lambda: [("reference", 10.0, 0.05, 500)])
+    monkeypatch.setattr(growth, "by_contacts", lambda: [("150rpm-0.2mm", 0.05, 500)])
+    monkeypatch.setattr(growth, "by_channels", lambda: [("motion", 0.05)])
     return fake_models
+
+
+def made_up_rows():
+    """What every setting costs and gives, one of them nothing."""
+    rows = [
+        {
+            "method": method.name, "model": method.model, "scene": scene, "setting": setting,
+            "status": "success", "seconds": 0.1 / setting**0.1, "evaluations": 1000,
+            "errors": dict.fromkeys(QUANTITIES, 1e-3 * setting**method.order),
+        }
+        for method in METHODS
+        for scene in method.scenes
+        for setting in method.settings
+    ]  # fmt: skip
+    rows[0] |= {"status": "gave up", "seconds": None, "evaluations": None, "errors": {}}
+    return rows
 
 
 @pytest.mark.parametrize("name", ["contact-laws", "crank-pin", "ensembles", "detection"])
@@ -165,3 +191,16 @@ def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make
 
 def test_a_bar_in_a_cell_does_not_end_it():
     assert table(("a", "b"), [("1|2", "3")]) == "| a | b |\n|---|---|\n| 1\\|2 | 3 |"
+
+
+@pytest.mark.usefixtures("small")
+def test_speed_against_accuracy_has_its_tables_drawings_and_failures(capsys):
+    assert main(["study", "tradeoff"]) == 0
+    (told,) = capsys.readouterr().out.splitlines()
+    text = Path(told).read_text("utf-8")
+    assert not re.search(r"\{\w*\}|\bnan\b", text)
+    pictures = re.findall(r"\]\(([\w.-]+\.svg)\)", text)
+    assert len(pictures) == 6
+    assert {path.name for path in Path(told).parent.iterdir()} == {"README.md", "tradeoff.json", *pictures}
+    assert "- reference, minimal, DOP853, 150rpm-0.2mm, 1e-06: gave up" in text
+    assert "R: minimal, DOP853 (-1)" in (Path(told).parent / "150rpm-0.2mm-seconds.svg").read_text("utf-8")

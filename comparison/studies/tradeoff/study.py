@@ -1,0 +1,237 @@
+"""Speed against accuracy: the measured rows in tables, drawings and a few sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.resources import files
+from math import isnan
+from pathlib import Path
+
+from comparison.accuracy import NAMES, expected_error, solver_values
+from comparison.files import replacing, write_json
+from comparison.machine import platform_name
+from comparison.report.markdown import table
+from comparison.report.quantity import MISSING, number, quantity
+from comparison.run import Progress
+from comparison.studies.tradeoff import growth
+from comparison.studies.tradeoff.figures import draw
+from comparison.studies.tradeoff.front import Point, asymptotic, cost_at, observed_order
+from comparison.studies.tradeoff.measure import LONG, QUANTITIES, ROUNDS, TRUTH, Row, confirmation, measured
+from comparison.studies.tradeoff.methods import LOOSE, METHODS, PAPERS_WAY, SCENES, WORDS, Method
+
+SMALLEST, WHOLE, TREE, BODIES = (
+    "minimal, DOP853",
+    "multipliers, DOP853",
+    "tree, DOPRI5",
+    "five bodies, generalized alpha",
+)
+EQUAL = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+LARGEST = {"slider_x": 2e-6, "crank_torque": 1e-2}
+"""Beyond such an error (a hundredth of the clearance, of the range) nothing is asymptotic."""
+COSTS = {"seconds": "processor time (s)", "evaluations": "evaluations of the equations of motion"}
+
+
+def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
+    """Measure, and write README.md, tradeoff.json and the drawings."""
+    share = (lambda done: on_progress(0.9 * done)) if on_progress else None
+    rows = measured(n_jobs, share)
+    grown = growth.by_turns(), growth.by_contacts(), growth.by_channels()
+    if on_progress:
+        on_progress(1.0)
+    pictures = []
+    for scene in SCENES:
+        chief = "slider_x" if scene in LOOSE else "crank_torque"
+        words, unit = QUANTITIES[chief]
+        for cost, label in COSTS.items():
+            name = f"{scene}-{cost}.svg"
+            methods = [method for method in METHODS if scene in method.scenes]
+            curves = {(m.model, m.name): points(rows, m, scene, chief, cost) for m in methods}
+            draw(
+                folder / name,
+                curves,
+                {
+                    (m.model, m.name): asymptotic(curves[m.model, m.name], m.order, LARGEST[chief])
+                    for m in methods
+                },
+                error=f"{words}{f' ({unit})' if unit else ''}",
+                cost=label,
+                failed={(m.model, m.name): failures(rows, m, scene) for m in methods},
+            )
+            pictures.append(f"![{WORDS[scene]}: {label} over {words}]({name})")
+    write_json({"machine": platform_name(), "rows": rows}, folder / "tradeoff.json")
+    with replacing(folder / "README.md") as part:
+        part.write_text(text(rows, grown, pictures), "utf-8")
+
+
+Grown = tuple[
+    Sequence[tuple[str, float, float, int]], Sequence[tuple[str, float, int]], Sequence[tuple[str, float]]
+]
+
+
+def points(
+    rows: Sequence[Row], method: Method, scene: str, error: str = "slider_x", cost: str = "seconds"
+) -> list[Point]:
+    """Return a method's settings that gave a result, coarsest first."""
+    return [
+        Point(row["setting"], row["errors"][error], row[cost])
+        for row in rows
+        if (row["method"], row["scene"], row["status"]) == (method.name, scene, "success")
+        and row[cost] is not None
+    ]
+
+
+def failures(rows: Sequence[Row], method: Method, scene: str) -> int:
+    """Count the settings without result."""
+    return sum(
+        (row["method"], row["scene"]) == (method.name, scene) and row["status"] != "success" for row in rows
+    )
+
+
+def text(rows: Sequence[Row], grown: Grown, pictures: Sequence[str]) -> str:
+    """Return the study's README."""
+    template = files("comparison.studies.tradeoff").joinpath("tradeoff.md").read_text("utf-8")
+    turns, contacts, channels = grown
+    lost = [
+        f"- {row['model']}, {row['method']}, {row['scene']}, {row['setting']:g}: {row['status']}"
+        for row in rows
+        if row["status"] != "success"
+    ]
+    return template.format(
+        rounds=ROUNDS,
+        long=LONG,
+        machine=platform_name(),
+        truth=TRUTH,
+        confirmed=" and ".join(quantity(confirmation(name), "m", 1) for name in LOOSE),
+        short=short(rows),
+        equal="\n\n".join(f"{WORDS[scene]}:\n\n{equal_table(rows, scene)}" for scene in LOOSE),
+        figures="\n\n".join(pictures),
+        promises=promises(rows),
+        orders=orders(rows),
+        turns=table(
+            ("turns", "model", "processor time (s)", "a turn (ms)", "contacts a turn"),
+            [
+                [f"{n:g}", model, number(s), number(1e3 * s / n), number(count / n)]
+                for model, n, s, count in turns
+            ],
+        ),
+        contacts=table(
+            ("scene, ten turns, reference", "processor time (s)", "contacts", "a contact (µs)"),
+            [[name, number(s), str(count), number(1e6 * s / count)] for name, s, count in contacts],
+        ),
+        channels=table(
+            ("channels, ten turns, reference", "processor time (s)"),
+            [[words, number(s)] for words, s in channels],
+        ),
+        failed="\n## Settings without result\n\n" + "\n".join(lost) + "\n" if lost else "",
+    )
+
+
+def ratio_at(rows: Sequence[Row], scene: str, method: str, base: str) -> dict[float, float]:
+    """Return how many times the base's cost a method's is at equal error of x."""
+    by_name = {m.name: points(rows, m, scene) for m in METHODS}
+    return {
+        error: cost_at(by_name[method], error) / cost_at(by_name[base], error)
+        for error in EQUAL
+        if not isnan(cost_at(by_name[method], error)) and not isnan(cost_at(by_name[base], error))
+    }
+
+
+def short(rows: Sequence[Row]) -> str:
+    """Return the figures that matter in one list."""
+    said = []
+    for words, method, base in (
+        ("the paper's way, multipliers by BDF, against the planned formulation", PAPERS_WAY, SMALLEST),
+        ("compiled multipliers against the planned formulation", WHOLE, SMALLEST),
+        ("five bodies in Exudyn against its tree", BODIES, TREE),
+        ("Exudyn's tree against the reference", TREE, SMALLEST),
+    ):
+        for scene in LOOSE:
+            ratios = ratio_at(rows, scene, method, base)
+            told = ", ".join(
+                f"{number(ratio, 2)} times at {quantity(e, 'm', 1)}" for e, ratio in ratios.items()
+            )
+            said.append(f"- {WORDS[scene]}: {words}: {told or 'at no error in common'}.")
+    return "\n".join(said)
+
+
+def equal_table(rows: Sequence[Row], scene: str) -> str:
+    """Return costs and ratios at equal error of x."""
+    methods = [method for method in METHODS if scene in method.scenes]
+    base = {e: cost_at(points(rows, METHODS[0], scene), e) for e in EQUAL}
+    lines = []
+    for method in methods:
+        costs = {e: cost_at(points(rows, method, scene), e) for e in EQUAL}
+        lines.append(
+            [
+                f"{method.model}: {method.name}",
+                *(
+                    ""
+                    if isnan(costs[e])
+                    else number(costs[e], 2)
+                    + ("" if isnan(base[e]) else f" ({number(costs[e] / base[e], 2)})")
+                    for e in EQUAL
+                ),
+            ]
+        )
+    return table(("method", *(quantity(e, "m", 1) for e in EQUAL)), lines)
+
+
+def _beside(cost: float, base: float) -> str:
+    """Return a cost, s, and how many times the base's it is; nothing where it is not known."""
+    if isnan(cost):
+        return ""
+    return number(cost, 2) + ("" if isnan(base) else f" ({number(cost / base, 2)})")
+
+
+def promises(rows: Sequence[Row]) -> str:
+    """Return what the accuracy names give, beside what they promise."""
+    lines = []
+    for method in (m for m in METHODS if m.name in (SMALLEST, TREE, BODIES)):
+        formulation = {TREE: "tree", BODIES: "full"}.get(method.name, "auto")
+        for name in NAMES:
+            ((key, setting),) = solver_values(method.model, name, formulation).items()
+            for scene in LOOSE:
+                row = next(
+                    (
+                        row
+                        for row in rows
+                        if (row["method"], row["scene"], row["setting"]) == (method.name, scene, setting)
+                    ),
+                    None,
+                )
+                promised = expected_error(method.model, method.scene(scene, float(str(setting))))
+                found = {} if row is None else row["errors"]
+                lines.append(
+                    [
+                        name,
+                        f"{method.model}, {method.name}",
+                        f"{key.rpartition('.')[2]} = {setting:g}",
+                        scene,
+                        quantity(promised, "m", 1),
+                        *(
+                            MISSING if key not in found else quantity(found[key], unit, 2)
+                            for key, (_, unit) in QUANTITIES.items()
+                            if key != "crank_torque"
+                        ),
+                        MISSING if row is None or row["seconds"] is None else number(row["seconds"], 2),
+                    ]
+                )
+    headings = ("accuracy", "method", "setting", "scene", "promised, x over the first cycle of 150rpm-0.2mm")
+    told = [words for key, (words, _) in QUANTITIES.items() if key != "crank_torque"]
+    return table((*headings, *told, "processor time (s)"), lines)
+
+
+def orders(rows: Sequence[Row]) -> str:
+    """Return the observed order of each method on each scene."""
+    lines = []
+    for method in METHODS:
+        cells = []
+        for scene in SCENES:
+            chief = "slider_x" if scene in LOOSE else "crank_torque"
+            found = points(rows, method, scene, chief)
+            firm = asymptotic(found, method.order, LARGEST[chief]) if len(found) > 1 else []
+            good = [point for point, is_firm in zip(found, firm, strict=False) if is_firm]
+            slope = observed_order(good)
+            cells.append(MISSING if isnan(slope) else f"{slope:.2f} ({len(good)} of {len(found)})")
+        lines.append([f"{method.model}: {method.name}", f"{method.order:g}", *cells])
+    return table(("method", "expected", *(f"{scene} (points)" for scene in SCENES)), lines)
