@@ -6,12 +6,15 @@ list of joints that ``mechanism`` also builds Exudyn's joints from.
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.parameters import Mechanism, Parameters
+
+# One angle, or many, rad
+Angles = TypeVar("Angles", float, NDArray[np.float64])
 
 CRANK, ROD2, ROCKER, ROD4, SLIDER = range(5)
 FRAME = -1
@@ -89,18 +92,14 @@ def place(
     crank, rod2, rocker, rod4 = mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4
     crank_tip = crank.length * _unit(crank_angle)
     pivot = np.array(mechanism.rocker_pivot)
-    # Law of cosines at H in the triangle A, H, B, whose side HB is the rocker up to its centroid
-    span = pivot - crank_tip
-    distance = math.hypot(*span)
-    cosine = (rod2.length**2 - distance**2 - rocker.centroid**2) / (2 * rocker.centroid * distance)
+    cosine, towards_pivot = _at_pivot(mechanism, crank_angle)
     _require_closed(cosine, "crank, rod 2 and rocker", crank_angle)
-    rocker_angle = math.atan2(span[1], span[0]) + mechanism.rocker_branch * math.acos(cosine)
+    rocker_angle = float(towards_pivot + mechanism.rocker_branch * np.arccos(cosine))
     joint_b = pivot + rocker.centroid * _unit(rocker_angle)
     along_rod2 = joint_b - crank_tip
     rod2_angle = math.atan2(along_rod2[1], along_rod2[0])
-    # Rod 4 ends on the slider's vertical
     rocker_tip = pivot + rocker.length * _unit(rocker_angle)
-    cosine = (slider_x - rocker_tip[0]) / rod4.length
+    cosine = _at_rocker_tip(mechanism, rocker_angle, slider_x)
     _require_closed(cosine, "rod 4 and slider", crank_angle)
     rod4_angle = mechanism.slider_branch * math.acos(cosine)
     centres = [
@@ -113,6 +112,27 @@ def place(
     centres[-1][0] = slider_x  # not the round-off of cos(arccos)
     angles = [crank_angle, rod2_angle, rocker_angle, rod4_angle, slider_angle]
     return np.column_stack([centres, angles])
+
+
+def _at_pivot(mechanism: Mechanism, crank_angle: Angles) -> tuple[Angles, Angles]:
+    """Angle at H in the triangle A, H, B, as its cosine by the law of cosines, and the direction from A to H.
+
+    The side HB is the rocker up to its centroid. There is a triangle where the cosine is within -1 and 1.
+    """
+    length, arm = mechanism.rod2.length, mechanism.rocker.centroid
+    span_x = mechanism.rocker_pivot[0] - mechanism.crank.length * np.cos(crank_angle)
+    span_y = mechanism.rocker_pivot[1] - mechanism.crank.length * np.sin(crank_angle)
+    squared = span_x**2 + span_y**2
+    with np.errstate(divide="ignore"):  # A in H: not closed either
+        cosine = (length**2 - squared - arm**2) / (2 * arm * np.sqrt(squared))
+    return cosine, np.arctan2(span_y, span_x)
+
+
+def _at_rocker_tip(mechanism: Mechanism, rocker_angle: Angles, slider_x: float) -> Angles:
+    """Cosine of the angle of rod 4 from C, which ends on the slider's vertical."""
+    tip_x = mechanism.rocker_pivot[0] + mechanism.rocker.length * np.cos(rocker_angle)
+    cosine: Angles = (slider_x - tip_x) / mechanism.rod4.length
+    return cosine
 
 
 def _unit(angle: float) -> NDArray[np.float64]:
@@ -128,9 +148,16 @@ def _require_closed(cosine: float, parts: str, crank_angle: float) -> None:
 
 def _require_full_turn(mechanism: Mechanism, reach: list[float]) -> None:
     """Try the whole turn, from the start on, with the slider on each line that it can reach."""
-    for turn in np.arange(_POSITIONS) * (2 * math.pi / _POSITIONS):
-        for offset in reach:
-            place(mechanism, mechanism.crank_angle + turn, mechanism.guide_x + offset, 0.0)
+    turn = np.linspace(mechanism.crank_angle, mechanism.crank_angle + 2 * math.pi, _POSITIONS, endpoint=False)
+    lines = [mechanism.guide_x + offset for offset in reach]
+    with np.errstate(invalid="ignore"):
+        cosine, towards_pivot = _at_pivot(mechanism, turn)
+        rocker_angle = towards_pivot + mechanism.rocker_branch * np.arccos(cosine)
+        # No number where there is no triangle: this is not less than 1 either
+        closed = [np.abs(_at_rocker_tip(mechanism, rocker_angle, line)) < 1 for line in lines]
+    for angle in turn[~np.all(closed, axis=0)]:
+        for line in lines:
+            place(mechanism, float(angle), line, 0.0)  # says which parts do not meet
 
 
 def _pin_ends(
