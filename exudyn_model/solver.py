@@ -98,6 +98,9 @@ def settings(steps: Steps, method: str, tolerance: float) -> Any:
         integration.generalizedAlpha.useNewmark = False
     # The Jacobian changes little in a hundred steps; a new one in every iteration doubles the cost
     integration.newton.useModifiedNewton = True
+    # Where two iterations do not suffice, the third gets a new one, with which two suffice for another twenty
+    # steps; without, every step would take three. Each is an evaluation of all forces and joints
+    integration.newton.maxModifiedNewtonIterations = 1
     # Pieces of the crank pin's friction (`journal`): at most four changes; the last one is confirmed
     integration.discontinuous.maxIterations = 6
     integration.discontinuous.ignoreMaxIterations = False
