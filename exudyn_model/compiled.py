@@ -11,7 +11,7 @@ import platform
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numba
 import numpy as np
@@ -66,3 +66,14 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     finally:
         numba.config.CACHE_DIR = before
     return compiled
+
+
+def direct(function: Callable[..., R], *examples: Any) -> Callable[..., R]:
+    """Machine code of a kernel for arguments of the same types as ``examples``.
+
+    For what Exudyn calls in every step: a kernel itself first looks at the types of its arguments, which
+    takes as long as the smaller kernels run. This does not: what is not of these types is read wrongly.
+    """
+    compiled: Any = function
+    entry: Callable[..., R] = compiled.compile(tuple(numba.typeof(example) for example in examples))
+    return entry

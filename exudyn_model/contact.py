@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.compiled import kernel
+from exudyn_model.compiled import direct, kernel
 from exudyn_model.parameters import Guide, Slider
 from exudyn_model.point_contact import friction_force, impact_speed_in_force, law_type, surface_law
 from exudyn_model.side_law import LAWS, side_normals
@@ -141,10 +141,11 @@ def force_user_function(law: NDArray[np.void], corners: NDArray[np.void]) -> For
     The node's reference x must be the guide's centre line and its other references zero, so that the
     coordinates that Exudyn passes are those of :func:`slider_force`.
     """
+    found = direct(slider_force, 0.0, 0.0, 0.0, 0.0, 0.0, law, corners)
 
     def force(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
         del mbs, t, number
         # Exudyn passes lists, which numba would copy element by element: scalars are 7 us faster a call
-        return slider_force(q[0], q[2], v[0], v[1], v[2], law, corners)
+        return found(q[0], q[2], v[0], v[1], v[2], law, corners)
 
     return force

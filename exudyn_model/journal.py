@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.compiled import kernel
+from exudyn_model.compiled import direct, kernel
 from exudyn_model.contact import ForceUserFunction
 from exudyn_model.contact_memory import begin, carry_on
 from exudyn_model.parameters import Parameters
@@ -219,12 +219,11 @@ def renew_pin(
 
 def force_user_function(law: NDArray[np.void], contacts: NDArray[np.void]) -> ForceUserFunction:
     """``forceUserFunction`` of an ``ObjectGenericODE2`` on the nodes of crank and rod 2."""
+    found = direct(journal_force, *[0.0] * 12, law, contacts)
 
     def force(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
         del mbs, t, number
-        return journal_force(
-            q[0], q[1], q[2], q[3], q[4], q[5], v[0], v[1], v[2], v[3], v[4], v[5], law, contacts
-        )
+        return found(q[0], q[1], q[2], q[3], q[4], q[5], v[0], v[1], v[2], v[3], v[4], v[5], law, contacts)
 
     return force
 

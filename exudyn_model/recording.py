@@ -1,12 +1,13 @@
 """What is kept of a run: samples, contacts and extrema, gathered step by step from accepted states."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.accelerations import slider_acceleration
-from exudyn_model.compiled import kernel
+from exudyn_model.compiled import direct, kernel
 from exudyn_model.contact_memory import EVENT, renew_corners
 from exudyn_model.energy import ENERGIES, audit_energy, new_audit
 from exudyn_model.journal import renew_pin
@@ -21,22 +22,22 @@ _NOT_NATIVE = np.zeros((0, 4))
 
 @kernel
 def _observe(
-    index: int,
     q: NDArray[np.float64],
     v: NDArray[np.float64],
     multipliers: NDArray[np.float64],
     drive: int,
-    native: NDArray[np.float64],
     masses: NDArray[np.float64],
     audit: NDArray[np.void],
     linkage: NDArray[np.void],
     law: NDArray[np.void],
     pin_law: NDArray[np.void],
     contacts: NDArray[np.void],
-    events: NDArray[np.void],
-    event_count: int,
     values: NDArray[np.float64],
     extrema: NDArray[np.void],
+    index: int,
+    native: NDArray[np.float64],
+    events: NDArray[np.void],
+    event_count: int,
 ) -> int:
     """Renew the contacts' memory, fill ``values`` with all channels, widen ``extrema``; the event count.
 
@@ -79,8 +80,8 @@ def _observe(
 class Recorder:
     """Gathers the results of one run.
 
-    :meth:`accept` must see each accepted state once, the initial one included, before the step that starts
-    from it: it also renews the contacts' memory, which the contact force of that step reads.
+    :meth:`accept` must be called once for each accepted state, the initial one included, before the step that
+    starts from it: it also renews the contacts' memory, which the contact force of that step reads.
 
     Parameters
     ----------
@@ -116,43 +117,70 @@ class Recorder:
         self._extrema = new_extrema(len(self._channels))
         self._events = np.zeros(0, EVENT)
         self._event_count = 0
+        self._followed: tuple[int, ...] = ()
 
-    def accept(
+    @property
+    def at_sample(self) -> bool:
+        """Whether the next state is a sample."""
+        return self.accepted % self._steps_per_sample == 0
+
+    def follow(
         self, q: NDArray[np.float64], v: NDArray[np.float64], multipliers: NDArray[np.float64]
-    ) -> bool:
-        """Take the next state: ``q``, ``v`` of shape (15,), the slider's x from the guide's centre line.
+    ) -> None:
+        """Take the states to come from Exudyn's own vectors, which it fills anew in every step.
 
-        ``multipliers`` are those of Exudyn's constraints, in the order of ``Model.multipliers``.
+        To ask for them takes longer than to read them: once a sample is enough to notice if they moved.
 
-        Returns
-        -------
-        bool
-            Whether this state is a sample.
+        Parameters
+        ----------
+        q, v : ndarray, shape (15,)
+            Coordinates and their rates, the slider's x from the guide's centre line.
+        multipliers : ndarray
+            Those of Exudyn's constraints, in the order of ``Model.multipliers``.
+
+        Raises
+        ------
+        AssertionError
+            If these are not the vectors of the last call.
         """
-        is_sample = self.accepted % self._steps_per_sample == 0
-        if is_sample:
-            # Each contact ends at most once a step: this lasts until the next sample
-            needed = self._event_count + len(CONTACTS) * self._steps_per_sample
-            if needed > len(self._events):
-                self._events = np.concatenate([self._events, np.zeros(needed, EVENT)])
-        self._event_count = _observe(
-            self.accepted,
+        places = tuple(vector.ctypes.data for vector in (q, v, multipliers))
+        if self._followed:
+            if places != self._followed:
+                raise AssertionError("Exudyn has moved its state")
+            return
+        self._followed = places
+        fixed = (
             q,
             v,
             multipliers,
             self._drive,
-            self._read_corners() if self._read_corners else _NOT_NATIVE,
             self._masses,
             self._audit,
             self._linkage,
             self._law,
             self._pin_law,
             self._contacts,
-            self._events,
-            self._event_count,
             self._values,
             self._extrema,
         )
+        self._observe = partial(direct(_observe, *fixed, 0, _NOT_NATIVE, self._events, 0), *fixed)
+
+    def accept(self) -> bool:
+        """Take the next state.
+
+        Returns
+        -------
+        bool
+            Whether it is a sample.
+        """
+        is_sample = self.at_sample
+        if is_sample:
+            # Each contact ends at most once a step: this lasts until the next sample
+            needed = self._event_count + len(CONTACTS) * self._steps_per_sample
+            if needed > len(self._events):
+                self._events = np.concatenate([self._events, np.zeros(needed, EVENT)])
+        native = self._read_corners() if self._read_corners else _NOT_NATIVE
+        self._event_count = self._observe(self.accepted, native, self._events, self._event_count)
         if is_sample:
             self._samples[self.accepted // self._steps_per_sample] = self._values
         self.accepted += 1

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from exudyn_model.accelerations import linkage_record
 from exudyn_model.assembly import ROCKER, ROD2, ROD4, SLIDER, InitialState
-from exudyn_model.compiled import kernel
+from exudyn_model.compiled import direct, kernel
 from exudyn_model.contact import contact_law
 from exudyn_model.journal import journal_law
 from exudyn_model.loose_pin import loose_pin_angles
@@ -164,13 +164,12 @@ def force_user_function(
 ) -> Callable[[Any, float, int, list[float], list[float]], tuple[float, ...]]:
     """``forceUserFunction`` of the tree; the time that Exudyn passes is that of the stage."""
     ideal_slider = bool(linkage[0]["ideal_slider"])
+    found = direct(rocker_tree_force, *[0.0] * 9, linkage, law, pin_law, contacts)
 
     def force(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
         del mbs, number
         q5, w5 = (0.0, 0.0) if ideal_slider else (q[3], v[3])
-        moments = rocker_tree_force(
-            t, q[0], q[1], q[2], q5, v[0], v[1], v[2], w5, linkage, law, pin_law, contacts
-        )
+        moments = found(t, q[0], q[1], q[2], q5, v[0], v[1], v[2], w5, linkage, law, pin_law, contacts)
         return moments[:3] if ideal_slider else moments
 
     return force

@@ -140,11 +140,13 @@ def solve(
     def accept() -> bool:
         """Record the current state; False to stop."""
         nonlocal last_call
-        is_sample = recorder.accept(
-            data.GetODE2Coordinates(copy=False),
-            data.GetODE2Coordinates_t(copy=False),
-            data.GetAECoordinates(copy=False),
-        )
+        if recorder.at_sample:
+            recorder.follow(
+                data.GetODE2Coordinates(copy=False),
+                data.GetODE2Coordinates_t(copy=False),
+                data.GetAECoordinates(copy=False),
+            )
+        is_sample = recorder.accept()
         if is_sample and progress is not None and time.monotonic() - last_call > PROGRESS_INTERVAL:
             last_call = time.monotonic()
             progress((recorder.accepted - 1) / (steps.samples * steps.per_sample))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from exudyn_model.accelerations import linkage_record
 from exudyn_model.assembly import ROD4, SLIDER, InitialState
-from exudyn_model.compiled import kernel
+from exudyn_model.compiled import direct, kernel
 from exudyn_model.contact import contact_law, frozen_slider_force
 from exudyn_model.journal import journal_law
 from exudyn_model.mechanism import Model
@@ -112,9 +112,10 @@ def force_user_function(
     linkage: NDArray[np.void], law: NDArray[np.void], corners: NDArray[np.void]
 ) -> Callable[[Any, float, int, list[float], list[float]], tuple[float, float]]:
     """``forceUserFunction`` of the tree; the time that Exudyn passes is that of the stage."""
+    moments = direct(tree_force, 0.0, 0.0, 0.0, 0.0, 0.0, linkage, law, corners)
 
     def force(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, float]:
         del mbs, number
-        return tree_force(t, q[0], q[1], v[0], v[1], linkage, law, corners)
+        return moments(t, q[0], q[1], v[0], v[1], linkage, law, corners)
 
     return force

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.compiled import kernel
+from exudyn_model.compiled import direct, kernel
 from exudyn_model.contact_memory import EVENT, write_event
 from exudyn_model.mechanism import Model
 from exudyn_model.point_contact import CONTACTS
@@ -55,8 +55,8 @@ def _renew_contacts(
 
 @kernel
 def _accept(
-    start: Any,
-    end: Any,
+    start_of_step: NDArray[np.void],
+    end_of_step: NDArray[np.void],
     linkage: NDArray[np.void],
     law: NDArray[np.void],
     pin_law: NDArray[np.void],
@@ -71,6 +71,7 @@ def _accept(
     known_until: float,
 ) -> tuple[int, int]:
     """Take the step from ``start`` to ``end``; the event count, and the number of samples so far."""
+    start, end = start_of_step[0], end_of_step[0]
     step = end.time - start.time
     laws = linkage[0], law[0], pin_law[0]
     while next_sample < len(samples) and next_sample * sample_interval <= known_until:
@@ -113,8 +114,8 @@ def _fill(motion: Any, time: float, q: NDArray[np.float64], v: NDArray[np.float6
 
 @kernel
 def _judge(
-    start: Any,
-    end: Any,
+    start_of_step: NDArray[np.void],
+    end_of_step: NDArray[np.void],
     time: float,
     q: NDArray[np.float64],
     v: NDArray[np.float64],
@@ -124,7 +125,10 @@ def _judge(
     contacts: NDArray[np.void],
     least: float,
 ) -> float:
-    """Fill ``end`` from the tree's coordinates; what :func:`locate` says of the step to it."""
+    """Fill the step's end from the tree's coordinates; what :func:`locate` says of the step, or nan."""
+    if not np.isfinite(np.sum(q) + np.sum(v)):
+        return np.nan
+    start, end = start_of_step[0], end_of_step[0]
     _fill(end, time, q, v, linkage[0])
     complete(end, linkage, law, pin_law, contacts)
     return locate(start, end, linkage, law, pin_law, contacts, least)
@@ -147,6 +151,8 @@ class TreeRecorder:
 
     def __init__(self, model: Model, sample_interval: float, samples: int, least: float) -> None:
         self.steps = 0
+        self.time = 0.0
+        """Time of the last accepted state, s."""
         self._laws, self._contacts = (model.linkage, model.law, model.pin_law), model.contacts
         self._sample_interval, self._least = sample_interval, least
         self._start, self._end = np.zeros(1, MOTION), np.zeros(1, MOTION)
@@ -155,11 +161,22 @@ class TreeRecorder:
         self._extrema = new_extrema(WIDTH)
         self._events = np.zeros(64, EVENT)
         self._event_count, self._sample_count = 0, 0
-
-    @property
-    def time(self) -> float:
-        """Time of the last accepted state, s."""
-        return float(self._start[0]["time"])
+        ends, kept = (self._start, self._end), (*self._laws, self._contacts)
+        coordinates = np.zeros(2)
+        self._judge = direct(_judge, *ends, 0.0, coordinates, coordinates, *kept, 0.0)
+        self._accept = direct(
+            _accept,
+            *ends,
+            *kept,
+            self._events,
+            0,
+            self._values,
+            self._extrema,
+            self._samples,
+            0,
+            0.0,
+            0.0,
+        )
 
     def begin(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> None:
         """Take the initial state (see :meth:`judge`): what penetrates is in contact from t = 0."""
@@ -193,15 +210,16 @@ class TreeRecorder:
         Returns
         -------
         share : float
-            1 if the step is accepted, else the share of it after which a contact begins or ends.
+            1 if the step is accepted, else the share of it after which a contact begins or ends; nan if the
+            coordinates are not finite.
         """
-        start, end = self._start[0], self._end[0]
-        share = _judge(start, end, time, q, v, *self._laws, self._contacts, self._least)
-        if share < 1.0:
+        start, end = self._start, self._end
+        share = self._judge(start, end, time, q, v, *self._laws, self._contacts, self._least)
+        if not share >= 1.0:
             return share
         if self._event_count + _COUNT > len(self._events):
             self._events = np.concatenate([self._events, np.zeros_like(self._events)])
-        self._event_count, self._sample_count = _accept(
+        self._event_count, self._sample_count = self._accept(
             start,
             end,
             *self._laws,
@@ -215,7 +233,8 @@ class TreeRecorder:
             self._sample_interval,
             np.inf if last else time,
         )
-        self._start, self._end = self._end, self._start
+        self._start, self._end = end, start
+        self.time = time
         self.steps += 1
         return 1.0
 

@@ -86,10 +86,11 @@ def solve(
         last = t >= duration - 1e-10  # Exudyn's own rule
         if step < 0.5 * least and not last:
             raise _StopError("step-too-small")
-        q, v = data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
-        if not math.isfinite(q.sum() + v.sum()):
+        share = recorder.judge(
+            t, data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False), last
+        )
+        if math.isnan(share):
             raise _StopError("non-finite")
-        share = recorder.judge(t, q, v, last)
         if recorder.steps == before:
             located += 1
             # Exudyn shortens a step to three quarters at most; it would ignore a longer wish
