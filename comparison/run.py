@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from copy import deepcopy
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from math import log10
 from typing import Any
 
@@ -34,11 +35,19 @@ class Job:
     def cost(self) -> float:
         """Expected time, s, roughly: it orders the runs and weighs their progress."""
         cycles, solver = float(self.scene.data["drive"]["cycles"]), self.scene.data["solver"]
+        if self.model == "exudyn" and solver["exudyn"].get("formulation") == "tree":
+            return float(cycles * 10 ** (-log10(solver["exudyn"]["tolerance"]) / 6 - 2.3))
         if self.model == "exudyn":
-            return float(1e-5 * self.scene.duration / solver["exudyn"]["step"])
+            return float(1.4e-5 * self.scene.duration / solver["exudyn"]["step"])
         if self.model == "reference":
-            return float(cycles * 10 ** (-log10(solver["reference"]["tolerance"]) / 8 - 1))
+            return float(cycles * 10 ** (-log10(solver["reference"]["tolerance"]) / 8 - 3))
         return cycles
+
+    @property
+    def kernels(self) -> tuple[str, ...]:
+        """What tells which code a model compiles at its first run: equal where it is the same."""
+        formulation = self.scene.data["solver"].get(self.model, {}).get("formulation", "auto")
+        return (self.model, formulation, *self.scene.data["joints"].values())
 
 
 @dataclass(frozen=True)
@@ -117,7 +126,7 @@ def run_all(
     *,
     cached: bool = True,
 ) -> list[Outcome]:
-    """Run many scenes, the longest first, equal ones once.
+    """Run many scenes, equal ones once.
 
     Parameters
     ----------
@@ -160,7 +169,7 @@ def run_all(
         if on_progress:
             on_progress(sum(todo[key].cost * share for key, share in shares.items()) / total)
 
-    waiting = sorted(todo.keys() - outcomes.keys(), key=lambda key: (-todo[key].cost, key))
+    waiting = in_turn({key: job for key, job in todo.items() if key not in outcomes})
     with closing(work(_attempt, [(key, todo[key]) for key in waiting], n_jobs)) as events:
         for key, event in events:
             if isinstance(event, Share):
@@ -174,6 +183,21 @@ def run_all(
                     keep(key, event.table)
             report(key, 1.0)
     return [_outcome_of_scene(outcomes[key], job.scene) for key, job in zip(keys, jobs, strict=True)]
+
+
+def in_turn(jobs: Mapping[str, Job]) -> list[str]:
+    """Order jobs so that all workers are busy to the end, and none compiles what another one is compiling.
+
+    Which takes longer than most runs. So the first job of each kind of kernels goes before all others, and
+    these take turns between the models; the rest follows, the longest first.
+    """
+    longest = sorted(jobs, key=lambda key: (-jobs[key].cost, key))
+    first: dict[str, dict[tuple[str, ...], str]] = {}
+    for key in longest:
+        first.setdefault(jobs[key].model, {}).setdefault(jobs[key].kernels, key)
+    turns = zip_longest(*(of_model.values() for of_model in first.values()))
+    ahead = [key for turn in turns for key in turn if key is not None]
+    return list(dict.fromkeys([*ahead, *longest]))
 
 
 def _attempt(job: Job, progress: Progress | None) -> Outcome:

@@ -9,7 +9,7 @@ import pytest
 
 import comparison.run
 from comparison.cache import cache_folder, run_key
-from comparison.run import Job, RunError, describe, run_all, run_one
+from comparison.run import Job, RunError, describe, in_turn, run_all, run_one
 from comparison.scene import SceneError
 
 pytestmark = pytest.mark.usefixtures("fake_models")
@@ -49,6 +49,26 @@ def test_the_longest_job_starts_first_and_workers_are_kept(scene, fake_models):
              for c in lengths.values()], 1)  # fmt: skip
     assert [gravity for _, gravity, _, _ in log_of(fake_models)] == ["15.0", "13.0", "12.0"]
     assert len({process for *_, process in log_of(fake_models)}) == 1
+
+
+def test_what_compiles_the_same_kernels_does_not_start_at_the_same_time(scene):
+    """Longest first would start both runs of the five bodies, then both of the loose pin's at once."""
+    loose = scene.with_values({"joints.crank_pin": "clearance"})
+    closer = scene.with_values({"solver.exudyn.formulation": "tree"})
+    planned = [
+        Job(each.with_values({"drive.cycles": cycles}), model)
+        for each, model in ((scene, "exudyn"), (loose, "exudyn"), (closer, "exudyn"), (scene, "reference"))
+        for cycles in (2.0, 3.0)
+    ]
+    keys = [f"{number}" for number in range(len(planned))]
+    order = in_turn(dict(zip(keys, planned, strict=True)))
+    assert sorted(order) == keys
+    kinds = [planned[int(key)].kernels for key in order]
+    assert len(set(kinds[:4])) == 4  # one of each ahead
+    assert [kind[0] for kind in kinds[:2]] == ["exudyn", "reference"]
+    assert all(planned[int(key)].scene.data["drive"]["cycles"] == 3.0 for key in order[:4])
+    costs = [planned[int(key)].cost for key in order[4:]]
+    assert costs == sorted(costs, reverse=True)
 
 
 def test_each_failure_takes_its_own_run_only(scene, gravity):
