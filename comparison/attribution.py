@@ -207,11 +207,9 @@ def _large(channel: ChannelComparison, u: Array | None) -> BoolArray:
     return u > channel.limits.alpha * channel.scale
 
 
-def _spread(of: Runs, channel: ChannelComparison, half_width: int) -> Array | None:
-    if of.twin is None:
-        return None
-    original = of.base if of.coarser is None else of.coarser
-    return spread(original.values(channel.channel), of.twin.values(channel.channel), half_width)
+def _spread(of: Runs, channel: ChannelComparison, half_width: int) -> Array:
+    name = channel.channel
+    return spread(of.original.values(name), [twin.values(name) for twin in of.twins], half_width)
 
 
 def _finer(of: Runs, channel: ChannelComparison) -> Array:

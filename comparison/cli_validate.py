@@ -27,7 +27,7 @@ def validate(
     models: Models = "reference,exudyn",
     allow_indeterminate: AllowIndeterminate = False,
 ) -> int:
-    """Run scenes by two models, each with a finer run and a twin, compare them, and write a report."""
+    """Run scenes by two models, each with a finer run and twins, compare them, and write a report."""
     from comparison.engines import pair
     from comparison.files import check_folder, write_json
     from comparison.run import MODELS

@@ -154,6 +154,8 @@ def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
         yield " finer", runs.finer
     if runs.twin is not None:
         yield " twin", runs.twin
+    if runs.other_twin is not None:
+        yield " other twin", runs.other_twin
     if runs.coarser is not None:
         yield " coarser", runs.coarser
 
@@ -230,7 +232,7 @@ def model_uncertainty(runs: Runs, name: str, scene: Scene | None) -> NDArray[np.
         base=base,
         finer=runs.finer.values(name),
         coarser=None if runs.coarser is None else runs.coarser.values(name),
-        twin=None if runs.twin is None else runs.twin.values(name),
+        twins=tuple(twin.values(name) for twin in runs.twins),
         factor=factor,
         order=order,
     )

@@ -1,13 +1,14 @@
 r"""Numerical uncertainty of a run as a function of time.
 
-Four runs of one model give it: the run itself (S), one at a finer setting (S_f), one at a coarser (S_c), and
-a twin of the coarser one whose start is moved by a billionth of the clearance (S_t): how far neighbours
-spread is a property of the motion, and the coarser setting shows it at the least cost. A level changes the
-setting by the factor r and should change the error by r^p. With the window W(t) of one hundredth of a crank
-turn to either side,
+Five runs of one model give it: the run itself (S), one at a finer setting (S_f), one at a coarser (S_c), and
+two twins of the coarser one whose start is moved by a billionth of the clearance (S_t): how far neighbours
+spread is a property of the motion, and the coarser setting shows it at the least cost. One twin has offset
+and angle moved with equal signs, the other with opposite ones, since a force may answer to the two in such a
+way that one of these shifts leaves it as it is. A level changes the setting by the factor r and should change
+the error by r^p. With the window W(t) of one hundredth of a crank turn to either side,
 
 .. math:: d_f = \max_{W(t)} |S - S_f|, \quad d_c = \max_{W(t)} |S_c - S|, \quad
-          d_t = \max_{W(t)} |S_c - S_t|, \quad d = \max(d_f, d_c / r^p),
+          d_t = \max_{W(t)} |S_c - S_t| \text{ of either twin}, \quad d = \max(d_f, d_c / r^p),
 
 .. math:: u(t) = \max\bigl(F_s d,\; 3 d_t,\; u_0\bigr),
 
@@ -21,6 +22,7 @@ sustained contact.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import degrees
 
@@ -42,30 +44,36 @@ ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: storing
 TIME_ROUND_OFF = 1e-11
 
 
-def twin(scene: Scene, times: float = 1.0) -> Scene | None:
-    """Return the scene with its start moved by 1e-9 of the clearance, or that many times as far.
+def twins(scene: Scene, times: float = 1.0) -> dict[str, Scene]:
+    """Return the scenes with their start moved by 1e-9 of the clearance, or that many times as far.
 
-    None where there is no clearance.
+    The slider in its guide, offset and angle with equal and with opposite signs; where only the crank pin has
+    clearance, the crank, since the journal has no start of its own. None where there is no clearance.
 
-    The slider in its guide; where only the crank pin has clearance, the crank, since the journal has no start
-    of its own.
+    Returns
+    -------
+    dict
+        Each by its name in `Runs`.
     """
     joints, start, mechanism = scene.data["joints"], scene.data["initial"], scene.data["mechanism"]
-    if joints["slider"] != "clearance" and joints["crank_pin"] != "clearance":
-        return None
-    if joints["slider"] != "clearance":
-        turned = times * TWIN_SHIFT * scene.data["clearance"]["crank_pin"] / mechanism["crank"]["length"]
-        return scene.with_values(
-            {"mechanism.crank_angle_deg": mechanism["crank_angle_deg"] + degrees(turned)}
-        )
-    clearance = scene.data["clearance"]["slider"]
-    return scene.with_values(
-        {
-            "initial.slider_offset": start["slider_offset"] + times * TWIN_SHIFT * clearance,
-            "initial.slider_angle": start["slider_angle"]
-            + times * TWIN_SHIFT * clearance / mechanism["slider"]["length"],
+    if joints["slider"] == "clearance":
+        shift = times * TWIN_SHIFT * scene.data["clearance"]["slider"]
+        return {
+            name: scene.with_values(
+                {
+                    "initial.slider_offset": start["slider_offset"] + shift,
+                    "initial.slider_angle": start["slider_angle"]
+                    + sign * shift / mechanism["slider"]["length"],
+                }
+            )
+            for name, sign in (("twin", 1.0), ("other_twin", -1.0))
         }
-    )
+    if joints["crank_pin"] == "clearance":
+        shift = times * TWIN_SHIFT * scene.data["clearance"]["crank_pin"]
+        turned = degrees(shift / mechanism["crank"]["length"])
+        angle = mechanism["crank_angle_deg"] + turned
+        return {"twin": scene.with_values({"mechanism.crank_angle_deg": angle})}
+    return {}
 
 
 def window_samples(period: float, interval: float) -> int:
@@ -110,6 +118,8 @@ class Runs:
     twin: Table | None = None
     """The coarser run (without one: the base) with its start moved; None where it cannot be moved."""
     coarser: Table | None = None
+    other_twin: Table | None = None
+    """As ``twin``, with the angle moved the other way; None where a start has no two coordinates."""
     refinement: tuple[float, float] = (2.0, 2.0)
     """Factor between two levels and order of the error, see `comparison.accuracy.refinement`."""
 
@@ -119,6 +129,16 @@ class Runs:
         factor, order = self.refinement
         return float(factor**order)
 
+    @property
+    def twins(self) -> tuple[Table, ...]:
+        """Those that there are."""
+        return tuple(run for run in (self.twin, self.other_twin) if run is not None)
+
+    @property
+    def original(self) -> Table:
+        """The run whose start the twins have, moved."""
+        return self.base if self.coarser is None else self.coarser
+
 
 @dataclass(frozen=True)
 class Levels:
@@ -127,8 +147,8 @@ class Levels:
     base: Array
     finer: Array
     coarser: Array | None = None
-    twin: Array | None = None
-    """Of the coarser run, or of the base where there is none; None where the start cannot be moved."""
+    twins: tuple[Array, ...] = ()
+    """Of the coarser run, or of the base where there is none; none where the start cannot be moved."""
     factor: float = 2.0
     """Between the settings of two levels."""
     order: float = 2.0
@@ -152,39 +172,38 @@ def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
     ndarray
         Shape (n,), positive.
     """
-    distance = _widened(levels.base, levels.finer, half_width)
+    distance = _widened(np.abs(levels.base - levels.finer), half_width)
     u = SAFETY_FACTOR * distance
     if levels.coarser is not None:
         gain = levels.factor**levels.order
-        coarse = _widened(levels.coarser, levels.base, half_width)
+        coarse = _widened(np.abs(levels.coarser - levels.base), half_width)
         # Equal runs have no order: 0/0 is nan and x/0 is inf, both outside the band.
         with np.errstate(divide="ignore", invalid="ignore"):
             order = np.log(coarse / distance) / np.log(levels.factor)
         in_order = np.abs(order - levels.order) <= ORDER_BAND * levels.order
         safety = np.where(in_order, SAFETY_FACTOR_IN_ORDER * gain / (gain - 1.0), SAFETY_FACTOR)
         u = safety * np.maximum(distance, coarse / gain)
-    if levels.twin is not None:
-        original = levels.base if levels.coarser is None else levels.coarser
-        u = np.maximum(u, spread(original, levels.twin, half_width))
-    return np.maximum(u, floor)
+    original = levels.base if levels.coarser is None else levels.coarser
+    return np.maximum(np.maximum(u, spread(original, levels.twins, half_width)), floor)
 
 
-def spread(original: Array, twin: Array, half_width: int) -> Array:
+def spread(original: Array, twins: Sequence[Array], half_width: int) -> Array:
     """Return the part of u that neighbouring starts make and no setting removes, 3 d_t; shape (n,).
 
     Parameters
     ----------
-    original, twin
-        One channel of a run and of its twin, shape (n,).
+    original, twins
+        One channel of a run and of its twins, shape (n,) each; zero without a twin.
     half_width
         Of the window, samples.
     """
-    return SAFETY_FACTOR * _widened(original, twin, half_width)
+    farthest = np.max([np.abs(original - twin) for twin in twins], axis=0, initial=0.0)
+    return SAFETY_FACTOR * _widened(np.broadcast_to(farthest, original.shape), half_width)
 
 
-def _widened(a: Array, b: Array, half_width: int) -> Array:
+def _widened(distance: Array, half_width: int) -> Array:
     """Return the largest distance within the window, shape (n,)."""
-    widest: Array = maximum_filter1d(np.abs(a - b), 2 * half_width + 1, mode="nearest")
+    widest: Array = maximum_filter1d(distance, 2 * half_width + 1, mode="nearest")
     return widest
 
 

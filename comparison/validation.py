@@ -1,4 +1,4 @@
-"""The main job: scenes by two models at both tiers, each with its finer run and its twin, compared."""
+"""The main job: scenes by two models at both tiers, each with its finer run and its twins, compared."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from comparison.run import MODELS, Job, Outcome, Progress, describe, run_all
 from comparison.scene import Scene
 from comparison.table import TableError
 from comparison.tiers import TIERS, tight
-from comparison.uncertainty import twin
+from comparison.uncertainty import twins
 
 
 @dataclass(frozen=True)
@@ -140,15 +140,11 @@ def family(scene: Scene, model: str) -> list[tuple[str, Job]]:
 
 
 def levels(scene: Scene, model: str) -> dict[str, Scene]:
-    """Return the scenes of these runs: base, finer, coarser, twin; those that there are."""
+    """Return the scenes of these runs: base, finer, coarser, twins; those that there are."""
     coarse = coarser(model, scene)
-    variants = {
-        "base": scene,
-        "finer": finer(model, scene),
-        "coarser": coarse,
-        "twin": None if coarse is None else twin(coarse),
-    }
-    return {kind: variant for kind, variant in variants.items() if variant is not None}
+    variants = {"base": scene, "finer": finer(model, scene), "coarser": coarse}
+    there = {kind: variant for kind, variant in variants.items() if variant is not None}
+    return there if coarse is None else there | twins(coarse)
 
 
 def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:

@@ -21,7 +21,7 @@ from comparison.gate.baseline import Checkpoint, RunRecord
 from comparison.scene import Scene
 from comparison.table import Table
 from comparison.thresholds import thresholds
-from comparison.uncertainty import Levels, uncertainty, window_samples
+from comparison.uncertainty import spread, window_samples
 
 COUNT = 5  # of a channel: with ten scenes the file stays near 100 kB
 
@@ -55,9 +55,7 @@ def record(runs: Runs, scene: Scene, model: str, tier: str, neighbours: Sequence
         channel, values = channels()[name], runs.base.values(name)
         u = model_uncertainty(runs, name, scene)
         assert u is not None  # every model of ours can be refined
-        for neighbour in neighbours:
-            twins = Levels(base=values, finer=values, twin=neighbour.values(name))
-            u = np.maximum(u, uncertainty(twins, LATER * width, 0.0))
+        u = np.maximum(u, spread(values, [table.values(name) for table in neighbours], LATER * width))
         extent = float(np.ptp(values))
         predictable[name] = u <= limits.alpha * channel.scale_value(scene.data, extent)
         if channel.follows is not None:
@@ -99,7 +97,7 @@ def _spread(runs: Runs, neighbours: Sequence[Table]) -> dict[str, int]:
     family counts.
     """
     others = [counters(neighbour) for neighbour in neighbours]
-    family = [run for run in (runs.finer, runs.coarser, runs.twin) if run is not None]
+    family = [run for run in (runs.finer, runs.coarser, *runs.twins) if run is not None]
     others += [{"contacts": counters(run)["contacts"]} for run in family]
     largest = {
         name: max((abs(other.get(name, value) - value) for other in others), default=0)

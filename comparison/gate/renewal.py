@@ -27,12 +27,12 @@ from comparison.run import Job, Outcome, Progress, RunError, run_all
 from comparison.scene import Scene, SceneError
 from comparison.table import Table
 from comparison.thresholds import thresholds_record
-from comparison.uncertainty import twin
+from comparison.uncertainty import twins
 from comparison.validation import family
 
 RATES = Path("reports/detection/detection.json")
 """The measured rates of the verdicts' errors, as seen from the baseline's folder."""
-# By so many twins' shifts the start of a run is moved: one twin alone does not show how far chatter scatters.
+# By so many twins' shifts the start of a run is moved: twins alone do not show how far chatter scatters.
 NEIGHBOURS = (-2.0, -1.0, 1.0, 2.0)
 
 
@@ -107,8 +107,11 @@ def _neighbours(gated: Job, which: Which) -> list[tuple[str, Job]]:
     """
     if which[1] != "tight":
         return []
-    starts = [(f"start {times:+g}", twin(gated.scene, times)) for times in NEIGHBOURS]
-    return [(kind, Job(scene, gated.model)) for kind, scene in starts if scene is not None]
+    return [
+        (f"{kind} {times:+g}", Job(scene, gated.model))
+        for times in NEIGHBOURS
+        for kind, scene in twins(gated.scene, times).items()
+    ]
 
 
 def _table(job: Job, outcome: Outcome) -> Table:

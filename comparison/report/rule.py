@@ -23,7 +23,8 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
     lines = [
         f"Uncertainty u(t) of one model: {SAFETY_FACTOR:g} times the largest distance of its run to its "
         "refined run, to its coarser run (divided by what a level should gain) "
-        f"and of that to its twin (start moved by {shift} of the clearance) "
+        f"and of that to its twins (start moved by {shift} of the clearance, offset and angle with equal and "
+        "with opposite signs) "
         f"within ±{WINDOW:.0%} of a crank turn; where the three levels show the method's order, "
         f"{SAFETY_FACTOR_IN_ORDER:g} times the error they extrapolate to; never below round-off. "
         "Of both models: u = √(u₁² + u₂²).",

@@ -12,7 +12,8 @@ from comparison.compare import Runs, compare
 from comparison.summary import as_mapping, scene_lines
 
 LABELS = ("reference", "exudyn")
-PARTS = (1.0, 0.25, 4.0, 4.0)  # of the error in base, finer, twin and coarser run at second order
+KINDS = ("base", "finer", "twin", "coarser", "other_twin")
+PARTS = (1.0, 0.25, 4.0, 4.0, 4.0)  # of the error in these runs at second order
 
 
 def runs(make_table, error: float, stretch: float = 0.0, refinement=(2.0, 2.0)) -> Runs:
@@ -84,7 +85,7 @@ def with_events(table_runs: Runs, *contacts: tuple[str, float, float]) -> Runs:
 def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, make_table):
     a, b = runs(make_table, 1e-6), runs(make_table, 2e-6)
     # From 14 ms on the second model moves further: the first sample then is the eighth, at 2 ms each.
-    for kind in ("base", "finer", "twin", "coarser"):
+    for kind in KINDS:
         frame = getattr(b, kind).frame
         frame.loc[frame["time"] > 0.013, "slider_x"] += 1e-7
     a = with_events(a, ("ul", 0.0135, 0.0145), ("ll", 0.1, 0.2))
@@ -110,7 +111,7 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
 def test_a_small_difference_of_models_is_told_apart_from_larger_ones_within_the_numerics(scene, make_table):
     a, b = runs(make_table, 0.0), runs(make_table, 1e-5)
     # In the first turn no error and 1e-10 m between the models; in the second up to 4e-9 m by coarse steps.
-    for kind in ("base", "finer", "twin", "coarser"):
+    for kind in KINDS:
         frame = getattr(b, kind).frame
         frame.loc[frame["time"] < 0.4] = a.base.frame[frame["time"] < 0.4]
         frame.loc[frame["time"].between(0.05, 0.2), "slider_x"] += 1e-10
@@ -126,7 +127,7 @@ def test_an_uncertainty_that_is_small_by_chance_is_suspected(scene, make_table):
     time = b.base.time
     # For 28 ms all levels have one error: within u's window of 4 ms of the ends u is still that of before.
     chance = (time > 0.1) & (time < 0.128)
-    for kind in ("finer", "twin", "coarser"):
+    for kind in KINDS[1:]:
         frame = getattr(b, kind).frame
         frame.loc[chance] = b.base.frame.loc[chance]
     result = compared(scene, a, b)
@@ -141,7 +142,7 @@ def test_an_uncertainty_that_is_small_by_chance_is_suspected(scene, make_table):
 def test_the_model_that_limits_the_coverage_is_named_with_the_time_and_the_remedy(scene, make_table):
     a, b = runs(make_table, 1e-6), runs(make_table, 1e-6)
     # 0.2 of the clearance from half a turn on, and not at all in the reference.
-    for kind, part in zip(("base", "finer", "twin", "coarser"), PARTS, strict=True):
+    for kind, part in zip(KINDS, PARTS, strict=True):
         frame = getattr(b, kind).frame
         late = frame["time"] > 0.2
         frame.loc[late, "slider_x"] += 2e-5 * part
@@ -161,7 +162,7 @@ def test_the_model_that_limits_the_coverage_is_named_with_the_time_and_the_remed
 
 def test_no_setting_is_advised_where_neighbouring_starts_spread_too_far(scene, make_table):
     a, b = runs(make_table, 1e-6), runs(make_table, 1e-6)
-    result = compared(scene, a, replace(b, twin=make_table(0.2)))
+    result = compared(scene, a, replace(b, other_twin=make_table(0.2)))
     assert result.verdict == "indeterminate"
     assert result.attribution.unpredictable["neighbours"] == 1.0
     assert result.attribution.sentences[-1].endswith("neighbouring starts suffices, whatever the setting")
@@ -169,7 +170,7 @@ def test_no_setting_is_advised_where_neighbouring_starts_spread_too_far(scene, m
 
 def test_a_force_is_not_predictable_because_its_corner_is_not(scene, make_table):
     a, b = runs(make_table, 0.1), runs(make_table, 1e-6)
-    for part in (a.base, a.finer, a.twin, a.coarser):
+    for part in (a.base, a.finer, a.coarser, *a.twins):
         for name in part.channels:
             if name != "corner_ll_gap":
                 part.frame[name] = b.base.frame[name]

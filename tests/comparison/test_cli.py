@@ -182,7 +182,9 @@ def test_validate_writes_report_summary_and_tables(scene_file, capsys):
     assert summary["scenes"][0]["channels"]["slider_x"]["explained"] == 1.0
     assert summary["scenes"][0]["command"] == f"sixbar validate {scene_file('one')}"
     assert set(summary["scenes"][0]["provenance"]) == {
-        f"{model}{kind}" for model in ("reference", "exudyn") for kind in ("", " finer", " twin", " coarser")
+        f"{model}{kind}"
+        for model in ("reference", "exudyn")
+        for kind in ("", " finer", " twin", " other twin", " coarser")
     }
     assert {path.name for path in Path("v/tables").glob("*.csv") if "events" not in path.name} == {
         "one-reference.csv", "one-exudyn.csv", "two-reference.csv", "two-exudyn.csv",

@@ -19,8 +19,8 @@ LABELS = ("reference", "exudyn")
 
 
 def runs(make_table, error: float, stretch: float = 0.0, **options) -> Runs:
-    """Base, finer, twin and coarser run of a second-order method with a known error."""
-    return Runs(*(make_table(part * error, stretch, **options) for part in (1.0, 0.25, 4.0, 4.0)))
+    """Base, finer, twin, coarser run and other twin of a second-order method with a known error."""
+    return Runs(*(make_table(part * error, stretch, **options) for part in (1.0, 0.25, 4.0, 4.0, 4.0)))
 
 
 def test_two_models_whose_errors_explain_their_difference_agree(scene, make_table):
@@ -28,8 +28,8 @@ def test_two_models_whose_errors_explain_their_difference_agree(scene, make_tabl
     assert {c.verdict for c in result.channels.values()} == {"agree"}
     assert (result.verdict, result.name, result.period) == ("agree", scene.name, scene.period)
     assert list(result.provenance) == [
-        "reference", "reference finer", "reference twin", "reference coarser",
-        "exudyn", "exudyn finer", "exudyn twin", "exudyn coarser",
+        "reference", "reference finer", "reference twin", "reference other twin", "reference coarser",
+        "exudyn", "exudyn finer", "exudyn twin", "exudyn other twin", "exudyn coarser",
     ]  # fmt: skip
     assert np.all(np.diff(result.time) > 0)
     # The largest error of x is 2e-6 + 4e-6 of the clearance where both are largest.
@@ -58,11 +58,11 @@ def test_the_ideal_scene_needs_no_twin_and_its_quiet_channels_are_unexcited(make
     assert {name for name, c in result.channels.items() if c.verdict == "unexcited"} == set(flat)
 
 
-@pytest.mark.parametrize("broken", ["base", "finer", "twin"])
+@pytest.mark.parametrize("broken", ["base", "finer", "twin", "other_twin"])
 def test_a_number_that_is_not_finite_in_any_run_is_no_pass(scene, make_table, broken):
     a = runs(make_table, 1e-6)
     getattr(a, broken).frame.loc[40, "corner_ur_normal"] = np.nan
-    kind = "" if broken == "base" else f" {broken}"
+    kind = "" if broken == "base" else f" {broken.replace('_', ' ')}"
     with pytest.raises(TableError, match=f"^exudyn{kind}: corner_ur_normal is nan in data row 41"):
         compare(runs(make_table, 1e-6), a, scene=scene, labels=LABELS)
 

@@ -108,7 +108,7 @@ def test_a_killed_process_is_told_in_one_line_and_the_other_scenes_are_reported(
     assert main(["validate", bad, good, "--out", "v", "--jobs", "1"]) == 70
     out, err = capfd.readouterr()
     assert err == ""
-    assert len(left) == 8  # four runs at each of the two tiers
+    assert len(left) == 10  # five runs at each of the two tiers
     lines = out.splitlines()
     killed = [line for line in lines if "crashed; its process was killed by SIGKILL" in line]
     assert [line.split()[0] for line in killed] == ["bad", "tight"]

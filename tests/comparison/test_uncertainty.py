@@ -15,7 +15,7 @@ from comparison.uncertainty import (
     Levels,
     combined,
     round_off,
-    twin,
+    twins,
     uncertainty,
     window_samples,
 )
@@ -38,7 +38,7 @@ def test_three_levels_in_order_give_the_error_with_the_smaller_factor(factor, or
     phase = np.linspace(0, 4 * np.pi, 400)
     truth, shape = np.sin(phase), np.cos(3 * phase)
     coarser, base, finer = (truth + 1e-4 * h**order * shape for h in (factor, 1.0, 1.0 / factor))
-    u = uncertainty(Levels(base, finer, coarser, None, factor, order), 4, 1e-15)
+    u = uncertainty(Levels(base, finer, coarser, (), factor, order), 4, 1e-15)
     # The levels differ by the exact order, so the extrapolated error is the error: 1e-4 where it peaks.
     assert u[200 + np.abs(shape[200:220]).argmax()] == pytest.approx(SAFETY_FACTOR_IN_ORDER * 1e-4, rel=1e-2)
     assert np.all(np.abs(base - truth) <= u)
@@ -64,14 +64,27 @@ def test_the_spread_counts_within_the_window_and_not_beyond():
 
 def test_the_twin_counts_where_it_spreads_further_than_the_finer_run():
     base = np.zeros(30)
-    u = uncertainty(Levels(base, base + 0.1, twin=base + np.where(np.arange(30) > 20, 1.0, 0.0)), 2, 0.0)
+    moved = base + np.where(np.arange(30) > 20, 1.0, 0.0)
+    u = uncertainty(Levels(base, base + 0.1, twins=(moved,)), 2, 0.0)
     assert u[10] == pytest.approx(SAFETY_FACTOR * 0.1)
     assert u[25] == pytest.approx(SAFETY_FACTOR)
 
 
+def test_of_two_twins_the_farther_counts_at_each_sample():
+    base, early = np.zeros(30), np.arange(30) < 10
+    twins = (base + np.where(early, 2.0, 0.5), base - np.where(early, 0.5, 3.0))
+    u = uncertainty(Levels(base, base, twins=twins), 2, 0.0)
+    assert u[5] == pytest.approx(SAFETY_FACTOR * 2.0)
+    assert u[25] == pytest.approx(SAFETY_FACTOR * 3.0)
+    # With a coarser run they are twins of that one, which is 1 away from the base itself.
+    u = uncertainty(Levels(base, base, base + 1.0, tuple(twin + 1.0 for twin in twins), 2.0, 2.0), 2, 0.0)
+    assert u[5] == pytest.approx(SAFETY_FACTOR * 2.0)
+    assert np.all(uncertainty(Levels(base, base), 2, 1e-9) == 1e-9)
+
+
 def test_identical_runs_leave_the_round_off():
     time = np.linspace(0, 2, 2001)
-    assert np.all(uncertainty(Levels(time, time, time, time), 5, 1e-15) == 1e-15)
+    assert np.all(uncertainty(Levels(time, time, time, (time, time)), 5, 1e-15) == 1e-15)
     # The largest of: the absolute number, four epsilon of the value, the change within the clock's error.
     assert round_off(np.zeros(2001), time, 1e-9) == 1e-9
     assert round_off(np.full(2001, 1e6), time, 1e-15) == pytest.approx(4 * 2.22e-16 * 1e6, rel=1e-2)
@@ -80,9 +93,10 @@ def test_identical_runs_leave_the_round_off():
 
 @given(st.floats(1e-12, 1e12), st.integers(0, 2**32 - 1))
 def test_it_scales_with_the_unit(unit, seed):
-    runs = np.random.default_rng(seed).normal(size=(4, 40))
-    u = uncertainty(Levels(*runs), 3, 1e-3)
-    np.testing.assert_allclose(uncertainty(Levels(*(runs * unit)), 3, 1e-3 * unit), u * unit, 1e-9)
+    base, finer, coarser, *twins = np.random.default_rng(seed).normal(size=(5, 40))
+    u = uncertainty(Levels(base, finer, coarser, tuple(twins)), 3, 1e-3)
+    scaled = Levels(base * unit, finer * unit, coarser * unit, tuple(twin * unit for twin in twins))
+    np.testing.assert_allclose(uncertainty(scaled, 3, 1e-3 * unit), u * unit, 1e-9)
 
 
 def test_two_models_add_in_squares():
@@ -98,23 +112,46 @@ def test_the_window_is_a_hundredth_of_a_turn_rounded_up(interval, samples):
     assert window_samples(0.4, interval) == samples
 
 
-def test_the_twin_starts_a_billionth_of_the_clearance_away():
+@pytest.mark.parametrize(("name", "sign"), [("twin", 1), ("other_twin", -1)])
+def test_the_twins_start_a_billionth_of_the_clearance_away(name, sign):
     scene = load_scene("90rpm-0.5mm")
-    start, moved = scene.data["initial"], twin(scene).data["initial"]
+    assert list(twins(scene)) == ["twin", "other_twin"]
+    start, moved = scene.data["initial"], twins(scene)[name].data["initial"]
     # The offset is 5e-5 m: its last digit is 7e-21 m.
     assert moved["slider_offset"] - start["slider_offset"] == pytest.approx(0.5e-12, rel=1e-6)
-    assert moved["slider_angle"] == pytest.approx(0.5e-12 / 0.07, rel=1e-12)
+    assert moved["slider_angle"] == pytest.approx(sign * 0.5e-12 / 0.07, rel=1e-12)
     changed = {key: value for key, value in moved.items() if value != start[key]}
     assert set(changed) == {"slider_offset", "slider_angle"}
-    assert twin(load_scene("ideal")) is None
+    back = twins(scene, -2.0)[name].data["initial"]
+    assert back["slider_angle"] == pytest.approx(-2 * moved["slider_angle"], rel=1e-12)
+    assert twins(load_scene("ideal")) == {}
+
+
+def test_what_one_twin_leaves_as_it_is_the_other_one_moves():
+    """The gaps of two corners: one twin moves a corner by half a shift, the other by one and a half.
+
+    A corner is L / 2 from the centre. For what answers to offset - L angle one twin is no twin at all.
+    """
+    scene = load_scene("150rpm-0.2mm")
+    start, length = scene.data["initial"], scene.data["mechanism"]["slider"]["length"]
+
+    def moved(arm):
+        return [
+            (twin["slider_offset"] - start["slider_offset"] - arm * (twin["slider_angle"])) / 0.2e-12
+            for twin in (scene.data["initial"] for scene in twins(scene).values())
+        ]
+
+    assert moved(length / 2) == pytest.approx([0.5, 1.5], rel=1e-6)
+    assert moved(-length / 2) == pytest.approx([1.5, 0.5], rel=1e-6)
+    assert moved(length) == pytest.approx([0.0, 2.0], abs=1e-6)
 
 
 def test_where_only_the_pin_has_clearance_its_twin_turns_the_crank_by_a_billionth_of_it():
     scene = load_scene("150rpm-0.2mm", {"joints.slider": "ideal", "joints.crank_pin": "clearance"})
-    moved = twin(scene)
+    (moved,) = twins(scene).values()
     turned = np.radians(moved.data["mechanism"]["crank_angle_deg"] - 111.36)
     # 0.2 mm over the crank's 45 mm; 111.36 degrees have a last digit of 1.4e-14: 6e-5 of 2.5e-10 degrees.
     assert turned == pytest.approx(1e-9 * 0.2e-3 / 0.045, rel=1e-4)
-    both = twin(load_scene("150rpm-0.2mm", {"joints.crank_pin": "clearance"}))
+    both = twins(load_scene("150rpm-0.2mm", {"joints.crank_pin": "clearance"}))["twin"]
     assert both.data["mechanism"] == scene.data["mechanism"]
     assert both.data["initial"]["slider_angle"] > 0

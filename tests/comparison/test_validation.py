@@ -12,18 +12,22 @@ from comparison.validation import validate
 
 
 @pytest.mark.usefixtures("fake_models")
-def test_each_model_runs_three_levels_and_a_twin_and_the_ideal_scene_no_twin(scene, fake_models):
+def test_each_model_runs_three_levels_and_two_twins_and_the_ideal_scene_no_twin(scene, fake_models):
     ideal = load_scene("ideal", {"output.samples_per_cycle": 50})
     with_clearance, without = validate([scene, ideal], n_jobs=2)
-    assert with_clearance.runs["exudyn"].twin is not None
-    assert without.runs["exudyn"].twin is None
-    # At the tight tier the tree's four; the ideal scene's five bodies run as at the standard one. Of the
+    assert len(with_clearance.runs["exudyn"].twins) == 2
+    assert without.runs["exudyn"].twins == ()
+    # At the tight tier the tree's five; the ideal scene's five bodies run as at the standard one. Of the
     # reference's, the coarser run of the strict level is the finer one of the standard level.
-    assert len(fake_models.read_text().splitlines()) == (8 + 6) + (4 + 3) + 2
+    assert len(fake_models.read_text().splitlines()) == (10 + 6) + (5 + 4) + 2
     finer = with_clearance.comparison.provenance["exudyn finer"]["scene"]["solver"]
     assert finer["exudyn"]["step"] == 1e-6
     coarser = with_clearance.comparison.provenance["exudyn coarser"]["scene"]["solver"]
     assert coarser["exudyn"]["step"] == 4e-6
+    for kind in ("twin", "other twin"):
+        twin = with_clearance.comparison.provenance[f"exudyn {kind}"]["scene"]
+        assert twin["solver"]["exudyn"] == coarser["exudyn"]
+        assert twin["initial"] != scene.data["initial"]
     assert finer["reference"]["tolerance"] == 1e-10
 
 

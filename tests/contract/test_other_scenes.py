@@ -5,12 +5,12 @@ import pytest
 
 import exudyn_model
 import reference_model
-from comparison.accuracy import coarser, finer, refinement
+from comparison.accuracy import refinement
 from comparison.compare import Runs, compare
 from comparison.findings import SceneComparison
 from comparison.scene import load_scene
 from comparison.table import Table
-from comparison.uncertainty import twin
+from comparison.validation import levels
 
 MODELS = {"reference": reference_model, "exudyn": exudyn_model}
 # Every group: Exudyn then has its constraints at velocity level.
@@ -18,18 +18,12 @@ ALL = {"output.groups": ["accelerations", "corners", "joints", "energy"]}
 
 
 def compared(name: str, changes: dict) -> SceneComparison:
-    """What `comparison.validation` does with a scene: three levels and a twin of each model."""
+    """What `comparison.validation` does with a scene: three levels and two twins of each model."""
     scene = load_scene(name, changes)
     runs = {}
     for model, package in MODELS.items():
-        levels = {
-            "base": scene,
-            "finer": finer(model, scene),
-            "coarser": coarser(model, scene),
-            "twin": twin(coarser(model, scene)),
-        }
         tables = {}
-        for kind, level in levels.items():
+        for kind, level in levels(scene, model).items():
             result = package.simulate(level.data)
             assert result.status == "success", (model, kind, result.remedy)
             tables[kind] = Table.from_result(result)

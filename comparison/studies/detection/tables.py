@@ -25,7 +25,14 @@ def spoiled(runs: Runs, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Runs:
         return None if table is None else replace(table, frame=change(table.frame.copy()))
 
     base = replace(runs.base, frame=change(runs.base.frame.copy()))
-    return replace(runs, base=base, finer=of(runs.finer), coarser=of(runs.coarser), twin=of(runs.twin))
+    return replace(
+        runs,
+        base=base,
+        finer=of(runs.finer),
+        coarser=of(runs.coarser),
+        twin=of(runs.twin),
+        other_twin=of(runs.other_twin),
+    )
 
 
 def _of_second(change: Callable[[pd.DataFrame], pd.DataFrame]) -> Spoil:

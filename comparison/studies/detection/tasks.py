@@ -1,6 +1,6 @@
 """Pairs of models judged in worker processes, each as soon as it has run; what was judged is kept.
 
-The study compares thousands of pairs of four runs each: only what was found is kept, not the runs.
+The study compares thousands of pairs of five runs each: only what was found is kept, not the runs.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Found = dict[str, Any]
 
 _JUDGES = (
     "accuracy.py", "accuracy.toml", "align.py", "channels.py", "channels.toml", "check.py", "compare.py",
-    "findings.py", "resample.py", "run.py", "table.py", "thresholds.toml", "uncertainty.py",
+    "findings.py", "resample.py", "run.py", "table.py", "thresholds.py", "thresholds.toml", "uncertainty.py",
     "validation.py", "verdict.py", "studies/detection/tasks.py", "studies/detection/tables.py",
 )  # fmt: skip
 """What of this package can change what is found."""
@@ -63,7 +63,7 @@ class Side:
 
     @property
     def cost(self) -> float:
-        """Expected time of its four runs, s, roughly."""
+        """Expected time of its five runs, s, roughly."""
         solver = self.scene.data["solver"]["exudyn"]
         if self.model == "reference":
             time = 0.2
