@@ -173,7 +173,7 @@ class Recorder:
         bool
             Whether it is a sample.
         """
-        is_sample = self.at_sample
+        is_sample = self.accepted % self._steps_per_sample == 0
         if is_sample:
             # Each contact ends at most once a step: this lasts until the next sample
             needed = self._event_count + len(CONTACTS) * self._steps_per_sample

@@ -137,28 +137,25 @@ def solve(
     data = mbs.systemData
     last_call = time.monotonic()
 
-    def accept() -> bool:
+    def before_step(*_: Any) -> bool:
         """Record the current state; False to stop."""
         nonlocal last_call
-        if recorder.at_sample:
-            recorder.follow(
-                data.GetODE2Coordinates(copy=False),
-                data.GetODE2Coordinates_t(copy=False),
-                data.GetAECoordinates(copy=False),
-            )
-        is_sample = recorder.accept()
-        if is_sample and progress is not None and time.monotonic() - last_call > PROGRESS_INTERVAL:
-            last_call = time.monotonic()
-            progress((recorder.accepted - 1) / (steps.samples * steps.per_sample))
-        return True
-
-    def before_step(*_: Any) -> bool:
         try:
-            return accept()
+            if recorder.at_sample:
+                recorder.follow(
+                    data.GetODE2Coordinates(copy=False),
+                    data.GetODE2Coordinates_t(copy=False),
+                    data.GetAECoordinates(copy=False),
+                )
+            is_sample = recorder.accept()
+            if is_sample and progress is not None and time.monotonic() - last_call > PROGRESS_INTERVAL:
+                last_call = time.monotonic()
+                progress((recorder.accepted - 1) / (steps.samples * steps.per_sample))
         # Also a user's Ctrl-C: Exudyn would turn it into an error of its own
         except BaseException as exception:
             interruption.append(exception)
             return False
+        return True
 
     mbs.SetPreStepUserFunction(before_step)
     status, remedy = "success", ""
@@ -167,7 +164,7 @@ def solve(
     try:
         mbs.SolveDynamic(settings(steps, method, tolerance))
         if not interruption:
-            accept()  # the last state, which no further step starts from
+            before_step()  # the last state, which no further step starts from
     except exu.SolverError:
         status, remedy = "newton-failed", "reduce solver.exudyn.step, or raise solver.exudyn.tolerance"
     except exu.ModelError as error:
