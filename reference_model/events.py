@@ -143,31 +143,33 @@ def first_switch(
 ) -> tuple[float, int, int]:
     """Return share of the step (2.0: none), kind and contact of the first end of a mode in a step."""
     best, best_kind, best_contact = 2.0, -1, -1
+    # As numbers: for each constant numba would compile all that it is handed to once more.
+    gap, rate, pull, slip = int(GAP), int(RATE), int(PULL), int(SLIP)
     for k in range(CONTACTS):
         active = modes[MEMORY, k] > 0.0
         side = -1.0 if active else 1.0
         x = 2.0
         if side * after[GAP, k] < 0.0:
-            x = departure(c, GAP, k, 0.0, side, 1.0, t, h, y, f, modes, state)
+            x = departure(c, gap, k, 0.0, side, 1.0, t, h, y, f, modes, state)
         elif side * before[RATE, k] < 0.0 < side * after[RATE, k]:
-            turn = locate(c, RATE, k, 0.0, 0.0, 1.0, t, h, y, f, modes, state)
+            turn = locate(c, rate, k, 0.0, 0.0, 1.0, t, h, y, f, modes, state)
             dense(y, f, turn, free(c), state)
             # What stays within rounding is no dip: there contact and flight would hand over for ever.
-            if side * switching_value(c, GAP, k, 0.0, t + turn * h, state, modes) < -ROUNDING:
-                x = departure(c, GAP, k, 0.0, side, turn, t, h, y, f, modes, state)
+            if side * switching_value(c, gap, k, 0.0, t + turn * h, state, modes) < -ROUNDING:
+                x = departure(c, gap, k, 0.0, side, turn, t, h, y, f, modes, state)
         if x < best:
             best, best_kind, best_contact = x, GAP, k
         if active:
             pulling = modes[MEMORY, k] - c.C * after[RATE, k] < 0.0
             if pulling != (modes[CLIPPED, k] > 0.0):
-                x = departure(c, PULL, k, 0.0, 1.0 if pulling else -1.0, 1.0, t, h, y, f, modes, state)
+                x = departure(c, pull, k, 0.0, 1.0 if pulling else -1.0, 1.0, t, h, y, f, modes, state)
                 if x < best:
                     best, best_kind, best_contact = x, PULL, k
             lower, upper = regime_bounds(c, int(modes[REGIME, k]))
             if not lower <= after[SLIP, k] <= upper:
                 above = after[SLIP, k] > upper
                 bound = upper if above else lower
-                x = departure(c, SLIP, k, bound, -1.0 if above else 1.0, 1.0, t, h, y, f, modes, state)
+                x = departure(c, slip, k, bound, -1.0 if above else 1.0, 1.0, t, h, y, f, modes, state)
                 if x < best:
                     best, best_kind, best_contact = x, SLIP, k
     return best, best_kind, best_contact

@@ -125,7 +125,9 @@ def advance(
     before, after, contacts = no_contacts(), no_contacts(), no_contacts()
     observed = np.zeros(CHANNELS)
     weights = np.full(free(c), 1.0 / tolerance)
-    weights[free(c) // 2 :] *= VELOCITY_TIME
+    # In a loop: for the same in one line numba compiles how to put its error into words, for over a second.
+    for i in range(free(c) // 2, free(c)):
+        weights[i] *= VELOCITY_TIME
     right_hand_side(c, t, p.y, p.modes, k[0], before)
     status = REACHED
     switched = p.counters[SWITCHES]

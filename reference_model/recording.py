@@ -144,7 +144,7 @@ def note_step(
             if speed == 0.0:
                 continue
             if before[RATE, i] < 0.0 < after[RATE, i]:
-                share = locate(c, RATE, i, 0.0, 0.0, 1.0, t, h, p.y, f, p.modes, state)
+                share = locate(c, int(RATE), i, 0.0, 0.0, 1.0, t, h, p.y, f, p.modes, state)
                 note_inside(c, p, share, t, h, f, what, size, state, dy, contacts, observed)
                 note_forces(p.modes, contacts, p.open_contacts)
             share = force_turn(c, i, speed, h, before, after)
