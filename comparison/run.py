@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from copy import deepcopy
 from dataclasses import dataclass, replace
-from itertools import zip_longest
 from math import log10
 from typing import Any
 
@@ -16,7 +15,7 @@ from comparison.check import check
 from comparison.engines import fingerprint, load
 from comparison.scene import Scene, SceneError
 from comparison.table import Result, Table, TableError
-from comparison.workers import Died, Share, work
+from comparison.workers import Died, Kernels, Share, in_turn, work
 
 MODELS = ("reference", "exudyn")
 """The two that are compared where nobody asks for others, see `comparison.engines`."""
@@ -44,10 +43,9 @@ class Job:
         return cycles
 
     @property
-    def kernels(self) -> tuple[str, ...]:
-        """What tells which code a model compiles at its first run: equal where it is the same."""
-        formulation = self.scene.data["solver"].get(self.model, {}).get("formulation", "auto")
-        return (self.model, formulation, *self.scene.data["joints"].values())
+    def kernels(self) -> frozenset[Kernels]:
+        """Which code the model compiles at its first run."""
+        return frozenset([kernels(self.scene, self.model)])
 
 
 @dataclass(frozen=True)
@@ -72,6 +70,14 @@ class Outcome:
     message: str = ""
     table: Table | None = None
     partial: Table | None = None
+
+
+def kernels(scene: Scene, model: str, engine: str = "") -> Kernels:
+    """Return what tells the code that a model, or an engine made of it, compiles for a scene."""
+    formulation = str(scene.data["solver"].get(model, {}).get("formulation", "auto"))
+    # The reference has equations of its own for what each set of joints leaves free.
+    joints = scene.data["joints"].values() if model == "reference" else ()
+    return (engine or model, formulation, *joints)
 
 
 class RunError(RuntimeError):
@@ -183,21 +189,6 @@ def run_all(
                     keep(key, event.table)
             report(key, 1.0)
     return [_outcome_of_scene(outcomes[key], job.scene) for key, job in zip(keys, jobs, strict=True)]
-
-
-def in_turn(jobs: Mapping[str, Job]) -> list[str]:
-    """Order jobs so that all workers are busy to the end, and none compiles what another one is compiling.
-
-    Which takes longer than most runs. So the first job of each kind of kernels goes before all others, and
-    these take turns between the models; the rest follows, the longest first.
-    """
-    longest = sorted(jobs, key=lambda key: (-jobs[key].cost, key))
-    first: dict[str, dict[tuple[str, ...], str]] = {}
-    for key in longest:
-        first.setdefault(jobs[key].model, {}).setdefault(jobs[key].kernels, key)
-    turns = zip_longest(*(of_model.values() for of_model in first.values()))
-    ahead = [key for turn in turns for key in turn if key is not None]
-    return list(dict.fromkeys([*ahead, *longest]))
 
 
 def _attempt(job: Job, progress: Progress | None) -> Outcome:

@@ -9,15 +9,31 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
-from typing import Any
+from typing import Any, Protocol
 
 Attempt = Callable[[Any, Callable[[float], None]], Any]
 """What a worker does with a task: it gets the task and a function to report the finished share to."""
+
+
+Kernels = tuple[str, ...]
+"""What tells code that is compiled at its first use from other such code."""
+
+
+class Work(Protocol):
+    """A task as far as its turn hangs on it."""
+
+    @property
+    def cost(self) -> float:
+        """Expected time, s."""
+
+    @property
+    def kernels(self) -> frozenset[Kernels]:
+        """Which code it compiles if no task before it did."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +60,21 @@ class Died:
 def cpus() -> int:
     """Return how many CPUs this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def in_turn(tasks: Mapping[str, Work]) -> list[str]:
+    """Order tasks so that all workers are busy to the end, and none compiles what another one is compiling.
+
+    Which takes longer than most tasks. So for each kind of kernels one task goes before all others, those
+    that need the fewest kinds first; the rest follows, the longest first.
+    """
+    longest = sorted(tasks, key=lambda name: (-tasks[name].cost, name))
+    ahead: list[str] = []
+    known: frozenset[Kernels] = frozenset()
+    while new := {name: tasks[name].kernels - known for name in longest if tasks[name].kernels - known}:
+        ahead.append(min(new, key=lambda name: len(tasks[name].kernels)))  # of equal ones the longest
+        known |= new[ahead[-1]]
+    return list(dict.fromkeys([*ahead, *longest]))
 
 
 def work(attempt: Attempt, tasks: Sequence[tuple[str, Any]], n_workers: int) -> Generator[tuple[str, Any]]:

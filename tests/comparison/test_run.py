@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 import comparison.run
 from comparison.cache import cache_folder, run_key
-from comparison.run import Job, RunError, describe, in_turn, run_all, run_one
+from comparison.run import Job, RunError, describe, run_all, run_one
 from comparison.scene import SceneError
+from comparison.workers import in_turn
 
 pytestmark = pytest.mark.usefixtures("fake_models")
 
@@ -51,24 +53,38 @@ def test_the_longest_job_starts_first_and_workers_are_kept(scene, fake_models):
     assert len({process for *_, process in log_of(fake_models)}) == 1
 
 
-def test_what_compiles_the_same_kernels_does_not_start_at_the_same_time(scene):
-    """Longest first would start both runs of the five bodies, then both of the loose pin's at once."""
-    loose = scene.with_values({"joints.crank_pin": "clearance"})
+def test_of_each_kind_of_kernels_one_run_starts_before_all_others(scene):
+    """Longest first would start two of the five bodies at once, and both workers would compile the same."""
     closer = scene.with_values({"solver.exudyn.formulation": "tree"})
-    planned = [
-        Job(each.with_values({"drive.cycles": cycles}), model)
-        for each, model in ((scene, "exudyn"), (loose, "exudyn"), (closer, "exudyn"), (scene, "reference"))
+    loose = scene.with_values({"joints.crank_pin": "clearance"})
+    planned = {
+        f"{model} {place} {cycles}": Job(each.with_values({"drive.cycles": cycles}), model)
+        for place, (each, model) in enumerate(
+            [(scene, "exudyn"), (closer, "exudyn"), (scene, "reference"), (loose, "reference")]
+        )
         for cycles in (2.0, 3.0)
-    ]
-    keys = [f"{number}" for number in range(len(planned))]
-    order = in_turn(dict(zip(keys, planned, strict=True)))
-    assert sorted(order) == keys
-    kinds = [planned[int(key)].kernels for key in order]
-    assert len(set(kinds[:4])) == 4  # one of each ahead
-    assert [kind[0] for kind in kinds[:2]] == ["exudyn", "reference"]
-    assert all(planned[int(key)].scene.data["drive"]["cycles"] == 3.0 for key in order[:4])
-    costs = [planned[int(key)].cost for key in order[4:]]
-    assert costs == sorted(costs, reverse=True)
+    }
+    order = in_turn(planned)
+    assert sorted(order) == sorted(planned)
+    assert {name.rpartition(" ")[0] for name in order[:4]} == {
+        "exudyn 0", "exudyn 1", "reference 2", "reference 3"
+    }  # fmt: skip
+    assert all(name.endswith("3.0") for name in order[:4])
+    for part in (order[:4], order[4:]):
+        costs = [planned[name].cost for name in part]
+        assert costs == sorted(costs, reverse=True)
+
+
+def test_what_needs_two_kinds_of_kernels_waits_for_those_that_need_one():
+    @dataclass(frozen=True)
+    class Needs:
+        cost: float
+        kernels: frozenset
+
+    a, b, c = ("a",), ("b",), ("c",)
+    tasks = {"abc": (9, {a, b, c}), "ab": (5, {a, b}), "a": (1, {a}), "b": (2, {b}), "a too": (3, {a})}
+    order = in_turn({name: Needs(cost, frozenset(needs)) for name, (cost, needs) in tasks.items()})
+    assert order == ["a too", "b", "abc", "ab", "a"]
 
 
 def test_each_failure_takes_its_own_run_only(scene, gravity):

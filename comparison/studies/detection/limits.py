@@ -11,6 +11,7 @@ from comparison.scene import Scene
 from comparison.studies.detection.faults import number_of, scenes
 from comparison.studies.detection.tasks import Found, Side, kept_runs, runs
 from comparison.table import TableError
+from comparison.workers import Kernels
 
 PARAMETERS = (
     ("Young's modulus", "contact.youngs_modulus", "press"),
@@ -62,6 +63,11 @@ class Search:
     def cost(self) -> float:
         """Expected time, s."""
         return HALVINGS * self.sides[1].cost + 0.1 * self.a.cost
+
+    @property
+    def kernels(self) -> frozenset[Kernels]:
+        """Which code is compiled for it."""
+        return frozenset(side.kernels for side in self.sides)
 
     def find(self) -> Found:
         """Return ``found`` and ``missed``, relative changes; None where all or none are found."""

@@ -24,13 +24,13 @@ from comparison.engines import fingerprint
 from comparison.files import write_json
 from comparison.findings import SceneComparison
 from comparison.machine import platform_name
-from comparison.run import Progress, RunError, run_one
+from comparison.run import Progress, RunError, kernels, run_one
 from comparison.scene import Scene, SceneError, digest
 from comparison.studies.detection.copies import load_copy
 from comparison.studies.detection.tables import SPOILS
 from comparison.table import TableError
 from comparison.validation import levels
-from comparison.workers import Died, Share, work
+from comparison.workers import Died, Kernels, Share, in_turn, work
 
 Found = dict[str, Any]
 
@@ -62,6 +62,11 @@ class Side:
         return {"scene": self.scene.hash, "model": self.model, "engine": self.runs_by}
 
     @property
+    def kernels(self) -> Kernels:
+        """Which code is compiled for it."""
+        return kernels(self.scene, self.model, self.engine)
+
+    @property
     def cost(self) -> float:
         """Expected time of its five runs, s, roughly."""
         solver = self.scene.data["solver"]["exudyn"]
@@ -88,6 +93,10 @@ class Task(Protocol):
     @property
     def cost(self) -> float:
         """Expected time, s."""
+
+    @property
+    def kernels(self) -> frozenset[Kernels]:
+        """Which code is compiled for it."""
 
     def find(self) -> Found:
         """Run and judge."""
@@ -123,6 +132,11 @@ class Pair:
     def cost(self) -> float:
         """Expected time, s."""
         return self.b.cost + 0.1 * self.a.cost
+
+    @property
+    def kernels(self) -> frozenset[Kernels]:
+        """Which code is compiled for it."""
+        return frozenset(side.kernels for side in self.sides)
 
     def find(self) -> Found:
         """Run what has not run yet in this process, and judge."""
@@ -200,7 +214,7 @@ def summary(result: SceneComparison) -> Found:
 
 
 def find_all(tasks: Sequence[Task], n_jobs: int, on_progress: Progress | None) -> list[Found]:
-    """Work off tasks in worker processes, the longest first; what was found before is not sought again.
+    """Work off tasks in worker processes, what was found before is not sought again.
 
     Returns
     -------
@@ -230,7 +244,7 @@ def find_all(tasks: Sequence[Task], n_jobs: int, on_progress: Progress | None) -
             on_progress(min(share, 1.0))
 
     report(done / total)
-    ordered = sorted(waiting.items(), key=lambda item: -item[1].cost)
+    ordered = [(key, waiting[key]) for key in in_turn(waiting)]
     with closing(work(_attempt, ordered, n_jobs)) as events:
         for key, event in events:
             if isinstance(event, Share):
