@@ -11,7 +11,7 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
@@ -21,7 +21,7 @@ from pydantic import ValidationError
 
 from comparison.formulation import loose
 from comparison.refusals import explain
-from comparison.schema import SceneKeys
+from comparison.schema import Reliability, SceneKeys
 
 SCENES = Path(str(files("comparison.scenes")))
 BASE = "paper"
@@ -42,7 +42,7 @@ class Scene:
     title: str
     description: str
     data: dict[str, Any]
-    """All keys but [compare], all defaults filled; what a model is given."""
+    """All keys but [compare] and [reliability], all defaults filled; what a model is given."""
     warnings: tuple[str, ...]
     given: dict[str, Any]
     """The keys as files and overrides gave them, without defaults: what `with_values` starts from."""
@@ -50,6 +50,8 @@ class Scene:
     """The shipped name or the path that it was read from."""
     tolerance: float | None = None
     """[compare] tolerance: the share of a channel's scale by which tables without uncertainty may differ."""
+    reliability: Reliability = field(default_factory=Reliability)
+    """[reliability]: limits of the errors, bins."""
 
     @property
     def period(self) -> float:
@@ -64,7 +66,7 @@ class Scene:
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 (hex) of everything that can change a result: not the texts, not [compare]."""
+        """SHA-256 (hex) of everything that can change a result: no texts, nor [compare] or [reliability]."""
         return digest({key: part for key, part in self.data.items() if key != "scene"})
 
     def with_values(self, values: Mapping[str, object]) -> Scene:
@@ -189,7 +191,7 @@ def _checked(given: dict[str, Any], default_name: str, source: str) -> Scene:
         keys = SceneKeys.model_validate(given)
     except ValidationError as error:
         raise SceneError(f"scene {name!r}: {explain(error)}") from error
-    data = keys.model_dump(exclude={"compare"})
+    data = keys.model_dump(exclude={"compare", "reliability"})
     if data["initial"]["slider_offset"] is None:
         data["initial"]["slider_offset"] = data["mechanism"]["reference_offset"]
     return Scene(
@@ -201,6 +203,7 @@ def _checked(given: dict[str, Any], default_name: str, source: str) -> Scene:
         given=given,
         source=source,
         tolerance=keys.compare.tolerance,
+        reliability=keys.reliability,
     )
 
 

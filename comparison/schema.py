@@ -222,6 +222,55 @@ class Compare(Section):
     tolerance: Positive | None = None
 
 
+class Limits(Section):
+    """Limits of an error that is permitted, for `comparison.reliability`: Delta_nu and Delta_mu of Eq. 38."""
+
+    lower: Real = 0.0
+    upper: Positive
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.lower >= self.upper:
+            notes = type(self).model_fields["upper"].metadata
+            unit = next((note.symbol for note in notes if isinstance(note, Unit)), "")
+            raise rule("lower", self.lower, f"must be < upper = {self.upper:g}", unit)
+        return self
+
+
+class DisplacementLimits(Limits):
+    """Of the slider's displacement: ISO 2768-1 f for a length of 0.12 m to 0.4 m; the stroke is 0.224 m."""
+
+    lower: Annotated[Real, M] = 0.0
+    upper: Annotated[Positive, M] = 2e-4
+
+
+class VelocityLimits(Limits):
+    """Of the slider's velocity."""
+
+    lower: Annotated[Real, M_S] = 0.0
+    upper: Annotated[Positive, M_S] = 0.2
+
+
+class AccelerationLimits(Limits):
+    """Of the slider's acceleration: what the published reliabilities imply."""
+
+    lower: Annotated[Real, Unit("m/s^2")] = 0.0
+    upper: Annotated[Positive, Unit("m/s^2")] = 80.0
+
+
+class Reliability(Section):
+    """By what the slider's errors are judged, see `comparison.reliability`.
+
+    bins: parts of the crank's turn. errors: whether mean and deviation are those of e or of |e|.
+    """
+
+    bins: Annotated[int, Field(ge=1)] = 10
+    errors: Literal["signed", "absolute"] = "absolute"
+    displacement: DisplacementLimits = DisplacementLimits()
+    velocity: VelocityLimits = VelocityLimits()
+    acceleration: AccelerationLimits = AccelerationLimits()
+
+
 class SceneKeys(Section):
     """A whole scene."""
 
@@ -237,6 +286,7 @@ class SceneKeys(Section):
     output: Output = Output()
     solver: Solver = Solver()
     compare: Compare = Compare()
+    reliability: Reliability = Reliability()
 
     @model_validator(mode="before")
     @classmethod

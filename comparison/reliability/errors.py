@@ -1,0 +1,92 @@
+"""Errors of the slider's motion: a result less the ideal mechanism's at equal time, Eq. 35 of the paper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comparison.channels import channels
+from comparison.resample import resample
+from comparison.shift import SAME_GRID
+from comparison.table import Table, TableError
+
+Array = NDArray[np.float64]
+
+QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
+"""What the paper calls displacement, velocity and acceleration of the slider: the channels, y up."""
+
+
+@dataclass(frozen=True)
+class SliderErrors:
+    """Errors at equal steps of the crank angle from the start.
+
+    Attributes
+    ----------
+    per_turn
+        Samples in a crank turn.
+    by_quantity
+        Quantity -> actual - ideal in the channel's unit, shape (n,): sample i at (i + 1) 360 / per_turn deg.
+        The start itself is no part of it: there the slider is where it was put.
+    """
+
+    per_turn: int
+    by_quantity: dict[str, Array]
+
+
+def slider_errors(actual: Table, ideal: Table, period: float) -> SliderErrors:
+    """Return the errors of a result against the ideal mechanism's.
+
+    Both may be any tables that start at the crank's start. Tables of the same times with whole samples a
+    turn, as both models make them, are taken as they are; others are interpolated to the coarser one's mean
+    interval (`comparison.resample`: accelerations are cut at the contacts that the tables tell of).
+
+    Parameters
+    ----------
+    actual, ideal
+        With the channels of `QUANTITIES`.
+    period
+        Of a crank turn, s.
+
+    Raises
+    ------
+    TableError
+        If a channel is missing, a table does not start at zero, or they have no step in common.
+    """
+    for name, table in (("the result", actual), ("the ideal mechanism's", ideal)):
+        for channel in QUANTITIES.values():
+            if channel not in table.frame:
+                raise TableError(f"{name}: channel {channel} is missing")
+        if table.time.size < 2 or abs(table.time[0]) > 0.5 * _interval(table):
+            raise TableError(f"{name}: does not start at t = 0 s")
+    interval = max(_interval(actual), _interval(ideal))
+    per_turn = max(1, round(period / interval))
+    end = min(actual.time[-1], ideal.time[-1])
+    count = int(end / period * per_turn * (1 + 1e-12) + SAME_GRID)
+    if count < 1:
+        raise TableError(f"the result and the ideal mechanism's: have no step of {interval:g} s in common")
+    grid: Array = np.arange(1, count + 1) * np.float64(period / per_turn)
+    a, b = (_at(table, grid, SAME_GRID * interval) for table in (actual, ideal))
+    return SliderErrors(per_turn, {name: a[channel] - b[channel] for name, channel in QUANTITIES.items()})
+
+
+def unit_of(quantity: str) -> str:
+    """Return the unit of one of `QUANTITIES`."""
+    return channels()[QUANTITIES[quantity]].unit
+
+
+def _interval(table: Table) -> float:
+    """Mean sample interval, s."""
+    return float(table.time[-1] - table.time[0]) / (table.time.size - 1)
+
+
+def _at(table: Table, grid: Array, slack: float) -> dict[str, Array]:
+    """Return the three channels on the grid: the samples themselves where it is theirs."""
+    columns = {channel: table.values(channel) for channel in QUANTITIES.values()}
+    own = table.time[1 : grid.size + 1]
+    if own.size == grid.size and np.abs(own - grid).max() <= slack:
+        return {channel: values[1 : grid.size + 1] for channel, values in columns.items()}
+    inside = np.clip(grid, table.time[0], table.time[-1])
+    sampled, _ = resample(table.time, columns, inside, table.events)
+    return sampled
