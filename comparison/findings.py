@@ -13,6 +13,7 @@ from comparison.arrays import Array, BoolArray
 from comparison.channels import CONTACTS, channels
 from comparison.measures.impacts import Impacts, impacts_of
 from comparison.measures.information import information
+from comparison.reliability.difference import ReliabilityComparison
 from comparison.shift import Shift
 from comparison.thresholds import Thresholds
 
@@ -125,6 +126,8 @@ class SceneComparison:
     """The same scene at the tight tier, where it was run."""
     shift: Shift | None = None
     """Estimated time shift between the two; None where nothing was compared."""
+    reliability: ReliabilityComparison | None = None
+    """Of the slider's motion; a finding of its own that no verdict rests on. None: not asked for."""
 
     @property
     def tiers(self) -> tuple[SceneComparison, ...]:

@@ -245,17 +245,17 @@ class DisplacementLimits(Limits):
 
 
 class VelocityLimits(Limits):
-    """Of the slider's velocity."""
+    """Of the slider's velocity: one hundredth of the largest that the ideal slider has at 150 rpm."""
 
     lower: Annotated[Real, M_S] = 0.0
-    upper: Annotated[Positive, M_S] = 0.2
+    upper: Annotated[Positive, M_S] = 0.02
 
 
 class AccelerationLimits(Limits):
-    """Of the slider's acceleration: what the published reliabilities imply."""
+    """Of the slider's acceleration: the published reliabilities imply 110 to 210 m/s^2, case by case."""
 
     lower: Annotated[Real, Unit("m/s^2")] = 0.0
-    upper: Annotated[Positive, Unit("m/s^2")] = 80.0
+    upper: Annotated[Positive, Unit("m/s^2")] = 150.0
 
 
 class Reliability(Section):

@@ -10,6 +10,9 @@ from typing import Any
 from comparison.explanations import percent
 from comparison.findings import Attribution, ChannelComparison, SceneComparison
 from comparison.measures.impacts import Impacts
+from comparison.reliability.difference import Difference, ReliabilityComparison
+from comparison.reliability.errors import unit_of
+from comparison.reliability.words import line as reliability_line
 from comparison.situations import of_scene, pin_of_scene
 
 EXIT_CODES = {"agree": 0, "differ": 1, "cannot compare": 2, "indeterminate": 3}
@@ -52,6 +55,9 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "impacts": None
         if comparison.impacts is None
         else {part: _impacts(impacts) for part, impacts in comparison.impacts.items()},
+        "reliability": None
+        if comparison.reliability is None
+        else _reliability(comparison.reliability, comparison.labels),
         "channels": {name: _channel(channel) for name, channel in comparison.channels.items()},
         "provenance": comparison.provenance,
         "tight": None if comparison.tight is None else as_mapping(comparison.tight),
@@ -61,7 +67,7 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
 def scene_lines(comparisons: Sequence[SceneComparison]) -> list[str]:
     """One line a scene and tier: name, tier, verdict, reason; below it what the difference is attributed to.
 
-    The scene's warnings come last.
+    Then the reliability of the motion; the scene's warnings come last.
     """
     name_width = max(len(comparison.name) for comparison in comparisons)
     lines = []
@@ -72,6 +78,9 @@ def scene_lines(comparisons: Sequence[SceneComparison]) -> list[str]:
             name = ""
             if tier.attribution is not None and (said := attribution_words(tier.attribution)):
                 lines.append(f"{'':<{name_width}}  {'':<8}  {'why':<14}  {'; '.join(said)}")
+            if tier.reliability is not None:
+                told = reliability_line(tier.reliability)
+                lines.append(f"{'':<{name_width}}  {'':<8}  {'reliability':<14}  {told}")
         lines += [f"{'':<{name_width}}  {'':<8}  {'warning':<14}  {line}" for line in comparison.warnings]
     return lines
 
@@ -123,6 +132,53 @@ def _channel(channel: ChannelComparison) -> dict[str, Any]:
         "scale": channel.scale,
         **numbers,
         "information": dict(channel.metrics),
+    }
+
+
+def _reliability(found: ReliabilityComparison, labels: tuple[str, str]) -> dict[str, Any]:
+    return {
+        "verdict": found.verdict,
+        "missing": found.missing,
+        "bins": found.settings.bins,
+        "errors": found.settings.errors,
+        "quantities": {
+            name: _quantity(name, difference, labels) for name, difference in found.quantities.items()
+        },
+    }
+
+
+def _quantity(name: str, found: Difference, labels: tuple[str, str]) -> dict[str, Any]:
+    models = {
+        label: {
+            "smallest": of.minimum,
+            "smallest_at_deg": float(of.angle[of.worst]),
+            "reliability": of.reliability.tolist(),
+            "low": of.low.tolist(),
+            "high": of.high.tolist(),
+            "at_cap": of.capped.tolist(),
+            "mean": of.mean.tolist(),
+            "deviation": of.deviation.tolist(),
+            "within": of.within.tolist(),
+            "within_low": of.within_low.tolist(),
+            "within_high": of.within_high.tolist(),
+        }
+        for label, of in zip(labels, (found.a, found.b), strict=True)
+    }
+    return {
+        "verdict": found.verdict,
+        "unit": unit_of(name),
+        "lower_limit": found.a.limits.lower,
+        "upper_limit": found.a.limits.upper,
+        "cap": found.a.cap,
+        "angle_deg": found.a.angle.tolist(),
+        "cycles": found.a.cycles.tolist(),
+        "difference": found.minimum,
+        "half_width_sampling": found.sampling,
+        "half_width_numerical": found.numerical,
+        "half_width": found.half_width,
+        "differences": found.curve.tolist(),
+        "half_widths": found.curve_half_width.tolist(),
+        "models": models,
     }
 
 

@@ -11,9 +11,12 @@ import numpy as np
 from comparison.accuracy import coarser, finer, refinement, solver_values
 from comparison.compare import Runs, compare
 from comparison.findings import SceneComparison
+from comparison.reliability.difference import ReliabilityComparison, compare_reliability
+from comparison.reliability.ideal import ideal_scenes
 from comparison.run import MODELS, Job, Outcome, Progress, describe, run_all
 from comparison.scene import Scene
 from comparison.table import TableError
+from comparison.thresholds import thresholds
 from comparison.tiers import TIERS, tight
 from comparison.uncertainty import twins
 
@@ -90,8 +93,12 @@ def validate(
         for tier, scene in (("standard", usual), ("tight", closer))
         if scene is not None
     ]
-    outcomes = iter(run_all([job for plan in planned for job in plan.jobs.values()], n_jobs, on_progress))
-    judged = [_judge(plan, {which: next(outcomes) for which in plan.jobs}) for plan in planned]
+    jobs = [job for plan in planned for job in (*plan.jobs.values(), *plan.ideals.values())]
+    outcomes = iter(run_all(jobs, n_jobs, on_progress))
+    judged = []
+    for plan in planned:
+        own, ideal = ({which: next(outcomes) for which in of} for of in (plan.jobs, plan.ideals))
+        judged.append(_with_reliability(_judge(plan, own), plan, ideal))
     results = []
     for result in judged:
         if result.comparison.tier == "standard":
@@ -111,11 +118,16 @@ def _with_tight(usual: Validation, closer: Validation) -> Validation:
 
 
 class _Plan:
-    """The runs that a comparison needs."""
+    """The runs that a comparison needs, and those of the ideal mechanism, for the reliability."""
 
     def __init__(self, scene: Scene, tier: str, models: tuple[str, str], command: str) -> None:
         self.scene, self.tier, self.models, self.command = scene, tier, models, command
         self.jobs = {(model, kind): job for model in models for kind, job in family(scene, model)}
+        self.ideals = {
+            (model, kind): Job(ideal, model)
+            for model in models
+            for kind, ideal in ideal_scenes(scene, model).items()
+        }
 
 
 def _at(scene: Scene, models: tuple[str, str], accuracy: str | float) -> Scene:
@@ -158,17 +170,7 @@ def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
         crashed = any(outcome.status == "crashed" for outcome in failed.values())
         which = next((w for w in failed if failed[w].status == "crashed"), next(iter(failed)))
         return refused(describe(plan.jobs[which], failed[which]), crashed=crashed)
-    runs = {
-        model: Runs(
-            refinement=refinement(model, scene),
-            **{
-                kind: outcome.table
-                for (of, kind), outcome in outcomes.items()
-                if of == model and outcome.table
-            },
-        )
-        for model in models
-    }
+    runs = _runs(plan, outcomes)
     try:
         comparison = compare(
             runs[models[0]],
@@ -182,6 +184,49 @@ def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
     except TableError as error:
         return refused(f"scene {scene.name!r}: {error}")
     return Validation(comparison, runs)
+
+
+def _runs(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> dict[str, Runs]:
+    """Sort the tables of runs that all succeeded by model."""
+    return {
+        model: Runs(
+            refinement=refinement(model, plan.scene),
+            **{
+                kind: outcome.table
+                for (of, kind), outcome in outcomes.items()
+                if of == model and outcome.table
+            },
+        )
+        for model in plan.models
+    }
+
+
+def _with_reliability(
+    result: Validation, plan: _Plan, outcomes: dict[tuple[str, str], Outcome]
+) -> Validation:
+    """Add the reliability where both models ran; a run of the ideal mechanism that failed is only told of."""
+    if not result.runs:
+        return result
+    scene, (a, b) = plan.scene, plan.models
+    failed = [
+        describe(plan.ideals[which], outcome) for which, outcome in outcomes.items() if not outcome.table
+    ]
+    if failed:
+        found = ReliabilityComparison(scene.reliability, missing=f"the ideal mechanism: {failed[0]}")
+    else:
+        ideals, runs = _runs(plan, outcomes), result.runs
+        try:
+            quantities = compare_reliability(
+                (runs[a], runs[b]),
+                (ideals[a], ideals[b]),
+                scene.period,
+                scene.reliability,
+                thresholds(plan.tier).k,
+            )
+            found = ReliabilityComparison(scene.reliability, quantities)
+        except TableError as error:
+            found = ReliabilityComparison(scene.reliability, missing=str(error))
+    return replace(result, comparison=replace(result.comparison, reliability=found))
 
 
 def _no_comparison(plan: _Plan, reason: str) -> SceneComparison:

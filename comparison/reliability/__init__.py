@@ -1,6 +1,6 @@
 """How reliably the slider follows the ideal mechanism: the paper's reliability, and what to hold beside it.
 
-From a result and the ideal mechanism's (`errors`) to errors by crank angle (`bins`), to the paper's
-stress-strength reliability (`interference`), to uncertainty of either (`sampling`), for one model
-(`assessment`).
+From a result and the ideal mechanism's (`ideal`) to errors by crank angle (`errors`, `bins`), to the paper's
+stress-strength reliability (`interference`) and what a finite run leaves open (`sampling`): that is one
+model's `assessment`. Two models' `difference` has an interval, and `words` say what a scene's numbers mean.
 """

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
+from comparison.arrays import Array, BoolArray
 from comparison.reliability.bins import Bin, bins
-from comparison.reliability.errors import QUANTITIES, SliderErrors
-from comparison.reliability.interference import ROUNDING, cap, influence, reliability
+from comparison.reliability.errors import SliderErrors
+from comparison.reliability.interference import ROUNDING, cap, influence, reliability_index
 from comparison.reliability.sampling import half_width, proportion, standard_error
 from comparison.schema import Limits
 from comparison.schema import Reliability as Settings
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,10 @@ class Assessment:
         How many cycles went into each bin.
     mean, deviation
         Of the error, or of its size, as the scene says.
-    reliability
-        R of Eq. 39.
+    index
+        The reliability index beta of Eq. 37.
     half_width
-        Of the interval of R (95 %) that the cycles leave open, see `comparison.reliability.sampling`.
+        Of the interval of beta (95 %) that the cycles leave open, see `comparison.reliability.sampling`.
     within, within_low, within_high
         P(|e| <= upper limit), as the share of the samples, and its interval (95 %).
     """
@@ -45,11 +45,26 @@ class Assessment:
     cycles: NDArray[np.intp]
     mean: Array
     deviation: Array
-    reliability: Array
+    index: Array
     half_width: Array
     within: Array
     within_low: Array
     within_high: Array
+
+    @property
+    def reliability(self) -> Array:
+        """R of Eq. 39."""
+        return np.asarray(ndtr(self.index))
+
+    @property
+    def low(self) -> Array:
+        """Lower end of the interval of R (95 %)."""
+        return np.asarray(ndtr(self.index - self.half_width))
+
+    @property
+    def high(self) -> Array:
+        """Upper end of the interval of R (95 %)."""
+        return np.asarray(ndtr(self.index + self.half_width))
 
     @property
     def worst(self) -> int:
@@ -67,7 +82,7 @@ class Assessment:
         return cap(self.limits)
 
     @property
-    def capped(self) -> NDArray[np.bool_]:
+    def capped(self) -> BoolArray:
         """Whether R is so near to the cap that it tells nothing of the mechanism."""
         return np.asarray(np.abs(self.reliability - self.cap) <= ROUNDING)
 
@@ -84,13 +99,13 @@ def assess(errors: SliderErrors, settings: Settings) -> dict[str, Assessment]:
     """
     found = {}
     parts = divide(errors, settings)
-    for quantity in QUANTITIES:
+    for quantity, values in errors.by_quantity.items():
         limits: Limits = getattr(settings, quantity)
-        signed = [errors.by_quantity[quantity][part.rows] for part in parts]
-        stress = [stressing(values, settings) for values in signed]
+        signed = [values[part.rows] for part in parts]
+        stress = [stressing(of, settings) for of in signed]
         mean, deviation = moments(stress)
-        shares = [proportion(np.abs(values) <= limits.upper, np.abs(values)) for values in signed]
-        open_ = [float(half_width(standard_error(influence(limits, values)))) for values in stress]
+        shares = [proportion(np.abs(of) <= limits.upper, np.abs(of)) for of in signed]
+        widths = [float(half_width(standard_error(influence(limits, of)))) for of in stress]
         found[quantity] = Assessment(
             quantity=quantity,
             limits=limits,
@@ -98,8 +113,8 @@ def assess(errors: SliderErrors, settings: Settings) -> dict[str, Assessment]:
             cycles=np.array([len(part.rows) for part in parts]),
             mean=mean,
             deviation=deviation,
-            reliability=reliability(limits, mean, deviation),
-            half_width=np.array(open_),
+            index=reliability_index(limits, mean, deviation),
+            half_width=np.array(widths),
             within=np.array([float(share.share) for share in shares]),
             within_low=np.array([float(share.low) for share in shares]),
             within_high=np.array([float(share.high) for share in shares]),
@@ -109,7 +124,7 @@ def assess(errors: SliderErrors, settings: Settings) -> dict[str, Assessment]:
 
 def divide(errors: SliderErrors, settings: Settings) -> list[Bin]:
     """Return the bins of a run."""
-    return bins(settings.bins, errors.per_turn, errors.by_quantity["displacement"].size)
+    return bins(settings.bins, errors.per_turn, errors.samples)
 
 
 def stressing(values: Array, settings: Settings) -> Array:

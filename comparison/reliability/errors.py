@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from comparison.arrays import Array
 from comparison.channels import channels
 from comparison.resample import resample
 from comparison.shift import SAME_GRID
 from comparison.table import Table, TableError
-
-Array = NDArray[np.float64]
 
 QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
 """What the paper calls displacement, velocity and acceleration of the slider: the channels, y up."""
@@ -34,6 +32,11 @@ class SliderErrors:
     per_turn: int
     by_quantity: dict[str, Array]
 
+    @property
+    def samples(self) -> int:
+        """How many there are."""
+        return next(iter(self.by_quantity.values())).size
+
 
 def slider_errors(actual: Table, ideal: Table, period: float) -> SliderErrors:
     """Return the errors of a result against the ideal mechanism's.
@@ -45,7 +48,7 @@ def slider_errors(actual: Table, ideal: Table, period: float) -> SliderErrors:
     Parameters
     ----------
     actual, ideal
-        With the channels of `QUANTITIES`.
+        With channels of `QUANTITIES`: all that the first holds are asked of the second.
     period
         Of a crank turn, s.
 
@@ -54,10 +57,12 @@ def slider_errors(actual: Table, ideal: Table, period: float) -> SliderErrors:
     TableError
         If a channel is missing, a table does not start at zero, or they have no step in common.
     """
+    held = {name: channel for name, channel in QUANTITIES.items() if channel in actual.frame}
+    if not held:
+        raise TableError(f"the result: holds none of {', '.join(QUANTITIES.values())}")
+    if missing := [channel for channel in held.values() if channel not in ideal.frame]:
+        raise TableError(f"the ideal mechanism's: channel {missing[0]} is missing")
     for name, table in (("the result", actual), ("the ideal mechanism's", ideal)):
-        for channel in QUANTITIES.values():
-            if channel not in table.frame:
-                raise TableError(f"{name}: channel {channel} is missing")
         if table.time.size < 2 or abs(table.time[0]) > 0.5 * _interval(table):
             raise TableError(f"{name}: does not start at t = 0 s")
     interval = max(_interval(actual), _interval(ideal))
@@ -67,8 +72,8 @@ def slider_errors(actual: Table, ideal: Table, period: float) -> SliderErrors:
     if count < 1:
         raise TableError(f"the result and the ideal mechanism's: have no step of {interval:g} s in common")
     grid: Array = np.arange(1, count + 1) * np.float64(period / per_turn)
-    a, b = (_at(table, grid, SAME_GRID * interval) for table in (actual, ideal))
-    return SliderErrors(per_turn, {name: a[channel] - b[channel] for name, channel in QUANTITIES.items()})
+    a, b = (_at(table, list(held.values()), grid, SAME_GRID * interval) for table in (actual, ideal))
+    return SliderErrors(per_turn, {name: a[channel] - b[channel] for name, channel in held.items()})
 
 
 def unit_of(quantity: str) -> str:
@@ -81,9 +86,9 @@ def _interval(table: Table) -> float:
     return float(table.time[-1] - table.time[0]) / (table.time.size - 1)
 
 
-def _at(table: Table, grid: Array, slack: float) -> dict[str, Array]:
-    """Return the three channels on the grid: the samples themselves where it is theirs."""
-    columns = {channel: table.values(channel) for channel in QUANTITIES.values()}
+def _at(table: Table, names: list[str], grid: Array, slack: float) -> dict[str, Array]:
+    """Return the channels on the grid: the samples themselves where it is theirs."""
+    columns = {channel: table.values(channel) for channel in names}
     own = table.time[1 : grid.size + 1]
     if own.size == grid.size and np.abs(own - grid).max() <= slack:
         return {channel: values[1 : grid.size + 1] for channel, values in columns.items()}

@@ -17,12 +17,10 @@ anything of a mechanism.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from comparison.arrays import Array
 from comparison.schema import Limits
-
-Array = NDArray[np.float64]
 
 ROUNDING = 5e-6
 """Half a unit in the fifth digit, to which the paper prints: nearer to the cap nothing can be told."""
@@ -53,13 +51,13 @@ def cap(limits: Limits) -> float:
 
 
 def influence(limits: Limits, errors: Array) -> Array:
-    r"""Return by how much each error moves R: the average is zero, and its standard error is that of R.
+    r"""Return by how much each error moves beta: the average is zero, and its standard error is that of beta.
 
-    The influence function of R as a function of mean and deviation, with :math:`s^2 = \sigma_S^2+\sigma_s^2`:
+    The influence function of beta as a function of mean and deviation, :math:`s^2 = \sigma_S^2+\sigma_s^2`:
 
     .. math::
 
-        \varphi(\beta) \left[ -\frac{e - \mu_s}{s} - \frac{\beta}{2 s^2} ((e - \mu_s)^2 - \sigma_s^2) \right]
+        -\frac{e - \mu_s}{s} - \frac{\beta}{2 s^2} \left( (e - \mu_s)^2 - \sigma_s^2 \right)
 
     Parameters
     ----------
@@ -70,8 +68,7 @@ def influence(limits: Limits, errors: Array) -> Array:
     beta = float(reliability_index(limits, mean, deviation))
     total = float(np.hypot(_strength(limits)[1], deviation))
     standard = (errors - mean) / total
-    density = np.exp(-0.5 * beta**2) / np.sqrt(2.0 * np.pi)
-    return np.asarray(-density * (standard + 0.5 * beta * (standard**2 - (deviation / total) ** 2)))
+    return np.asarray(-standard - 0.5 * beta * (standard**2 - (deviation / total) ** 2))
 
 
 def implied_limit(published: float, mean: float, deviation: float) -> float:

@@ -39,7 +39,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betaincinv, ndtri, stdtrit
 
-Array = NDArray[np.float64]
+from comparison.arrays import Array, BoolArray
 
 LEVEL = 0.95
 ENOUGH = 30
@@ -107,7 +107,7 @@ class Proportion(NamedTuple):
     high: Array
 
 
-def proportion(within: NDArray[np.bool_], errors: Array) -> Proportion:
+def proportion(within: BoolArray, errors: Array) -> Proportion:
     """Return the share of the samples that are within a limit, with its interval.
 
     Parameters

@@ -16,7 +16,8 @@ from markupsafe import Markup
 
 from comparison.findings import SceneComparison
 from comparison.measures.impacts import WINDOW
-from comparison.report import rule, summary, svg, tables
+from comparison.reliability.difference import MARGIN
+from comparison.report import reliability, rule, summary, svg, tables
 from comparison.report.gallery import figures, is_derived, representative
 from comparison.report.quantity import MISSING, percent, quantity
 from comparison.summary import attribution_words, shift_line
@@ -87,6 +88,8 @@ def render(comparisons: Sequence[SceneComparison], *, title: str, command: str) 
         overall={"verdict": summary.overall_verdict(comparisons), "sentence": summary.sentence(comparisons)},
         scenes=scenes,
         tiers=any(scene.tight is not None for scene in comparisons),
+        reliability=any(scene.reliability is not None for scene in comparisons),
+        margin=MARGIN,
         symbols=summary.SYMBOLS,
         definition=rule.definition(comparisons),
         contact_headings=tables.CONTACT_HEADINGS,
@@ -124,6 +127,7 @@ def _scene(scene: SceneComparison, key: str, *, shown: bool) -> dict[str, Any]:
         "situations": tables.situation_rows(scene),
         "numbers": tables.scene_values(scene.scene),
         "command": scene.command,
+        "reliability_figures": reliability.drawings(scene, f"{key}-reliability"),
         "tight": scene.tight
         and _tier(scene.tight) | {"figures": representative(scene.tight, f"{key}-tight")},
     }
@@ -146,4 +150,5 @@ def _tier(scene: SceneComparison) -> dict[str, Any]:
         ],
         "runs": tables.run_rows(scene.provenance),
         "versions": tables.version_lines(scene.provenance),
+        "reliability": reliability.section(scene),
     }

@@ -10,7 +10,14 @@ import numpy as np
 
 from comparison.findings import ChannelComparison, SceneComparison
 
-SYMBOLS = {"agree": "✓", "differ": "✗", "indeterminate": "?", "unexcited": "○", "cannot compare": "!"}
+SYMBOLS = {
+    "agree": "✓",
+    "differ": "✗",
+    "indeterminate": "?",
+    "undecided": "?",
+    "unexcited": "○",
+    "cannot compare": "!",
+}
 """Signs beside the words of a verdict, so that colour is not needed to find it."""
 
 _RANK = {"unexcited": 0, "agree": 1, "indeterminate": 2, "differ": 3, "cannot compare": 4}

@@ -1,0 +1,211 @@
+r"""The reliabilities of two models, and whether their difference means anything.
+
+Both models compute the same press from the same start, so their difference D has two sources of uncertainty:
+
+- *numerical*: the reliability is worked out from the finer run, the coarser one and the twin of each model as
+  well, and their distances give u as those of any channel do (`comparison.uncertainty`). Where neighbouring
+  runs part, the twin's reliability is that of another course, and u says so. The ideal mechanism's own error
+  enters in the same way, by a coarser run of it.
+- *sampling*: how far the difference would move with other cycles. Paired, since the errors of both models at
+  one instant belong together: the standard error is that of the average of the difference of what each error
+  moves (`interference.influence`), bin by bin; nothing is left where both follow one course. Where the
+  smallest reliabilities of the two are in different bins there are no pairs, and the squares of both add up.
+
+The interval is :math:`D \pm \sqrt{s^2 + (k u)^2}` with s the half-width of 95 % and k = 2 as for any channel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from comparison.arrays import Array
+from comparison.reliability.assessment import Assessment, assess, divide, moments, stressing
+from comparison.reliability.errors import SliderErrors, slider_errors
+from comparison.reliability.interference import influence, reliability
+from comparison.reliability.sampling import half_width, standard_error
+from comparison.schema import Reliability as Settings
+from comparison.table import Table, TableError
+from comparison.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
+
+MARGIN = 1e-3
+"""Of reliability: an interval that reaches further leaves it undecided whether two models agree. It is of the
+size by which the paper's cases differ."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One quantity's reliability in two models; arrays of shape (k bins,).
+
+    Attributes
+    ----------
+    a, b
+        Each model's.
+    curve
+        R_a - R_b in each bin.
+    curve_half_width
+        Of its interval, both sources together; nan where a model has no numerical uncertainty.
+    minimum
+        The smallest of R_a's bins less the smallest of R_b's.
+    sampling, numerical
+        Half-widths of its interval by source; the second nan as above.
+    """
+
+    a: Assessment
+    b: Assessment
+    curve: Array
+    curve_half_width: Array
+    minimum: float
+    sampling: float
+    numerical: float
+
+    @property
+    def half_width(self) -> float:
+        """Of the interval of `minimum`."""
+        return float(np.hypot(self.sampling, self.numerical))
+
+    @property
+    def verdict(self) -> str:
+        """Say what the interval says.
+
+        ``"differ"``: it does not hold zero. ``"agree"``: it does, and reaches no further than `MARGIN`.
+        ``"undecided"``: it does, but reaches further, or there is none.
+        """
+        if abs(self.minimum) > self.half_width:
+            return "differ"
+        return "agree" if abs(self.minimum) + self.half_width <= MARGIN else "undecided"
+
+
+@dataclass(frozen=True)
+class ReliabilityComparison:
+    """A scene's reliability in two models.
+
+    Attributes
+    ----------
+    settings
+        ``[reliability]`` of the scene.
+    quantities
+        Quantity -> its reliabilities; empty where there is no ideal mechanism to measure errors against.
+    missing
+        Why, in one line.
+    """
+
+    settings: Settings
+    quantities: dict[str, Difference] = field(default_factory=dict)
+    missing: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """The worst of the quantities': differ, undecided, agree; ``"undecided"`` where there is none."""
+        found = {difference.verdict for difference in self.quantities.values()} or {"undecided"}
+        return next(verdict for verdict in ("differ", "undecided", "agree") if verdict in found)
+
+
+def compare_reliability(
+    runs: tuple[Runs, Runs], ideals: tuple[Runs, Runs], period: float, settings: Settings, k: float
+) -> dict[str, Difference]:
+    """Hold the reliabilities of two models against each other.
+
+    Parameters
+    ----------
+    runs
+        Of each model; without a finer run it has no numerical uncertainty.
+    ideals
+        The ideal mechanism by each model; a coarser run beside it gives its uncertainty.
+    period
+        Of a crank turn, s.
+    settings
+        ``[reliability]`` of the scene.
+    k
+        How many numerical uncertainties explain a difference.
+
+    Returns
+    -------
+    dict of Difference
+        By quantity: those whose channels the tables hold.
+
+    Raises
+    ------
+    TableError
+        If the tables cannot be held against the ideal mechanism's (`slider_errors`) or against each other.
+    """
+    pairs = list(zip(runs, ideals, strict=True))
+    errors = [slider_errors(of.base, ideal.base, period) for of, ideal in pairs]
+    if len({(of.per_turn, of.samples, *of.by_quantity) for of in errors}) > 1:
+        raise TableError("the two results: have other samples a turn, or other channels")
+    assessed = [assess(of, settings) for of in errors]
+    numerical = [_numerical(of, ideal, period, settings) for of, ideal in pairs]
+    found = {}
+    for quantity in errors[0].by_quantity:
+        a, b = (of[quantity] for of in assessed)
+        wide = k * np.hypot(*(of[quantity] for of in numerical))
+        paired = _paired((a, b), (errors[0], errors[1]), settings)
+        i, j = a.worst, b.worst
+        apart = np.hypot(*(0.5 * (of.high - of.low)[of.worst] for of in (a, b)))
+        found[quantity] = Difference(
+            a=a,
+            b=b,
+            curve=a.reliability - b.reliability,
+            curve_half_width=np.hypot(paired, wide[:-1]),
+            minimum=a.minimum - b.minimum,
+            sampling=float(paired[i] if i == j else apart),
+            numerical=float(wide[-1]),
+        )
+    return found
+
+
+def _paired(
+    assessed: tuple[Assessment, Assessment], errors: tuple[SliderErrors, SliderErrors], settings: Settings
+) -> Array:
+    """Return the half-widths that the sampling leaves of R_a - R_b, shape (k bins,)."""
+    widths = []
+    for k, part in enumerate(divide(errors[0], settings)):
+        moved = []
+        for of, series in zip(assessed, errors, strict=True):
+            stress = stressing(series.by_quantity[of.quantity][part.rows], settings)
+            density = np.exp(-0.5 * of.index[k] ** 2) / np.sqrt(2.0 * np.pi)  # dR / d beta
+            moved.append(density * influence(of.limits, stress))
+        widths.append(float(half_width(standard_error(moved[0] - moved[1]))))
+    return np.array(widths)
+
+
+def _numerical(runs: Runs, ideal: Runs, period: float, settings: Settings) -> dict[str, Array]:
+    """Return each quantity's u in every bin and, last, that of the smallest; shape (k bins + 1,)."""
+    of_runs = {kind: _reliabilities(table, ideal.base, period, settings) for kind, table in _kinds(runs)}
+    of_ideal = {kind: _reliabilities(runs.base, table, period, settings) for kind, table in _kinds(ideal)}
+    return {
+        quantity: np.hypot(_uncertainty(of_runs, quantity, runs), _uncertainty(of_ideal, quantity, ideal))
+        for quantity in of_runs["base"]
+    }
+
+
+def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
+    for kind in ("base", "finer", "coarser", "twin"):
+        if (table := getattr(runs, kind)) is not None:
+            yield kind, table
+
+
+def _uncertainty(of: dict[str, dict[str, Array]], quantity: str, runs: Runs) -> Array:
+    """Evaluate u from the runs that there are; nan where there is but one."""
+    known = {kind: values[quantity] for kind, values in of.items()}
+    base = known["base"]
+    if len(known) == 1:
+        return np.full(base.shape, np.nan)
+    finer = known.get("finer", base)  # without one the coarser run decides alone
+    levels = Levels(base, finer, known.get("coarser"), known.get("twin"), *runs.refinement)
+    return uncertainty(levels, half_width=0, floor=ROUND_OFF)
+
+
+def _reliabilities(table: Table, ideal: Table, period: float, settings: Settings) -> dict[str, Array]:
+    """Return each quantity's reliability in every bin and, last, the smallest; shape (k bins + 1,)."""
+    errors = slider_errors(table, ideal, period)
+    parts = divide(errors, settings)
+    found = {}
+    for quantity, values in errors.by_quantity.items():
+        of_bins = reliability(
+            getattr(settings, quantity), *moments([stressing(values[part.rows], settings) for part in parts])
+        )
+        found[quantity] = np.append(of_bins, of_bins.min())
+    return found

@@ -1,0 +1,133 @@
+"""The report's section on reliability: rows of its table, sentences, the drawing against the crank angle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from comparison.channels import channels
+from comparison.findings import SceneComparison
+from comparison.reliability.assessment import Assessment
+from comparison.reliability.difference import Difference
+from comparison.reliability.errors import QUANTITIES, unit_of
+from comparison.reliability.words import particulars, rounded
+from comparison.report import svg
+from comparison.report.gallery import Drawing
+from comparison.report.quantity import MISSING, number, quantity
+
+SIZE = (5.56, 4.6)
+"""in, as the style's unit."""
+
+
+def section(scene: SceneComparison) -> dict[str, Any] | None:
+    """Return what the template shows of a scene at one tier; None where there was none to be had."""
+    found = scene.reliability
+    if found is None:
+        return None
+    return {
+        "verdict": found.verdict,
+        "told": particulars(found),
+        "rows": [_row(name, difference) for name, difference in found.quantities.items()],
+    }
+
+
+def drawings(scene: SceneComparison, key: str) -> list[Drawing]:
+    """Draw the reliabilities of both models against the crank angle, inside `svg.style`.
+
+    Parameters
+    ----------
+    key
+        Starts the ids of the drawing; unique on the page.
+
+    Returns
+    -------
+    list of Drawing
+        One, or none where there are fewer than two parts of a turn to draw.
+    """
+    found = scene.reliability
+    if found is None or not found.quantities or next(iter(found.quantities.values())).curve.size < 2:
+        return []
+    heading = "Reliability against the crank angle from the start"
+    smallest = ", ".join(
+        f"{name} {rounded(of.a.minimum)} and {rounded(of.b.minimum)}" for name, of in found.quantities.items()
+    )
+    caption = f"each point at the upper end of its part of the turn; smallest: {smallest}; {scene.tier} tier"
+    alt = f"{heading}: {', '.join(found.quantities)}, {scene.labels[0]} solid and {scene.labels[1]} dashed. "
+    figure = against_angle(found.quantities, scene.labels)
+    return [
+        Drawing(
+            heading=heading,
+            caption=caption,
+            verdict=found.verdict,
+            alt=f"{alt}{caption}.",
+            svg=Markup(svg.inline_svg(figure, key)),  # matplotlib escapes the text in its drawings
+        )
+    ]
+
+
+def against_angle(quantities: dict[str, Difference], labels: tuple[str, str]) -> Figure:
+    """Return a figure of each quantity's reliability in both models, inside `svg.style`."""
+    figure = Figure(figsize=SIZE)
+    panels = figure.subplots(len(quantities), 1, sharex=True, squeeze=False)[:, 0]
+    figure.subplots_adjust(0.16, 0.095, 0.965, 0.93, hspace=0.22)
+    for axes, (name, found) in zip(panels, quantities.items(), strict=True):
+        axes.axhline(found.a.cap, color=svg.LIMIT, lw=0.8, dashes=(1, 2), label="no error")
+        (first,) = axes.plot(found.a.angle, found.a.reliability, "o-", color=svg.FIRST, lw=1.6, clip_on=False)
+        (second,) = axes.plot(found.b.angle, found.b.reliability, "x", color=svg.SECOND, lw=1.2, ms=5)
+        second.set(linestyle=(0, (3.5, 1.8)), clip_on=False)
+        values = np.concatenate([found.a.reliability, found.b.reliability, [found.a.cap]])
+        margin = 0.08 * float(np.ptp(values)) or 1e-6
+        axes.set_ylim(values.min() - margin, values.max() + margin)
+        axes.yaxis.set_major_locator(MaxNLocator(3))
+        axes.set_ylabel(name)
+        axes.spines[["top", "right"]].set_visible(False)
+    panels[-1].set_xlim(0.0, 360.0)
+    panels[-1].set_xticks(np.arange(0, 361, 72))
+    panels[-1].set_xlabel("crank angle from the start (deg)", labelpad=2)
+    figure.align_ylabels(panels)
+    legend = panels[0].legend(
+        handles=[first, second, panels[0].lines[0]],
+        labels=["first", "second", "no error"],
+        loc="lower left",
+        ncols=3,
+        bbox_to_anchor=(0.16, 0.945),
+        bbox_transform=figure.transFigure,
+    )
+    # Set only now: a model may be named "$x" (mathematics to a label).
+    for text, label in zip(legend.get_texts()[:2], labels, strict=True):
+        text.set_parse_math(False)
+        text.set_text(label)
+    return figure
+
+
+def _row(name: str, found: Difference) -> dict[str, Any]:
+    unit = unit_of(name)
+    limits = found.a.limits
+    lower = f"{quantity(limits.lower, unit)} to " if limits.lower else ""
+    return {
+        "name": name,
+        "channel": QUANTITIES[name],
+        "label": channels()[QUANTITIES[name]].label,
+        "limits": f"{lower}{quantity(limits.upper, unit)}",
+        "models": [_model(of) for of in (found.a, found.b)],
+        "difference": number(found.minimum, 2),
+        "half_width": f"± {number(found.half_width, 2)}" if np.isfinite(found.half_width) else MISSING,
+        "sources": f"cycles ± {number(found.sampling, 2)}, numerics ± {number(found.numerical, 2)}",
+        "verdict": found.verdict,
+    }
+
+
+def _model(of: Assessment) -> dict[str, str]:
+    worst, least = of.worst, int(of.within.argmin())
+    return {
+        "smallest": rounded(of.minimum),
+        "where": "the cap" if of.capped[worst] else f"at {of.angle[worst]:g}°",
+        "interval": f"{of.low[worst]:.5f} … {of.high[worst]:.5f}",
+        "within": f"{of.within[least]:.3f}",
+        "within_where": "everywhere" if np.all(of.within == of.within[0]) else f"at {of.angle[least]:g}°",
+        "within_interval": f"{of.within_low[least]:.3f} … {of.within_high[least]:.3f}",
+    }
