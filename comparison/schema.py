@@ -233,7 +233,7 @@ class Limits(Section):
         if self.lower >= self.upper:
             notes = type(self).model_fields["upper"].metadata
             unit = next((note.symbol for note in notes if isinstance(note, Unit)), "")
-            raise rule("lower", self.lower, f"must be < upper = {self.upper:g}", unit)
+            raise rule("lower", self.lower, f"must be < upper = {self.upper:g} {unit}".rstrip(), unit)
         return self
 
 

@@ -16,6 +16,9 @@ from comparison.reliability.sampling import half_width, proportion, standard_err
 from comparison.schema import Limits
 from comparison.schema import Reliability as Settings
 
+ROUND_OFF = 1e-13
+"""Of a reliability: a few hundred additions."""
+
 
 @dataclass(frozen=True)
 class Assessment:
@@ -68,8 +71,8 @@ class Assessment:
 
     @property
     def worst(self) -> int:
-        """Index of the bin with the smallest reliability; the first of equal ones."""
-        return int(self.reliability.argmin())
+        """Index of the bin with the smallest reliability; the first of those equal but for round-off."""
+        return int(np.flatnonzero(self.reliability <= self.minimum + ROUND_OFF)[0])
 
     @property
     def minimum(self) -> float:

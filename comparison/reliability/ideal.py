@@ -10,16 +10,16 @@ STEPS = 10_000
 """Of Exudyn in a crank turn, fixed. Constraints alone move an ideal mechanism: positions are right to 1e-12 m
 whatever the step, velocities to 1e-7 m/s and accelerations to 5e-7 m/s^2 at 150 rpm (of order step^2),
 measured against the closed form. The step of 2e-6 s for a clearance would cost twenty times as much."""
-_WITHOUT_MEANING = ("clearance", "contact", "friction", "initial")
+_WITHOUT_MEANING = ("clearance", "contact", "friction", "initial", "environment")
 
 
 def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
     """Return the same scene with ideal joints, by the name of the run in `comparison.uncertainty.Runs`.
 
-    Samples, speed and bodies are the scene's. What has no meaning without clearance is set to one value, and
-    so are the settings of our two models: scenes that differ in nothing else share the run. The reference
-    model has a closed form of the ideal mechanism; Exudyn moves its five bodies, in `STEPS` steps a turn. An
-    installed model keeps its settings.
+    Samples, speed and bodies are the scene's. What does not matter to a motion that the drive alone
+    decides is set to one value, gravity too, and so are the settings of our two models: scenes that differ in
+    nothing else share the run. The reference model has a closed form of the ideal mechanism; Exudyn
+    moves its five bodies, in `STEPS` steps a turn. An installed model keeps its settings.
 
     Parameters
     ----------

@@ -169,17 +169,21 @@ def test_a_run_that_fails_writes_nothing(scene_file, gravity, capsys, what, code
 def test_validate_writes_report_summary_and_tables(scene_file, capsys):
     assert main(["validate", scene_file("one"), scene_file("two", 9.0), "--out", "v", "--jobs", "2"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[:3] for line in (lines[0], lines[4])] == [
+    assert [line.split()[:3] for line in (lines[0], lines[6])] == [
         ["one", "standard", "agree"], ["two", "standard", "agree"]
     ]  # fmt: skip
-    assert [line.split()[:2] for line in (lines[2], lines[6])] == [["tight", "agree"]] * 2
-    assert [line.split()[0] for line in lines[1:8:2]] == ["why"] * 4
+    assert [line.split()[:2] for line in (lines[3], lines[9])] == [["tight", "agree"]] * 2
+    assert [line.split()[0] for line in lines[1:12:3]] == ["why"] * 4
+    assert [line.split()[:2] for line in lines[2:12:3]] == [["reliability", "agree:"]] * 4
     assert Path(lines[-1]).is_file()
     assert Path(lines[-1]).suffix == ".html"
     summary = json.loads(Path("v/summary.json").read_text())
     assert summary["exit_code"] == 0
     assert [scene["verdict"] for scene in summary["scenes"]] == ["agree", "agree"]
     assert summary["scenes"][0]["channels"]["slider_x"]["explained"] == 1.0
+    reliability = summary["scenes"][0]["tight"]["reliability"]["quantities"]["acceleration"]
+    assert reliability["verdict"] == "agree"
+    assert len(reliability["models"]["exudyn"]["reliability"]) == len(reliability["angle_deg"]) == 10
     assert summary["scenes"][0]["command"] == f"sixbar validate {scene_file('one')}"
     assert set(summary["scenes"][0]["provenance"]) == {
         f"{model}{kind}"

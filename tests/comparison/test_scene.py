@@ -141,6 +141,11 @@ def test_the_start_follows_the_reference_offset_unless_it_is_given():
         ("drive.cycles", 1e9, "must give 1 to 100000000 samples, not 1e+12"),
         ("initial.slider_angle", math.inf, "initial.slider_angle = inf rad must be finite"),
         ("solver.exudyn.step", -1e-6, "solver.exudyn.step = -1e-06 s must be > 0"),
+        ("reliability.velocity.lower", 0.5,
+         "reliability.velocity.lower = 0.5 m/s must be < upper = 0.02 m/s"),
+        ("reliability.acceleration.upper", 0, "reliability.acceleration.upper = 0 m/s^2 must be > 0"),
+        ("reliability.bins", 0, "reliability.bins = 0 must be >= 1"),
+        ("reliability.errors", "squared", "reliability.errors = 'squared' must be 'signed' or 'absolute'"),
         ("scene.name", "a/b", "it names files"),
         ("weather.wind", 1, "weather is not a known key"),
     ],
@@ -196,6 +201,7 @@ def test_the_hash_sees_numbers_and_not_texts():
     scene = load_scene(PAPER)
     assert scene.hash == load_scene(PAPER, {"drive.speed_rpm": 150, "scene.title": "other"}).hash
     assert scene.hash == load_scene(PAPER, {"compare.tolerance": 1e-3}).hash
+    assert scene.hash == load_scene(PAPER, {"reliability.bins": 36}).hash
     changed = {
         scene.with_values({key: value}).hash
         for key, value in {"drive.speed_rpm": -150, "solver.exudyn.step": 1e-6, "output.groups": []}.items()
@@ -232,8 +238,10 @@ def test_a_step_beyond_the_range_in_which_errors_fall_with_it_is_told():
     assert not load_scene("ideal", {"solver.exudyn.step": 1e-4}).warnings
 
 
-def test_the_compare_section_reaches_the_comparison_and_not_the_models():
-    scene = load_scene(PAPER, {"compare.tolerance": 1e-3})
+def test_the_sections_on_comparison_and_reliability_do_not_reach_the_models():
+    scene = load_scene(PAPER, {"compare.tolerance": 1e-3, "reliability.velocity.upper": 0.5})
+    assert scene.reliability.velocity.upper == 0.5
+    assert "reliability" not in scene.data
     assert scene.tolerance == 1e-3
     assert "compare" not in scene.data
 

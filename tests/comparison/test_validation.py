@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from comparison import validation
 from comparison.accuracy import AccuracyError
 from comparison.compare import Runs, compare
 from comparison.run import MODELS, Job, run_all
 from comparison.scene import load_scene
+from comparison.summary import scene_lines
 from comparison.validation import validate
 
 
@@ -18,8 +20,9 @@ def test_each_model_runs_three_levels_and_two_twins_and_the_ideal_scene_no_twin(
     assert len(with_clearance.runs["exudyn"].twins) == 2
     assert without.runs["exudyn"].twins == ()
     # At the tight tier the tree's five; the ideal scene's five bodies run as at the standard one. Of the
-    # reference's, the coarser run of the strict level is the finer one of the standard level.
-    assert len(fake_models.read_text().splitlines()) == (10 + 6) + (5 + 4) + 2
+    # reference's, the coarser run of the strict level is the finer one of the standard level. The ideal
+    # mechanism runs at two levels; by the reference the ideal scene's are these already.
+    assert len(fake_models.read_text().splitlines()) == (10 + 6) + (5 + 4) + 2 + (4 + 2)
     finer = with_clearance.comparison.provenance["exudyn finer"]["scene"]["solver"]
     assert finer["exudyn"]["step"] == 1e-6
     coarser = with_clearance.comparison.provenance["exudyn coarser"]["scene"]["solver"]
@@ -39,6 +42,42 @@ def test_accuracy_sets_both_models_and_stands_in_the_command(scene):
     assert result.comparison.command == f"sixbar validate {scene.name} --accuracy strict"
     with pytest.raises(AccuracyError, match="beyond the exudyn model"):
         validate([scene], accuracy=1e-10)
+
+
+@pytest.mark.usefixtures("fake_models")
+def test_the_reliability_is_a_finding_of_its_own_and_a_failed_ideal_run_only_told_of(scene, gravity):
+    good, differing = (
+        scene.with_values({"environment.gravity": g}) for g in (gravity.normal, gravity.differ)
+    )
+    agreeing, apart = (result.comparison for result in validate([good, differing], n_jobs=2))
+    # One in a thousand of the motion across the guide is seen in the channels, hardly in the reliability.
+    assert (agreeing.verdict, apart.verdict) == ("agree", "differ")
+    for comparison in (agreeing, apart, agreeing.tight, apart.tight):
+        assert list(comparison.reliability.quantities) == ["displacement", "velocity", "acceleration"]
+    assert agreeing.reliability.verdict == "agree"
+    bare = scene.with_values({"output.groups": []})
+    (without,) = validate([bare], tiers=("standard",))
+    assert list(without.comparison.reliability.quantities) == ["displacement", "velocity"]
+
+
+@pytest.mark.usefixtures("fake_models")
+def test_where_the_ideal_mechanism_cannot_be_run_the_verdict_stands(scene, gravity, monkeypatch):
+    usual = validation.ideal_scenes
+    monkeypatch.setattr(
+        validation,
+        "ideal_scenes",
+        lambda scene, model: {
+            kind: ideal.with_values({"environment.gravity": gravity.fail})
+            for kind, ideal in usual(scene, model).items()
+        },
+    )
+    (result,) = validate([scene], tiers=("standard",))
+    assert result.comparison.verdict == "agree"
+    assert not result.crashed
+    assert result.comparison.reliability.quantities == {}
+    assert "newton-failed; try a smaller step" in result.comparison.reliability.missing
+    *_, told = scene_lines([result.comparison])
+    assert told.split()[:3] == ["reliability", "not", "available:"]
 
 
 @pytest.mark.slow

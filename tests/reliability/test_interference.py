@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ndtr
 from scipy.stats import norm
 
-from comparison.reliability.interference import cap, implied_limit, influence, reliability
+from comparison.reliability.interference import cap, implied_limit, influence, reliability, reliability_index
 from comparison.schema import Limits
 
 PHI_3 = 0.9986501020
@@ -57,7 +57,7 @@ def test_from_the_cap_on_no_limit_is_large_enough():
     assert np.isnan(implied_limit(0.9, 0.0, 0.0))
 
 
-def test_the_influence_of_an_error_is_what_its_weight_does_to_the_reliability():
+def test_the_influence_of_an_error_is_what_its_weight_does_to_the_index():
     rng = np.random.default_rng(3)
     limits, errors = Limits(upper=8.0), rng.gamma(2.0, 1.0, 200)
     slopes = influence(limits, errors)
@@ -70,6 +70,6 @@ def test_the_influence_of_an_error_is_what_its_weight_does_to_the_reliability():
             weights[k] += sign * h
             mean = np.average(errors, weights=weights)
             deviation = np.sqrt(np.average((errors - mean) ** 2, weights=weights))
-            moved.append(float(reliability(limits, mean, deviation)))
+            moved.append(float(reliability_index(limits, mean, deviation)))
         # Central differences leave h^2; round-off 1e-16 / h.
         assert (moved[0] - moved[1]) / (2 * h) == pytest.approx(slopes[k], rel=1e-5, abs=1e-9)
