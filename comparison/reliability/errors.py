@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -74,6 +74,24 @@ def slider_errors(actual: Table, ideal: Table, period: float) -> SliderErrors:
     grid: Array = np.arange(1, count + 1) * np.float64(period / per_turn)
     a, b = (_at(table, list(held.values()), grid, SAME_GRID * interval) for table in (actual, ideal))
     return SliderErrors(per_turn, {name: a[channel] - b[channel] for name, channel in held.items()})
+
+
+def since(table: Table, start: float) -> Table:
+    """Return what a table holds from a sample on, with times counted from there: whole turns may be left out.
+
+    Parameters
+    ----------
+    start
+        Time of a sample, s.
+    """
+    time = table.time
+    first = int(np.abs(time - start).argmin())
+    events = table.events
+    if events is not None:
+        left = events.loc[events["end"] > time[first]]
+        events = left.assign(start=left["start"] - time[first], end=left["end"] - time[first])
+    later = table.frame.iloc[first:].reset_index(drop=True)
+    return replace(table, frame=later.assign(time=later["time"] - time[first]), events=events)
 
 
 def unit_of(quantity: str) -> str:

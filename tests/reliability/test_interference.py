@@ -45,7 +45,7 @@ def test_a_change_of_unit_changes_nothing():
 
 @pytest.mark.parametrize(("mean", "deviation"), [(2.0, 1.0), (0.3, 5.0), (0.0, 4.0), (-0.5, 3.0)])
 def test_the_implied_limit_gives_the_reliability_back(mean, deviation):
-    for upper in (3.0, 20.0, 500.0):
+    for upper in (3.0, 5.0, 20.0, 500.0):  # from below the mean error to far above it
         known = float(reliability(Limits(upper=upper), mean, deviation))
         if mean >= 0 or known < PHI_3:
             # Close to the cap the limit is 1 / (3 - beta) times as sensitive as R: 1e-15 * 500 / 0.01.

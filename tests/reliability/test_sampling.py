@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 from scipy.stats import beta, norm
+from scipy.stats import t as student
 
 from comparison.reliability.sampling import ENOUGH, half_width, proportion, standard_error
 
@@ -111,6 +112,19 @@ def test_where_all_samples_are_within_the_interval_is_that_of_so_many_independen
     same = np.tile(errors[:, :1], (1, SAMPLES))  # one value a cycle
     found = proportion(same <= LIMIT, same)
     assert 1 - found.low == pytest.approx(1 - 0.025 ** (1 / 4), rel=1e-9)
+
+
+def test_few_cycles_count_as_few_in_the_interval():
+    """Of four cycles one is out, each as a whole: two numbers decide, and three degrees of freedom."""
+    errors = np.repeat([[0.5], [0.6], [0.7], [2.0]], SAMPLES, axis=1)
+    found = proportion(errors <= LIMIT, errors)
+    # se^2 = p (1 - p) / (N - 1), so p (1 - p) / se^2 = 3; less by (1.96 / 3.18)^2, Student's for three.
+    effective = 3 * (norm.ppf(0.975) / student.ppf(0.975, 3)) ** 2
+    assert found.share == 0.75
+    assert found.low == pytest.approx(
+        beta.ppf(0.025, 0.75 * effective, 0.25 * effective + 1), rel=1e-9, abs=1e-12
+    )
+    assert found.high == pytest.approx(beta.ppf(0.975, 0.75 * effective + 1, 0.25 * effective), rel=1e-9)
 
 
 def test_of_independent_samples_it_is_the_interval_of_clopper_and_pearson():
