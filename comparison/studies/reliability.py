@@ -116,9 +116,14 @@ def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
     }
     with style():
         for name, quantities in found.items():
-            write_svg(against_angle(quantities, MODELS), folder / f"{name}.svg")
+            write_svg(against_angle(quantities, MODELS), folder / picture(name))
     with replacing(folder / "README.md") as part:
         part.write_text(text(scenes, found, locked), "utf-8")
+
+
+def picture(name: str) -> str:
+    """Return the name of a scene's figure."""
+    return f"{name.replace('.', '_')}.svg"
 
 
 def repeating(run: Table, ideal: Table, of: Scene) -> dict[str, float]:
@@ -127,7 +132,8 @@ def repeating(run: Table, ideal: Table, of: Scene) -> dict[str, float]:
     shares = {}
     for name, values in errors.by_quantity.items():
         cycles = values.reshape(-1, errors.per_turn)
-        shares[name] = float(cycles.mean(0).var() / cycles.var())
+        total = cycles.var()
+        shares[name] = float(cycles.mean(0).var() / total) if total > 0 else float("nan")
     return shares
 
 
@@ -181,7 +187,7 @@ def text(
             [_alone(name, quantity, of.a, locked[name][quantity]) for name, quantity, of in each],
         ),
         figures="\n\n".join(
-            f"![{of.title}: reliability against the crank angle]({name}.svg)\n\n{of.title}"
+            f"![{of.title}: reliability against the crank angle]({picture(name)})\n\n{of.title}"
             for name, of in scenes.items()
         ),
     )

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from comparison.channels import expected
 from comparison.scene import SceneError, load_scene, parse_set, scene_from_mapping, shipped_scenes
+from comparison.schema import Reliability
 
 AUTO = {"solver.exudyn.formulation": "auto"}
 ASKED_FOR_FORCES = {"formulation": "full", "method": "auto", "step": 2e-6, "tolerance": 1e-7}
@@ -236,6 +237,10 @@ def test_a_step_beyond_the_range_in_which_errors_fall_with_it_is_told():
     for changes in ({"solver.exudyn.step": 2e-5}, AUTO | {"solver.exudyn.step": 1e-3}):
         assert not load_scene(PAPER, changes).warnings
     assert not load_scene("ideal", {"solver.exudyn.step": 1e-4}).warnings
+
+
+def test_the_limits_that_a_scene_may_leave_open_are_those_of_the_base_scene():
+    assert load_scene("paper").reliability == Reliability()
 
 
 def test_the_sections_on_comparison_and_reliability_do_not_reach_the_models():

@@ -19,6 +19,7 @@ from comparison.studies import (
     crank_pin,
     ensembles,
     index,
+    reliability,
     verdicts,
 )
 from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
@@ -41,6 +42,9 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(crank_pin, "SAMPLINGS", (50, 100))
     monkeypatch.setattr(crank_pin, "MEMBERS", 2)
     monkeypatch.setattr(ensembles, "MEMBERS", 3)
+    monkeypatch.setattr(reliability, "CASES", ("150rpm-0.2mm", "crank-pin"))
+    monkeypatch.setattr(reliability, "CYCLES", 3)
+    monkeypatch.setattr(reliability, "SAMPLES", 100)
     monkeypatch.setitem(crank_pin.VARIED, crank_pin.MODULUS, (10e9, 30e9, 70e9, 210e9))
     monkeypatch.setattr(alarms, "KINDS", tuple(replace(kind, draws=2) for kind in alarms.KINDS))
     few = [fault for fault in faults.catalogue() if fault.kind != "code"]
@@ -72,7 +76,7 @@ def made_up_rows():
     return rows
 
 
-@pytest.mark.parametrize("name", ["contact-laws", "crank-pin", "ensembles", "detection"])
+@pytest.mark.parametrize("name", ["contact-laws", "crank-pin", "ensembles", "detection", "reliability"])
 def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
     assert main(["study", name, "--jobs", "2"]) == 0
     (told,) = capsys.readouterr().out.splitlines()
