@@ -2,10 +2,10 @@ r"""The reliabilities of two models, and whether their difference means anything
 
 Both models compute the same press from the same start, so their difference D has two sources of uncertainty:
 
-- *numerical*: the reliability is worked out from the finer run, the coarser one and the twin of each model as
-  well, and their distances give u as those of any channel do (`comparison.uncertainty`). Where neighbouring
-  runs part, the twin's reliability is that of another course, and u says so. The ideal mechanism's own error
-  enters in the same way, by a coarser run of it.
+- *numerical*: the reliability is worked out from the finer run, the coarser one and the twins of each model
+  as well, and their distances give u as those of any channel do (`comparison.uncertainty`). Where
+  neighbouring runs part, a twin's reliability is that of another course, and u says so. The ideal mechanism's
+  own error enters in the same way, by a coarser run of it.
 - *sampling*: how far the difference would move with other cycles. Paired, since the errors of both models at
   one instant belong together: the standard error is that of the average of the difference of what each error
   moves (`interference.influence`), bin by bin; nothing is left where both follow one course. Where the
@@ -182,7 +182,7 @@ def _numerical(runs: Runs, ideal: Runs, period: float, settings: Settings) -> di
 
 
 def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
-    for kind in ("base", "finer", "coarser", "twin"):
+    for kind in ("base", "finer", "coarser", "twin", "other_twin"):
         if (table := getattr(runs, kind)) is not None:
             yield kind, table
 
@@ -194,7 +194,8 @@ def _uncertainty(of: dict[str, dict[str, Array]], quantity: str, runs: Runs) -> 
     if len(known) == 1:
         return np.full(base.shape, np.nan)
     finer = known.get("finer", base)  # without one the coarser run decides alone
-    levels = Levels(base, finer, known.get("coarser"), known.get("twin"), *runs.refinement)
+    twins = tuple(known[kind] for kind in ("twin", "other_twin") if kind in known)
+    levels = Levels(base, finer, known.get("coarser"), twins, *runs.refinement)
     return uncertainty(levels, half_width=0, floor=ROUND_OFF)
 
 
