@@ -40,6 +40,28 @@ def peak(time: Array, values: Array, within: BoolArray) -> Peak:
     return Peak(float(values[at]), float(time[at]))
 
 
+def largest(actual: Table, ideal: Table, channel: str, within: BoolArray) -> Peak:
+    """Return the error of largest size among the samples and at the channel's own extrema.
+
+    The extrema are those over the integration steps: a peak between two samples counts. Its error is taken
+    against the ideal motion between samples, which is smooth.
+
+    Raises
+    ------
+    ValueError
+        As `error`.
+    """
+    best = peak(actual.time, error(actual, ideal, channel), within)
+    inside = actual.time[within]
+    extremes = actual.extrema.get(channel, {})
+    for end in ("min", "max"):
+        time = extremes.get(f"time_of_{end}", -1.0)
+        if inside[0] <= time <= inside[-1]:
+            there = extremes[end] - float(np.interp(time, ideal.time, ideal.values(channel)))
+            best = max(best, Peak(there, time), key=lambda each: abs(each.value))
+    return best
+
+
 def second_cycle(time: Array, period: float) -> BoolArray:
     """Return where the time is in [T, 2T], up to its rounding: there the paper takes its peaks."""
     slack = 1e-9 * period

@@ -61,6 +61,11 @@ def signals(scene, error=0.0, stretch=0.0):
             columns[f"corner_{corner}_gap"] = c * (0.5 - np.sin(phase) * size)
             columns[f"corner_{corner}_normal"] = 40.0 * inside
             columns[f"corner_{corner}_friction"] = -6.0 * inside
+    if "joints" in scene["output"]["groups"]:
+        columns |= {f"reaction_{joint}_{axis}": 50.0 * np.sin(phase) for joint in "OABHCF" for axis in "xy"}
+        columns["crank_torque"] = np.cos(phase)
+        if scene["joints"]["slider"] == "ideal":
+            columns |= {"guide_force": np.cos(phase), "guide_moment": np.cos(phase)}
     if "energy" in scene["output"]["groups"]:
         parts = ("drive", "gravity", "kinetic", "contact", "damping", "friction", "residual")
         columns |= {f"energy_{part}": 0.0 * t for part in parts}
@@ -82,6 +87,8 @@ def simulate(scene, *, progress=None):
         progress(0.5)
     # A journal in its bearing moves the slider; so it does in both models.
     stretch = 1e-2 if scene["joints"]["crank_pin"] == "clearance" else 0.0
+    # So does a guide that holds it.
+    stretch += 2e-2 if scene["joints"]["slider"] == "ideal" else 0.0
     status = "success"
     if MODEL == "exudyn":
         if gravity == GRAVITY.crash:

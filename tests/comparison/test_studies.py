@@ -18,6 +18,7 @@ from comparison.studies import (
     contact_laws,
     crank_pin,
     ensembles,
+    identification,
     index,
     reliability,
     verdicts,
@@ -25,6 +26,8 @@ from comparison.studies import (
 from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
 from comparison.studies.detection import alarms, faults, limits, study
 from comparison.studies.errors import Peak
+from comparison.studies.identification import runs
+from comparison.studies.identification.kinematics import TOPOLOGIES
 from comparison.studies.tradeoff import growth
 from comparison.studies.tradeoff import study as tradeoff
 from comparison.studies.tradeoff.measure import QUANTITIES
@@ -45,6 +48,11 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(reliability, "CASES", ("150rpm-0.2mm", "crank-pin"))
     monkeypatch.setattr(reliability, "CYCLES", 3)
     monkeypatch.setattr(reliability, "SAMPLES", 100)
+    monkeypatch.setattr(runs, "SAMPLES", 100)
+    monkeypatch.setattr(runs, "LONG_SAMPLES", 100)
+    monkeypatch.setattr(runs, "CYCLES", 3)
+    monkeypatch.setattr(runs, "MEMBERS", 2)
+    monkeypatch.setattr(identification.study, "TOPOLOGIES", TOPOLOGIES[:5])
     monkeypatch.setitem(crank_pin.VARIED, crank_pin.MODULUS, (10e9, 30e9, 70e9, 210e9))
     monkeypatch.setattr(alarms, "KINDS", tuple(replace(kind, draws=2) for kind in alarms.KINDS))
     few = [fault for fault in faults.catalogue() if fault.kind != "code"]
@@ -76,7 +84,7 @@ def made_up_rows():
     return rows
 
 
-@pytest.mark.parametrize("name", ["contact-laws", "crank-pin", "ensembles", "detection", "reliability"])
+@pytest.mark.parametrize("name", ["reliability", "contact-laws", "crank-pin", "identification", "ensembles", "detection"])
 def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
     assert main(["study", name, "--jobs", "2"]) == 0
     (told,) = capsys.readouterr().out.splitlines()

@@ -1,0 +1,185 @@
+"""The geometry of a topology that comes closest to the published facts, and how well they determine it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from comparison.arrays import Array
+from comparison.studies.identification.facts import Facts, shown
+from comparison.studies.identification.kinematics import Geometry, Lengths, Topology
+
+DRAWN = 1000
+"""Random geometries a topology, of which the best are the starts of a fit."""
+STARTS = 5
+REACH = 0.9
+"""m; pivots farther than rod 2, crank and rocker together would reach are not drawn."""
+GUIDES = (0.02, 1.5)
+"""m; distances of the guide from the crank pivot."""
+COARSE = np.array([5.0, 0.02, 0.2, 0.2, 0.05])
+"""Allowances of the first of two fits: with the printed ones alone the angle's steep valley holds it."""
+MISSING = 1e3
+"""Misfit of a press that cannot be assembled, growing with what it lacks."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The best geometry of a topology.
+
+    Attributes
+    ----------
+    topology, geometry
+        The press.
+    shown
+        What it shows, shape (5,); nan if nothing was found that can be assembled.
+    residuals
+        Over the facts' allowances, shape (5,).
+    covariance
+        Of the geometry, m^2, shape (3, 3), from the Jacobian at the best fit.
+    """
+
+    topology: Topology
+    geometry: Geometry
+    shown: Array
+    residuals: Array
+    covariance: Array
+
+    @property
+    def misfit(self) -> float:
+        """Root of the sum of squared residuals over the degrees of freedom, 5 facts - 3 unknowns."""
+        freedom = self.residuals.size - len(self.geometry)
+        return float(np.sqrt(np.sum(self.residuals**2) / freedom))
+
+
+@dataclass(frozen=True)
+class Profile:
+    """What it costs to hold one unknown.
+
+    Attributes
+    ----------
+    best
+        Of the unknown, m.
+    values
+        What it is held at, m, shape (n,).
+    growth
+        Of the sum of squared residuals over that of the best geometry, the other unknowns fitted, shape (n,).
+    """
+
+    best: float
+    values: Array
+    growth: Array
+
+    @property
+    def two_sigma(self) -> tuple[float, float]:
+        """Return where the growth passes 4, to either side, m."""
+        low, high = self.values < self.best, self.values > self.best
+        return (
+            float(np.interp(4.0, self.growth[low][::-1], self.values[low][::-1])),
+            float(np.interp(4.0, self.growth[high], self.values[high])),
+        )
+
+
+def residuals(
+    geometry: Sequence[float],
+    topology: Topology,
+    lengths: Lengths,
+    speed: float,
+    facts: Facts,
+    allowances: Array,
+) -> Array:
+    """Return (shown - printed) / allowance, shape (5,); large where the press cannot be assembled."""
+    assembled, values = shown(Geometry(*geometry), topology, lengths, speed)
+    if assembled <= 0:
+        return np.full(facts.values.size, MISSING * (1 - max(assembled, -1.0)))
+    off = values - facts.values
+    off[0] = (off[0] + 180.0) % 360.0 - 180.0
+    return np.asarray(off / allowances)
+
+
+def fit(
+    topology: Topology, lengths: Lengths, speed: float, facts: Facts, drawn: int = DRAWN, seed: int = 0
+) -> Fit | None:
+    """Return the best geometry of a topology, or None where no drawn one can be assembled.
+
+    Parameters
+    ----------
+    topology, lengths, speed, facts
+        What is fitted to what; rad/s.
+    drawn
+        Random geometries from which the starts are chosen.
+    seed
+        Of the draws.
+    """
+    rng = np.random.default_rng([seed, *(part + 1 for part in _digits(topology))])
+    low = np.array([-REACH, -REACH, GUIDES[0] if topology.side > 0 else -GUIDES[1]])
+    high = np.array([REACH, REACH, GUIDES[1] if topology.side > 0 else -GUIDES[0]])
+    starts = rng.uniform(low, high, (drawn, 3))
+
+    def of(geometry: Array, allowances: Array) -> Array:
+        return residuals([float(g) for g in geometry], topology, lengths, speed, facts, allowances)
+
+    costs = np.array([np.sum(of(start, COARSE) ** 2) for start in starts])
+    best = None
+    for start in starts[np.argsort(costs)[:STARTS]]:
+        if np.sum(of(start, COARSE) ** 2) >= MISSING**2:
+            continue
+        geometry = start
+        for allowances in (COARSE, facts.allowances):
+            found = least_squares(of, geometry, args=(allowances,), bounds=(low, high), x_scale=0.1)
+            geometry = found.x
+        if best is None or found.cost < best.cost:
+            best = found
+    if best is None:
+        return None
+    geometry = Geometry(*(float(g) for g in best.x))
+    values = shown(geometry, topology, lengths, speed)[1]
+    jacobian = np.asarray(best.jac, dtype=np.float64)
+    covariance = np.asarray(np.linalg.pinv(jacobian.T @ jacobian), dtype=np.float64)
+    return Fit(topology, geometry, values, np.asarray(best.fun), covariance)
+
+
+def profile(fitted: Fit, which: int, values: Array, lengths: Lengths, speed: float, facts: Facts) -> Profile:
+    """Return what it costs to hold one unknown while the others are fitted.
+
+    Parameters
+    ----------
+    fitted
+        The best fit; the searches start along its covariance.
+    which
+        The unknown's place in `Geometry`.
+    values
+        What it is held at, m, shape (n,).
+    lengths, speed, facts
+        As of the fit.
+    """
+    free = [k for k in range(3) if k != which]
+    slope = fitted.covariance[free, which] / fitted.covariance[which, which]
+    best = np.array(fitted.geometry)
+
+    def of(others: Array, value: float) -> Array:
+        geometry = np.empty(3)
+        geometry[which], geometry[free] = value, others
+        return residuals(
+            [float(g) for g in geometry], fitted.topology, lengths, speed, facts, facts.allowances
+        )
+
+    sums = []
+    for value in values:
+        start = best[free] + slope * (value - best[which])
+        found = least_squares(of, start, args=(value,), x_scale=0.1)
+        sums.append(2 * found.cost)
+    growth = np.array(sums) - np.sum(fitted.residuals**2)
+    return Profile(fitted.geometry[which], values, growth)
+
+
+def _digits(topology: Topology) -> tuple[int, ...]:
+    return (
+        topology.crank,
+        topology.rocker,
+        topology.slider,
+        topology.side,
+        int(topology.pin == "tip"),
+    )
