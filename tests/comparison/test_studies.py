@@ -21,6 +21,7 @@ from comparison.studies import (
     identification,
     index,
     reliability,
+    paper,
     verdicts,
 )
 from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
@@ -53,6 +54,12 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(runs, "CYCLES", 3)
     monkeypatch.setattr(runs, "MEMBERS", 2)
     monkeypatch.setattr(identification.study, "TOPOLOGIES", TOPOLOGIES[:5])
+    for module in (paper.runs, paper.measures, paper.trends):
+        monkeypatch.setattr(module, "SAMPLES", 100, raising=False)
+        monkeypatch.setattr(module, "LONG_SAMPLES", 50, raising=False)
+    monkeypatch.setattr(paper.runs, "CYCLES", 4)
+    monkeypatch.setattr(paper.runs, "FEWER", 3)
+    monkeypatch.setattr(paper.runs, "MEMBERS", 2)
     monkeypatch.setitem(crank_pin.VARIED, crank_pin.MODULUS, (10e9, 30e9, 70e9, 210e9))
     monkeypatch.setattr(alarms, "KINDS", tuple(replace(kind, draws=2) for kind in alarms.KINDS))
     few = [fault for fault in faults.catalogue() if fault.kind != "code"]
@@ -85,6 +92,9 @@ def made_up_rows():
 
 
 @pytest.mark.parametrize("name", ["reliability", "contact-laws", "crank-pin", "identification", "ensembles", "detection"])
+@pytest.mark.parametrize(
+    "name", ["contact-laws", "crank-pin", "identification", "paper", "ensembles", "detection"]
+)
 def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
     assert main(["study", name, "--jobs", "2"]) == 0
     (told,) = capsys.readouterr().out.splitlines()
@@ -92,7 +102,7 @@ def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(n
     text = Path(told).read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     pictures = re.findall(r"\]\(([\w-]+\.svg)\)", text)
-    numbers = {"detection.json"} if name == "detection" else set()
+    numbers = {"detection": {"detection.json"}, "paper": {"report.html"}}.get(name, set())
     assert {path.name for path in Path(told).parent.iterdir()} == {"README.md", *numbers, *pictures}
     for picture in pictures:
         drawn = (Path(told).parent / picture).read_text("utf-8")

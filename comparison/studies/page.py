@@ -1,0 +1,69 @@
+"""A study's README and its figures as one HTML file."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import jinja2
+from markdown_it import MarkdownIt
+from markupsafe import Markup
+
+from comparison.files import replacing
+from comparison.report.svg import STYLE
+
+_PICTURE = re.compile(r'<p><img src="([\w-]+\.svg)" alt="([^"]*)" ?/?></p>')
+_TO_PICTURE = re.compile(r'href="([\w-]+)\.svg"')
+_HEADING = re.compile(r"<h2>(.*?)</h2>")
+_PAGE = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
+<title>{{ title }}</title>
+<style>{{ css }}</style>
+</head>
+<body>
+<main>
+{{ body }}
+</main>
+</body>
+</html>
+"""
+
+
+def single_page(readme: Path, page: Path) -> None:
+    """Write a page with the text of a README and the SVG files that it shows beside it.
+
+    Links to figures and headings lead to their places on the page. HTML in the README is shown as text. A
+    figure carries its own colours, so that it looks as in its file.
+    """
+    text = readme.read_text("utf-8")
+    body = MarkdownIt("commonmark", {"html": False}).enable("table").render(text)
+    body = body.replace("<table>", '<div class="scroll"><table>').replace("</table>", "</table></div>")
+    body = _HEADING.sub(lambda match: f'<h2 id="{_anchor(match[1])}">{match[1]}</h2>', body)
+    body = _TO_PICTURE.sub(r'href="#\1"', body)
+    body = _PICTURE.sub(lambda match: _figure(readme.parent / match[1], match[2]), body)
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
+    html = environment.from_string(_PAGE).render(
+        title=text.partition("\n")[0].removeprefix("# "),
+        css=Markup(STYLE.with_name("report.css").read_text("utf-8")),
+        body=Markup(body),
+    )
+    with replacing(page) as part:
+        part.write_text(html, "utf-8")
+
+
+def _anchor(heading: str) -> str:
+    """Return the name by which a README's links find a heading."""
+    return re.sub(r"[^\w-]", "", heading.lower().replace(" ", "-"))
+
+
+def _figure(path: Path, caption: str) -> str:
+    """Return a picture with its caption, which Markdown has escaped already."""
+    drawing = path.read_text("utf-8")
+    return (
+        f'<figure id="{path.stem}"><div role="img" aria-label="{caption}">{drawing}</div>'
+        f"<figcaption>{caption}</figcaption></figure>"
+    )

@@ -1,0 +1,205 @@
+"""Statements about one condition's motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comparison.arrays import Array
+from comparison.channels import channels
+from comparison.published import published
+from comparison.report.quantity import number, quantity
+from comparison.run import MODELS
+from comparison.scene import load_scene
+from comparison.studies.paper.decision import Decision, decide, per_cent
+from comparison.studies.paper.runs import CHANNELS, TWIN, Runs, by_turn, second
+from comparison.studies.paper.trends import contacts_per_turn
+
+BOTTOM = 0.02
+"""s to either side of the printed instant of the lowest point: where a press does its work."""
+SMALL = 0.01
+"""Of the motion's own range: a smaller error is close."""
+MANY = 3
+"""Contacts in that time that count as frequent."""
+OFTEN = 10
+"""Contacts in a turn that count as frequent."""
+SETTLED = 0.5
+"""Of the turns, the later: what is asked about the lasting motion is asked of them."""
+
+
+def close(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
+    """Decide whether a channel is close to the ideal one near the lowest point, in every scene of a claim."""
+    channel = claim["channel"]
+    shares, told = [], []
+    for scene in claim["scenes"]:
+        ideal = runs.ideal[scene, model]
+        near = _bottom(runs, scene, model)
+        largest = float(np.abs(runs.errors(scene, model, channel)[near]).max())
+        shares.append(largest / float(np.ptp(ideal.values(channel))))
+        told.append(
+            f"{scene}: {quantity(largest, channels()[channel].unit)}, {per_cent(shares[-1])} of the range"
+        )
+    return decide(-max(shares), -2 * SMALL, -SMALL, "; ".join(told))
+
+
+def contacts_at_the_bottom(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
+    """Decide whether contacts are frequent near the lowest point of the second turn."""
+    scene = claim["scene"]
+    run = runs.short[scene, model][0]
+    near = _bottom(runs, scene, model)
+    largest = float(np.abs(runs.errors(scene, model, "slider_ay")[near]).max())
+    starts = np.empty(0) if run.events is None else run.events["start"].to_numpy(dtype=np.float64)
+    time = run.time[near]
+    count = int(np.sum((starts >= time[0]) & (starts <= time[-1])))
+    evidence = f"{count} contacts within {1e3 * BOTTOM:g} ms of it, error up to {quantity(largest, 'm/s^2')}"
+    return decide(float(count), 0.0, float(MANY), evidence)
+
+
+def traversals(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
+    """Decide whether the slider oscillates often in every turn: by its contacts, and by the ways across."""
+    scene = claim["scene"]
+    offset = _from_the_guide(runs, scene, model)
+    side = np.where(np.abs(offset) > 0.5, np.sign(offset), 0.0)
+    counts = [int(np.sum(np.diff(row[row != 0]) != 0)) for row in side]
+    touches = contacts_per_turn(runs, scene, model)
+    fewest = float(touches.min(initial=np.inf))
+    evidence = (
+        f"{number(fewest)} contacts a turn or more; {min(counts)} to {max(counts)} crossings from half the "
+        "clearance on one side to the other"
+    )
+    return decide(fewest if np.isfinite(fewest) else 0.0, 2.0, float(OFTEN), evidence)
+
+
+def pin_zones(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
+    """Decide whether the pin hits its bearing in the two zones on the left, by the impulse in each quadrant.
+
+    The force on rod 2, which carries the bearing, points from the bearing's centre to the pin, but for
+    friction, at most 9 degrees. If the authors drew the bearing against its pin, every quadrant is the
+    opposite one.
+    """
+    force = pin_forces(runs, claim["scene"], model)
+    total = float(np.abs(force).sum()) or 1.0
+    quadrants = {
+        "upper right": (force.real > 0) & (force.imag > 0),
+        "upper left": (force.real < 0) & (force.imag > 0),
+        "lower left": (force.real < 0) & (force.imag < 0),
+        "lower right": (force.real > 0) & (force.imag < 0),
+    }
+    shares = {name: float(np.abs(force[inside]).sum()) / total for name, inside in quadrants.items()}
+    told = ", ".join(f"{name} {per_cent(share)}" for name, share in shares.items())
+    # As the authors say it, or as it would be in the other body's frame.
+    zones = max(
+        min(shares["upper left"], shares["lower left"]), min(shares["lower right"], shares["upper right"])
+    )
+    return decide(zones, 0.01, 0.1, f"impulse of the second turn: {told}")
+
+
+def pin_forces(runs: Runs, scene: str, model: str) -> NDArray[np.complex128]:
+    """Return the force of the pin on its bearing in the second turn as x + iy, N, shape (n,)."""
+    run = runs.pin[scene, model]
+    within = second(run)
+    force: NDArray[np.complex128] = run.values("reaction_A_x") + 1j * run.values("reaction_A_y")
+    return force[within]
+
+
+def recurring(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
+    """Decide whether the errors of one turn resemble those of the next: the median of their correlations."""
+    errors = _later(runs.long_errors(claim["scene"], model, claim["channel"]))
+    pairs = [float(np.corrcoef(a, b)[0, 1]) for a, b in pairwise(errors)]
+    middle = float(np.median(pairs))
+    return decide(middle, 0.1, 0.9, f"correlation of neighbouring turns {number(middle)} in the median")
+
+
+def scattered(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
+    """Decide whether the points of the Poincaré map are apart, against what the clearance allows.
+
+    The paper does not say at which crank angle it takes them, so all angles are asked.
+    """
+    scene, channel = claim["scene"], claim["channel"]
+    room = 2 * float(load_scene(scene).data["clearance"]["slider"])
+    if channel == "slider_y":  # what the clearance lets y differ by where rod 4 is steepest
+        room *= abs(published("F14e-y2").value / published("F14a-x").value)
+    width = np.ptp(_later(by_turn(runs.long[scene, model], channel)), axis=0)
+    share = float(np.mean(width >= SMALL * room))
+    evidence = (
+        f"at the start's angle over {quantity(float(width[0]), 'm', 2)}, at other angles over up to "
+        f"{quantity(float(width.max()), 'm', 2)}, {per_cent(float(width.max()) / room)} of their room; over "
+        f"{per_cent(SMALL)} or more at {per_cent(share)} of all angles"
+    )
+    return decide(share, 0.05, 0.5, evidence)
+
+
+def sensitive(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
+    """Decide whether runs from starts close by become as different as any two turns: what chaos needs.
+
+    At the strobes of the later turns the distance of the twin is compared with that of points drawn from the
+    Poincaré map at random, whose mean square is twice the map's variance. The map itself must not shrink
+    with the tolerance, or what parts the runs is the solver.
+    """
+    scene = claim["scene"]
+    base, twin, finer = (
+        _later(by_turn(run, "slider_x"))
+        for run in (runs.long[scene, model], runs.twin[model], runs.finer[model])
+    )
+    spread, of_finer = float(np.std(base[:, 0])), float(np.std(finer[:, 0]))
+    apart = base - twin
+    drawn = np.sqrt(2.0) * spread
+    distance = float(np.sqrt(np.mean(apart[:, 0] ** 2)))
+    clearance = float(load_scene(scene).data["clearance"]["slider"])
+    evidence = (
+        f"started {quantity(TWIN * clearance, 'm', 2)} apart; at the strobes of the later turns "
+        f"{quantity(distance, 'm', 2)}, two points of the map {quantity(drawn, 'm', 2)}; within a turn up to "
+        f"{quantity(float(np.abs(apart).max()), 'm', 2)}; the map at a closer tolerance is "
+        f"{number(of_finer / spread if spread else 1.0, 2)} times as wide"
+    )
+    same_width = 0.5 * spread <= of_finer <= 2.0 * spread
+    alike = distance / drawn if drawn else 0.0
+    return decide(alike if same_width or alike < 0.5 else 0.25, 0.01, 0.5, evidence)
+
+
+def periodic(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
+    """Decide whether a channel repeats from turn to turn, but for a small part of its range."""
+    turns = _later(by_turn(runs.long[claim["scene"], model], claim["channel"]))
+    spread = float(np.ptp(turns, axis=0).max()) / float(np.ptp(turns))
+    return decide(-spread, -2 * SMALL, -SMALL, f"turns differ by up to {per_cent(spread)} of the range")
+
+
+def two_codes(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
+    """Decide whether the two models' errors are consistent in the second turn."""
+    other = next(name for name in MODELS if name != model)
+    scene = claim["scene"]
+    within = second(runs.short[scene, model][0])
+    shares, told = [], []
+    for channel in CHANNELS:
+        mine, theirs = (runs.errors(scene, name, channel)[within] for name in (model, other))
+        shares.append(float(np.sqrt(np.mean((mine - theirs) ** 2) / np.mean(mine**2))))
+        told.append(f"{channel} {per_cent(shares[-1])}")
+    return decide(
+        -max(shares), -0.5, -0.1, f"difference of the codes, of the error's own size: {', '.join(told)}"
+    )
+
+
+def _bottom(runs: Runs, scene: str, model: str) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    """Return where the two turns are near their second lowest point."""
+    ideal = runs.ideal[scene, model]
+    within = second(ideal)
+    y = np.where(within, ideal.values("slider_y"), np.inf)
+    period = float(ideal.time[-1]) / 2
+    # The printed time is one at 150 rpm, and approximate: the lowest point itself is taken.
+    width = BOTTOM * period / load_scene("ideal").period
+    return np.asarray(np.abs(ideal.time - ideal.time[y.argmin()]) <= width)
+
+
+def _from_the_guide(runs: Runs, scene: str, model: str) -> Array:
+    """Return x over the clearance, from the guide's centre line, one row a turn."""
+    data = load_scene(scene).data
+    x = by_turn(runs.long[scene, model], "slider_x") - data["mechanism"]["guide_x"]
+    return np.asarray(x / data["clearance"]["slider"])
+
+
+def _later(turns: Array) -> Array:
+    return turns[int(SETTLED * len(turns)) :]

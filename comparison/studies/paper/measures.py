@@ -1,0 +1,175 @@
+"""What a run shows in place of each printed figure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from comparison.arrays import Array
+from comparison.reliability.assessment import Assessment, assess
+from comparison.reliability.errors import QUANTITIES, SliderErrors
+from comparison.scene import load_scene
+from comparison.studies.errors import Peak, largest, peak
+from comparison.studies.paper.runs import CENTRAL, PIN, SAMPLES, Runs, second
+
+CONDITIONS = {
+    "F7-T": CENTRAL,
+    "F7-R": PIN,
+    "F9-210": CENTRAL,
+    "F9-69": "69GPa",
+    "F10-28": CENTRAL,
+    "F10-33": "poisson-0.33",
+    "F11-01": "90rpm-0.1mm",
+    "F11-05": "90rpm-0.5mm",
+    "F12-150": CENTRAL,
+    "F12-300": "300rpm-0.2mm",
+    "F14a": CENTRAL,
+    "F14c": CENTRAL,
+    "F14e": CENTRAL,
+    "F16-01": "90rpm-0.1mm",
+    "F16-05": "90rpm-0.5mm",
+    "F17-150": CENTRAL,
+    "F17-300": "300rpm-0.2mm",
+    "S4.2": "ideal",
+    "S2.2": "ideal",
+}
+"""How the id of a published row begins -> the scene."""
+PEAKS = {
+    "peak_displacement_error": "slider_y",
+    "peak_velocity_error": "slider_vy",
+    "peak_acceleration_error": "slider_ay",
+}
+RANGES = {
+    "range_x_deviation": ("slider_x", "line"),
+    "range_x_velocity": ("slider_vx", ""),
+    "range_y": ("slider_y", "start"),
+    "range_y_velocity": ("slider_vy", ""),
+    "range_y_error": ("slider_y", "ideal"),
+    "range_y_velocity_error": ("slider_vy", "ideal"),
+}
+"""Of Fig. 14: the channel, and what is taken off: the ideal slider's line, its start, its motion."""
+REACH = 0.025
+"""Of a turn: a peak this close to the printed instant counts as the same passage."""
+_STILL = CENTRAL
+"""Whose ideal mechanism stands for the scene ``ideal``: that at 150 rpm."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What stands in place of a printed figure.
+
+    Attributes
+    ----------
+    value
+        In the figure's unit.
+    time
+        s; nan where it belongs to no instant.
+    others
+        The same of runs that start a nudge elsewhere.
+    sampled
+        The same of the samples alone; nan where there is no such thing.
+    """
+
+    value: float
+    time: float = float("nan")
+    others: tuple[float, ...] = ()
+    sampled: float = float("nan")
+
+
+def scene_of(identifier: str) -> str:
+    """Return the scene of a published row, such as ``F9-69-d``.
+
+    Raises
+    ------
+    KeyError
+        If no condition is known for it.
+    """
+    return CONDITIONS[identifier.rpartition("-")[0]]
+
+
+def measure(identifier: str, quantity: str, runs: Runs, model: str) -> Measured:
+    """Return what a model's runs show in place of a published row.
+
+    Raises
+    ------
+    KeyError
+        If nobody knows how to measure the quantity.
+    """
+    scene = scene_of(identifier)
+    if quantity in PEAKS:
+        channel = PEAKS[quantity]
+        found = [largest_error(runs, scene, model, channel, k) for k in range(members(runs, scene, model))]
+        run = runs.short[scene, model][0]
+        samples = peak(run.time, runs.errors(scene, model, channel), second(run))
+        others = tuple(each.value for each in found[1:])
+        return Measured(found[0].value, found[0].time, others, samples.value)
+    if quantity == "lowest_displacement":
+        y = runs.ideal[_STILL, model].values("slider_y")
+        return Measured(float(y.min() - y[0]))
+    if quantity == "crank_angle_at_top_dead_centre":
+        return Measured(_top_dead_centre(runs, model))
+    name, _, end = quantity.rpartition("_")
+    channel, origin = RANGES[name]
+    return Measured(_range(runs, scene, model, channel, origin)[end == "high"])
+
+
+def members(runs: Runs, scene: str, model: str) -> int:
+    """Return how many runs a condition has."""
+    return len(runs.short[scene, model])
+
+
+def largest_error(runs: Runs, scene: str, model: str, channel: str, member: int) -> Peak:
+    """Return the largest error of the second turn."""
+    run = runs.short[scene, model][member]
+    return largest(run, runs.ideal[scene, model], channel, second(run))
+
+
+def near(runs: Runs, scene: str, model: str, channel: str, time: float) -> Peak:
+    """Return the largest error within `REACH` of a turn around an instant (s)."""
+    run = runs.short[scene, model][0]
+    period = float(run.time[-1]) / 2
+    return largest(run, runs.ideal[scene, model], channel, np.abs(run.time - time) <= REACH * period)
+
+
+def first_turn(runs: Runs, scene: str, model: str, channel: str) -> Peak:
+    """Return the largest error of the first turn, which starts at rest on the ideal slider's line."""
+    run = runs.short[scene, model][0]
+    return largest(run, runs.ideal[scene, model], channel, run.time <= run.time[-1] / 2)
+
+
+def reliabilities(runs: Runs, scene: str, model: str) -> dict[str, Assessment]:
+    """Return the reliabilities of the second turn at the limits of the scene, by quantity."""
+    rows = second_rows(runs, scene, model)
+    return assess(SliderErrors(SAMPLES, rows), load_scene(scene).reliability)
+
+
+def second_rows(runs: Runs, scene: str, model: str) -> dict[str, Array]:
+    """Return the errors of the second turn, its first instant left out, shape (SAMPLES,), by quantity."""
+    return {
+        quantity: runs.errors(scene, model, channel)[-SAMPLES:] for quantity, channel in QUANTITIES.items()
+    }
+
+
+def _range(runs: Runs, scene: str, model: str, channel: str, origin: str) -> tuple[float, float]:
+    run, ideal = runs.long[scene, model], runs.ideal[scene, model]
+    if origin == "ideal":
+        errors = runs.long_errors(scene, model, channel)
+        return float(errors.min()), float(errors.max())
+    zero = {
+        "line": float(ideal.values("slider_x")[0]),
+        "start": float(ideal.values("slider_y")[0]),
+        "": 0.0,
+    }[origin]
+    extremes = run.extrema[channel]
+    return extremes["min"] - zero, extremes["max"] - zero
+
+
+def _top_dead_centre(runs: Runs, model: str) -> float:
+    """Return the crank angle at which the ideal slider is highest, deg: the zero of its velocity."""
+    ideal = runs.ideal[_STILL, model]
+    velocity = ideal.values("slider_vy")
+    at = SAMPLES + int(ideal.values("slider_y")[SAMPLES // 2 : -SAMPLES // 2].argmax()) - SAMPLES // 2
+    rise = (velocity[at + 1] - velocity[at - 1]) / 2
+    start = float(load_scene("ideal").data["mechanism"]["crank_angle_deg"])
+    return float(start + 360.0 * ((at - velocity[at] / rise) / SAMPLES - 1.0))
