@@ -53,6 +53,10 @@ def test_the_numerical_part_is_that_of_the_refined_runs_and_of_the_ideal_mechani
     assert twin.numerical == pytest.approx(K * 3 * (exact(8.0) - exact(8.2)), rel=1e-9)
     assert twin.verdict == "undecided"
     assert twin.half_width > MARGIN
+    # Of two twins the farther one counts.
+    both = Runs(base, base, twin=press(8.2), other_twin=press(7.7), coarser=base)
+    farther = compared(both, Runs(base, base), press())
+    assert farther.numerical == pytest.approx(K * 3 * (exact(7.7) - exact(8.0)), rel=1e-9)
     # Of the ideal there is the coarser level, of second order: a quarter of its distance.
     ideals = (Runs(press(), coarser=press(0.01)), Runs(press(), coarser=press()))
     ideal = compared(base, base, ideals)
