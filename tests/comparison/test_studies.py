@@ -22,6 +22,7 @@ from comparison.studies import (
     index,
     paper,
     reliability,
+    paper,
     verdicts,
 )
 from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
@@ -91,10 +92,7 @@ def made_up_rows():
     return rows
 
 
-@pytest.mark.parametrize(
-    "name", ["paper", "reliability", "contact-laws", "crank-pin", "identification", "ensembles", "detection"]
-)
-@pytest.mark.parametrize("name", ["contact-laws", "crank-pin", "identification", "ensembles", "detection", "reliability"])
+@pytest.mark.parametrize("name", ["paper", "reliability", "contact-laws", "crank-pin", "identification", "ensembles", "detection"])
 def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
     assert main(["study", name, "--jobs", "2"]) == 0
     (told,) = capsys.readouterr().out.splitlines()
