@@ -178,6 +178,8 @@ def test_accelerations_of_later_turns_are_judged_by_the_forces_of_the_contacts()
     # The first turn, with its 900 N, does not count.
     assert trends.later_turns(of, "69GPa", "exudyn", "slider_ay") == pytest.approx(10.0 + np.arange(1, TURNS))
     assert trends.later_turns(of, runs.PIN, "exudyn", "slider_y").size == TURNS - 1
+    # Nor do its two contacts.
+    assert trends.contacts_per_turn(of, "69GPa", "exudyn") == pytest.approx(np.ones(TURNS - 1))
     more = trends.more_contacts(of, "reference", {"more": "69GPa", "less": runs.CENTRAL})
     assert more.verdict == SUPPORTED
 
