@@ -23,6 +23,7 @@ from comparison.studies import (
     paper,
     reliability,
     paper,
+    reliability,
     verdicts,
 )
 from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
@@ -93,6 +94,9 @@ def made_up_rows():
 
 
 @pytest.mark.parametrize("name", ["paper", "reliability", "contact-laws", "crank-pin", "identification", "ensembles", "detection"])
+@pytest.mark.parametrize(
+    "name", ["contact-laws", "crank-pin", "identification", "paper", "ensembles", "detection", "reliability"]
+)
 def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
     assert main(["study", name, "--jobs", "2"]) == 0
     (told,) = capsys.readouterr().out.splitlines()
