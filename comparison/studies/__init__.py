@@ -11,7 +11,17 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
-NAMES = ("verdicts", "paper", "reliability", "contact-laws", "crank-pin", "identification", "ensembles", "detection", "tradeoff")
+NAMES = (
+    "verdicts",
+    "paper",
+    "reliability",
+    "contact-laws",
+    "crank-pin",
+    "identification",
+    "ensembles",
+    "detection",
+    "tradeoff",
+)
 
 
 def write_study(name: str, folder: Path, n_jobs: int, on_progress: Callable[[float], None] | None) -> Path:
