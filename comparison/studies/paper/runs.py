@@ -140,15 +140,6 @@ def pin_scene() -> Scene:
     """
     return load_scene(
         PIN, {"drive.cycles": 2.0, "output.groups": ["joints"], "output.samples_per_cycle": SAMPLES}
-    Exudyn's five bodies take a step of a microsecond: the shares of the forces' directions agree with the
-    reference's to a hundredth.
-        PIN,
-        {
-            "drive.cycles": 2.0,
-            "output.groups": ["joints"],
-            "output.samples_per_cycle": SAMPLES,
-            "solver.exudyn.step": 1e-6,
-        },
     )
 
 
