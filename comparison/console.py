@@ -36,13 +36,15 @@ def fail(error: Exception) -> int:
     from comparison.engines import EngineError
     from comparison.files import FolderError
     from comparison.gate.baseline import BaselineError
+    from comparison.ledger import LedgerError
     from comparison.run import RunError
     from comparison.scene import SceneError
     from comparison.table import TableError
 
     if isinstance(error, RunError):
         return complain(str(error), 70 if error.outcome.status == "crashed" else 2)
-    if isinstance(error, SceneError | TableError | AccuracyError | BaselineError | FolderError | EngineError):
+    ours = SceneError | TableError | AccuracyError | BaselineError | FolderError | EngineError | LedgerError
+    if isinstance(error, ours):
         return complain(str(error), 2)
     if isinstance(error, OSError) and error.filename is not None:
         return complain(f"{error.filename}: {error.strerror}", 2)

@@ -58,15 +58,15 @@ def json_text(value: Mapping[str, Any]) -> str:
     TypeError
         If something in it is none of what JSON holds.
     """
-    return json.dumps(_plain(value), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    return json.dumps(plain(value), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def _plain(value: Any) -> Any:
-    """Replace what JSON does not have."""
+def plain(value: Any) -> Any:
+    """Replace what JSON does not have: numbers that are not finite become null, numpy's become Python's."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(part) for key, part in value.items()}
+        return {str(key): plain(part) for key, part in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(part) for part in value]
+        return [plain(part) for part in value]
     if isinstance(value, np.generic):
-        return _plain(value.item())
+        return plain(value.item())
     return None if isinstance(value, float) and not math.isfinite(value) else value

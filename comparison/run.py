@@ -21,6 +21,7 @@ MODELS = ("reference", "exudyn")
 """The two that are compared where nobody asks for others, see `comparison.engines`."""
 
 Progress = Callable[[float], None]
+Simulate = Callable[..., Any]
 
 
 @dataclass(frozen=True)
@@ -117,12 +118,24 @@ def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table
         If the run does not succeed.
     """
     job = Job(scene, model)
-    outcome = _attempt(job, progress)
-    if outcome.status == "bad input":
-        raise SceneError(describe(job, outcome))
-    if outcome.table is None:
-        raise RunError(outcome, job)
-    return _of_scene(outcome.table, scene)
+    return _successful(job, _attempt(job, progress))
+
+
+def runner(model: str) -> Callable[[Scene], Table]:
+    """Return `run_one` of a model for many short runs: it is looked up once, which takes as long as one.
+
+    Raises
+    ------
+    EngineError
+        If there is no such model, or it cannot be imported.
+    """
+    simulate = load(model)
+
+    def run(scene: Scene) -> Table:
+        job = Job(scene, model)
+        return _successful(job, _attempt(job, None, simulate))
+
+    return run
 
 
 def run_all(
@@ -191,10 +204,21 @@ def run_all(
     return [_outcome_of_scene(outcomes[key], job.scene) for key, job in zip(keys, jobs, strict=True)]
 
 
-def _attempt(job: Job, progress: Progress | None) -> Outcome:
+def _successful(job: Job, outcome: Outcome) -> Table:
+    if outcome.status == "bad input":
+        raise SceneError(describe(job, outcome))
+    if outcome.table is None:
+        raise RunError(outcome, job)
+    return _of_scene(outcome.table, job.scene)
+
+
+def _attempt(job: Job, progress: Progress | None, simulate: Simulate | None = None) -> Outcome:
     """Run and check; whatever a model raises becomes an outcome."""
     try:
-        result = _simulate(job.model, job.scene.data, progress)
+        if simulate is None:
+            result = _simulate(job.model, job.scene.data, progress)
+        else:
+            result = _started(simulate, job.scene.data, progress)
         table = Table.from_result(result)
         if result.status != "success":
             return Outcome(result.status, result.remedy, partial=table)
@@ -210,8 +234,12 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
 
 def _simulate(model: str, scene: dict[str, Any], progress: Progress | None) -> Result:
     """Start a model; imported here, so that reading tables and scenes needs none."""
+    return _started(load(model), scene, progress)
+
+
+def _started(simulate: Simulate, scene: dict[str, Any], progress: Progress | None) -> Result:
     # A copy: what a model does to its scene must not be what the table is said to be a result of.
-    result: Result = load(model)(deepcopy(scene), progress=progress)
+    result: Result = simulate(deepcopy(scene), progress=progress)
     return result
 
 

@@ -4,6 +4,7 @@ import platform
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from importlib.metadata import version
 from typing import Any
 
@@ -116,7 +117,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     )
     result.provenance.update(
         model="reference",
-        versions={name: version(name) for name in ("sixbar-crossval", "numpy", "scipy", "numba")},
+        versions=dict(_versions()),
         platform=f"{platform.system()} {platform.machine()} Python {platform.python_version()}",
         wall_time_s=time.perf_counter() - started,
         status=result.status,
@@ -124,6 +125,12 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     if progress is not None:
         progress(1.0)
     return result
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """Return the versions of what computes a run; looking them up takes longer than a short run."""
+    return {name: version(name) for name in ("sixbar-crossval", "numpy", "scipy", "numba")}
 
 
 def _ideal(p: Parameters, samples: Samples, what: int) -> Result:
