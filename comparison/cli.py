@@ -10,10 +10,10 @@ from typing import Annotated, Any
 import typer
 
 from comparison.cli_gate import gate
+from comparison.cli_study import studies
 from comparison.cli_validate import validate, write_page
 from comparison.console import complain, fail, progress, warn
-from comparison.options import REPORTS, Accuracy, AllowIndeterminate, Jobs, OutFolder, Overrides
-from comparison.studies import NAMES
+from comparison.options import REPORTS, Accuracy, AllowIndeterminate, OutFolder, Overrides
 
 # The class that this typer raises: some of its releases bring a click of their own.
 _UsageError: Any = typer.BadParameter.__base__
@@ -215,26 +215,4 @@ def compare(
 
 app.command()(validate)
 app.command()(gate)
-
-
-@app.command()
-def study(
-    name: Annotated[str, typer.Argument(help=f"One of {', '.join(NAMES)}.")],
-    out: Annotated[
-        Path | None, typer.Option(help="Folder of the study.", show_default="reports/out/NAME")
-    ] = None,
-    jobs: Jobs = None,
-) -> int:
-    """Answer a question of its own with many runs: a README.md with figures. Kept runs are used."""
-    from comparison.files import check_folder
-    from comparison.studies import write_study
-    from comparison.workers import cpus
-
-    if name not in NAMES:
-        raise typer.BadParameter(f"study {name!r} is not known; there are {', '.join(NAMES)}")
-    folder = out or REPORTS / name
-    check_folder(folder)
-    with progress(name) as report:
-        path = write_study(name, folder, jobs or cpus(), report)
-    typer.echo(str(path))
-    return 0
+app.add_typer(studies, name="study")

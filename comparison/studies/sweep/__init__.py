@@ -1,0 +1,1 @@
+"""Runs over any keys of a scene: a table with one row a run."""

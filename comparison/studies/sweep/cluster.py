@@ -1,0 +1,77 @@
+"""Work spread over an existing Dask cluster, whose workers have this package installed."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+from comparison.spread import Finished, Lost, Spread
+from comparison.studies.sweep.points import SweepError
+from comparison.workers import Attempt
+
+PATIENCE = 10.0
+"""s, until a scheduler that does not answer is given up."""
+
+
+def on_cluster(address: str) -> Spread:
+    """Return what spreads work over the workers of a scheduler.
+
+    Raises
+    ------
+    SweepError
+        If dask is not installed, or the scheduler does not answer.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise SweepError("--scheduler needs dask: pip install 'sixbar-crossval[cluster]'") from error
+    # What it says about a lost connection is said here, in one line.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    try:
+        client = Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise SweepError(f"--scheduler {address}: does not answer: {_line(error)}") from error
+
+    def spread(attempt: Attempt, tasks: Mapping[str, Any]) -> Finished:
+        try:
+            yield from _work(client, address, attempt, tasks)
+        finally:
+            with suppress(OSError, TimeoutError):
+                client.close(timeout=2)
+
+    return spread
+
+
+def _work(client: Any, address: str, attempt: Attempt, tasks: Mapping[str, Any]) -> Finished:
+    from distributed import as_completed
+
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except TimeoutError as error:
+        raise SweepError(f"--scheduler {address}: has no workers") from error
+    futures = {
+        client.submit(_alone, attempt, task, key=f"sixbar-{key}", pure=False, retries=0): key
+        for key, task in tasks.items()
+    }
+    for future in as_completed(futures, loop=client.loop):
+        if future.status == "finished":
+            yield futures[future], future.result()
+        elif future.status == "error" and type(future.exception()).__name__ == "KilledWorker":
+            yield futures[future], Lost("its worker died")
+        else:
+            raise SweepError(f"--scheduler {address}: lost; finished runs are kept")
+
+
+def _alone(attempt: Attempt, task: Any) -> Any:
+    """Work off a task of which nobody asks how far it is (on the cluster)."""
+    return attempt(task, _ignore)
+
+
+def _ignore(share: float) -> None:
+    del share
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

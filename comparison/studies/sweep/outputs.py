@@ -1,0 +1,123 @@
+"""Named quantities of a run: what a sweep's table holds of it."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+
+import numpy as np
+
+from comparison.channels import channels
+from comparison.studies.errors import error, peak, second_cycle
+from comparison.studies.sweep.points import SweepError
+from comparison.table import Table
+
+OF_CHANNELS = {
+    "min": "smallest value over the integration steps",
+    "max": "largest value over the integration steps",
+    "rms": "root of the mean square of the samples",
+    "end": "last sample",
+}
+OF_ERRORS = {"slider_y": "displacement", "slider_vy": "velocity", "slider_ay": "acceleration"}
+"""Channels whose error against the ideal mechanism the paper shows."""
+OF_CONTACTS = ("normal_speed", "impulse", "peak_force", "largest_depth")
+USUAL = (
+    "peak_error:slider_y",
+    "peak_error:slider_vy",
+    "peak_error:slider_ay",
+    "contacts",
+    "impulse",
+    "largest:peak_force",
+)
+
+
+def names() -> list[str]:
+    """List every quantity that a run may be asked for."""
+    return [
+        *(f"{what}:{channel}" for what in OF_CHANNELS for channel in channels()),
+        *(f"peak_error:{channel}" for channel in OF_ERRORS),
+        "contacts",
+        "impulse",
+        *(f"largest:{column}" for column in OF_CONTACTS),
+        "steps",
+    ]
+
+
+def check_names(asked: Sequence[str]) -> None:
+    """Refuse a quantity that there is not.
+
+    Raises
+    ------
+    SweepError
+        Naming the nearest one.
+    """
+    known = names()
+    for name in asked:
+        if name not in known:
+            close = difflib.get_close_matches(name, known, n=1)
+            hint = f"did you mean {close[0]!r}?" if close else "such as " + ", ".join(USUAL)
+            raise SweepError(f"--output {name!r} is not a quantity of a run; {hint}")
+
+
+def needs_ideal(asked: Sequence[str]) -> bool:
+    """Return whether a quantity is an error against the ideal mechanism."""
+    return any(name.startswith("peak_error:") for name in asked)
+
+
+def measure(run: Table, ideal: Table | None, period: float, asked: Sequence[str]) -> dict[str, float | None]:
+    """Return the quantities of a run, None where it has not what they need.
+
+    Parameters
+    ----------
+    run
+        A result.
+    ideal
+        That of the ideal mechanism at the same times, where `needs_ideal`.
+    period
+        Of a crank turn, s.
+    asked
+        Of `names`.
+
+    Notes
+    -----
+    A peak error is that of a sample, in size, over the second turn as in the paper; over all where there is
+    no second. ``contacts`` counts them, ``impulse`` is their sum, N s.
+    """
+    return {name: _one(name, run, ideal, period) for name in asked}
+
+
+def _one(name: str, run: Table, ideal: Table | None, period: float) -> float | None:
+    what, _, of = name.partition(":")
+    if what == "peak_error" and ideal is not None:
+        if of not in run.frame:
+            return None
+        within = second_cycle(run.time, period)
+        everywhere = np.ones(run.time.size, dtype=np.bool_)
+        whole = run.time[-1] >= 2 * period * (1 - 1e-9)
+        return abs(peak(run.time, error(run, ideal, of), within if whole else everywhere).value)
+    if what in OF_CHANNELS:
+        return _of_channel(what, of, run)
+    if what == "steps":
+        steps = run.provenance.get("counters", {}).get("steps")
+        return None if steps is None else float(steps)
+    if run.events is None:
+        return None
+    if what == "contacts":
+        return float(len(run.events))
+    if what == "impulse":
+        return float(run.events["impulse"].sum())
+    column = run.events[of].to_numpy(float)
+    return float(column.max()) if column.size else 0.0
+
+
+def _of_channel(what: str, channel: str, run: Table) -> float | None:
+    if channel not in run.frame:
+        return None
+    values = run.values(channel)
+    if what == "end":
+        return float(values[-1])
+    if what == "rms":
+        return float(np.sqrt(np.mean(values**2)))
+    if channel in run.extrema:
+        return float(run.extrema[channel][what])
+    return float(values.min() if what == "min" else values.max())

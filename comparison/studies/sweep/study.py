@@ -1,0 +1,73 @@
+"""A sweep: which runs, who does them, and the table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from comparison.engines import find, fingerprint
+from comparison.files import replacing
+from comparison.run import Progress
+from comparison.scene import Scene
+from comparison.spread import Spread, finish
+from comparison.studies.sweep.outputs import check_names
+from comparison.studies.sweep.points import Point, check_keys
+from comparison.studies.sweep.runs import Task, attempt, result_table
+
+LEDGER, TABLE = "runs.jsonl", "sweep.csv"
+
+
+def sweep(
+    base: Scene,
+    points: Sequence[Point],
+    models: Sequence[str],
+    asked: Sequence[str],
+    folder: Path,
+    spread: Spread,
+    on_progress: Progress | None = None,
+) -> tuple[Path, int]:
+    """Run all points by all models and write the table.
+
+    Each run's row is kept in the folder as soon as it ends: a sweep that was broken off goes on where it
+    was. The table does not depend on who ran what when.
+
+    Parameters
+    ----------
+    base
+        The scene whose keys are varied.
+    points
+        Values of the keys, one run each and model.
+    models
+        Who runs them.
+    asked
+        Quantities, of `comparison.studies.sweep.outputs.names`.
+    folder
+        It is there.
+    spread
+        Who does the work.
+    on_progress
+        Called with the finished share, 0 to 1.
+
+    Returns
+    -------
+    table, failed
+        The path of the table, and how many runs did not succeed: these are rows too, with their reason.
+
+    Raises
+    ------
+    SweepError
+        If a point names what is not a key of a scene, or a quantity is not one.
+    LedgerError
+        If a row cannot be kept.
+    """
+    check_names(asked)
+    check_keys(base, list(dict.fromkeys(key for point in points for key in point)))
+    fingerprints = {model: fingerprint(find(model).name) for model in {*models, "reference"}}
+    tasks = [Task(base, point, model, tuple(asked)) for point in points for model in models]
+    keys = [task.key(fingerprints) for task in tasks]
+    rows = finish(attempt, dict(zip(keys, tasks, strict=True)), folder / LEDGER, spread, on_progress)
+    frame = result_table(tasks, [rows[key] for key in keys])
+    path = folder / TABLE
+    with replacing(path) as part:
+        frame.to_csv(part, index=False)
+    return path, int((frame["status"] != "success").sum())
