@@ -1,0 +1,76 @@
+"""The tools on the ball on a vibrating table, whose answers are known."""
+
+from __future__ import annotations
+
+from math import log
+
+import numpy as np
+
+from comparison.arrays import Array
+from comparison.nonlinear import bouncing_ball as ball
+from comparison.nonlinear.lyapunov import Exponent, exponents
+from comparison.nonlinear.recurrence import period
+from comparison.nonlinear.twins import follow
+from comparison.nonlinear.zero_one import chaos_indicator
+from comparison.report.markdown import table
+
+PERIODS = 1000
+TRANSIENT = 10
+HEADINGS = (
+    "ball on a vibrating table, e = 0.5",
+    "exponent, known",
+    "exponent from twins",
+    "K",
+    "repeats after",
+)
+
+
+def controls() -> str:
+    """Return what the tools say of the ball where it moves regularly and where it does not."""
+    return table(
+        HEADINGS,
+        [
+            _row("one impact a period", ball.REGULAR, log(ball.RESTITUTION), "ln e"),
+            _row("strange attractor", ball.CHAOTIC, None, "product of the exact linear maps"),
+        ],
+    )
+
+
+def _row(words: str, amplitude: float, known: float | None, source: str) -> list[str]:
+    start = ball.on_the_periodic_motion(amplitude) + np.array([1e-2, 0.0])
+    for _ in range(TRANSIENT):
+        start = ball.advance(start, amplitude)
+    series, mean = _tangent(start, amplitude)
+    measured = _measured(start, amplitude)
+    repeats = period(series[-50:], 1e-6)
+    return [
+        f"{words}, table's peak acceleration {amplitude:g} g",
+        f"{mean if known is None else known:.3f} ({source})",
+        f"{measured.value:.3f} ({measured.low:.3f} … {measured.high:.3f})",
+        f"{chaos_indicator(series[:, 0]):.2f}",
+        "never" if repeats is None else f"{repeats} period",
+    ]
+
+
+def _tangent(state: Array, amplitude: float) -> tuple[Array, float]:
+    """Return the section, shape (PERIODS, 2), and the mean growth under the exact linear maps."""
+    series, vector, total = np.empty((PERIODS, 2)), np.ones(2), 0.0
+    for k in range(PERIODS):
+        state, tangent = ball.flight(state, amplitude)
+        series[k] = state
+        vector = tangent @ vector
+        size = float(np.linalg.norm(vector))
+        total, vector = total + log(size), vector / size
+    return series, total / PERIODS
+
+
+def _measured(start: Array, amplitude: float) -> Exponent:
+    def orbit(state: Array, when: int) -> tuple[Array, int]:
+        return ball.advance(state, amplitude), when + 1
+
+    def twin(state: Array, _when: int, _end: int) -> Array:
+        return ball.advance(state, amplitude)
+
+    near = np.array([1e-8])
+    twins = follow(orbit, twin, start, 0, PERIODS, distances=near, round_off=1e-15, scale=np.ones(2))
+    return exponents(twins, 1)[0]

@@ -1,0 +1,87 @@
+"""What the slider remembers while it rests: its later state as a function of frozen impact speeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from comparison.arrays import Array
+from comparison.scene import Scene
+from comparison.studies.nonlinear.press import STATE, by_turn, scale, states
+from comparison.table import Table
+
+RESTING = 0.78
+"""Of a turn from the start: the slider lies at the right wall with both corners."""
+LATER = (0.78, 0.86, 0.0)
+"""Of a turn: still at rest, just after it has left the wall, at the next top dead centre."""
+CORNERS = ("lr", "ur")
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Of one coordinate of the state at an angle, over many turns."""
+
+    angle: float
+    channel: str
+    scatter: float
+    """Standard deviation, m, by `scale`."""
+    explained: float
+    """Share of the variance that is a linear function of the inverse impact speeds, 0 to 1."""
+
+
+def remembered(table: Table, scene: Scene, first_turn: int) -> list[Memory]:
+    """Fit the states after a rest by the impact speeds that the contacts keep through it.
+
+    The damping force is K d^n C d' / v with the frozen speed v of the contact's first touch (Eqs. 9-11):
+    where d' is given from outside, as in the slow rise and fall of the load during the rest, the depth
+    departs from the elastic one by a share of 1 / v.
+
+    Parameters
+    ----------
+    table
+        A long run with its contacts.
+    scene
+        What it is the result of.
+    first_turn
+        That counts, from 0.
+
+    Returns
+    -------
+    list of Memory
+        Four for each angle of `LATER`; none where the slider does not rest on both corners in every turn.
+    """
+    turns = by_turn(states(table, scene) * scale(scene), scene)
+    speeds = _speeds(table, scene, first_turn, len(turns) - 1)
+    if speeds is None:
+        return []
+    found = []
+    for angle in LATER:
+        sample = round(angle * turns.shape[1])
+        # What comes before the rest in a turn's count of angles is in the next turn.
+        shift = 1 if angle < RESTING else 0
+        values = turns[first_turn + shift : len(turns) - 1 + shift, sample]
+        basis = np.column_stack([np.ones(len(speeds)), 1.0 / speeds])
+        for k, channel in enumerate(STATE):
+            fitted = basis @ np.linalg.lstsq(basis, values[:, k])[0]
+            scatter = float(np.std(values[:, k]))
+            left = float(np.var(values[:, k] - fitted))
+            found.append(Memory(angle, channel, scatter, 1.0 - left / scatter**2 if scatter else 0.0))
+    return found
+
+
+def _speeds(table: Table, scene: Scene, first: int, last: int) -> Array | None:
+    """Return the impact speeds (m/s) of both corners at rest, shape (turns, 2)."""
+    if table.events is None:
+        return None
+    corner = table.events["corner"].to_numpy()
+    start, end, speed = (table.events[name].to_numpy(float) for name in ("start", "end", "normal_speed"))
+    speeds = np.empty((last - first, len(CORNERS)))
+    for row, turn in enumerate(range(first, last)):
+        when = (turn + RESTING) * scene.period
+        for column, name in enumerate(CORNERS):
+            closed = np.flatnonzero((corner == name) & (start < when) & (end > when))
+            if not closed.size:
+                return None
+            speeds[row, column] = speed[closed[0]]
+    return speeds
