@@ -21,7 +21,7 @@ from pydantic import ValidationError
 
 from comparison.formulation import loose
 from comparison.refusals import explain
-from comparison.schema import Reliability, SceneKeys
+from comparison.schema import RandomInput, Reliability, SceneKeys
 
 SCENES = Path(str(files("comparison.scenes")))
 BASE = "paper"
@@ -52,6 +52,8 @@ class Scene:
     """[compare] tolerance: the share of a channel's scale by which tables without uncertainty may differ."""
     reliability: Reliability = field(default_factory=Reliability)
     """[reliability]: limits of the errors, bins."""
+    random: tuple[RandomInput, ...] = ()
+    """[[random]]: which numbers scatter, and how; no run depends on it."""
 
     @property
     def period(self) -> float:
@@ -191,7 +193,7 @@ def _checked(given: dict[str, Any], default_name: str, source: str) -> Scene:
         keys = SceneKeys.model_validate(given)
     except ValidationError as error:
         raise SceneError(f"scene {name!r}: {explain(error)}") from error
-    data = keys.model_dump(exclude={"compare", "reliability"})
+    data = keys.model_dump(exclude={"compare", "reliability", "random"})
     if data["initial"]["slider_offset"] is None:
         data["initial"]["slider_offset"] = data["mechanism"]["reference_offset"]
     return Scene(
@@ -204,6 +206,7 @@ def _checked(given: dict[str, Any], default_name: str, source: str) -> Scene:
         source=source,
         tolerance=keys.compare.tolerance,
         reliability=keys.reliability,
+        random=tuple(keys.random),
     )
 
 

@@ -271,6 +271,19 @@ class Reliability(Section):
     acceleration: AccelerationLimits = AccelerationLimits()
 
 
+class RandomInput(Section):
+    """A number of the scene that scatters about the scene's value, for the study random-inputs.
+
+    ``deviation`` is the standard deviation in the unit of the key; of a lognormal one it is small beside the
+    value, which is its median. ``element`` counts from 0 where the key holds a list.
+    """
+
+    key: Annotated[str, Field(min_length=1)]
+    distribution: Literal["normal", "lognormal", "uniform"]
+    deviation: Positive
+    element: Annotated[int, Field(ge=0)] | None = None
+
+
 class SceneKeys(Section):
     """A whole scene."""
 
@@ -287,6 +300,7 @@ class SceneKeys(Section):
     solver: Solver = Solver()
     compare: Compare = Compare()
     reliability: Reliability = Reliability()
+    random: list[RandomInput] = []
 
     @model_validator(mode="before")
     @classmethod

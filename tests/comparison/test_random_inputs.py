@@ -1,0 +1,128 @@
+"""Random inputs: their distributions, how a scene names them, and draws whoever runs them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from comparison.scene import SceneError, load_scene
+from comparison.studies.random_inputs import draws
+from comparison.studies.random_inputs.draws import RESPONSES, Draws, respond, run_draws
+from comparison.studies.random_inputs.inputs import defaults, inputs_of, label, values_at
+
+
+def scene_with(tmp_path, entries):
+    path = tmp_path / "scene.toml"
+    path.write_text(f'scene.extends = "150rpm-0.2mm"\n{entries}')
+    return load_scene(path)
+
+
+def entry(key, distribution="normal", deviation="1e-5", more=""):
+    return f'[[random]]\nkey = "{key}"\ndistribution = "{distribution}"\ndeviation = {deviation}\n{more}\n'
+
+
+def test_drawn_values_have_the_middle_and_the_deviation_that_were_asked_for(scene):
+    inputs = inputs_of(scene)
+    assert inputs == defaults()
+    # Quantiles in equal steps stand for draws: their moments are those of the distribution to 1e-3.
+    numbers = norm.ppf((np.arange(20_000) + 0.5) / 20_000)
+    for i, one in enumerate(inputs):
+        u = np.zeros(len(inputs))
+        section, _, key = one.key.rpartition(".")
+        found = []
+        for number in numbers[::20]:
+            u[i] = number
+            value = values_at(scene, inputs, u)[one.key]
+            found.append(value if one.element is None else value[one.element])
+        middle = values_at(scene, inputs, np.zeros(len(inputs)))[one.key]
+        held = scene.data
+        for part in one.key.split("."):
+            held = held[part]
+        assert middle == pytest.approx(held, rel=1e-14), (section, key)
+        assert np.std(found) == pytest.approx(one.deviation, rel=0.02), label(one)
+        if one.distribution != "normal":
+            assert min(found) > 0.0
+        if one.key == "contact.restitution":
+            assert max(found) <= 1.0
+
+
+def test_two_elements_of_one_key_are_drawn_together(scene):
+    inputs = [one for one in defaults() if one.key == "mechanism.rocker_pivot"]
+    values = values_at(scene, inputs, np.array([1.0, -2.0]))
+    assert values == {"mechanism.rocker_pivot": pytest.approx([0.2568 + 6.7e-5, 0.2 - 2 * 6.7e-5], rel=1e-14)}
+
+
+def test_a_scene_says_what_scatters_and_no_run_depends_on_it(tmp_path):
+    own = scene_with(tmp_path, entry("clearance.slider"))
+    assert [label(one) for one in inputs_of(own)] == ["clearance.slider"]
+    assert own.hash == load_scene("150rpm-0.2mm").hash
+    assert own.with_values({"drive.cycles": 1.0}).random == own.random
+
+
+@pytest.mark.parametrize(
+    ("entries", "told"),
+    [
+        (entry("clearance.sider"), "'clearance.sider' is not a key of a scene"),
+        (entry("contact.law"), "contact.law is no number of a scene"),
+        (entry("mechanism.rocker_pivot"), "mechanism.rocker_pivot is no number"),
+        (entry("mechanism.rocker_pivot", more="element = 2"), r"mechanism.rocker_pivot\[2\] is no number"),
+        (entry("mechanism.guide_x", "lognormal"), "mechanism.guide_x = -0.55 must be > 0 to be lognormal"),
+        (2 * entry("clearance.slider"), "names a key twice"),
+    ],
+)
+def test_an_input_that_cannot_be_drawn_is_told(entries, told, tmp_path):
+    with pytest.raises(SceneError, match=told):
+        inputs_of(scene_with(tmp_path, entries))
+
+
+def test_a_distribution_or_deviation_that_is_none_is_refused_with_the_scene(tmp_path):
+    with pytest.raises(SceneError, match="random"):
+        scene_with(tmp_path, entry("clearance.slider", "cauchy"))
+    with pytest.raises(SceneError, match="must be > 0"):
+        scene_with(tmp_path, entry("clearance.slider", deviation="0.0"))
+
+
+def test_the_largest_errors_are_those_of_the_second_turn(scene, make_table):
+    run, ideal, nominal = make_table(), make_table(), make_table()
+    turn = scene.data["output"]["samples_per_cycle"]
+    for channel, first, second in (
+        ("slider_y", 9.0, -2.0),
+        ("slider_vy", 9.0, 3.0),
+        ("slider_ay", 9.0, -4.0),
+    ):
+        run.frame.loc[10, channel] += first
+        run.frame.loc[turn + 10, channel] += second
+    nominal.frame["slider_y"] += 1.0
+    assert respond(run, ideal, nominal, scene.period) == pytest.approx([2.0, 3.0, 4.0, 3.0], rel=1e-9)
+    assert len(RESPONSES) == 4
+
+
+def test_draws_do_not_depend_on_processes_or_chunks_and_are_kept(fake_models, scene, monkeypatch):
+    asked = Draws(scene.with_values({"output.groups": ["accelerations"]}), defaults(), 12, seed=5)
+    monkeypatch.setattr(draws, "CHUNK", 4)
+    (one,) = run_draws([asked], 2, None)
+    runs = fake_models.read_text().count("\n")
+    # The nominal mechanism once a chunk; each run and its ideal mechanism.
+    assert runs == 3 + 2 * 12
+    (again,) = run_draws([asked], 1, None)
+    assert fake_models.read_text().count("\n") == runs
+    monkeypatch.setattr(draws, "CHUNK", 5)
+    (other,) = run_draws([asked], 1, None)
+    assert one.index.tolist() == list(range(12))
+    for of in (again, other):
+        assert of.u.tolist() == one.u.tolist()
+        assert of.responses.tolist() == one.responses.tolist()
+    assert np.abs(one.u).max() < 5.0
+    assert one.failures == []
+
+
+def test_a_run_that_cannot_be_made_is_told_and_the_others_stay(fake_models, tmp_path):
+    wild = scene_with(tmp_path, entry("clearance.slider", deviation="2e-4"))
+    assert fake_models.read_text() == ""
+    few = wild.with_values({"output.samples_per_cycle": 50, "output.groups": ["accelerations"]})
+    (drawn,) = run_draws([Draws(few, inputs_of(few), 30, seed=1)], 1, None)
+    # A clearance below zero has a probability of 16 %.
+    assert 1 <= len(drawn.failures) <= 12
+    assert len(drawn.failures) + drawn.index.size == 30
+    assert "clearance.slider" in drawn.failures[0]
