@@ -19,6 +19,8 @@ NAMES = (
     "crank-pin",
     "identification",
     "ensembles",
+    "nonlinear",
+    "random-inputs",
     "detection",
     "tradeoff",
 )

@@ -29,6 +29,8 @@ from comparison.studies.detection import alarms, faults, limits, study
 from comparison.studies.errors import Peak
 from comparison.studies.identification import runs
 from comparison.studies.identification.kinematics import TOPOLOGIES
+from comparison.studies.nonlinear import controls, scenes
+from comparison.studies.random_inputs import plan
 from comparison.studies.tradeoff import growth
 from comparison.studies.tradeoff import study as tradeoff
 from comparison.studies.tradeoff.measure import QUANTITIES
@@ -72,6 +74,20 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(growth, "by_turns", lambda: [("reference", 10.0, 0.05, 500)])
     monkeypatch.setattr(growth, "by_contacts", lambda: [("150rpm-0.2mm", 0.05, 500)])
     monkeypatch.setattr(growth, "by_channels", lambda: [("motion", 0.05)])
+    monkeypatch.setattr(scenes, "SCENES", scenes.SCENES[:2])
+    monkeypatch.setattr(scenes, "TOLERANCES", {"reference": (1e-10, 1e-12), "exudyn": (1e-10,)})
+    monkeypatch.setattr(scenes, "TURNS", {"reference": 3, "exudyn": 2})
+    monkeypatch.setattr(scenes, "LONG", {"reference": 112, "exudyn": 14})
+    monkeypatch.setattr(scenes, "LONG_MAIN", {"reference": 112, "exudyn": 14})
+    monkeypatch.setattr(scenes, "SPEEDS", (100.0, 200.0))
+    monkeypatch.setattr(scenes, "CLEARANCES", (1e-4, 2e-4))
+    monkeypatch.setattr(controls, "PERIODS", 110)
+    monkeypatch.setattr(plan, "SAMPLES", 40)
+    monkeypatch.setattr(plan, "RUNS", 60)
+    monkeypatch.setattr(plan, "PLANE", 30)
+    monkeypatch.setattr(plan, "FACTORS", (0.1, 1.0))
+    monkeypatch.setattr(plan, "COMMON", 20)
+    monkeypatch.setattr(plan, "TOLERANCES", (1e-7, 1e-10))
     return fake_models
 
 
@@ -92,8 +108,19 @@ def made_up_rows():
 
 
 @pytest.mark.parametrize(
-    "name", ["paper", "reliability", "contact-laws", "crank-pin", "identification", "ensembles", "detection"]
-)
+    "name",
+    [
+        "paper",
+        "reliability",
+        "contact-laws",
+        "crank-pin",
+        "identification",
+        "ensembles",
+        "nonlinear",
+        "random-inputs",
+        "detection",
+    ],
+)  # fmt: skip
 def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
     assert main(["study", name, "--jobs", "2"]) == 0
     (told,) = capsys.readouterr().out.splitlines()
