@@ -8,7 +8,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from comparison.schema import SceneKeys, Unit
+from comparison.keys import Unit
+from comparison.schema import SceneKeys
 
 _RULES = {
     "rule": "{text}",

@@ -20,8 +20,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from comparison.formulation import loose
+from comparison.judging import RandomInput, Reliability
 from comparison.refusals import explain
-from comparison.schema import RandomInput, Reliability, SceneKeys
+from comparison.schema import SceneKeys
 
 SCENES = Path(str(files("comparison.scenes")))
 BASE = "paper"

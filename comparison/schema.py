@@ -7,35 +7,18 @@ output, the solvers).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import isfinite
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from comparison.engines import engine_names
 from comparison.formulation import smallest_in_exudyn
+from comparison.judging import Compare, RandomInput, Reliability
+from comparison.keys import KG, KGM2, M_S, M, NotNegative, Positive, Real, S, Section, Unit, rule
 
-
-@dataclass(frozen=True)
-class Unit:
-    """Unit of a key, for messages."""
-
-    symbol: str
-
-
-Real = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-M, KG, KGM2, S, M_S = Unit("m"), Unit("kg"), Unit("kg m^2"), Unit("s"), Unit("m/s")
 MAX_SAMPLES = 100_000_000  # beyond it a table would not fit into the memory of an ordinary machine
-
-
-class Section(BaseModel):
-    """A table of the scene file; a key that is not listed is refused."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
 
 class Texts(Section):
@@ -154,7 +137,9 @@ class Environment(Section):
 class Output(Section):
     """Which groups of channels are recorded, and how densely."""
 
-    groups: list[Literal["accelerations", "corners", "joints", "energy"]] = ["accelerations", "corners"]
+    groups: list[Literal["accelerations", "corners", "joints", "energy"]] = Field(
+        default_factory=lambda: ["accelerations", "corners"]
+    )
     samples_per_cycle: Annotated[int, Field(ge=2)] = 1000
 
     @model_validator(mode="after")
@@ -216,74 +201,6 @@ class Solver(Section):
         return self
 
 
-class Compare(Section):
-    """What two tables without uncertainties are measured by: a share of each channel's scale."""
-
-    tolerance: Positive | None = None
-
-
-class Limits(Section):
-    """Limits of an error that is permitted, for `comparison.reliability`: Delta_nu and Delta_mu of Eq. 38."""
-
-    lower: Real = 0.0
-    upper: Positive
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        if self.lower >= self.upper:
-            notes = type(self).model_fields["upper"].metadata
-            unit = next((note.symbol for note in notes if isinstance(note, Unit)), "")
-            raise rule("lower", self.lower, f"must be < upper = {self.upper:g} {unit}".rstrip(), unit)
-        return self
-
-
-class DisplacementLimits(Limits):
-    """Of the slider's displacement: ISO 2768-1 f for a length of 0.12 m to 0.4 m; the stroke is 0.224 m."""
-
-    lower: Annotated[Real, M] = 0.0
-    upper: Annotated[Positive, M] = 2e-4
-
-
-class VelocityLimits(Limits):
-    """Of the slider's velocity: one hundredth of the largest that the ideal slider has at 150 rpm."""
-
-    lower: Annotated[Real, M_S] = 0.0
-    upper: Annotated[Positive, M_S] = 0.02
-
-
-class AccelerationLimits(Limits):
-    """Of the slider's acceleration: the published reliabilities imply 110 to 210 m/s^2, case by case."""
-
-    lower: Annotated[Real, Unit("m/s^2")] = 0.0
-    upper: Annotated[Positive, Unit("m/s^2")] = 150.0
-
-
-class Reliability(Section):
-    """By what the slider's errors are judged, see `comparison.reliability`.
-
-    bins: parts of the crank's turn. errors: whether mean and deviation are those of e or of |e|.
-    """
-
-    bins: Annotated[int, Field(ge=1)] = 10
-    errors: Literal["signed", "absolute"] = "absolute"
-    displacement: DisplacementLimits = DisplacementLimits()
-    velocity: VelocityLimits = VelocityLimits()
-    acceleration: AccelerationLimits = AccelerationLimits()
-
-
-class RandomInput(Section):
-    """A number of the scene that scatters about the scene's value, for the study random-inputs.
-
-    ``deviation`` is the standard deviation in the unit of the key; of a lognormal one it is small beside the
-    value, which is its median. ``element`` counts from 0 where the key holds a list.
-    """
-
-    key: Annotated[str, Field(min_length=1)]
-    distribution: Literal["normal", "lognormal", "uniform"]
-    deviation: Positive
-    element: Annotated[int, Field(ge=0)] | None = None
-
-
 class SceneKeys(Section):
     """A whole scene."""
 
@@ -300,7 +217,7 @@ class SceneKeys(Section):
     solver: Solver = Solver()
     compare: Compare = Compare()
     reliability: Reliability = Reliability()
-    random: list[RandomInput] = []
+    random: list[RandomInput] = Field(default_factory=list)
 
     @model_validator(mode="before")
     @classmethod
@@ -328,8 +245,3 @@ class SceneKeys(Section):
             bound = f"times output.samples_per_cycle must give 1 to {MAX_SAMPLES} samples, not {samples:g}"
             raise rule("drive.cycles", self.drive.cycles, bound)
         return self
-
-
-def rule(key: str, value: object, text: str, unit: str = "") -> PydanticCustomError:
-    """Build an error about ``key`` (relative to the section that raises it) for `scene.py` to phrase."""
-    return PydanticCustomError("rule", "{text}", {"key": key, "value": value, "text": text, "unit": unit})

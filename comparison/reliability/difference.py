@@ -22,11 +22,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from comparison.arrays import Array
+from comparison.judging import Reliability as Settings
 from comparison.reliability.assessment import Assessment, assess, divide, moments, stressing
 from comparison.reliability.errors import SliderErrors, slider_errors
 from comparison.reliability.interference import influence, reliability
 from comparison.reliability.sampling import half_width, standard_error
-from comparison.schema import Reliability as Settings
 from comparison.table import Table, TableError
 from comparison.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
 

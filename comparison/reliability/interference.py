@@ -20,7 +20,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from comparison.arrays import Array
-from comparison.schema import Limits
+from comparison.judging import Limits
 
 ROUNDING = 5e-6
 """Half a unit in the fifth digit, to which the paper prints: nearer to the cap nothing can be told."""

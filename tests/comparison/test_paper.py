@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from comparison.judging import Limits
 from comparison.published import printed_rows, published
 from comparison.reliability.interference import reliability
 from comparison.run import MODELS
 from comparison.scene import load_scene, shipped_scenes
-from comparison.schema import Limits
 from comparison.studies.page import single_page
 from comparison.studies.paper import claims, dynamics, measures, rows, runs, tolerances, trends
 from comparison.studies.paper.decision import CONTRADICTED, SUPPORTED, UNDECIDED, decide

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from comparison.channels import expected
+from comparison.judging import Reliability
 from comparison.scene import SceneError, load_scene, parse_set, scene_from_mapping, shipped_scenes
-from comparison.schema import Reliability
 
 AUTO = {"solver.exudyn.formulation": "auto"}
 ASKED_FOR_FORCES = {"formulation": "full", "method": "auto", "step": 2e-6, "tolerance": 1e-7}

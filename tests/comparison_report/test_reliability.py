@@ -10,11 +10,11 @@ import pandas as pd
 import pytest
 
 from comparison.findings import SceneComparison
+from comparison.judging import Reliability
 from comparison.reliability.difference import ReliabilityComparison, compare_reliability
 from comparison.report.page import render
 from comparison.report.reliability import against_angle, drawings, section
 from comparison.report.svg import style
-from comparison.schema import Reliability
 from comparison.table import Table
 from comparison.uncertainty import Runs
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
+from comparison.judging import AccelerationLimits, Reliability
 from comparison.reliability.assessment import assess
 from comparison.reliability.errors import QUANTITIES, slider_errors
-from comparison.schema import AccelerationLimits, Reliability
 from comparison.table import Table, TableError
 
 PERIOD = 0.4

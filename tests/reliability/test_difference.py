@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
+from comparison.judging import AccelerationLimits, Reliability
 from comparison.reliability.difference import MARGIN, ReliabilityComparison, compare_reliability
 from comparison.reliability.words import line, particulars, rounded
-from comparison.schema import AccelerationLimits, Reliability
 from comparison.table import TableError
 from comparison.uncertainty import Runs
 

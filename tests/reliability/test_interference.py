@@ -7,8 +7,8 @@ import pytest
 from scipy.special import ndtr
 from scipy.stats import norm
 
+from comparison.judging import Limits
 from comparison.reliability.interference import cap, implied_limit, influence, reliability, reliability_index
-from comparison.schema import Limits
 
 PHI_3 = 0.9986501020
 

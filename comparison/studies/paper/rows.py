@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from comparison.judging import Limits
 from comparison.published import Published, printed_rows, published
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.reliability.interference import cap
 from comparison.report.quantity import quantity as quantity_words
 from comparison.run import MODELS
-from comparison.schema import Limits
 from comparison.studies.paper.measures import Measured, measure, reliabilities, scene_of
 from comparison.studies.paper.runs import Runs
 from comparison.studies.paper.tolerances import missing, one_limit

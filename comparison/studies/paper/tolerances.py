@@ -8,12 +8,12 @@ import numpy as np
 from pandas import Series
 from scipy.optimize import minimize_scalar
 
+from comparison.judging import Limits
 from comparison.published import printed_rows, published
 from comparison.reliability.assessment import Assessment
 from comparison.reliability.errors import unit_of
 from comparison.reliability.interference import cap, implied_limit, reliability
 from comparison.run import MODELS
-from comparison.schema import Limits
 from comparison.studies.paper.measures import reliabilities, scene_of
 from comparison.studies.paper.runs import Runs
 

@@ -15,11 +15,11 @@ import comparison
 from comparison.arrays import Array
 from comparison.cache import cache_folder
 from comparison.engines import fingerprint
+from comparison.judging import RandomInput
 from comparison.ledger import Row
 from comparison.machine import platform_name
 from comparison.run import Progress, RunError, runner
 from comparison.scene import Scene, SceneError, digest
-from comparison.schema import RandomInput
 from comparison.spread import finish, on_processes
 from comparison.studies.errors import peak, second_cycle
 from comparison.studies.random_inputs.inputs import values_at

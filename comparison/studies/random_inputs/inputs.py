@@ -11,8 +11,8 @@ from typing import Any
 from scipy.stats import norm
 
 from comparison.arrays import Array
+from comparison.judging import RandomInput
 from comparison.scene import Scene, SceneError
-from comparison.schema import RandomInput
 
 
 def inputs_of(scene: Scene) -> tuple[RandomInput, ...]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from comparison.arrays import Array
 from comparison.files import replacing
+from comparison.judging import RandomInput
 from comparison.measures.second_moment import (
     Plane,
     counted_probability,
@@ -20,7 +21,6 @@ from comparison.measures.second_moment import (
 from comparison.report.markdown import table
 from comparison.report.quantity import MISSING, quantity
 from comparison.run import Progress
-from comparison.schema import RandomInput
 from comparison.studies.random_inputs import plan
 from comparison.studies.random_inputs.draws import RESPONSES, Drawn, run_draws
 from comparison.studies.random_inputs.figures import draw_gradients, draw_precision, draw_probabilities

@@ -1,0 +1,33 @@
+"""What the keys of a scene are made of: numbers with units and bounds, sections, broken rules."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic_core import PydanticCustomError
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Unit of a key, for messages."""
+
+    symbol: str
+
+
+Real = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+M, KG, KGM2, S, M_S = Unit("m"), Unit("kg"), Unit("kg m^2"), Unit("s"), Unit("m/s")
+
+
+class Section(BaseModel):
+    """A table of the scene file; a key that is not listed is refused."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+
+def rule(key: str, value: object, text: str, unit: str = "") -> PydanticCustomError:
+    """Build an error about ``key`` (relative to the section that raises it) for `scene.py` to phrase."""
+    return PydanticCustomError("rule", "{text}", {"key": key, "value": value, "text": text, "unit": unit})
