@@ -134,12 +134,17 @@ class Environment(Section):
     gravity: Annotated[Real, Unit("m/s^2")]
 
 
+Group = Literal["accelerations", "corners", "joints", "energy"]
+
+
+def _usual_groups() -> list[Group]:
+    return ["accelerations", "corners"]
+
+
 class Output(Section):
     """Which groups of channels are recorded, and how densely."""
 
-    groups: list[Literal["accelerations", "corners", "joints", "energy"]] = Field(
-        default_factory=lambda: ["accelerations", "corners"]
-    )
+    groups: list[Group] = Field(default_factory=_usual_groups)
     samples_per_cycle: Annotated[int, Field(ge=2)] = 1000
 
     @model_validator(mode="after")
