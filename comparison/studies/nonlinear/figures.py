@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from comparison.arrays import Array
 from comparison.nonlinear.lyapunov import Exponent
 from comparison.report import svg
+from comparison.report.quantity import prefix
 
 _LINES: tuple[dict[str, Any], ...] = (
     {"color": svg.FIRST, "marker": "o"},
@@ -26,7 +26,7 @@ ROUND_OFF = 1e-16
 
 
 def draw_sections(a: Array, b: Array, angles: Sequence[int], per_turn: int, path: Path) -> None:
-    """Draw x and its rate once a turn at four angles, of both models.
+    """Draw x and its rate once a turn at four angles, of both models, from the reference's median.
 
     Parameters
     ----------
@@ -42,29 +42,25 @@ def draw_sections(a: Array, b: Array, angles: Sequence[int], per_turn: int, path
     with svg.style():
         figure = Figure(figsize=(5.56, 4.8))
         for axes, angle in zip(figure.subplots(2, 2).flat, angles, strict=True):
-            for turns, colour, marker, label in (
-                (a, svg.FIRST, "o", "reference"),
-                (b, svg.SECOND, "x", "Exudyn"),
-            ):
-                points = turns[:MOST_POINTS, angle]
-                x, rate = 1e3 * points[:, 0], 1e3 * points[:, 2]
-                axes.plot(x, rate, marker, color=colour, ms=2.4, mew=0.6, label=label, fillstyle="none")
+            middle = np.median(a[:, angle], axis=0)
+            reach = np.ptp(a[:, angle], axis=0)
+            (x_factor, x_unit), (rate_factor, rate_unit) = prefix(reach[0], "m"), prefix(reach[2], "m/s")
+            both = ((a, svg.FIRST, "o", "reference"), (b, svg.SECOND, "x", "Exudyn"))
+            for turns, colour, marker, label in both:
+                x, _, rate, _ = (turns[:MOST_POINTS, angle] - middle).T
+                axes.plot(
+                    x / x_factor, rate / rate_factor, marker,
+                    color=colour, ms=2.4, mew=0.6, label=label, fillstyle="none",
+                )  # fmt: skip
             axes.margins(0.06)
+            axes.locator_params(nbins=5)
             axes.set_title(f"{360 * angle / per_turn:.0f}° after the start", fontsize=9)
+            axes.set_xlabel(f"x ({x_unit})", labelpad=1)
+            axes.set_ylabel(f"rate of x ({rate_unit})", labelpad=1)
             axes.spines[["top", "right"]].set_visible(False)
-            _few_ticks(axes)
-        for axes in figure.axes[::2]:
-            axes.set_ylabel("rate of x (mm/s)")
-        for axes in figure.axes[2:]:
-            axes.set_xlabel("x − guide (mm)")
         figure.axes[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.13), ncols=2)
-        figure.subplots_adjust(left=0.12, right=0.97, bottom=0.1, top=0.9, hspace=0.38, wspace=0.36)
+        figure.subplots_adjust(left=0.12, right=0.97, bottom=0.1, top=0.9, hspace=0.5, wspace=0.3)
         svg.write_svg(figure, path)
-
-
-def _few_ticks(axes: Axes) -> None:
-    axes.locator_params(nbins=4)
-    axes.ticklabel_format(style="plain")
 
 
 def draw_bifurcation(panels: Sequence[tuple[str, str, Array, Array]], path: Path) -> None:

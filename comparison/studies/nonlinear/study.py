@@ -17,10 +17,11 @@ from comparison.studies.nonlinear import scenes
 from comparison.studies.nonlinear.chains import SAMPLES, TRANSIENT, followed, twins_of
 from comparison.studies.nonlinear.figures import draw_bifurcation, draw_exponents, draw_growth, draw_sections
 from comparison.studies.nonlinear.press import by_turn, spread, states
-from comparison.studies.nonlinear.tables import SECTION, Found, text
+from comparison.studies.nonlinear.tables import Found, text
 from comparison.table import Table
 
-DRAWN = (0, 7, SECTION, 34)
+DRAWN = (0, 7, 15, 34)
+"""Samples of a turn whose sections are drawn."""
 SHOWN_TURNS = 40
 """Of a run with another parameter; those before are left out."""
 STRETCHES = 20
@@ -83,9 +84,9 @@ def _draw(
         parameter, points = [], []
         for job, outcome in zip(varied[key], swept[key], strict=True):
             if outcome.table is not None:
-                x = by_turn(states(outcome.table, job.scene), job.scene)[-SHOWN_TURNS:, SECTION, 0]
+                x = by_turn(states(outcome.table, job.scene), job.scene)[-SHOWN_TURNS:, :, 0]
                 parameter.append(unit * job.scene.data[section][values])
-                points.append(x / job.scene.data["clearance"]["slider"])
+                points.append(x[:, np.argmax(x.std(axis=0))] / job.scene.data["clearance"]["slider"])
         panels.append((label, "x / clearance", np.array(parameter), np.array(points)))
     draw_bifurcation(panels, folder / "bifurcation.svg")
     exponents_of = {

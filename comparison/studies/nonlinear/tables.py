@@ -88,21 +88,28 @@ def _exponent(e: Exponent) -> str:
 
 
 def answer(found: Found, sections: dict[tuple[str, str], Array]) -> str:
-    """Return one sentence for each verdict: which scenes are chaotic in every run, and which are not."""
-    words: dict[str, list[str]] = {"chaotic": [], "not chaotic": [], "undecided": []}
+    """Return a sentence for each scene: where the exponent is measured, and its sign.
+
+    Chaotic is a scene whose exponent is positive in every run that measures it, in both models; not chaotic
+    one whose exponent, or upper bound, is negative in every run.
+    """
+    lines = []
     for name in scenes.SCENES:
-        signs = {_best(of, key, sections).sign if of else 0 for key, of in found.items() if key[0] == name}
-        verdict = {frozenset({1}): "chaotic", frozenset({-1}): "not chaotic"}.get(
-            frozenset(signs), "undecided"
-        )
-        words[verdict].append(name)
-    said = {
-        "chaotic": "The exponent is positive in both models and at every tolerance: the motion across "
-        "the guide is chaotic. Scenes",
-        "not chaotic": "The exponent is negative in both models and at every tolerance. Scenes",
-        "undecided": "The sign of the exponent is not the same, or not measured, in all runs. Scenes",
-    }
-    return "\n".join(f"- {said[verdict]}: {', '.join(names)}." for verdict, names in words.items() if names)
+        runs = {key: _best(of, key, sections) for key, of in found.items() if key[0] == name and of}
+        measured = {key: e for key, e in runs.items() if e.measured}
+        models = {model for _, model, _ in measured}
+        if {e.sign for e in measured.values()} == {1} and models == set(scenes.LONG):
+            verdict = "chaotic: the exponent is positive in every run that measures it"
+        elif runs and {e.sign for e in runs.values()} == {-1}:
+            verdict = "not chaotic: the exponent is negative in every run"
+        else:
+            verdict = "undecided: its sign is not the same, or not sure, in the runs that measure it"
+        counts = [
+            f"{sum(key[1] == model for key in measured)} of {sum(key[1] == model for key in runs)} {model}"
+            for model in scenes.LONG
+        ]
+        lines.append(f"- {name}: **{verdict}** ({' and '.join(counts)}).")
+    return "\n".join(lines)
 
 
 def _best(
