@@ -146,7 +146,8 @@ def _run_full(parameters: Parameters, progress: Callable[[float], None] | None) 
     recorder = Recorder(model, steps.per_sample, steps.samples, masses)
     method = parameters.integration.method
     tolerance = solver.newton_tolerance(parameters, steps.size)
-    outcome = solver.solve(model.mbs, steps, method, tolerance, recorder, progress)
+    uses = solver.jacobian_uses(parameters)
+    outcome = solver.solve(model.mbs, steps, method, tolerance, uses, recorder, progress)
     settings: dict[str, Any] = {
         "step_used": steps.size,
         "steps_per_sample": steps.per_sample,

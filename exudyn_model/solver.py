@@ -67,10 +67,23 @@ def newton_tolerance(parameters: Parameters, step: float) -> float:
     return tolerance
 
 
-def settings(steps: Steps, method: str, tolerance: float) -> Any:
+def jacobian_uses(parameters: Parameters) -> int:
+    """Return how many Newton iterations of a step may use an old Jacobian before each gets a new one.
+
+    Smooth contacts: where two iterations do not suffice, the third gets a new Jacobian, with which two
+    suffice for another twenty steps; without, every step would take three, and each is an evaluation of all
+    forces and joints. Stiff ones with kinks (two corners at once, the pin's friction): a Jacobian from one
+    side of a kink leads astray on the other, where an old one from free flight converges, slowly, as the
+    masses over the square of the step outweigh the contact. Then Exudyn's own default.
+    """
+    smooth = parameters.journal is None and parameters.contact.law == "hertz-corners"
+    return 1 if smooth else 8
+
+
+def settings(steps: Steps, method: str, tolerance: float, uses: int) -> Any:
     """Make ``exudyn.SimulationSettings`` for fixed steps; each value set here has its reason beside it.
 
-    ``tolerance`` is the one of :func:`newton_tolerance`.
+    ``tolerance`` and ``uses`` of a Jacobian are those of the functions above.
     """
     values = exu.SimulationSettings()
     # No folder `solution/`, no file, no sensor: `recording` takes what it needs from memory
@@ -98,9 +111,7 @@ def settings(steps: Steps, method: str, tolerance: float) -> Any:
         integration.generalizedAlpha.useNewmark = False
     # The Jacobian changes little in a hundred steps; a new one in every iteration doubles the cost
     integration.newton.useModifiedNewton = True
-    # Where two iterations do not suffice, the third gets a new one, with which two suffice for another twenty
-    # steps; without, every step would take three. Each is an evaluation of all forces and joints
-    integration.newton.maxModifiedNewtonIterations = 1
+    integration.newton.maxModifiedNewtonIterations = uses
     # Pieces of the crank pin's friction (`journal`): at most four changes; the last one is confirmed
     integration.discontinuous.maxIterations = 6
     integration.discontinuous.ignoreMaxIterations = False
@@ -126,6 +137,7 @@ def solve(
     steps: Steps,
     method: str,
     tolerance: float,
+    uses: int,
     recorder: Recorder,
     progress: Callable[[float], None] | None,
 ) -> Outcome:
@@ -162,7 +174,7 @@ def solve(
     console = exu.config.printToConsole
     exu.config.printToConsole = False
     try:
-        mbs.SolveDynamic(settings(steps, method, tolerance))
+        mbs.SolveDynamic(settings(steps, method, tolerance, uses))
         if not interruption:
             before_step()  # the last state, which no further step starts from
     except exu.SolverError:

@@ -55,7 +55,7 @@ def fly(restitution, steps, compiled=True):
         return True
 
     mbs.SetPreStepUserFunction(before_step)
-    mbs.SolveDynamic(settings(Steps(DURATION, 1, steps), "generalized-alpha", 1e-9))
+    mbs.SolveDynamic(settings(Steps(DURATION, 1, steps), "generalized-alpha", 1e-9, 1))
     return mbs.systemData.GetODE2Coordinates_t()[0], events[:count]
 
 

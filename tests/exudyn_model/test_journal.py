@@ -200,7 +200,7 @@ def fly(make_scene, restitution, steps):
         return True
 
     mbs.SetPreStepUserFunction(before_step)
-    mbs.SolveDynamic(settings(Steps(duration, 1, steps), "generalized-alpha", 1e-9))
+    mbs.SolveDynamic(settings(Steps(duration, 1, steps), "generalized-alpha", 1e-9, 8))
     v = mbs.systemData.GetODE2Coordinates_t()
     assert count == 1
     return np.hypot(v[0] - v[3], v[1] - v[4]) / speed
