@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import ceil
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -41,8 +42,11 @@ def draw(
         How many settings gave no result: told in the legend, in brackets.
     """
     with svg.style():
-        figure = Figure(figsize=(5.56, 4.9))
-        axes = figure.add_axes((0.125, 0.4, 0.845, 0.57))
+        legend = 0.2 * ceil((len(curves) + 1) / 2)  # inches: two columns, the front below the methods
+        height = legend + 3.45
+        figure = Figure(figsize=(5.56, height))
+        axes = figure.add_axes((0.125, (legend + 0.55) / height, 0.845, 2.8 / height))
+        axes.margins(x=0.03)
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.spines[["top", "right"]].set_visible(False)
@@ -72,7 +76,14 @@ def draw(
         axes.invert_xaxis()
         axes.set_xlabel(error)
         axes.set_ylabel(cost)
-        figure.legend(loc="lower left", ncols=2, handlelength=2.2, columnspacing=0.9, handletextpad=0.5)
+        figure.legend(
+            loc="lower left",
+            bbox_to_anchor=(0.09, 0),
+            ncols=2,
+            handlelength=2.2,
+            columnspacing=0.9,
+            handletextpad=0.5,
+        )
         svg.write_svg(figure, path)
 
 
