@@ -19,7 +19,7 @@ from exudyn_model.assembly import assemble
 from exudyn_model.contact_memory import EVENT, renew_corners
 from exudyn_model.mechanism import Model, build
 from exudyn_model.scene_reading import read_scene
-from exudyn_model.solver import choose_steps, newton_tolerance, settings
+from exudyn_model.solver import choose_steps, jacobian_uses, newton_tolerance, settings
 
 ROUNDS = 7
 STEP = 5e-6
@@ -43,7 +43,8 @@ def model(kind: str) -> tuple[Model, Any]:
     with patch.multiple(mechanism, **replaced) if replaced else patch.dict({}):
         built = build(parameters, assemble(parameters), steps.size)
     tolerance = newton_tolerance(parameters, steps.size)
-    return built, settings(steps, parameters.integration.method, tolerance)
+    uses = jacobian_uses(parameters)
+    return built, settings(steps, parameters.integration.method, tolerance, uses)
 
 
 def renew_memory(built: Model) -> Callable[[Any, float], bool]:
