@@ -7,22 +7,23 @@ processor too: a CI service restores a cache on another machine than the one tha
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
 import sys
 import time
 from contextlib import suppress
-from functools import cache
 from pathlib import Path
 
 from comparison.check import check
 from comparison.engines import OWN
 from comparison.machine import platform_name
 from comparison.scene import Scene, digest
+from comparison.sources import sources
 from comparison.table import Table, TableError, read, write
 
 KEEP_DAYS = 30
+_SOURCES = ("check.py", "table.py", "run.py")
+"""The modules that turn a model's result into a table."""
 
 
 def cache_folder() -> Path:
@@ -51,7 +52,7 @@ def run_key(scene: Scene, model: str, fingerprint: str) -> str:
             "solver": solver[model] if model in OWN else solver,
             "model": model,
             "fingerprint": fingerprint,
-            "sources": _sources(),
+            "sources": sources(*_SOURCES),
             "python": platform.python_version(),
             "machine": platform_name(),
         }
@@ -83,13 +84,3 @@ def keep(key: str, table: Table) -> None:
         for path in cache_folder().glob("*.*"):
             if path.stat().st_mtime < oldest:
                 path.unlink()
-
-
-@cache
-def _sources() -> str:
-    """Hash of the modules that turn a model's result into a table."""
-    here = Path(__file__).parent
-    total = hashlib.sha256()
-    for name in ("check.py", "table.py", "run.py"):
-        total.update((here / name).read_bytes())
-    return total.hexdigest()

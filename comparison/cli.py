@@ -103,7 +103,7 @@ def run(
     from comparison.engines import find
     from comparison.files import check_folder
     from comparison.plan import expectation
-    from comparison.run import Job, RunError, run_all
+    from comparison.run import Job, RunError, run_all, successful
     from comparison.scene import load_scene, parse_set
     from comparison.table import check_format, write
 
@@ -126,9 +126,7 @@ def run(
         kept = write(outcome.partial, out.with_name(f"{out.stem}.partial{out.suffix}"))
         told = f"{outcome.message}; {len(outcome.partial.frame)} samples until then are in {kept}"
         raise RunError(replace(outcome, message=told), job)
-    if outcome.table is None:
-        raise RunError(outcome, job)
-    typer.echo(str(write(outcome.table, out)))
+    typer.echo(str(write(successful(outcome, job), out)))
     return 0
 
 

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from math import isfinite
 from typing import Any
 
 from comparison.accuracy import expected_error
@@ -202,15 +203,15 @@ def lines(made: Plan) -> list[str]:
         )
     told.append(f"  contacts    {', '.join(made.contacts) or 'none'}")
     told += [f"  left out    {what}: {why}" for what, why in made.left_out]
-    if made.error == made.error:
+    if isfinite(made.error):
         told.append(
             f"  error       {made.error:.0e} m of slider_x over the first cycle of 150rpm-0.2mm; other "
             "scenes magnify it by factors of their own"
         )
-    if made.seconds == made.seconds:
+    if isfinite(made.seconds):
         told.append(f"  time        about {made.seconds:.2g} s of a processor like that of the measurement")
     for setting, words, ratio in made.instead:
-        cost = f", {ratio:.2g} times the time" if ratio == ratio else ""
+        cost = f", {ratio:.2g} times the time" if isfinite(ratio) else ""
         told.append(f"  instead     {setting}: {words}{cost}")
     return told
 
@@ -218,7 +219,7 @@ def lines(made: Plan) -> list[str]:
 def expectation(scene: Scene, model: str) -> str:
     """Return the error and the time that are expected of one of our own models at a scene's settings."""
     made = plan(scene, model)
-    error = f"{made.error:.0e} m" if made.error == made.error else "nothing on record"
+    error = f"{made.error:.0e} m" if isfinite(made.error) else "nothing on record"
     where = "slider_x over the first cycle of 150rpm-0.2mm"
     return f"expected are {error} of {where}, and some {made.seconds:.2g} s"
 

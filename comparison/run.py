@@ -98,6 +98,23 @@ def describe(job: Job, outcome: Outcome) -> str:
     return f"{where}: the {job.model} run did not succeed: {outcome.status}{told}"
 
 
+def successful(outcome: Outcome, job: Job) -> Table:
+    """Return the table of a run.
+
+    Raises
+    ------
+    SceneError
+        If the model refused the scene, or could not be imported.
+    RunError
+        If the run did not succeed.
+    """
+    if outcome.status == "bad input":
+        raise SceneError(describe(job, outcome))
+    if outcome.table is None:
+        raise RunError(outcome, job)
+    return outcome.table
+
+
 def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table:
     """Run one scene by one model in this process, without the cache.
 
@@ -118,7 +135,7 @@ def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table
         If the run does not succeed.
     """
     job = Job(scene, model)
-    return _successful(job, _attempt(job, progress))
+    return _of_scene(successful(_attempt(job, progress), job), scene)
 
 
 def runner(model: str) -> Callable[[Scene], Table]:
@@ -133,7 +150,7 @@ def runner(model: str) -> Callable[[Scene], Table]:
 
     def run(scene: Scene) -> Table:
         job = Job(scene, model)
-        return _successful(job, _attempt(job, None, simulate))
+        return _of_scene(successful(_attempt(job, None, simulate), job), scene)
 
     return run
 
@@ -202,14 +219,6 @@ def run_all(
                     keep(key, event.table)
             report(key, 1.0)
     return [_outcome_of_scene(outcomes[key], job.scene) for key, job in zip(keys, jobs, strict=True)]
-
-
-def _successful(job: Job, outcome: Outcome) -> Table:
-    if outcome.status == "bad input":
-        raise SceneError(describe(job, outcome))
-    if outcome.table is None:
-        raise RunError(outcome, job)
-    return _of_scene(outcome.table, job.scene)
 
 
 def _attempt(job: Job, progress: Progress | None, simulate: Simulate | None = None) -> Outcome:

@@ -14,7 +14,7 @@ import numpy as np
 from comparison.arrays import Array
 from comparison.files import replacing
 from comparison.report.quantity import quantity
-from comparison.run import Job, Outcome, Progress, RunError, run_all
+from comparison.run import Job, Outcome, Progress, run_all, successful
 from comparison.scene import Scene, load_scene
 from comparison.studies.crank_pin_figures import draw
 from comparison.studies.crank_pin_peaks import PRINTED, WORDS, Case, met, peaks_table, powers, summarise
@@ -123,7 +123,7 @@ def simulate(n_jobs: int, on_progress: Progress | None) -> Runs:
     sampled = dict(zip(SAMPLINGS, islice(outcomes, len(SAMPLINGS)), strict=True))
     exudyn = dict(zip(radii, islice(outcomes, len(radii)), strict=True))
     smooth = next(outcomes)
-    tables = [_table(outcome, job) for outcome, job in zip(outcomes, ideal, strict=True)]
+    tables = list(map(successful, outcomes, ideal))
     *_, longer, shorter, ahead, behind = (run.values("slider_y") for run in tables)
     clearance = float(scene({}).data["clearance"]["crank_pin"])
     bound = shift_bound((longer, shorter), (ahead, behind), clearance / 10, clearance)
@@ -192,9 +192,3 @@ def _shifts() -> list[Values]:
     return [{"mechanism.crank.length": crank + sign * step} for sign in (1, -1)] + [
         {"mechanism.crank_angle_deg": angle + sign * degrees(step / crank)} for sign in (1, -1)
     ]
-
-
-def _table(outcome: Outcome, job: Job) -> Table:
-    if outcome.table is None:
-        raise RunError(outcome, job)
-    return outcome.table

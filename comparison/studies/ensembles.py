@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from comparison.files import replacing
 from comparison.measures.ensemble import RATE, Distance, ask, distances
 from comparison.report.markdown import table
 from comparison.report.quantity import number, quantity
-from comparison.run import Job, Outcome, Progress, RunError, run_all
+from comparison.run import Job, Progress, run_all, successful
 from comparison.scene import Scene, load_scene
 from comparison.studies.ensembles_figures import draw
 from comparison.table import Table
@@ -86,8 +87,8 @@ def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
     """Run the ensembles, ask, and write README.md and the figure."""
     ensembles = list(dict.fromkeys(which for question in QUESTIONS for which in (question.a, question.b)))
     jobs = [member(which, k) for which in ensembles for k in range(MEMBERS)]
-    outcomes = iter(run_all(jobs, n_jobs, on_progress))
-    runs = {which: [_table(next(outcomes), member(which, k)) for k in range(MEMBERS)] for which in ensembles}
+    tables = map(successful, run_all(jobs, n_jobs, on_progress), jobs)
+    runs = {which: list(islice(tables, MEMBERS)) for which in ensembles}
     scene = member(ensembles[0], 0).scene
     answers = {question: _answer(runs[question.a], runs[question.b], scene) for question in QUESTIONS}
     x, y = runs[QUESTIONS[0].a], runs[QUESTIONS[0].b]
@@ -95,12 +96,6 @@ def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
     draw(folder, x[0].time / scene.period, _bands(x), _bands(y), predictable)
     with replacing(folder / "README.md") as part:
         part.write_text(text(answers), "utf-8")
-
-
-def _table(outcome: Outcome, job: Job) -> Table:
-    if outcome.table is None:
-        raise RunError(outcome, job)
-    return outcome.table
 
 
 def _answer(a: Sequence[Table], b: Sequence[Table], scene: Scene) -> list[Distance]:

@@ -19,7 +19,7 @@ from comparison.report.markdown import table
 from comparison.report.quantity import number, percent, quantity
 from comparison.report.reliability import against_angle
 from comparison.report.svg import style, write_svg
-from comparison.run import MODELS, Job, Progress, RunError, run_all
+from comparison.run import MODELS, Job, Progress, run_all, successful
 from comparison.scene import Scene, load_scene
 from comparison.table import Table
 from comparison.thresholds import thresholds
@@ -91,9 +91,7 @@ def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
     outcomes = run_all(list(jobs.values()), n_jobs, on_progress)
     families: dict[tuple[str, str, str], dict[str, Table]] = {}
     for ((name, model, motion, kind), job), outcome in zip(jobs.items(), outcomes, strict=True):
-        if outcome.table is None:
-            raise RunError(outcome, job)
-        later = since(outcome.table, LEFT_OUT * scenes[name].period)
+        later = since(successful(outcome, job), LEFT_OUT * scenes[name].period)
         families.setdefault((name, model, motion), {})[kind] = later
     runs = {
         (name, model, motion): Runs(refinement=refinement(model, scenes[name]), **tables)

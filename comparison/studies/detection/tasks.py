@@ -5,7 +5,6 @@ The study compares thousands of pairs of five runs each: only what was found is 
 
 from __future__ import annotations
 
-import hashlib
 import json
 import time
 from collections.abc import Callable, Sequence
@@ -16,7 +15,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-import comparison
 from comparison.accuracy import refinement
 from comparison.cache import cache_folder
 from comparison.compare import Runs, compare
@@ -26,6 +24,7 @@ from comparison.findings import SceneComparison
 from comparison.machine import platform_name
 from comparison.run import Progress, RunError, kernels, run_one
 from comparison.scene import Scene, SceneError, digest
+from comparison.sources import sources
 from comparison.studies.detection.copies import load_copy
 from comparison.studies.detection.tables import SPOILS
 from comparison.table import TableError
@@ -222,13 +221,13 @@ def find_all(tasks: Sequence[Task], n_jobs: int, on_progress: Progress | None) -
         In the order of the tasks.
     """
     prints = {name: fingerprint(name) for name in {side.runs_by for task in tasks for side in task.sides}}
-    sources = _sources()
+    judges = sources(*_JUDGES)
     keys = [
         digest(
             {
                 "task": task.identity,
                 "models": {side.runs_by: prints[side.runs_by] for side in task.sides},
-                "sources": sources,
+                "sources": judges,
                 "machine": platform_name(),
             }
         )
@@ -289,11 +288,3 @@ def _keep(key: str, found: Found) -> None:
 
 def _path(key: str) -> Path:
     return cache_folder() / f"detection-{key}.json"
-
-
-def _sources() -> str:
-    here = Path(comparison.__file__).parent
-    total = hashlib.sha256()
-    for name in _JUDGES:
-        total.update((here / name).read_bytes())
-    return total.hexdigest()

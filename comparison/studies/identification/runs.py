@@ -9,7 +9,7 @@ import numpy as np
 
 from comparison.arrays import Array
 from comparison.published import published
-from comparison.run import Job, Progress, RunError, run_all
+from comparison.run import Job, Progress, run_all, successful
 from comparison.scene import Scene, load_scene
 from comparison.studies.errors import largest, second_cycle
 from comparison.studies.identification.fitting import Fit
@@ -124,7 +124,8 @@ def simulate(runner_up: Fit, n_jobs: int, on_progress: Progress | None) -> Runs:
             jobs[offset, joint] = Job(_long(offset, joint), "reference")
     for model in ("reference", "exudyn"):
         jobs["ideal", model] = Job(load_scene("ideal", {"drive.cycles": 1.0}), model)
-    tables = _tables(jobs, n_jobs, on_progress)
+    outcomes = run_all(list(jobs.values()), n_jobs, on_progress)
+    tables = dict(zip(jobs, map(successful, outcomes, jobs.values()), strict=True))
     return Runs(
         {
             (setting, name, channel): _peaks(
@@ -149,18 +150,6 @@ def ratios(runs: Runs, setting: Setting, channels: Sequence[str]) -> Array:
             for channel in channels
         ]
     )
-
-
-def _tables(
-    jobs: dict[tuple[object, ...], Job], n_jobs: int, on_progress: Progress | None
-) -> dict[tuple[object, ...], Table]:
-    outcomes = run_all(list(jobs.values()), n_jobs, on_progress)
-    tables = {}
-    for (key, job), outcome in zip(jobs.items(), outcomes, strict=True):
-        if outcome.table is None:
-            raise RunError(outcome, job)
-        tables[key] = outcome.table
-    return tables
 
 
 def _scene(name: str, values: Values, member: int = 0) -> Scene:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-import comparison
 from comparison.arrays import Array
 from comparison.cache import cache_folder
 from comparison.engines import fingerprint
@@ -18,6 +15,7 @@ from comparison.machine import platform_name
 from comparison.nonlinear.twins import Twins, follow
 from comparison.run import Progress, RunError, runner
 from comparison.scene import Scene, SceneError, digest
+from comparison.sources import sources
 from comparison.spread import finish, on_processes
 from comparison.studies.nonlinear.press import CLEAR_OF_WALLS, Press, Run, by_turn, gaps, scale, states
 
@@ -54,7 +52,7 @@ class Chain:
 
 def followed(chains: Sequence[Chain], n_jobs: int, on_progress: Progress | None) -> list[Row]:
     """Follow all chains; the row of each, in their order: see `attempt`."""
-    sources = _sources()
+    files = sources(*_SOURCES)
     prints = {model: fingerprint(model) for model in {chain.model for chain in chains}}
     keys = [
         digest(
@@ -63,14 +61,14 @@ def followed(chains: Sequence[Chain], n_jobs: int, on_progress: Progress | None)
                 "model": [chain.model, prints[chain.model]],
                 "turns": chain.turns,
                 "distances": chain.distances,
-                "sources": sources,
+                "sources": files,
                 "machine": platform_name(),
             }
         )
         for chain in chains
     ]
     cache_folder().mkdir(parents=True, exist_ok=True)
-    ledger = cache_folder() / f"nonlinear-{sources}.jsonl"
+    ledger = cache_folder() / f"nonlinear-{files[:16]}.jsonl"
     rows = finish(attempt, dict(zip(keys, chains, strict=True)), ledger, on_processes(n_jobs), on_progress)
     return [rows[key] for key in keys]
 
@@ -129,10 +127,3 @@ def _in_flight(scene: Scene, run: Run) -> tuple[int, Array]:
     gap = by_turn(gaps(table), scene)[-1]
     when = TRANSIENT * SAMPLES + int(np.argmax(gap > CLEAR_OF_WALLS * scene.data["clearance"]["slider"]))
     return when, states(table, scene)[when]
-
-
-def _sources() -> str:
-    total = hashlib.sha256()
-    for name in _SOURCES:
-        total.update((Path(comparison.__file__).parent / name).read_bytes())
-    return total.hexdigest()[:16]

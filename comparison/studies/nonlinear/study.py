@@ -12,7 +12,7 @@ from comparison.files import replacing
 from comparison.nonlinear.lyapunov import exponents
 from comparison.nonlinear.twins import Twins
 from comparison.report.quantity import quantity
-from comparison.run import Job, Outcome, Progress, RunError, run_all
+from comparison.run import Job, Outcome, Progress, run_all, successful
 from comparison.studies.nonlinear import scenes
 from comparison.studies.nonlinear.chains import SAMPLES, TRANSIENT, followed, twins_of
 from comparison.studies.nonlinear.figures import draw_bifurcation, draw_exponents, draw_growth, draw_sections
@@ -45,19 +45,13 @@ def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
     }
     every = [*jobs.values(), *(job for of in varied.values() for job in of)]
     outcomes = iter(run_all(every, n_jobs, rest))
-    runs = {key: _table(next(outcomes), job) for key, job in jobs.items()}
+    runs = {key: successful(next(outcomes), job) for key, job in jobs.items()}
     sections = {key: _section(runs[key], jobs[key]) for key in which}
     swept = {key: list(islice(outcomes, len(of))) for key, of in varied.items()}
     _draw(folder, twins, found, sections, varied, swept)
     main = (scenes.MAIN, "reference")
     with replacing(folder / "README.md") as part:
         part.write_text(text(found, twins, sections, runs[main], jobs[main]), "utf-8")
-
-
-def _table(outcome: Outcome, job: Job) -> Table:
-    if outcome.table is None:
-        raise RunError(outcome, job)
-    return outcome.table
 
 
 def _section(run: Table, job: Job) -> Array:
@@ -76,10 +70,7 @@ def _draw(
     a, b = (sections[scenes.MAIN, model] for model in ("reference", "exudyn"))
     draw_sections(a, b, DRAWN, scenes.ANGLES, folder / "sections.svg")
     panels = []
-    for key, label, unit in (
-        ("drive.speed_rpm", "speed (rpm)", 1.0),
-        ("clearance.slider", "clearance (mm)", 1e3),
-    ):
+    for key, label, unit in PARAMETERS:
         section, values = key.split(".")
         parameter, points = [], []
         for job, outcome in zip(varied[key], swept[key], strict=True):

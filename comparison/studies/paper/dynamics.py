@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.arrays import Array
+from comparison.arrays import Array, BoolArray
 from comparison.channels import channels
 from comparison.published import published
 from comparison.report.quantity import number, quantity
@@ -183,7 +183,7 @@ def two_codes(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
     )
 
 
-def _bottom(runs: Runs, scene: str, model: str) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+def _bottom(runs: Runs, scene: str, model: str) -> BoolArray:
     """Return where the two turns are near their second lowest point."""
     ideal = runs.ideal[scene, model]
     within = second(ideal)

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
-import numpy as np
-
-from comparison.arrays import Array
-from comparison.run import MODELS, Job, Progress, RunError, run_all
+from comparison.arrays import Array, BoolArray
+from comparison.run import MODELS, Job, Progress, run_all, successful
 from comparison.scene import Scene, load_scene
 from comparison.studies.errors import error, second_cycle
 from comparison.table import Table
@@ -81,7 +78,7 @@ def by_turn(run: Table, channel: str) -> Array:
     return run.values(channel)[:-1].reshape(-1, LONG_SAMPLES)
 
 
-def second(run: Table) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+def second(run: Table) -> BoolArray:
     """Return where the two turns are in their second."""
     return second_cycle(run.time, float(run.time[-1]) / 2)
 
@@ -169,7 +166,7 @@ def simulate(n_jobs: int, on_progress: Progress | None) -> Runs:
         *finer.values(),
         *pin.values(),
     ]
-    tables = iter(_tables(jobs, n_jobs, on_progress))
+    tables = map(successful, run_all(jobs, n_jobs, on_progress), jobs)
     of_members = {key: next(tables) for key in members}
     return Runs(
         {pair: [of_members[*pair, k] for k in range(MEMBERS)] for pair in pairs},
@@ -179,15 +176,6 @@ def simulate(n_jobs: int, on_progress: Progress | None) -> Runs:
         {model: next(tables) for model in finer},
         {key: next(tables) for key in pin},
     )
-
-
-def _tables(jobs: Sequence[Job], n_jobs: int, on_progress: Progress | None) -> list[Table]:
-    tables = []
-    for outcome, job in zip(run_all(jobs, n_jobs, on_progress), jobs, strict=True):
-        if outcome.table is None:
-            raise RunError(outcome, job)
-        tables.append(outcome.table)
-    return tables
 
 
 def _tight(scene: Scene) -> Scene:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
-import comparison
 from comparison.arrays import Array
 from comparison.cache import cache_folder
 from comparison.engines import fingerprint
@@ -20,6 +17,7 @@ from comparison.ledger import Row
 from comparison.machine import platform_name
 from comparison.run import Progress, RunError, runner
 from comparison.scene import Scene, SceneError, digest
+from comparison.sources import sources
 from comparison.spread import finish, on_processes
 from comparison.studies.errors import peak, second_cycle
 from comparison.studies.random_inputs.inputs import values_at
@@ -126,7 +124,7 @@ def run_draws(draws: Sequence[Draws], n_jobs: int, on_progress: Progress | None)
     common = {"model": fingerprint("reference"), "machine": platform_name()}
     keys = [digest(chunk.identity | common) for chunk in chunks]
     cache_folder().mkdir(parents=True, exist_ok=True)
-    ledger = cache_folder() / f"random-inputs-{_sources()}.jsonl"
+    ledger = cache_folder() / f"random-inputs-{sources(*_SOURCES)[:16]}.jsonl"
     rows = finish(attempt, dict(zip(keys, chunks, strict=True)), ledger, on_processes(n_jobs), on_progress)
     held = iter(rows[key] for key in keys)
     return [_joined([next(held) for _ in one.chunks], len(one.inputs)) for one in draws]
@@ -194,11 +192,3 @@ def _joined(rows: Sequence[Row], inputs: int) -> Drawn:
         failures,
         seconds / max(1, len(index) + len(failures)),
     )
-
-
-@cache
-def _sources() -> str:
-    total = hashlib.sha256()
-    for name in _SOURCES:
-        total.update((Path(comparison.__file__).parent / name).read_bytes())
-    return total.hexdigest()[:16]

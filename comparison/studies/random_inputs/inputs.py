@@ -58,13 +58,13 @@ def values_at(scene: Scene, inputs: Sequence[RandomInput], u: Array) -> dict[str
     u
         Independent standard normal numbers, shape (d,).
     """
-    values: dict[str, object] = {}
+    values: dict[str, Any] = {}
     for one, number in zip(inputs, u.tolist(), strict=True):
         value = _value(one, _middle(scene, one), number)
         if one.element is None:
             values[one.key] = value
         else:
-            held = list(values.get(one.key, _at(scene, one.key)))  # type: ignore[call-overload]
+            held = list(values.get(one.key, _at(scene, one.key)))
             held[one.element] = value
             values[one.key] = held
     return values

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import pandas as pd
 
-import comparison
 from comparison.ledger import Row
 from comparison.machine import platform_name
 from comparison.run import RunError, runner
 from comparison.scene import Scene, SceneError, digest
+from comparison.sources import sources
 from comparison.studies.sweep.outputs import measure, needs_ideal
 from comparison.studies.sweep.points import Point
 
@@ -47,7 +45,7 @@ class Task:
                 "point": self.point,
                 "model": [self.model, fingerprints[self.model], fingerprints["reference"]],
                 "asked": self.asked,
-                "sources": _sources(),
+                "sources": sources(*_SOURCES),
                 "machine": platform_name(),
             }
         )
@@ -89,11 +87,3 @@ def result_table(tasks: Sequence[Task], rows: Sequence[Row]) -> pd.DataFrame:
             | {name: values.get(name) for name in task.asked}
         )
     return pd.DataFrame(lines)
-
-
-@cache
-def _sources() -> str:
-    total = hashlib.sha256()
-    for name in _SOURCES:
-        total.update((Path(comparison.__file__).parent / name).read_bytes())
-    return total.hexdigest()

@@ -6,32 +6,28 @@ measured is kept, so that an interrupted study goes on where it stopped.
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable
 from functools import cache
-from pathlib import Path
-from typing import Any
+from math import inf
 
 import numpy as np
 
 from comparison.cache import cache_folder
 from comparison.engines import fingerprint
-from comparison.files import write_json
+from comparison.ledger import Row, append_row, read_rows
 from comparison.machine import platform_name
 from comparison.run import RunError, run_one
 from comparison.scene import Scene, SceneError, digest, load_scene
 from comparison.studies.tradeoff.methods import LOOSE, METHODS, SCENES, TURNS, Method
 from comparison.table import Table, TableError
 
-Row = dict[str, Any]
-"""method, scene, setting, status, seconds, evaluations, and `errors` by quantity."""
-
 TRUTH = 1e-14
 """Tolerance of the run that counts as exact: a hundredth of the smallest that is measured."""
 ROUNDS, LONG = 3, 3.0
 """The least time of so many runs counts; a run of more seconds is measured once."""
+WARM = 0.02
+"""Turns of the run before, in which kernels are compiled."""
 QUANTITIES = {
     "slider_x": ("largest error of x", "m"),
     "slider_y_error": ("error of the largest deviation of y from the ideal mechanism", ""),
@@ -42,11 +38,8 @@ QUANTITIES = {
 """What errors are measured of, and the unit; without one: relative."""
 
 
-def measured(
-    n_jobs: int, on_progress: Callable[[float], None] | None, methods: tuple[Method, ...] = METHODS
-) -> list[Row]:
+def measured(on_progress: Callable[[float], None] | None, methods: tuple[Method, ...] = METHODS) -> list[Row]:
     """Measure every method at every setting on its scenes; progress by the number of settings."""
-    del n_jobs  # see above
     asked = [
         (method, name, setting) for method in methods for name in method.scenes for setting in method.settings
     ]
@@ -62,40 +55,39 @@ def measured(
 
 def _row(method: Method, name: str, setting: float) -> Row:
     scene = method.scene(name, setting)
+    row = kept(scene, method.model, [TRUTH, list(QUANTITIES)], lambda: measure(scene, method.model, name))
+    return row | {"method": method.name, "model": method.model, "scene": name, "setting": setting}
+
+
+def kept(scene: Scene, model: str, asked: object, work: Callable[[], Row]) -> Row:
+    """Return what was found of a run before; else let it be found, and keep it.
+
+    Raises
+    ------
+    LedgerError
+        If it cannot be kept.
+    """
     key = digest(
         {
             "scene": scene.hash,
-            "models": [fingerprint(model) for model in ("reference", method.model)],
-            "truth": [TRUTH, ROUNDS, LONG, list(QUANTITIES)],
+            "models": [fingerprint(name) for name in ("reference", model)],
+            "asked": [asked, ROUNDS, LONG],
             "machine": platform_name(),
         }
     )
-    path = cache_folder() / f"tradeoff-{key}.json"
-    kept = _kept(path)
-    if kept is not None:
-        return {**kept, "method": method.name, "model": method.model}
-    row: Row = {"method": method.name, "model": method.model, "scene": name, "setting": setting}
-    row |= measure(scene, method.model, name)
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_json(row, path)
-    return row
+    ledger = cache_folder() / "tradeoff.jsonl"
+    if (row := read_rows(ledger).get(key)) is not None:
+        return row
+    ledger.parent.mkdir(parents=True, exist_ok=True)
+    return append_row(ledger, key, work())
 
 
 def measure(scene: Scene, model: str, name: str) -> Row:
     """Run a scene some times and return status, the least time, the work and the errors."""
-    _warm(model, scene)
-    seconds, table = float("inf"), None
-    for _ in range(ROUNDS):
-        before = time.process_time()
-        try:
-            table = run_one(scene, model)
-        except (RunError, SceneError, TableError) as error:
-            return {"status": str(error), "seconds": None, "evaluations": None, "errors": {}}
-        seconds = min(seconds, time.process_time() - before)
-        if seconds > LONG:
-            break
-    assert table is not None
+    try:
+        seconds, table = timed(scene, model)
+    except (RunError, SceneError, TableError) as error:
+        return {"status": str(error), "seconds": None, "evaluations": None, "errors": {}}
     counters = table.provenance["counters"]
     return {
         "status": "success",
@@ -103,6 +95,19 @@ def measure(scene: Scene, model: str, name: str) -> Row:
         "evaluations": counters.get("rhs", counters.get("newton_iterations")),
         "errors": errors(table, name),
     }
+
+
+def timed(scene: Scene, model: str) -> tuple[float, Table]:
+    """Return the least processor time of `ROUNDS` runs, s, and a result; errors as of `run_one`."""
+    run_one(scene.with_values({"drive.cycles": WARM}), model)
+    least = inf
+    for _ in range(ROUNDS):
+        before = time.process_time()
+        table = run_one(scene, model)
+        least = min(least, time.process_time() - before)
+        if least > LONG:
+            break
+    return least, table
 
 
 def errors(table: Table, name: str) -> dict[str, float]:
@@ -143,26 +148,3 @@ def confirmation(name: str) -> float:
 def _ideal(name: str) -> Table:
     values = SCENES[name] | {"drive.cycles": TURNS, "joints.slider": "ideal", "output.groups": []}
     return run_one(load_scene(name, values), "reference")
-
-
-@cache
-def _compiled() -> set[tuple[str, str]]:
-    return set()
-
-
-def _warm(model: str, scene: Scene) -> None:
-    """Let the kernels of a formulation be compiled before anything is timed."""
-    solver = scene.data["solver"][model]
-    which = (model, digest({key: solver[key] for key in ("formulation", "method")} | scene.data["joints"]))
-    if which not in _compiled():
-        with suppress(RunError, SceneError, TableError):
-            run_one(scene.with_values({"drive.cycles": 0.02}), model)
-        _compiled().add(which)
-
-
-def _kept(path: Path) -> Mapping[str, Any] | None:
-    try:
-        kept: dict[str, Any] = json.loads(path.read_text("utf-8"))
-    except (OSError, ValueError):
-        return None
-    return kept

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from comparison.accuracy import NAMES, expected_error, solver_values
 from comparison.files import replacing, write_json
+from comparison.ledger import Row
 from comparison.machine import platform_name
 from comparison.report.markdown import table
 from comparison.report.quantity import MISSING, number, quantity
@@ -16,7 +17,7 @@ from comparison.run import Progress
 from comparison.studies.tradeoff import growth
 from comparison.studies.tradeoff.figures import draw
 from comparison.studies.tradeoff.front import Point, asymptotic, cost_at, observed_order
-from comparison.studies.tradeoff.measure import LONG, QUANTITIES, ROUNDS, TRUTH, Row, confirmation, measured
+from comparison.studies.tradeoff.measure import LONG, QUANTITIES, ROUNDS, TRUTH, confirmation, measured
 from comparison.studies.tradeoff.methods import LOOSE, METHODS, PAPERS_WAY, SCENES, WORDS, Method
 
 SMALLEST, WHOLE, TREE, BODIES = (
@@ -32,9 +33,13 @@ COSTS = {"seconds": "processor time (s)", "evaluations": "evaluations of the equ
 
 
 def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
-    """Measure, and write README.md, tradeoff.json and the drawings."""
+    """Measure, and write README.md, tradeoff.json and the drawings.
+
+    One process whatever ``n_jobs`` says: timings of runs side by side would be those of a busy machine.
+    """
+    del n_jobs
     share = (lambda done: on_progress(0.9 * done)) if on_progress else None
-    rows = measured(n_jobs, share)
+    rows = measured(share)
     grown = growth.by_turns(), growth.by_contacts(), growth.by_channels()
     if on_progress:
         on_progress(1.0)
