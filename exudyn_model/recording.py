@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from exudyn_model.accelerations import slider_acceleration
 from exudyn_model.compiled import direct, kernel
 from exudyn_model.contact_memory import EVENT, renew_corners
+from exudyn_model.drift import Constraints
 from exudyn_model.energy import ENERGIES, audit_energy, new_audit
 from exudyn_model.journal import renew_pin
 from exudyn_model.loose_pin import loose_pin_acceleration
@@ -91,6 +92,14 @@ class Recorder:
         Every ``steps_per_sample``-th state is a sample; ``samples`` of them besides the initial state.
     masses : ndarray, shape (15,) or (0,)
         From ``energy``; empty where the energy is not audited.
+    constraints : Constraints
+
+    Attributes
+    ----------
+    accepted : int
+        States so far.
+    drift, drift_time : float
+        Largest violation of a constraint at a sample (m, rad) and its time (s).
     """
 
     def __init__(
@@ -99,8 +108,11 @@ class Recorder:
         steps_per_sample: int,
         samples: int,
         masses: NDArray[np.float64],
+        constraints: Constraints,
     ) -> None:
         self.accepted = 0
+        self.drift = self.drift_time = 0.0
+        self._constraints = constraints
         self._linkage, self._contacts = model.linkage, model.contacts
         self._law, self._pin_law = model.law, model.pin_law
         self._read_corners = model.read_corners
@@ -148,7 +160,7 @@ class Recorder:
             if places != self._followed:
                 raise AssertionError("Exudyn has moved its state")
             return
-        self._followed = places
+        self._followed, self._q = places, q
         fixed = (
             q,
             v,
@@ -183,6 +195,10 @@ class Recorder:
         self._event_count = self._observe(self.accepted, native, self._events, self._event_count)
         if is_sample:
             self._samples[self.accepted // self._steps_per_sample] = self._values
+            time = self.accepted * float(self._law[0]["step"])
+            drift = self._constraints.violation(time, self._q)
+            if not drift <= self.drift:  # also where it is not a number
+                self.drift, self.drift_time = drift, time
         self.accepted += 1
         return is_sample
 

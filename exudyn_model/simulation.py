@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from exudyn_model import solver, tree_solver
 from exudyn_model.assembly import assemble
+from exudyn_model.drift import Constraints
 from exudyn_model.energy import ENERGIES, mass_diagonal
 from exudyn_model.mechanism import build
 from exudyn_model.parameters import Parameters
@@ -39,12 +40,16 @@ class Recorded(Protocol):
 
 @dataclass(frozen=True)
 class _Run:
-    """A run of either formulation: its name, its settings beside the scene's, what it left behind."""
+    """A run of either formulation: its name, its settings beside the scene's, what it left behind.
+
+    ``constraints`` is the largest violation of one (m, rad) at a sample, and when (s); a tree has none.
+    """
 
     formulation: str
     settings: dict[str, Any]
     recorder: Recorded
     outcome: solver.Outcome
+    constraints: dict[str, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -128,6 +133,8 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         "wall_time_s": time.perf_counter() - started,
         "status": outcome.status,
     }
+    if run.constraints is not None:
+        provenance["constraints"] = run.constraints
     return Result(
         {"time": times} | columns,
         recorder.events(),
@@ -143,7 +150,7 @@ def _run_full(parameters: Parameters, progress: Callable[[float], None] | None) 
     steps = solver.choose_steps(parameters)
     model = build(parameters, assemble(parameters), steps.size)
     masses = mass_diagonal(parameters.mechanism) if parameters.integration.energy else np.zeros(0)
-    recorder = Recorder(model, steps.per_sample, steps.samples, masses)
+    recorder = Recorder(model, steps.per_sample, steps.samples, masses, Constraints(parameters))
     method = parameters.integration.method
     tolerance = solver.newton_tolerance(parameters, steps.size)
     uses = solver.jacobian_uses(parameters)
@@ -155,10 +162,11 @@ def _run_full(parameters: Parameters, progress: Callable[[float], None] | None) 
     }
     if method == "generalized-alpha":
         settings["spectral_radius"] = solver.SPECTRAL_RADIUS
+    constraints = {"position": recorder.drift, "position_time_s": recorder.drift_time}
     name = "redundant-coordinates"
     if parameters.integration.formulation == "native":
         name += ", native contact"
-    return _Run(name, settings, recorder, outcome)
+    return _Run(name, settings, recorder, outcome, constraints)
 
 
 def _run_tree(parameters: Parameters, progress: Callable[[float], None] | None) -> _Run:

@@ -6,6 +6,7 @@ import pytest
 from exudyn_model.assembly import assemble
 from exudyn_model.compiled import direct
 from exudyn_model.contact import contact_law, force_user_function, slider_force
+from exudyn_model.drift import Constraints
 from exudyn_model.mechanism import build
 from exudyn_model.point_contact import contact_states
 from exudyn_model.recording import Recorder
@@ -33,7 +34,7 @@ def test_the_machine_code_gives_what_the_kernel_gives_to_the_last_digit(paramete
 def test_a_recorder_reads_its_vectors_anew_and_notices_if_others_take_their_place(parameters):
     state = assemble(parameters)
     model = build(parameters, state, 1e-6)
-    recorder = Recorder(model, 2, 2, np.zeros(0))
+    recorder = Recorder(model, 2, 2, np.zeros(0), Constraints(parameters))
     q, v, multipliers = state.positions.ravel(), state.velocities.ravel(), np.zeros(13)
     q[12] -= parameters.mechanism.guide_x
     recorder.follow(q, v, multipliers)
