@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any
 
 from comparison.ledger import Row, append_row, read_rows
-from comparison.workers import Attempt, Died, Share, work
+from comparison.workers import Attempt, Died, Late, Share, work
 
 
 @dataclass(frozen=True)
@@ -24,17 +25,28 @@ Finished = Generator[tuple[str, Row | Lost]]
 Spread = Callable[[Attempt, Mapping[str, Any]], Finished]
 """Works off tasks by their keys and yields each one's row as it comes, or that its process died."""
 
-CRASHED = "crashed"
+CRASHED, LATE = "crashed", "work-limit"
 
 
-def on_processes(n_jobs: int) -> Spread:
-    """Return what spreads work over so many processes of this machine."""
+def on_processes(n_jobs: int, limit: float = inf) -> Spread:
+    """Return what spreads work over so many processes of this machine.
+
+    A task that takes longer than the limit, s, is broken off (`comparison.workers.work`); that is its row,
+    with the share that it had finished.
+    """
 
     def spread(attempt: Attempt, tasks: Mapping[str, Any]) -> Finished:
-        with closing(work(attempt, list(tasks.items()), n_jobs)) as events:
+        with closing(work(attempt, list(tasks.items()), n_jobs, limit)) as events:
             for key, event in events:
-                if not isinstance(event, Share):
-                    yield key, Lost(event.words) if isinstance(event, Died) else event
+                if isinstance(event, Died):
+                    yield key, Lost(event.words)
+                elif isinstance(event, Late):
+                    yield (
+                        key,
+                        {"status": LATE, "message": f"broken off after {limit:g} s", "share": event.share},
+                    )
+                elif not isinstance(event, Share):
+                    yield key, event
 
     return spread
 

@@ -9,9 +9,11 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from math import inf
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, Protocol
@@ -57,6 +59,13 @@ class Died:
         return f"its process ended with code {self.exit_code}"
 
 
+@dataclass(frozen=True)
+class Late:
+    """The task was broken off at its limit of time; the share of it that was finished by then."""
+
+    share: float
+
+
 def cpus() -> int:
     """Return how many CPUs this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -77,7 +86,9 @@ def in_turn(tasks: Mapping[str, Work]) -> list[str]:
     return list(dict.fromkeys([*ahead, *longest]))
 
 
-def work(attempt: Attempt, tasks: Sequence[tuple[str, Any]], n_workers: int) -> Generator[tuple[str, Any]]:
+def work(
+    attempt: Attempt, tasks: Sequence[tuple[str, Any]], n_workers: int, limit: float = inf
+) -> Generator[tuple[str, Any]]:
     """Hand tasks to worker processes in the given order and yield what becomes of them, as it comes.
 
     Close the generator (`contextlib.closing`) to end the workers at once.
@@ -90,31 +101,48 @@ def work(attempt: Attempt, tasks: Sequence[tuple[str, Any]], n_workers: int) -> 
         Names and what ``attempt`` is called with; must survive pickling.
     n_workers
         How many processes work at a time; they are started when there is work for them, and kept.
+    limit
+        s; a task that takes longer is ended with its process, whatever it hangs in. Counted from its start,
+        and anew from a share of 0 that it reports: where it has made ready what is not its own work.
 
     Yields
     ------
     name, event
-        The event is a `Share`, or else the last of this task: what ``attempt`` returned, or `Died`.
+        The event is a `Share`, or else the last of this task: what ``attempt`` returned, `Died` or `Late`.
     """
     waiting = list(reversed(tasks))
     idle: list[_Worker] = []
     busy: dict[Any, tuple[_Worker, str]] = {}
+    ends: dict[Any, float] = {}
+    shares: dict[Any, float] = {}
     try:
         while waiting or busy:
             while waiting and len(busy) < n_workers:
                 name, task = waiting.pop()
                 worker = idle.pop() if idle else _Worker(attempt)
                 busy[worker.connection] = (worker, name)
+                ends[worker.connection], shares[worker.connection] = time.monotonic() + limit, 0.0
                 with suppress(OSError):  # the worker is dead: its connection reads as ended below
                     worker.connection.send(task)
-            for connection in wait(list(busy)):
+            next_end = min(ends[connection] for connection in busy)
+            ready = wait(list(busy), None if next_end == inf else max(0.0, next_end - time.monotonic()))
+            for connection in [c for c in busy if c not in ready and ends[c] <= time.monotonic()]:
+                worker, name = busy.pop(connection)
+                worker.process.kill()
+                worker.process.join()
+                yield name, Late(shares[connection])
+            for connection in ready:
                 worker, name = busy[connection]
                 try:
                     event = worker.connection.recv()
                 except (EOFError, OSError):
                     worker.process.join()
                     event = Died(worker.process.exitcode)
-                if not isinstance(event, Share):
+                if isinstance(event, Share):
+                    shares[connection] = event.value
+                    if event.value == 0.0:
+                        ends[connection] = time.monotonic() + limit
+                else:
                     del busy[connection]
                     if not isinstance(event, Died):
                         idle.append(worker)
