@@ -68,7 +68,7 @@ class Result:
     provenance : dict
         Model, settings, versions, counters, wall time, status; only what JSON can hold.
     status : str
-        "success", "newton-failed", "step-too-small" or "non-finite".
+        "success", "newton-failed", "step-too-small", "work-limit" or "non-finite".
     remedy : str
         What to try after a failure, else empty.
     """
@@ -178,5 +178,6 @@ def _run_tree(parameters: Parameters, progress: Callable[[float], None] | None) 
         name, model = "rocker, rods and slider tree", build_rocker_tree(parameters, assemble(parameters))
     least = tree_solver.least_step(duration)
     recorder = TreeRecorder(model, parameters.sample_interval, parameters.samples, least)
-    outcome = tree_solver.solve(model.mbs, duration, parameters.integration, recorder, progress)
+    turns = parameters.drive.cycles
+    outcome = tree_solver.solve(model.mbs, duration, turns, parameters.integration, recorder, progress)
     return _Run(name, {"least_step": least}, recorder, outcome)

@@ -14,12 +14,17 @@ from exudyn_model.tree_recording import TreeRecorder
 # Evaluations of the force in one trial of a step
 _STAGES = 7
 
+# Steps in a turn of the crank after which a run is given up; the shipped scenes need some 2e4 to 1e5. Half a
+# minute, where a jammed slider or contacts without end would have taken for ever
+STEPS_PER_TURN_LIMIT = 1_000_000
 
 # What to try after each failure
 _REMEDIES = {
     "success": "",
     "step-too-small": "raise solver.exudyn.tolerance, or check the scene's masses and speeds",
     "non-finite": "check the scene's masses and speeds",
+    "work-limit": "shorten drive.cycles, raise solver.exudyn.tolerance, or soften the contact; where it is "
+    "stiff, take solver.exudyn.formulation = 'full'",
 }
 
 
@@ -63,6 +68,7 @@ def settings(duration: float, tolerance: float, largest_step: float) -> Any:
 def solve(
     mbs: Any,
     duration: float,
+    turns: float,
     integration: Integration,
     recorder: TreeRecorder,
     progress: Callable[[float], None] | None,
@@ -77,6 +83,7 @@ def solve(
     last_call = time.monotonic()
     located = 0
     least = least_step(duration)
+    most = STEPS_PER_TURN_LIMIT * max(1.0, turns)
 
     def after_step(mbs: Any, t: float) -> list[float]:
         """Exudyn's post-Newton function: [error above 1, wanted step], or [0, -1] to go on."""
@@ -91,6 +98,8 @@ def solve(
         )
         if math.isnan(share):
             raise _StopError("non-finite")
+        if recorder.steps + located >= most:
+            raise _StopError("work-limit")
         if recorder.steps == before:
             located += 1
             # Exudyn shortens a step to three quarters at most; it would ignore a longer wish

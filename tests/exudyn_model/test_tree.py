@@ -303,6 +303,15 @@ def test_a_tolerance_below_round_off_is_told(tree_scene, capfd):
     assert capfd.readouterr() == ("", "")
 
 
+def test_steps_without_end_are_given_up_and_what_was_recorded_is_kept(tree_scene, monkeypatch):
+    monkeypatch.setattr("exudyn_model.tree_solver.STEPS_PER_TURN_LIMIT", 2000)
+    result = simulate(tree_scene(1e-10, {"drive.cycles": 0.5}))
+    assert result.status == "work-limit"
+    assert "solver.exudyn.tolerance" in result.remedy
+    assert 0.0 < result.columns["time"][-1] < 0.2
+    assert 1900 < result.provenance["counters"]["steps"] <= 2000
+
+
 def test_numbers_that_overflow_are_told(tree_scene):
     result = simulate(tree_scene(1e-10, {"drive.cycles": 0.01, "initial.slider_omega": 1e308}))
     assert result.status == "non-finite"
