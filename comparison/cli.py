@@ -100,6 +100,7 @@ def run(
     from dataclasses import replace
 
     from comparison.accuracy import solver_values
+    from comparison.doubts import doubts
     from comparison.engines import find
     from comparison.files import check_folder
     from comparison.plan import expectation
@@ -126,7 +127,10 @@ def run(
         kept = write(outcome.partial, out.with_name(f"{out.stem}.partial{out.suffix}"))
         told = f"{outcome.message}; {len(outcome.partial.frame)} samples until then are in {kept}"
         raise RunError(replace(outcome, message=told), job)
-    typer.echo(str(write(successful(outcome, job), out)))
+    table = successful(outcome, job)
+    path = write(table, out)
+    warn(doubts(table))
+    typer.echo(str(path))
     return 0
 
 

@@ -170,6 +170,14 @@ def test_the_same_on_the_command_line(tolerance, capfd):
     assert kept.provenance["status"] == "newton-failed"
 
 
+def test_a_run_that_ended_and_means_little_is_written_with_a_warning(capfd):
+    """Contacts of 2e-4 s in steps of 5e-5 s."""
+    assert main(command("exudyn", {"drive.cycles": 0.2, "solver.exudyn.step": 5e-5})) == 0
+    out, err = capfd.readouterr()
+    assert out == "a.csv\n"
+    assert "sixbar: warning: half of its contacts last less than" in err
+
+
 @pytest.mark.parametrize("model", ["reference", "exudyn"])
 @pytest.mark.parametrize(
     ("changes", "told"),

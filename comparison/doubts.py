@@ -1,0 +1,62 @@
+"""What a finished run says against itself: that it ended does not make its numbers mean much."""
+
+from __future__ import annotations
+
+from math import nan
+
+import numpy as np
+
+from comparison.report.quantity import number, percent, quantity
+from comparison.table import Table
+
+FEW_STEPS = 10.0
+"""In so many fixed steps a contact's force still has its course; with fewer its impulse depends on where the
+touch falls within a step (the study extremes measures by how much)."""
+MUCH_ENERGY = 0.01
+"""Of what is dissipated; as much as a change of the restitution by half a percent."""
+
+
+def steps_per_contact(table: Table) -> float:
+    """Return how many fixed steps the median contact lasts; nan without contacts, or where steps adapt."""
+    step = table.provenance.get("settings", {}).get("step_used")
+    if step is None or table.events is None or not len(table.events):
+        return nan
+    return float((table.events["end"] - table.events["start"]).median()) / float(step)
+
+
+def energy_share(table: Table) -> float:
+    """Return the largest energy from nowhere over the dissipated; nan where not recorded.
+
+    Over the largest kinetic energy where nothing is dissipated.
+    """
+    if "energy_residual" not in table.frame or not len(table.time):
+        return nan
+    lost = float((table.values("energy_damping") + table.values("energy_friction"))[-1])
+    base = lost if lost > 0.0 else float(table.values("energy_kinetic").max())
+    residual = float(np.abs(table.values("energy_residual")).max())
+    return residual / base if base > 0.0 else nan
+
+
+def doubts(table: Table) -> list[str]:
+    """Return a line for each reason to doubt a run that finished."""
+    told = []
+    steps = steps_per_contact(table)
+    if steps < FEW_STEPS:
+        told.append(
+            f"half of its contacts last less than {number(steps, 2)} steps; {FEW_STEPS:g} are the least for "
+            "their impulses to mean something: reduce solver.exudyn.step, or take "
+            "solver.exudyn.formulation = 'tree'"
+        )
+    share = energy_share(table)
+    if share > MUCH_ENERGY:
+        told.append(f"energy from nowhere is {percent(share)} of what was dissipated: refine the solver")
+    radius = table.provenance.get("scene", {}).get("contact", {}).get("corner_radius")
+    if radius is not None and table.events is not None:
+        corners = table.events[table.events["corner"] != "pin"]
+        depth = float(corners["largest_depth"].max()) if len(corners) else 0.0
+        if depth > radius:
+            told.append(
+                f"a corner is pressed {quantity(depth, 'm')} into the wall, deeper than its radius "
+                f"contact.corner_radius = {radius:g} m: the law of the force does not hold there"
+            )
+    return told
