@@ -22,6 +22,8 @@ Attempt = Callable[[Any, Callable[[float], None]], Any]
 """What a worker does with a task: it gets the task and a function to report the finished share to."""
 
 
+READY = 10.0
+
 Kernels = tuple[str, ...]
 """What tells code that is compiled at its first use from other such code."""
 
@@ -102,8 +104,8 @@ def work(
     n_workers
         How many processes work at a time; they are started when there is work for them, and kept.
     limit
-        s; a task that takes longer is ended with its process, whatever it hangs in. Counted from its start,
-        and anew from a share of 0 that it reports: where it has made ready what is not its own work.
+        s; a task that takes longer is ended with its process, whatever it hangs in. Counted from where it
+        reports a share of 0; until then, to start a process and to compile, it has `READY` times as long.
 
     Yields
     ------
@@ -121,7 +123,7 @@ def work(
                 name, task = waiting.pop()
                 worker = idle.pop() if idle else _Worker(attempt)
                 busy[worker.connection] = (worker, name)
-                ends[worker.connection], shares[worker.connection] = time.monotonic() + limit, 0.0
+                ends[worker.connection], shares[worker.connection] = time.monotonic() + READY * limit, 0.0
                 with suppress(OSError):  # the worker is dead: its connection reads as ended below
                     worker.connection.send(task)
             next_end = min(ends[connection] for connection in busy)

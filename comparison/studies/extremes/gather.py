@@ -1,0 +1,114 @@
+"""All runs of the study: every cell by every way, and what they are held against."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import isfinite
+
+from comparison.accuracy import expected_error
+from comparison.ledger import Row
+from comparison.plan import plan
+from comparison.run import Progress
+from comparison.scene import Scene, SceneError
+from comparison.studies.extremes.cells import TURNS, TURNS_AXIS, Cell, cells
+from comparison.studies.extremes.outcomes import Verdict, judge, magnification
+from comparison.studies.extremes.runs import LIMIT, Task, run_tasks
+from comparison.studies.extremes.ways import TIGHT, Way, ways_of
+
+LONG_LIMIT = 120.0
+"""s for a run of many turns."""
+HOPELESS = 2.0
+"""A run that is expected to take so many times its limit is not started."""
+MOVED, MOST_MOVED = 1e-3, 1e-9
+"""The start of a cell's twin is moved by this share of the clearance, at most so far, m."""
+
+
+@dataclass
+class Found:
+    """What became of a cell.
+
+    Attributes
+    ----------
+    cell
+        Which.
+    rows
+        Of each way's run, by its name.
+    verdicts
+        By the same names.
+    tight
+        Rows of the runs that count as exact, by the names of their ways.
+    magnification
+        By how much two starts move apart at most in the first turn; nan where unknown.
+    """
+
+    cell: Cell
+    rows: dict[str, Row] = field(default_factory=dict)
+    verdicts: dict[str, Verdict] = field(default_factory=dict)
+    tight: dict[str, Row] = field(default_factory=dict)
+    magnification: float = float("nan")
+
+
+def gather(n_jobs: int, on_progress: Progress | None, chosen: list[Cell] | None = None) -> list[Found]:
+    """Run the cells, all if none are chosen; what ran before is not run again."""
+    found = [Found(cell) for cell in (cells() if chosen is None else chosen)]
+    tasks: dict[str, Task] = {}
+    many: dict[str, Task] = {}
+    rows: dict[str, Row] = {}
+    promises: dict[str, float] = {}
+    for number, of in enumerate(found):
+        long = of.cell.axis == TURNS_AXIS
+        for way in (*ways_of(of.cell), *TIGHT):
+            key = f"{number} {way.name}"
+            try:
+                scene = way.scene(of.cell)
+            except SceneError as error:
+                rows[key] = {"status": "bad input", "message": str(error)}
+                continue
+            if way in TIGHT:
+                scene = scene.with_values({"drive.cycles": TURNS})
+            promises[key] = expected_error(way.model, scene)
+            hopeless = _hopeless(scene, way, LONG_LIMIT if long else LIMIT)
+            if hopeless:
+                rows[key] = hopeless
+            else:
+                (many if long and way not in TIGHT else tasks)[key] = Task(scene, way.model)
+        twin = _twin(of.cell)
+        if twin is not None:
+            tasks[f"{number} twin"] = Task(twin, TIGHT[0].model)
+    share = len(tasks) / (len(tasks) + len(many))
+    first = None if on_progress is None else lambda done: on_progress(share * done)
+    rest = None if on_progress is None else lambda done: on_progress(share + (1.0 - share) * done)
+    rows |= run_tasks(tasks, n_jobs, first) | run_tasks(many, n_jobs, rest, LONG_LIMIT)
+    for number, of in enumerate(found):
+        of.tight = {way.name: rows[f"{number} {way.name}"] for way in TIGHT}
+        for way in ways_of(of.cell):
+            key = f"{number} {way.name}"
+            of.rows[way.name] = rows[key]
+            of.verdicts[way.name] = judge(rows[key], of.tight, promises.get(key, float("nan")))
+        exact, twin_row = of.tight[TIGHT[0].name], rows.get(f"{number} twin")
+        if twin_row is not None:
+            of.magnification = magnification(exact, twin_row, _move(of.cell.scene))
+    return found
+
+
+def _hopeless(scene: Scene, way: Way, limit: float) -> Row | None:
+    """Return the row of a run that is not started, as it would take too long by far."""
+    expected = plan(scene, way.model).seconds
+    if not isfinite(expected) or expected <= HOPELESS * limit:
+        return None
+    message = f"not started: some {expected:.2g} s are expected, {limit:g} s are allowed"
+    return {"status": "work-limit", "message": message}
+
+
+def _move(scene: Scene) -> float:
+    return min(MOVED * float(scene.data["clearance"]["slider"]), MOST_MOVED)
+
+
+def _twin(cell: Cell) -> Scene | None:
+    """Return the strict scene with its start moved; None where there is no scene."""
+    try:
+        scene = TIGHT[0].scene(cell).with_values({"drive.cycles": TURNS})
+    except SceneError:
+        return None
+    offset = scene.data["initial"]["slider_offset"] + _move(scene)
+    return scene.with_values({"initial.slider_offset": offset})

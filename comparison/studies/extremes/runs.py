@@ -1,0 +1,139 @@
+"""One run of a cell as a task and as a row that holds what the verdict about it needs."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import isnan
+
+import numpy as np
+
+from comparison.cache import cache_folder
+from comparison.doubts import energy_share, steps_per_contact
+from comparison.engines import fingerprint
+from comparison.ledger import Row
+from comparison.machine import platform_name
+from comparison.run import Progress, RunError, kernels, run_one
+from comparison.scene import Scene, SceneError, digest, load_scene
+from comparison.sources import sources
+from comparison.spread import finish, on_processes
+from comparison.studies.extremes.cells import BASE
+from comparison.table import Table
+from comparison.workers import Kernels, in_turn
+
+LIMIT = 20.0
+"""s a run may take, on a processor of its own; then it is broken off."""
+WARM = 0.02
+"""Turns of the run before, in which kernels are compiled: not counted."""
+_SOURCES = ("check.py", "doubts.py", "run.py", "table.py", "studies/extremes/runs.py")
+_warm: set[Kernels] = set()
+
+
+@dataclass(frozen=True)
+class Task:
+    """A scene to be run by a model."""
+
+    scene: Scene
+    model: str
+
+    @property
+    def cost(self) -> float:
+        """Expected time, s: as of an ordinary run."""
+        return 1.0
+
+    @property
+    def kernels(self) -> frozenset[Kernels]:
+        """Which code the model compiles at its first run."""
+        return frozenset([kernels(self.scene, self.model)])
+
+    def key(self, fingerprints: Mapping[str, str]) -> str:
+        """Hash of all that can change the row."""
+        return digest(
+            {
+                "scene": self.scene.hash,
+                "model": [self.model, fingerprints[self.model]],
+                "limit": LIMIT,
+                "sources": sources(*_SOURCES),
+                "machine": platform_name(),
+            }
+        )
+
+
+def run_tasks(
+    tasks: Mapping[str, Task], n_jobs: int, on_progress: Progress | None, limit: float = LIMIT
+) -> dict[str, Row]:
+    """Run tasks by their names, equal ones once; what ran before is not run again."""
+    prints = {model: fingerprint(model) for model in ("reference", "exudyn")}
+    keys = {name: task.key(prints) for name, task in tasks.items()}
+    different = {key: tasks[name] for name, key in keys.items()}
+    ordered = {key: different[key] for key in in_turn(different)}
+    cache_folder().mkdir(parents=True, exist_ok=True)
+    ledger = cache_folder() / "extremes.jsonl"
+    rows = finish(attempt, ordered, ledger, on_processes(n_jobs, limit), on_progress)
+    return {name: rows[key] for name, key in keys.items()}
+
+
+def attempt(task: Task, progress: Callable[[float], None]) -> Row:
+    """Run and measure; whatever goes wrong becomes the row's status and message."""
+    try:
+        _compile(task)
+        progress(0.0)
+        start = time.process_time()
+        try:
+            table = run_one(task.scene, task.model, progress)
+        except RunError as error:
+            outcome = error.outcome
+            row = {"status": outcome.status, "message": outcome.message}
+            if outcome.partial is not None:
+                row |= measure(outcome.partial, task.scene)
+        else:
+            row = {"status": "success", "message": "", **measure(table, task.scene)}
+        return row | {"seconds": time.process_time() - start}
+    except SceneError as error:
+        return {"status": "bad input", "message": str(error)}
+    except Exception as error:
+        return {"status": "crashed", "message": " ".join(f"{type(error).__name__}: {error}".split())}
+
+
+def _compile(task: Task) -> None:
+    """Run a little of an ordinary scene, once a process for each kind of kernels."""
+    (kind,) = task.kernels
+    if kind not in _warm:
+        formulation = task.scene.data["solver"][task.model]["formulation"]
+        usual = {f"solver.{task.model}.formulation": formulation, "drive.cycles": WARM}
+        run_one(load_scene(BASE, usual), task.model)
+        _warm.add(kind)
+
+
+def measure(table: Table, scene: Scene) -> Row:
+    """Return what is kept of a run, also of one that ended early.
+
+    ``x``: slider_x from the guide's centre line at the samples of the first turn, m; ``share``: of the time
+    that was run; ``energy``: `comparison.doubts.energy_share`; ``drift``: largest violation of a constraint,
+    m; ``contacts``: number, shortest and median duration (s), largest force (N) and depth (m);
+    ``resolution``: fixed steps of the median contact; ``steps``; ``work``: right-hand sides, or Newton
+    iterations. None for what was not asked for or does not apply.
+    """
+    turn = scene.data["output"]["samples_per_cycle"] + 1
+    counters = table.provenance.get("counters", {})
+    events = table.events
+    durations = np.array([]) if events is None else (events["end"] - events["start"]).to_numpy(float)
+    contacts: dict[str, float] = {"count": durations.size}
+    if durations.size and events is not None:
+        contacts |= {
+            "shortest": float(durations.min()),
+            "median": float(np.median(durations)),
+            "force": float(events["peak_force"].max()),
+            "depth": float(events["largest_depth"].max()),
+        }
+    return {
+        "x": (table.values("slider_x")[:turn] - scene.data["mechanism"]["guide_x"]).tolist(),
+        "share": float(table.time[-1] / scene.duration) if len(table.time) else 0.0,
+        "energy": None if isnan(share := energy_share(table)) else share,
+        "drift": table.provenance.get("constraints", {}).get("position"),
+        "contacts": contacts,
+        "resolution": None if isnan(steps := steps_per_contact(table)) else steps,
+        "steps": counters.get("steps"),
+        "work": counters.get("rhs", counters.get("newton_iterations")),
+    }

@@ -1,0 +1,77 @@
+"""Who runs a cell: every formulation at its standard accuracy, and the runs they are held against."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from comparison.accuracy import solver_values
+from comparison.scene import Scene
+from comparison.studies.extremes.cells import HYPERCUBE, Cell
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way to run a scene.
+
+    Attributes
+    ----------
+    name
+        What it is called.
+    model
+        "reference" or "exudyn".
+    changes
+        Of the scene, dotted keys.
+    """
+
+    name: str
+    model: str
+    changes: Mapping[str, object]
+
+    def scene(self, cell: Cell) -> Scene:
+        """Return a cell's scene as this way runs it.
+
+        Raises
+        ------
+        SceneError
+            If there is no such scene.
+        """
+        return cell.scene.with_values({**self.changes, **cell.settings})
+
+
+def _reference(accuracy: str, formulation: str) -> dict[str, object]:
+    # What is lost or created needs no further coordinates there: it is asked for everywhere.
+    asked = {"solver.reference.formulation": formulation, "output.groups": ["energy"]}
+    return asked | solver_values("reference", accuracy)
+
+
+def _exudyn(accuracy: str, formulation: str, **more: object) -> dict[str, object]:
+    return {"solver.exudyn.formulation": formulation} | solver_values("exudyn", accuracy, formulation) | more
+
+
+ENERGY: dict[str, object] = {"output.groups": ["energy"], "solver.exudyn.method": "trapezoidal-index2"}
+MINIMAL = Way("minimal", "reference", _reference("standard", "auto"))
+MULTIPLIERS = Way("multipliers", "reference", _reference("standard", "multiplier"))
+TREE = Way("tree", "exudyn", _exudyn("standard", "tree"))
+BODIES = Way("five bodies", "exudyn", _exudyn("standard", "full"))
+INDEX2 = Way("five bodies, index 2", "exudyn", _exudyn("standard", "full", **ENERGY))
+NATIVE = Way("five bodies, Exudyn's contact", "exudyn", _exudyn("standard", "native"))
+WAYS = (MINIMAL, MULTIPLIERS, TREE, BODIES, INDEX2, NATIVE)
+TIGHT = (
+    Way("minimal, strict", "reference", _reference("strict", "auto")),
+    Way("tree, strict", "exudyn", _exudyn("strict", "tree")),
+)
+"""What the others are held against: the most accurate run of either model."""
+FEW_LAWS = {NATIVE.name: ("hertz-corners",)}
+"""Exudyn's own contact is a law of corners alone."""
+
+
+def ways_of(cell: Cell) -> list[Way]:
+    """Return the ways that run a cell."""
+    return [
+        way
+        for way in WAYS
+        if (not cell.only or way.name in cell.only)
+        and cell.law in FEW_LAWS.get(way.name, (cell.law,))
+        and (cell.axis != HYPERCUBE or way not in (INDEX2, NATIVE))
+    ]
