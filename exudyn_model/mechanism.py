@@ -133,10 +133,11 @@ def build(parameters: Parameters, state: InitialState, step: float) -> Model:
             mbs.AddObject(CoordinateConstraint(markerNumbers=[fixed, marker], offset=value))
     elif parameters.integration.formulation == "native":
         x, _, angle = state.positions[SLIDER]
-        gaps = np.array(
-            [corner_motion(k, x - mechanism.guide_x, angle, 0.0, 0.0, 0.0, law[0])[0] for k in range(4)]
-        )
-        read_corners = add_corner_contacts(mbs, ground, bodies[SLIDER], parameters, gaps)
+        place, speeds = (x - mechanism.guide_x, angle), state.velocities[SLIDER]
+        gaps, rates = np.array(
+            [corner_motion(k, *place, speeds[0], speeds[1], speeds[2], law[0])[:2] for k in range(4)]
+        ).T
+        read_corners = add_corner_contacts(mbs, ground, bodies[SLIDER], parameters, gaps, rates)
     else:
         _add_contact(mbs, [nodes[SLIDER]], force_user_function(law, contacts))
     mbs.Assemble()

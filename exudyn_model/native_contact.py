@@ -11,6 +11,10 @@ Three things differ from Eqs. 9-14:
   order in the step: 3.7e-8 m in the first cycle of the paper's case at 2e-6 s, 1.0e-8 m at 1e-6 s.
 - Friction rises from no slip on, without the range below ``static_speed``; see ``proportional_zone``.
 - A slider that is turned has its corner 1e-4 m times the square of the angle over 2 farther inside.
+
+And two things it cannot do. A corner that begins inside a wall has no impact speed unless it moves inwards:
+at rest 1e-6 m inside, it is wrong by the whole clearance after a turn. That is refused. And a corner pressed
+in by more than its sphere's radius comes out behind the wall: there the run is stopped.
 """
 
 from collections.abc import Callable
@@ -26,8 +30,8 @@ from exudyn_model.contact import corner_motion
 from exudyn_model.contact_memory import begin, carry_on
 from exudyn_model.parameters import Guide, Parameters
 
-# m: a thousandth of the slider, and more than corners penetrate
-_RADIUS = 1e-4
+# m: a thousandth of the slider, and more than the corners of steel penetrate
+RADIUS = 1e-4
 # m: half the height of the walls
 _REACH = 10.0
 # Columns of what is read of each corner
@@ -45,7 +49,12 @@ def proportional_zone(contact: Guide) -> float:
 
 
 def add_corner_contacts(
-    mbs: Any, ground: Any, slider: Any, parameters: Parameters, gaps: NDArray[np.float64]
+    mbs: Any,
+    ground: Any,
+    slider: Any,
+    parameters: Parameters,
+    gaps: NDArray[np.float64],
+    rates: NDArray[np.float64],
 ) -> Callable[[], NDArray[np.float64]]:
     """Add four contacts between the bodies ``ground`` and ``slider``.
 
@@ -54,8 +63,13 @@ def add_corner_contacts(
     mbs : exudyn.MainSystem
     ground, slider : exudyn.ObjectIndex
     parameters : Parameters
-    gaps : ndarray, shape (4,)
-        Of the corners at t = 0, m.
+    gaps, rates : ndarray, shape (4,)
+        Of the corners at t = 0, m, and their rates, m/s.
+
+    Raises
+    ------
+    ValueError
+        If a corner starts inside a wall and does not move inwards.
 
     Returns
     -------
@@ -64,6 +78,12 @@ def add_corner_contacts(
         +y (N) of each corner in the current state, shape (4, 4).
     """
     contact, shape = parameters.contact, parameters.mechanism.slider
+    resting = gaps[(gaps < 0.0) & (-rates < contact.impact_speed_floor)]
+    if resting.size:
+        raise ValueError(
+            f"initial: a corner starts {-min(resting):.3g} m inside a wall without moving inwards: with "
+            "solver.exudyn.formulation = 'native' it has no impact speed then; use 'full'"
+        )
     wall = shape.width / 2 + contact.clearance
     fixed = mbs.AddMarker(MarkerBodyRigid(bodyNumber=ground, localPosition=[0.0, 0.0, 0.0]))
     objects = []
@@ -74,8 +94,8 @@ def add_corner_contacts(
         triangle = exu.Vector3DList()
         for y, z in ((-_REACH, -side * _REACH), (-_REACH, side * _REACH), (2 * _REACH, 0.0)):
             triangle.Append([x, y, z])
-        centre = [side * (shape.width / 2 - _RADIUS), end * shape.length / 2, 0.0]
-        # A contact begins at a change of sign: one that is closed at t = 0 begins in the first step
+        centre = [side * (shape.width / 2 - RADIUS), end * shape.length / 2, 0.0]
+        # A contact begins at a change of sign: a corner on its wall must not count as closed before
         memory = mbs.AddNode(
             NodeGenericData(
                 initialCoordinates=[max(gaps[number], 1e-15), 0.0, 0.0, 0.0], numberOfDataCoordinates=4
@@ -89,7 +109,7 @@ def add_corner_contacts(
                         fixed,
                     ],
                     nodeNumber=memory,
-                    sphereRadius=_RADIUS,
+                    sphereRadius=RADIUS,
                     trianglePoints=triangle,
                     includeEdges=0,
                     impactModel=1,
@@ -115,6 +135,15 @@ def add_corner_contacts(
         return corners
 
     return read
+
+
+@kernel
+def deepest(q: NDArray[np.float64], law: NDArray[np.void]) -> float:
+    """Return how deep (m) the deepest corner is in a wall; negative if none is. ``q``: of the slider."""
+    depth = -np.inf
+    for number in range(4):
+        depth = max(depth, -corner_motion(number, q[0], q[2], 0.0, 0.0, 0.0, law[0])[0])
+    return depth
 
 
 @kernel

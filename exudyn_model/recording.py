@@ -14,7 +14,7 @@ from exudyn_model.energy import ENERGIES, audit_energy, new_audit
 from exudyn_model.journal import renew_pin
 from exudyn_model.loose_pin import loose_pin_acceleration
 from exudyn_model.mechanism import Model
-from exudyn_model.native_contact import renew_native_corners
+from exudyn_model.native_contact import RADIUS, deepest, renew_native_corners
 from exudyn_model.point_contact import CONTACTS
 from exudyn_model.tables import CHANNELS, event_table, extrema_table, new_extrema, widen
 
@@ -201,6 +201,11 @@ class Recorder:
                 self.drift, self.drift_time = drift, time
         self.accepted += 1
         return is_sample
+
+    @property
+    def is_behind_a_wall(self) -> bool:
+        """Whether a corner is deeper in a wall than Exudyn's own contact object can hold it."""
+        return self._read_corners is not None and deepest(self._q[12:], self._law) > RADIUS
 
     def is_finite(self) -> bool:
         """Whether the last accepted state holds no infinity and no NaN."""

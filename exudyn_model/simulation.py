@@ -68,7 +68,7 @@ class Result:
     provenance : dict
         Model, settings, versions, counters, wall time, status; only what JSON can hold.
     status : str
-        "success", "newton-failed", "step-too-small", "work-limit" or "non-finite".
+        "success", "newton-failed", "step-too-small", "work-limit", "out-of-range" or "non-finite".
     remedy : str
         What to try after a failure, else empty.
     """

@@ -132,6 +132,10 @@ class Outcome:
     counters: dict[str, int]
 
 
+class _BehindWallError(Exception):
+    """Stops Exudyn where its own contact object has let a corner through."""
+
+
 def solve(
     mbs: Any,
     steps: Steps,
@@ -160,6 +164,9 @@ def solve(
                     data.GetAECoordinates(copy=False),
                 )
             is_sample = recorder.accept()
+            if is_sample and recorder.is_behind_a_wall:
+                interruption.append(_BehindWallError())
+                return False
             if is_sample and progress is not None and time.monotonic() - last_call > PROGRESS_INTERVAL:
                 last_call = time.monotonic()
                 progress((recorder.accepted - 1) / (steps.samples * steps.per_sample))
@@ -178,16 +185,23 @@ def solve(
         if not interruption:
             before_step()  # the last state, which no further step starts from
     except exu.SolverError:
-        status, remedy = "newton-failed", "reduce solver.exudyn.step, or raise solver.exudyn.tolerance"
+        status = "newton-failed"
+        remedy = (
+            "reduce solver.exudyn.step, or raise solver.exudyn.tolerance; where large forces meet slow "
+            "sliding, raise friction.transition_speed"
+        )
     except exu.ModelError as error:
         # Ctrl-C or a fault inside the contact force arrives as the cause; it is no outcome of the scene
         raise (error.__cause__ or error) from None
     finally:
         exu.config.printToConsole = console
         mbs.SetPreStepUserFunction(0)
-    if interruption:
+    if interruption and not isinstance(interruption[0], _BehindWallError):
         raise interruption[0]
-    if not recorder.is_finite():
+    if interruption:
+        status = "out-of-range"
+        remedy = "a corner is deeper in its wall than Exudyn's sphere: use solver.exudyn.formulation = 'full'"
+    elif not recorder.is_finite():
         status, remedy = "non-finite", "check the scene's masses and speeds, or reduce solver.exudyn.step"
     if progress is not None and status == "success":
         progress(1.0)

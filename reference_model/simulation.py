@@ -188,6 +188,9 @@ def _simulated(
         "counters": {name: int(state.counters[i]) for i, name in enumerate(counted)},
     }
     status, remedy = _FAILURES.get(code, ("success", ""))
+    if by_scipy is None and code == integrate.STEP_LIMIT:
+        # Damping over the frozen impact speed: of depths that no such impact reaches, it is stiff.
+        remedy += "; where a corner stays pressed deep into a wall, take solver.reference.method = 'LSODA'"
     if by_scipy is not None:
         provenance["integrator"] = f"scipy {p.method.removeprefix('scipy-')} with located events"
         provenance["settings"] = settings | {"relative_tolerance": RTOL}

@@ -83,3 +83,26 @@ def test_a_start_inside_the_wall_begins_a_contact(make_scene):
     # The impact speed is that after a step of 2 us at up to 1400 m/s^2: 10 % of 0.03 m/s, a hundredth of it
     # in the speed afterwards, over 0.8 ms
     np.testing.assert_allclose(native.columns["slider_x"], user.columns["slider_x"], rtol=0, atol=2e-7)
+
+
+def test_a_start_at_rest_inside_a_wall_is_refused(make_scene):
+    changes = {"solver.exudyn.formulation": "native", "initial.slider_offset": 2.01e-4, "drive.cycles": 0.01}
+    with pytest.raises(ValueError, match=r"1e-06 m inside a wall.*use 'full'"):
+        simulate(make_scene(changes))
+    # On the wall it begins with the touch
+    assert simulate(make_scene(changes | {"initial.slider_offset": 2e-4})).status == "success"
+
+
+def test_a_corner_that_comes_out_behind_its_wall_stops_the_run(make_scene):
+    """So soft that the corners are pressed in by 1 mm: Exudyn's sphere of 0.1 mm would let them through."""
+    soft = {"contact.youngs_modulus": 1e6, "drive.cycles": 0.2, "solver.exudyn.step": 8e-6}
+    result = simulate(make_scene(soft | {"solver.exudyn.formulation": "native"}))
+    assert result.status == "out-of-range"
+    assert "'full'" in result.remedy
+    # What was recorded before is what the user function gives
+    whole = simulate(make_scene(soft))
+    assert whole.status == "success"
+    until = len(result.columns["slider_x"]) - 2
+    assert 1 < until < 190
+    # Up to the radius; but for the impact speed at the step's end the contact is the same
+    assert abs(result.columns["slider_x"][:until] - whole.columns["slider_x"][:until]).max() < 2e-6

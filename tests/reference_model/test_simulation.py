@@ -285,6 +285,24 @@ def test_too_much_work_ends_with_a_status_and_keeps_what_was_computed(scene, mon
     assert result.events["start"].size > 0
 
 
+def test_a_corner_pressed_deep_into_a_wall_is_stiff_and_an_implicit_method_integrates_it(
+    scene, monkeypatch
+) -> None:
+    """A start wedged at 0.5 rad, at rest: the damping counts by the floor of the impact speed, 1e-4 m/s."""
+    monkeypatch.setattr("reference_model.simulation.STEPS_PER_CYCLE_LIMIT", 50_000)
+    wedged = {"initial.slider_offset": 0.0, "initial.slider_angle": 0.5, "drive.cycles": 0.02}
+    result = simulate(scene(wedged))
+    assert result.status == "work-limit"
+    assert "solver.reference.method = 'LSODA'" in result.remedy
+    implicit = simulate(scene({**wedged, "solver.reference.method": "LSODA"}))
+    assert implicit.status == "success"
+    assert implicit.provenance["counters"]["steps"] < 1000
+    # It creeps out of the wedge: both corners are still inside, and less deep.
+    angle = implicit.columns["slider_angle"]
+    assert np.all(np.diff(angle) < 0.0)
+    assert angle[-1] > 0.1
+
+
 def test_all_four_corners_inside_at_once_give_finite_forces(scene) -> None:
     """A slider wider than its guide: all four corners inside at once."""
     p = read_parameters(scene({"clearance.slider": -1e-6, "initial.slider_offset": 0.0}))

@@ -13,7 +13,7 @@ from comparison.scene import Scene, SceneError
 from comparison.studies.extremes.cells import TURNS, TURNS_AXIS, Cell, cells
 from comparison.studies.extremes.outcomes import Verdict, judge, magnification
 from comparison.studies.extremes.runs import LIMIT, Task, run_tasks
-from comparison.studies.extremes.ways import TIGHT, Way, ways_of
+from comparison.studies.extremes.ways import STIFF, TIGHT, Way, ways_of
 
 LONG_LIMIT = 120.0
 """s for a run of many turns."""
@@ -79,8 +79,9 @@ def gather(n_jobs: int, on_progress: Progress | None, chosen: list[Cell] | None 
     first = None if on_progress is None else lambda done: on_progress(share * done)
     rest = None if on_progress is None else lambda done: on_progress(share + (1.0 - share) * done)
     rows |= run_tasks(tasks, n_jobs, first) | run_tasks(many, n_jobs, rest, LONG_LIMIT)
+    rows |= _instead(found, rows, n_jobs)
     for number, of in enumerate(found):
-        of.tight = {way.name: rows[f"{number} {way.name}"] for way in TIGHT}
+        of.tight = {way.name: rows[key] for way in (*TIGHT, STIFF) if (key := f"{number} {way.name}") in rows}
         for way in ways_of(of.cell):
             key = f"{number} {way.name}"
             of.rows[way.name] = rows[key]
@@ -89,6 +90,16 @@ def gather(n_jobs: int, on_progress: Progress | None, chosen: list[Cell] | None 
         if twin_row is not None:
             of.magnification = magnification(exact, twin_row, _move(of.cell.scene))
     return found
+
+
+def _instead(found: list[Found], rows: dict[str, Row], n_jobs: int) -> dict[str, Row]:
+    """Run the cells by `STIFF` of which the reference's own strict run did not come to the end."""
+    tasks = {}
+    for number, of in enumerate(found):
+        if rows[f"{number} {TIGHT[0].name}"]["status"] not in ("success", "bad input"):
+            scene = STIFF.scene(of.cell).with_values({"drive.cycles": TURNS})
+            tasks[f"{number} {STIFF.name}"] = Task(scene, STIFF.model)
+    return run_tasks(tasks, n_jobs, None)
 
 
 def _hopeless(scene: Scene, way: Way, limit: float) -> Row | None:

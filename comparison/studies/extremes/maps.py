@@ -14,7 +14,7 @@ from comparison.report import svg
 from comparison.studies.extremes.cells import BASE_LABEL, HYPERCUBE
 from comparison.studies.extremes.gather import Found
 from comparison.studies.extremes.outcomes import Class, Verdict
-from comparison.studies.extremes.ways import BODIES, INDEX2, MINIMAL, MULTIPLIERS, NATIVE, TREE
+from comparison.studies.extremes.ways import BODIES, IMPLICIT, INDEX2, MINIMAL, MULTIPLIERS, NATIVE, TREE
 
 COLOURS = {
     Class.CONVERGED: svg.FIRST,
@@ -36,6 +36,7 @@ MARKS = {
 }
 SHORT = {
     MINIMAL.name: "R minimal",
+    IMPLICIT.name: "R LSODA",
     MULTIPLIERS.name: "R multipliers",
     TREE.name: "E tree",
     BODIES.name: "E five bodies",

@@ -66,9 +66,9 @@ def _why_degraded(found: Found, way: str, base: Found) -> str:
 
 
 def _apart(found: Found) -> float:
-    """Return how far the runs that count as exact are from one another, m; nan where one is missing."""
+    """Return how far the runs that count as exact are from one another, m; nan with less than two."""
     runs = [np.asarray(of["x"]) for of in found.tight.values() if of["status"] == "success"]
-    return float(np.abs(runs[0] - runs[1]).max()) if len(runs) == 2 else float("nan")
+    return float(np.ptp(runs, axis=0).max()) if len(runs) > 1 else float("nan")
 
 
 def _status(status: str, message: str) -> str:

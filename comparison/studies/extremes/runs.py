@@ -45,7 +45,12 @@ class Task:
     @property
     def kernels(self) -> frozenset[Kernels]:
         """Which code the model compiles at its first run."""
-        return frozenset([kernels(self.scene, self.model)])
+        return frozenset([(*kernels(self.scene, self.model), self.method)])
+
+    @property
+    def method(self) -> str:
+        """The integrator, as its scene names it."""
+        return str(self.scene.data["solver"][self.model]["method"])
 
     def key(self, fingerprints: Mapping[str, str]) -> str:
         """Hash of all that can change the row."""
@@ -101,8 +106,9 @@ def _compile(task: Task) -> None:
     (kind,) = task.kernels
     if kind not in _warm:
         formulation = task.scene.data["solver"][task.model]["formulation"]
-        usual = {f"solver.{task.model}.formulation": formulation, "drive.cycles": WARM}
-        run_one(load_scene(BASE, usual), task.model)
+        solver = {"formulation": formulation, "method": task.method}
+        usual = {f"solver.{task.model}.{key}": value for key, value in solver.items()}
+        run_one(load_scene(BASE, usual | {"drive.cycles": WARM}), task.model)
         _warm.add(kind)
 
 
