@@ -23,6 +23,7 @@ NAMES = (
     "random-inputs",
     "detection",
     "tradeoff",
+    "extremes",
 )
 
 

@@ -11,7 +11,16 @@ import pytest
 from comparison.scene import load_scene
 from comparison.studies.extremes import cells as of_cells
 from comparison.studies.extremes import tables
-from comparison.studies.extremes.cells import BASE_LABEL, HYPERCUBE, LAWS, Cell, cells, hypercube
+from comparison.studies.extremes.cells import (
+    BASE_LABEL,
+    HYPERCUBE,
+    LAWS,
+    POINTS,
+    SEED,
+    Cell,
+    cells,
+    hypercube,
+)
 from comparison.studies.extremes.gather import Found, gather
 from comparison.studies.extremes.maps import draw_axes
 from comparison.studies.extremes.outcomes import Class, judge, magnification
@@ -54,14 +63,14 @@ def test_the_ranges_that_are_asked_for_are_reached():
 
 
 def test_the_hypercube_has_a_point_in_each_of_200_parts_of_each_range():
-    points = hypercube()
+    points = hypercube(POINTS, SEED)
     assert len(points) == 200
     assert {cell.law for cell in points} == set(LAWS)
     for key, low, high in (("drive.speed_rpm", 1.0, 6000.0), ("contact.youngs_modulus", 1e6, 1e13)):
         share = np.log(np.array([cell.changes[key] for cell in points]) / low) / np.log(high / low)
         # Values are written with six digits: a point on a border may change its part.
         assert len(set(np.floor(200 * share))) >= 198
-    assert points[3].changes == hypercube()[3].changes
+    assert points[3].changes == hypercube(POINTS, SEED)[3].changes
 
 
 PROMISE = 1e-9

@@ -27,6 +27,7 @@ from comparison.studies import (
 from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
 from comparison.studies.detection import alarms, faults, limits, study
 from comparison.studies.errors import Peak
+from comparison.studies.extremes import cells
 from comparison.studies.identification import runs
 from comparison.studies.identification.kinematics import TOPOLOGIES
 from comparison.studies.nonlinear import controls, scenes
@@ -88,6 +89,9 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(plan, "FACTORS", (0.1, 1.0))
     monkeypatch.setattr(plan, "COMMON", 20)
     monkeypatch.setattr(plan, "TOLERANCES", (1e-7, 1e-10))
+    monkeypatch.setattr(cells, "POINTS", 12)
+    few_axes = cells.axes()[:3]
+    monkeypatch.setattr(cells, "axes", lambda: few_axes)
     return fake_models
 
 
@@ -119,6 +123,7 @@ def made_up_rows():
         "nonlinear",
         "random-inputs",
         "detection",
+        "extremes",
     ],
 )  # fmt: skip
 def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
@@ -128,7 +133,9 @@ def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(n
     text = Path(told).read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     pictures = re.findall(r"\]\(([\w-]+\.svg)\)", text)
-    numbers = {"detection": {"detection.json"}, "paper": {"report.html"}}.get(name, set())
+    numbers = {"detection": {"detection.json"}, "paper": {"report.html"}, "extremes": {"cells.csv"}}.get(
+        name, set()
+    )
     assert {path.name for path in Path(told).parent.iterdir()} == {"README.md", *numbers, *pictures}
     for picture in pictures:
         drawn = (Path(told).parent / picture).read_text("utf-8")
@@ -173,10 +180,10 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_work(small, capsy
 
 def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
     refused = Outcome("bad input", "contact.law = 'strip' is not simulated")
-    cells = contact_laws.of_run(refused)
-    assert cells[0] == "not simulated: contact.law = 'strip' is not simulated"
-    assert set(cells[1:]) == {"n/a"}
-    assert len(cells) == len(contact_laws.RUN_HEADINGS)
+    shown = contact_laws.of_run(refused)
+    assert shown[0] == "not simulated: contact.law = 'strip' is not simulated"
+    assert set(shown[1:]) == {"n/a"}
+    assert len(shown) == len(contact_laws.RUN_HEADINGS)
     partial = Table(
         pd.DataFrame({"time": [0.0, 0.1], "energy_residual": [0.0, -5.0]}),
         pd.DataFrame(
@@ -186,9 +193,9 @@ def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
         {"counters": {"steps": 7}},
     )
     stopped = Outcome("work-limit", "shorten drive.cycles", partial=partial)
-    cells = contact_laws.of_run(stopped)
-    assert cells[0] == "work-limit at 0.1000 s; shorten drive.cycles"
-    assert cells[3:5] == ["5.00\u00a0J", "2.00\u00a0m/s"]
+    shown = contact_laws.of_run(stopped)
+    assert shown[0] == "work-limit at 0.1000 s; shorten drive.cycles"
+    assert shown[3:5] == ["5.00\u00a0J", "2.00\u00a0m/s"]
     assert contact_laws.of_switches(stopped)[0] == "not measured: work-limit"
     assert len(contact_laws.of_switches(stopped)) == len(contact_laws.SWITCH_HEADINGS)
 
@@ -232,8 +239,8 @@ def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make
     assert line["samples predictable"] == line["of these explained, tight"] == "100\u00a0%"
     refused = replace(usual, verdict="cannot compare", channels={}, attribution=None)
     for tight, told in ((None, "not run"), (refused, "**cannot compare**")):
-        cells = verdicts.row(replace(usual, tight=tight))
-        assert cells[-4:] == [told, "n/a", "n/a", "n/a"]
+        shown = verdicts.row(replace(usual, tight=tight))
+        assert shown[-4:] == [told, "n/a", "n/a", "n/a"]
         assert len(verdicts.row(replace(refused, tight=tight))) == len(verdicts.HEADINGS)
 
 

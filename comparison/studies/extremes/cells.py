@@ -65,7 +65,7 @@ class Cell:
 def cells() -> list[Cell]:
     """Return all cells: every axis under every law, then the hypercube, which draws the law too."""
     usual = [cell for law in LAWS for axis in axes() for cell in along(axis, law)]
-    return [*usual, *settings(), *long(), *hypercube()]
+    return [*usual, *settings(), *long(), *hypercube(POINTS, SEED)]
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,7 @@ def long() -> list[Cell]:
     ]
 
 
-def hypercube(count: int = POINTS, seed: int = SEED) -> list[Cell]:
+def hypercube(count: int, seed: int) -> list[Cell]:
     """Return cells drawn over all ranges at once.
 
     Clearance 1e-9 to 5e-3 m, speed 1 to 6000 rpm, modulus 1e6 to 1e13 Pa, radius 1e-6 to 1 m, by their

@@ -174,14 +174,16 @@ def draw_errors(found: Sequence[Found], path: Path) -> None:
             points = [
                 (of.magnification, max(verdict.error / verdict.promise, 1e-6))
                 for of in found
-                if (verdict := of.verdicts.get(way.name)) is not None and of.magnification > 0.0
+                if (verdict := of.verdicts.get(way.name)) is not None
+                and of.magnification > 0.0
+                and np.isfinite(verdict.error / verdict.promise)
             ]
-            x, y = np.array([p for p in points if np.isfinite(p).all()]).T
+            x, y = np.array(points).reshape(-1, 2).T
             axes.plot(
                 x, y, mark, color=colour, ms=3.5, markerfacecolor="none", mew=0.8, label=SHORT[way.name]
             )
         ends = np.array(axes.get_xlim())
-        base = next((of.magnification for of in found if of.cell.label == BASE_LABEL), 1.0)
+        base = next((of.magnification for of in found if of.cell.label == BASE_LABEL), 1.0) or 1.0
         axes.plot(
             ends, ends / base, color=svg.DIFFERENCE, dashes=(4, 2), lw=0.9, label="as the scene magnifies"
         )

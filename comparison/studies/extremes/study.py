@@ -8,7 +8,7 @@ from pathlib import Path
 from comparison.files import replacing
 from comparison.run import Progress
 from comparison.studies.extremes import tables
-from comparison.studies.extremes.cells import POINTS
+from comparison.studies.extremes.cells import HYPERCUBE
 from comparison.studies.extremes.gather import LONG_LIMIT, gather
 from comparison.studies.extremes.maps import draw_axes, draw_errors, draw_hypercube
 from comparison.studies.extremes.outcomes import WORDS
@@ -27,12 +27,13 @@ def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
     text = template.format(
         limit=f"{LIMIT:g}",
         long_limit=f"{LONG_LIMIT:g}",
-        points=POINTS,
+        points=sum(of.cell.axis == HYPERCUBE for of in found),
         classes="\n".join(f"- **{kind}**: {words};" for kind, words in WORDS.items()),
         counts=tables.counts(found),
         drifts=tables.drifts(found),
         turns=tables.turns(found),
         differences=tables.differences(found),
+        parts="",
         unexplained="\n".join(f"- {line}" for line in left) or "None.",
     )
     with replacing(folder / "README.md") as part:
