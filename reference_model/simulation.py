@@ -53,7 +53,8 @@ _FAILURES = {
     ),
     integrate.NOT_FINITE: (
         "non-finite",
-        "the motion left the range of the linkage: check clearance and start, or lower the speed",
+        "the motion left the range of the linkage: check clearance, start and friction.coefficient, or lower "
+        "the speed",
     ),
     integrate.CHATTER: (
         "chatter",

@@ -11,7 +11,8 @@ from scipy.stats import qmc
 from comparison.scene import Scene, load_scene
 
 BASE, BASE_LABEL = "150rpm-0.2mm", "as shipped"
-LAWS = ("hertz-corners", "strip", "paper-switching")
+LITERAL_LAW = "paper-switching"
+LAWS = ("hertz-corners", "strip", LITERAL_LAW)
 POINTS, SEED = 200, 1
 """Of the Latin hypercube."""
 TURNS, SAMPLES = 1.0, 250
@@ -93,7 +94,7 @@ converges nowhere, see the study contact-laws: most of its runs take all the tim
 def along(axis: Axis, law: str) -> list[Cell]:
     """Return the cells of an axis under a law."""
     points = axis.points
-    if law == "paper-switching":
+    if law == LITERAL_LAW:
         ends = (points[0], points[-1])
         points = [point for point in points if axis.name in LITERAL and point in ends]
     return [Cell(axis.name, label, law, values) for label, values in points]

@@ -10,13 +10,14 @@ from comparison.ledger import Row
 from comparison.plan import plan
 from comparison.run import Progress
 from comparison.scene import Scene, SceneError
-from comparison.studies.extremes.cells import TURNS, TURNS_AXIS, Cell, cells
+from comparison.studies.extremes.cells import HYPERCUBE, LITERAL_LAW, TURNS, TURNS_AXIS, Cell, cells
 from comparison.studies.extremes.outcomes import Verdict, judge, magnification
 from comparison.studies.extremes.runs import LIMIT, Task, run_tasks
 from comparison.studies.extremes.ways import STIFF, TIGHT, Way, ways_of
 
-LONG_LIMIT = 120.0
-"""s for a run of many turns."""
+LONG_LIMIT, SHORT_LIMIT = 120.0, 3.0
+"""s for a run of many turns; and where most runs would take all they are given, in the hypercube and under
+the literal switch, so that a cell with its seven runs has some 20 s in all."""
 HOPELESS = 2.0
 """A run that is expected to take so many times its limit is not started."""
 MOVED, MOST_MOVED = 1e-3, 1e-9
@@ -51,12 +52,11 @@ class Found:
 def gather(n_jobs: int, on_progress: Progress | None, chosen: list[Cell] | None = None) -> list[Found]:
     """Run the cells, all if none are chosen; what ran before is not run again."""
     found = [Found(cell) for cell in (cells() if chosen is None else chosen)]
-    tasks: dict[str, Task] = {}
-    many: dict[str, Task] = {}
+    tasks: dict[float, dict[str, Task]] = {limit: {} for limit in (SHORT_LIMIT, LIMIT, LONG_LIMIT)}
     rows: dict[str, Row] = {}
     promises: dict[str, float] = {}
     for number, of in enumerate(found):
-        long = of.cell.axis == TURNS_AXIS
+        limit = _limit(of.cell)
         for way in (*ways_of(of.cell), *TIGHT):
             key = f"{number} {way.name}"
             try:
@@ -67,18 +67,18 @@ def gather(n_jobs: int, on_progress: Progress | None, chosen: list[Cell] | None 
             if way in TIGHT:
                 scene = scene.with_values({"drive.cycles": TURNS})
             promises[key] = expected_error(way.model, scene)
-            hopeless = _hopeless(scene, way, LONG_LIMIT if long else LIMIT)
-            if hopeless:
+            if hopeless := _hopeless(scene, way, limit):
                 rows[key] = hopeless
             else:
-                (many if long and way not in TIGHT else tasks)[key] = Task(scene, way.model)
+                tasks[limit][key] = Task(scene, way.model)
         twin = _twin(of.cell)
         if twin is not None:
-            tasks[f"{number} twin"] = Task(twin, TIGHT[0].model)
-    share = len(tasks) / (len(tasks) + len(many))
-    first = None if on_progress is None else lambda done: on_progress(share * done)
-    rest = None if on_progress is None else lambda done: on_progress(share + (1.0 - share) * done)
-    rows |= run_tasks(tasks, n_jobs, first) | run_tasks(many, n_jobs, rest, LONG_LIMIT)
+            tasks[limit][f"{number} twin"] = Task(twin, TIGHT[0].model)
+    total, done = sum(map(len, tasks.values())) or 1, 0
+    for limit, some in tasks.items():
+        part = None if on_progress is None else _part(on_progress, done / total, len(some) / total)
+        rows |= run_tasks(some, n_jobs, part, limit)
+        done += len(some)
     rows |= _instead(found, rows, n_jobs)
     for number, of in enumerate(found):
         of.tight = {way.name: rows[key] for way in (*TIGHT, STIFF) if (key := f"{number} {way.name}") in rows}
@@ -92,6 +92,16 @@ def gather(n_jobs: int, on_progress: Progress | None, chosen: list[Cell] | None 
     return found
 
 
+def _limit(cell: Cell) -> float:
+    if cell.axis == TURNS_AXIS:
+        return LONG_LIMIT
+    return SHORT_LIMIT if cell.axis == HYPERCUBE or cell.law == LITERAL_LAW else LIMIT
+
+
+def _part(on_progress: Progress, start: float, share: float) -> Progress:
+    return lambda done: on_progress(start + share * done)
+
+
 def _instead(found: list[Found], rows: dict[str, Row], n_jobs: int) -> dict[str, Row]:
     """Run the cells by `STIFF` of which the reference's own strict run did not come to the end."""
     tasks = {}
@@ -99,7 +109,7 @@ def _instead(found: list[Found], rows: dict[str, Row], n_jobs: int) -> dict[str,
         if rows[f"{number} {TIGHT[0].name}"]["status"] not in ("success", "bad input"):
             scene = STIFF.scene(of.cell).with_values({"drive.cycles": TURNS})
             tasks[f"{number} {STIFF.name}"] = Task(scene, STIFF.model)
-    return run_tasks(tasks, n_jobs, None)
+    return run_tasks(tasks, n_jobs, None, SHORT_LIMIT)
 
 
 def _hopeless(scene: Scene, way: Way, limit: float) -> Row | None:

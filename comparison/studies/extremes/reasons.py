@@ -8,12 +8,14 @@ import numpy as np
 
 from comparison.doubts import FEW_STEPS
 from comparison.report.quantity import number, quantity
+from comparison.studies.extremes.cells import LITERAL_LAW
 from comparison.studies.extremes.gather import Found
 from comparison.studies.extremes.outcomes import Class
 
 SCATTER = 10.0
 """Errors of single runs scatter by so much about what their setting promises (`comparison/accuracy.toml`)."""
 UNEXPLAINED = "not explained"
+JAM = "friction this large lets a corner dig itself into its wall"
 
 
 def reason(found: Found, way: str, base: Found) -> str:
@@ -30,7 +32,8 @@ def reason(found: Found, way: str, base: Found) -> str:
     if verdict.kind is Class.CONVERGED:
         return ""
     if verdict.kind in (Class.REFUSED, Class.STOPPED, Class.CRASHED, Class.NONSENSE):
-        return _status(row["status"], row["message"])
+        jam = f"; {JAM}" if verdict.kind is Class.STOPPED and _may_jam(found) else ""
+        return _status(row["status"], row["message"]) + jam
     if verdict.kind is Class.UNCONFIRMED:
         return "; ".join(
             f"{name}: {_status(of['status'], of['message'])}" for name, of in found.tight.items()
@@ -38,9 +41,21 @@ def reason(found: Found, way: str, base: Found) -> str:
     return _why_degraded(found, way, base)
 
 
+def _may_jam(found: Found) -> bool:
+    """Return whether friction can turn a corner into its wall more than the wall turns it out.
+
+    A force N on a corner at (r_x, r_y) from the centre, with friction c_f N along the wall, turns the slider by
+    N (r_y - c_f r_x) / J5: inwards where c_f > r_y / r_x, length over width. What rod 4 lets the centre yield
+    counts little beside it. The drive goes on all the same (Painleve's paradox).
+    """
+    data = found.cell.scene.data
+    slider = data["mechanism"]["slider"]
+    return bool(data["friction"]["coefficient"] > slider["length"] / slider["width"])
+
+
 def _why_degraded(found: Found, way: str, base: Found) -> str:
     verdict, row = found.verdicts[way], found.rows[way]
-    if found.cell.law == "paper-switching":
+    if found.cell.law == LITERAL_LAW:
         return "the literal switch creates energy: no run converges (study contact-laws)"
     if not isfinite(verdict.promise):
         return "nothing is promised at so coarse a setting"

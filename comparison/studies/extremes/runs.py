@@ -52,13 +52,13 @@ class Task:
         """The integrator, as its scene names it."""
         return str(self.scene.data["solver"][self.model]["method"])
 
-    def key(self, fingerprints: Mapping[str, str]) -> str:
+    def key(self, fingerprints: Mapping[str, str], limit: float) -> str:
         """Hash of all that can change the row."""
         return digest(
             {
                 "scene": self.scene.hash,
                 "model": [self.model, fingerprints[self.model]],
-                "limit": LIMIT,
+                "limit": limit,
                 "sources": sources(*_SOURCES),
                 "machine": platform_name(),
             }
@@ -70,7 +70,7 @@ def run_tasks(
 ) -> dict[str, Row]:
     """Run tasks by their names, equal ones once; what ran before is not run again."""
     prints = {model: fingerprint(model) for model in ("reference", "exudyn")}
-    keys = {name: task.key(prints) for name, task in tasks.items()}
+    keys = {name: task.key(prints, limit) for name, task in tasks.items()}
     different = {key: tasks[name] for name, key in keys.items()}
     ordered = {key: different[key] for key in in_turn(different)}
     cache_folder().mkdir(parents=True, exist_ok=True)

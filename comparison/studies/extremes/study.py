@@ -9,7 +9,7 @@ from comparison.files import replacing
 from comparison.run import Progress
 from comparison.studies.extremes import tables
 from comparison.studies.extremes.cells import HYPERCUBE
-from comparison.studies.extremes.gather import LONG_LIMIT, gather
+from comparison.studies.extremes.gather import LONG_LIMIT, SHORT_LIMIT, gather
 from comparison.studies.extremes.maps import draw_axes, draw_errors, draw_hypercube
 from comparison.studies.extremes.outcomes import WORDS
 from comparison.studies.extremes.runs import LIMIT
@@ -26,6 +26,7 @@ def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
     left = tables.unexplained(found)
     text = template.format(
         limit=f"{LIMIT:g}",
+        short_limit=f"{SHORT_LIMIT:g}",
         long_limit=f"{LONG_LIMIT:g}",
         points=sum(of.cell.axis == HYPERCUBE for of in found),
         classes="\n".join(f"- **{kind}**: {words};" for kind, words in WORDS.items()),
