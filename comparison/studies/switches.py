@@ -94,6 +94,16 @@ def depths(found: pd.DataFrame, table: Table, scene: dict[str, Any]) -> Array:
     return result
 
 
+def compliance(contact: dict[str, Any]) -> float:
+    """Return sigma_m + sigma_n of a scene's contact, 1/Pa."""
+    return float(2 * (1 - contact["poisson"] ** 2) / contact["youngs_modulus"])
+
+
+def corner_stiffness(contact: dict[str, Any]) -> float:
+    """Return K of one corner, N/m^n (Eq. 10)."""
+    return float(4 / (3 * compliance(contact)) * np.sqrt(contact["corner_radius"]))
+
+
 def surplus(depth: Array, scene: dict[str, Any]) -> Array:
     """Return what the surface law stores more than the corner law, J, where the other corner just touches.
 
@@ -101,9 +111,8 @@ def surplus(depth: Array, scene: dict[str, Any]) -> Array:
     sets in, destroyed when it ends.
     """
     contact, slider = scene["contact"], scene["mechanism"]["slider"]
-    compliance = 2 * (1 - contact["poisson"] ** 2) / contact["youngs_modulus"]
-    K = 4 / (3 * compliance) * np.sqrt(contact["corner_radius"])
-    Ks = (slider["thickness"] + slider["length"]) / (0.475 * compliance)
+    K = corner_stiffness(contact)
+    Ks = (slider["thickness"] + slider["length"]) / (0.475 * compliance(contact))
     n = contact["exponent"]
     d = np.maximum(depth, 0.0)
     return np.asarray(Ks * d**2 / 6 - K * d ** (n + 1) / (n + 1))
