@@ -13,6 +13,9 @@ from exudyn_model.recording import Recorder
 
 SPECTRAL_RADIUS = 0.9
 
+# Of x, y and angle of crank, rod 2, rocker, rod 4 and slider
+_ROD4_ANGLE = 11
+
 # s between two calls of `progress`
 PROGRESS_INTERVAL = 0.1
 
@@ -136,6 +139,17 @@ class _BehindWallError(Exception):
     """Stops Exudyn where its own contact object has let a corner through."""
 
 
+def _rod4_spun(data: Any) -> bool:
+    """Whether rod 4 is more than half a turn from where it started, as a slider in a guide never lets it be.
+
+    In a step far longer than a contact the Newton iteration can overshoot by thousands of its turns and find a
+    root there: the angle counts by its sine alone, and inertia balances whatever the wall exerts. No later step
+    turns it back.
+    """
+    start = data.GetODE2Coordinates(configuration=exu.ConfigurationType.Initial)[_ROD4_ANGLE]
+    return bool(abs(data.GetODE2Coordinates()[_ROD4_ANGLE] - start) > math.pi)
+
+
 def solve(
     mbs: Any,
     steps: Steps,
@@ -201,7 +215,9 @@ def solve(
     if interruption:
         status = "out-of-range"
         remedy = "a corner is deeper in its wall than Exudyn's sphere: use solver.exudyn.formulation = 'full'"
-    elif not recorder.is_finite():
+    elif status == "success" and _rod4_spun(data):
+        status, remedy = "newton-failed", "reduce solver.exudyn.step: it is far longer than a contact"
+    if not recorder.is_finite():
         status, remedy = "non-finite", "check the scene's masses and speeds, or reduce solver.exudyn.step"
     if progress is not None and status == "success":
         progress(1.0)

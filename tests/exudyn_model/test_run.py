@@ -126,6 +126,36 @@ def test_a_failing_solver_keeps_what_was_computed_and_says_what_to_try(
     assert not list(tmp_path.iterdir())
 
 
+def test_a_rod_that_the_newton_iteration_spins_is_no_success(make_scene):
+    """A linear wall and steps a hundred times as long as a contact: rod 4 ends 1e5 turns further."""
+    step, way = 1e-3, 5e-5  # s, and m in a step
+    result = simulate(
+        make_scene(
+            {
+                "contact.exponent": 1.0,
+                "contact.restitution": 1.0,
+                "contact.youngs_modulus": 1e11,
+                "friction.coefficient": 0.0,
+                "environment.gravity": 0.0,
+                "drive.speed_rpm": 1e-6,
+                "drive.cycles": 48 * step / 6e7,
+                "output.samples_per_cycle": round(6e7 / step),
+                "output.groups": [],
+                "initial.slider_vx": -way / step,
+                "initial.slider_offset": 3.375 * way - 2e-4,
+                "solver.exudyn.formulation": "full",
+                "solver.exudyn.method": "generalized-alpha",
+                "solver.exudyn.step": step * (1 + 1e-6),
+            }
+        )
+    )
+    # All steps were taken, and nothing but the position tells: the slider is above the rocker's tip.
+    assert result.provenance["counters"]["steps"] == 48
+    assert result.columns["slider_y"].max() > 0.5
+    assert result.status == "newton-failed"
+    assert "solver.exudyn.step" in result.remedy
+
+
 def test_numbers_that_overflow_are_told_from_a_step_that_is_too_long(make_scene):
     result = simulate(make_scene({"drive.cycles": 0.01, "initial.slider_vx": 1e200}))
     assert result.status == "non-finite"
