@@ -155,15 +155,12 @@ def _choice(found: Sequence[Run]) -> str:
     # The reference's largest step is a fiftieth of a turn.
     fine = 0.1 * 50.0 / scene(next(iter(SCENES)), 0.0, 0.0, MAPPED, 1.0).period
     return (
-        f"{table(headings, told)}\n\nA large gain does not help: the stages inside a step are of low order, "
-        "what "
-        "they miss of Φ is fed back multiplied by alpha and beta squared, and where the step is at the "
-        "bound of "
-        "stability the error of the constraints is as large as the error control lets it be, or larger: up "
-        "to "
-        f"{number(loose.position / loose.tolerance, 2)} tolerances (alpha = {loose.alpha:g}/s, beta = "
-        f"{loose.beta:g}/s, {loose.scene}). A good choice is a tenth of the reciprocal of the largest step, "
-        f"alpha = beta = {number(fine, 2)}/s here: the scene's default of {USUAL:g}/s costs no step, and "
-        f"after {TURNS[-1]:g} turns the "
-        "drift is the one in the table above instead of growing without end."
+        f"{table(headings, told)}\n\nA large gain does not help, likely since the stages inside a step are "
+        "of low order, what they miss of Φ is fed back multiplied by alpha and beta squared, and where the "
+        "step is at the bound of stability the error of the constraints is as large as the error control "
+        f"lets it be, or larger: up to {number(loose.position / loose.tolerance, 2)} tolerances (alpha = "
+        f"{loose.alpha:g}/s, beta = {loose.beta:g}/s, {loose.scene}). A good choice is a tenth of the "
+        f"reciprocal of the largest step, alpha = beta = {number(fine, 2)}/s here: the scene's default of "
+        f"{USUAL:g}/s costs no step, and after {TURNS[-1]:g} turns the drift is the one in the table above "
+        "instead of growing without end."
     )

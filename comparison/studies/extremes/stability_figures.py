@@ -38,8 +38,8 @@ def _rebound(hits: Sequence[Hit], path: Path) -> None:
             wh,
             of.min(axis=1),
             of.max(axis=1),
-            color=svg.SHADE,
-            alpha=0.25,
+            color=svg.THRESHOLD,
+            alpha=0.35,
             lw=0,
             label="one mass, all phases",
         )

@@ -132,8 +132,9 @@ def _five_bodies(hits: Sequence[Hit]) -> str:
         f"{len(gone)} of {len(hits)} hits stopped ({kinds}). With solver.exudyn.tolerance = {LOOSE:g} "
         + " and ".join(f"{some} of {every} of {name}" for name, (some, every) in helped.items())
         + " succeed. The tolerance of index 2, proportional to the step, falls below what K makes of the "
-        "round-off of positions; what is left, and generalized-alpha, stops along a line w h = const, where "
-        "the Jacobian of free flight that Newton's iteration starts with knows nothing of so stiff a wall."
+        "round-off of positions. Generalized-alpha stops along a line w h = const: the first iterations, "
+        "with the Jacobian of free flight that knows nothing of so stiff a wall, throw rod 4 round by "
+        "thousands of turns, and what is found there is no position of the press."
     )
 
 
