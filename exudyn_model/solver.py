@@ -142,9 +142,9 @@ class _BehindWallError(Exception):
 def _rod4_spun(data: Any) -> bool:
     """Whether rod 4 is more than half a turn from where it started, as a slider in a guide never lets it be.
 
-    In a step far longer than a contact the Newton iteration can overshoot by thousands of its turns and find a
-    root there: the angle counts by its sine alone, and inertia balances whatever the wall exerts. No later step
-    turns it back.
+    In a step far longer than a contact the Newton iteration can overshoot by thousands of its turns and find
+    a root there: the angle counts by its sine alone, and inertia balances whatever the wall exerts. No later
+    step turns it back.
     """
     start = data.GetODE2Coordinates(configuration=exu.ConfigurationType.Initial)[_ROD4_ANGLE]
     return bool(abs(data.GetODE2Coordinates()[_ROD4_ANGLE] - start) > math.pi)
