@@ -1,17 +1,20 @@
 """From a wanted accuracy to solver settings, and from a setting to the next finer one.
 
-The numbers are data (``accuracy.toml``): measured errors of slider_x over the first cycle.
+Names and levels are data (``accuracy.toml``), what they promise on which scene too: `comparison.measured`.
 """
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from math import isfinite, nan
 from typing import Any
 
 from comparison.engines import OWN
+from comparison.measured import Front, front
 from comparison.scene import Scene
 
 NAMES = ("draft", "standard", "strict")
@@ -21,8 +24,30 @@ class AccuracyError(ValueError):
     """An accuracy that no setting on record gives; the message is one line."""
 
 
-def solver_values(model: str, accuracy: str | float, formulation: str = "auto") -> dict[str, object]:
-    """Solver settings of a model for a wanted accuracy.
+@dataclass(frozen=True)
+class Expected:
+    """What is expected of a run; nan where it is not on record.
+
+    Attributes
+    ----------
+    error
+        Promised of slider_x over the span, m.
+    span
+        "the first cycle", or as much of it as was measured.
+    seconds
+        Estimated processor time of the whole run.
+    cautions
+        Why these numbers may not hold, in words.
+    """
+
+    error: float = nan
+    span: str = "the first cycle"
+    seconds: float = nan
+    cautions: tuple[str, ...] = ()
+
+
+def solver_values(model: str, accuracy: str | float, scene: Scene) -> dict[str, object]:
+    """Solver settings of a model for a wanted accuracy of a scene.
 
     Parameters
     ----------
@@ -30,9 +55,11 @@ def solver_values(model: str, accuracy: str | float, formulation: str = "auto") 
         ``"reference"`` or ``"exudyn"``.
     accuracy
         ``"draft"``, ``"standard"``, ``"strict"``, or the wanted error of slider_x in metres over the
-        first cycle, also as text (``"1e-8"``). Of the settings that promise it, the cheapest is taken.
-    formulation
-        The one that is to integrate: Exudyn's ``"tree"`` is set by its tolerance, the others by their step.
+        first cycle, also as text (``"1e-8"``). Of the settings that promise it for this scene, the cheapest
+        is taken.
+    scene
+        Names the formulation that is to integrate: Exudyn's ``"tree"`` is set by its tolerance, the others by
+        their step.
 
     Returns
     -------
@@ -45,7 +72,7 @@ def solver_values(model: str, accuracy: str | float, formulation: str = "auto") 
         If it is neither a name nor a positive number, or smaller than the best on record, or the model is
         not one of ours: nobody has measured it.
     """
-    record = _record(model, formulation)
+    record = _record(model, _formulation(model, scene))
     if record is None:
         raise AccuracyError(
             f"accuracy {accuracy!r}: that of the model {model!r} is not on record; "
@@ -61,28 +88,39 @@ def solver_values(model: str, accuracy: str | float, formulation: str = "auto") 
         raise AccuracyError(
             f"accuracy {accuracy!r} must be {', '.join(NAMES)} or a positive number of metres"
         )
-    good = [row for row in record["table"] if row["error"] <= wanted]
-    if not good:
-        best = min(row["error"] for row in record["table"])
+    return {record["key"]: _cheapest(wanted, model, scene, front(scene, model))}
+
+
+def _cheapest(wanted: float, model: str, scene: Scene, measured: Front | None) -> float:
+    if measured is None:
         raise AccuracyError(
-            f"accuracy {wanted:g} m is beyond the {model} model: the smallest possible is {best:g} m"
+            f"accuracy {wanted:g} m: that of the {model} model's {_formulation(model, scene)!r} is not on "
+            f"record with these joints; take {', '.join(NAMES)}"
         )
-    return {record["key"]: max(row["setting"] for row in good)}
+    setting = measured.cheapest(wanted)
+    if setting is None:
+        raise AccuracyError(
+            f"accuracy {wanted:g} m is beyond the {model} model: the smallest possible is "
+            f"{measured.best:g} m, measured on {measured.scene}"
+        )
+    return setting
 
 
-def expected_error(model: str, scene: Scene) -> float:
-    """Return the promised error of slider_x over the first cycle of 150rpm-0.2mm at a scene's setting, m.
-
-    nan where no setting on record is as coarse, or the model is not one of ours.
-    """
-    settings = scene.data["solver"].get(model, {})
-    record = _record(model, settings.get("formulation", "auto"))
-    if record is None:
-        return float("nan")
-    setting = settings[record["key"].rpartition(".")[2]]
-    # Settings come as 1e-10 or 1e-9 * 0.1.
-    coarser_ones = [row["error"] for row in record["table"] if row["setting"] >= setting * (1 - 1e-9)]
-    return float(min(coarser_ones, default=float("nan")))
+def expected(scene: Scene, model: str) -> Expected:
+    """Return what is on record of a scene's run at its settings."""
+    record = _record(model, _formulation(model, scene))
+    measured = None if record is None else front(scene, model)
+    if record is None or measured is None:
+        return Expected()
+    setting = scene.data["solver"][model][record["key"].rpartition(".")[2]]
+    failed = measured.failed(setting)
+    error = nan if failed else measured.error(setting)
+    return Expected(
+        error=error if isfinite(error) else nan,
+        span=measured.span,
+        seconds=measured.seconds(setting, scene),
+        cautions=(*([f"no result at this setting: {failed}"] if failed else []), *measured.cautions),
+    )
 
 
 def finer(model: str, scene: Scene) -> Scene | None:
@@ -123,6 +161,10 @@ def _levels(model: str, settings: Mapping[str, Any]) -> dict[str, Any]:
         return record
     levels: dict[str, Any] = _file()["installed"]["step" if "step" in settings else "tolerance"]
     return levels
+
+
+def _formulation(model: str, scene: Scene) -> str:
+    return str(scene.data["solver"].get(model, {}).get("formulation", "auto"))
 
 
 def _record(model: str, formulation: str) -> dict[str, Any] | None:

@@ -114,8 +114,7 @@ def run(
     named = {} if formulation is None else {f"solver.{model}.formulation": formulation}
     loaded = load_scene(scene, parse_set(overrides or []) | named)
     if accuracy is not None:
-        chosen = loaded.data["solver"].get(model, {}).get("formulation", "auto")
-        values = solver_values(model, accuracy, chosen)
+        values = solver_values(model, accuracy, loaded)
         loaded = loaded.with_values(values)
         for key, value in values.items():
             typer.echo(f"{key} = {value:g}: {expectation(loaded, model)}")

@@ -160,7 +160,7 @@ def _coarse(model: str, scene: Scene) -> bool:
     """Return whether a model of ours runs at less than its strict setting."""
     settings = scene.data["solver"].get(model, {})
     try:
-        strict = solver_values(model, "strict", settings.get("formulation", "auto"))
+        strict = solver_values(model, "strict", scene)
     except AccuracyError:
         return False
     return all(settings[key.rpartition(".")[2]] > value for key, value in strict.items())

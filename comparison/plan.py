@@ -6,16 +6,11 @@ the names and numbers here against what the models record of their runs.
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
 from math import isfinite
-from typing import Any
 
-from comparison.accuracy import expected_error
-from comparison.channels import expected
+from comparison import channels
+from comparison.accuracy import Expected, expected
 from comparison.engines import OWN
 from comparison.formulation import forces, loose
 from comparison.scene import Scene
@@ -51,11 +46,8 @@ class Plan:
         What can touch.
     left_out
         What is not modelled, or modelled and not computed, with the reason.
-    error
-        Expected of slider_x over the first cycle of the scene 150rpm-0.2mm at these settings, m; nan where it
-        is not on record.
-    seconds
-        Estimated processor time; nan where it is not on record.
+    expected
+        Error and processor time at these settings.
     instead
         Other formulations: their setting, what they are, and how many times the time they take.
     """
@@ -68,8 +60,7 @@ class Plan:
     constraints: int
     contacts: tuple[str, ...]
     left_out: tuple[tuple[str, str], ...]
-    error: float
-    seconds: float
+    expected: Expected
     instead: tuple[tuple[str, str, float], ...]
 
 
@@ -91,13 +82,12 @@ def _reference(scene: Scene) -> Plan:
     rows = 15 if ideal_slider else 13
     whole = f"multiplier (15 coordinates, {rows} multipliers)"
     if scene.data["solver"]["reference"]["formulation"] == "multiplier":
-        return _of(scene, "reference", "multiplier", whole, _BODIES, 15, rows, ())
-    kind = "+".join(free) or "ideal"
+        return _of(scene, "reference", whole, _BODIES, 15, rows, ())
     # The multiplier form has an ideal crank pin.
-    paper = (("multiplier", "multiplier", f"the paper's 15 coordinates and {rows} multipliers"),)
+    paper = (("multiplier", f"the paper's 15 coordinates and {rows} multipliers"),)
     instead = () if "crank_pin" in free else paper
     integrated = _FREE[free]
-    return _of(scene, "reference", kind, _CHAIN[free], integrated, len(integrated), 0, instead)
+    return _of(scene, "reference", _CHAIN[free], integrated, len(integrated), 0, instead)
 
 
 def _exudyn(scene: Scene) -> Plan:
@@ -106,37 +96,37 @@ def _exudyn(scene: Scene) -> Plan:
     bodies = "all five bodies with their joints, in fixed steps"
     integrated: tuple[str, ...]
     if chosen == "tree":
-        kind = "tree " + "+".join(free)
         if "crank_pin" in free:
             integrated, name = _BODIES[1:], "rocker, rods and slider tree"
         else:
             integrated, name = _BODIES[3:], "rod 4 and slider tree"
         # An ideal slider does not turn: a point mass at the end of rod 4, which the guide's force keeps.
         count = len(integrated) - (1 if ideal_slider else 0)
-        return _of(scene, "exudyn", kind, name, integrated, count, 0, (("full", "full", bodies),))
+        return _of(scene, "exudyn", name, integrated, count, 0, (("full", bodies),))
     # Two rows for each of the pins O, A, B, H, C and F, the drive, and an ideal slider's two.
     rows = 2 * (5 if "crank_pin" in free else 6) + 1 + (2 if ideal_slider else 0)
     name = "redundant-coordinates" + (", native contact" if chosen == "native" else "")
-    smaller = (("tree", f"tree {'+'.join(free)}", "what the drive leaves free alone, with error control"),)
+    smaller = (("tree", "what the drive leaves free alone, with error control"),)
     instead = smaller if free and not forces(scene.data) else ()
-    return _of(scene, "exudyn", chosen, name, _BODIES, 15, rows, instead)
+    return _of(scene, "exudyn", name, _BODIES, 15, rows, instead)
 
 
 def _of(
     scene: Scene,
     model: str,
-    kind: str,
     name: str,
     integrated: tuple[str, ...],
     coordinates: int,
     constraints: int,
-    instead: tuple[tuple[str, str, str], ...],
+    instead: tuple[tuple[str, str], ...],
 ) -> Plan:
     free = loose(scene.data)
     contacts = ("journal and bearing at the crank pin",) if "crank_pin" in free else ()
     if "slider" in free:
         contacts = (f"four corners of the slider ({scene.data['contact']['law']})", *contacts)
-    seconds = _seconds(scene, model, kind)
+    found, key = expected(scene, model), f"solver.{model}.formulation"
+    # Another formulation than the scene's would run at its own usual setting.
+    others = {other: expected(scene.with_values({key: other}), model).seconds for other, _ in instead}
     return Plan(
         model=model,
         formulation=name,
@@ -146,11 +136,9 @@ def _of(
         constraints=constraints,
         contacts=contacts,
         left_out=_left_out(scene, free),
-        error=expected_error(model, scene) if coordinates and free else float("nan"),
-        seconds=seconds,
+        expected=found,
         instead=tuple(
-            (f"solver.{model}.formulation = {name!r}", words, _seconds(scene, model, other) / seconds)
-            for name, other, words in instead
+            (f"{key} = {other!r}", words, others[other] / found.seconds) for other, words in instead
         ),
     )
 
@@ -172,23 +160,6 @@ def _left_out(scene: Scene, free: tuple[str, ...]) -> tuple[tuple[str, str], ...
     return tuple(left)
 
 
-def _seconds(scene: Scene, model: str, kind: str) -> float:
-    """Estimate the processor time of a run: measured seconds a turn, scaled by the settings."""
-    row = _costs()[model].get(kind)
-    if row is None:
-        return float("nan")
-    settings = scene.data["solver"][model]
-    # Another formulation than the scene's would run at its own usual setting, which is the table's.
-    same = model == "reference" or kind.partition(" ")[0] == settings["formulation"]
-    if "step" in row:
-        count = scene.duration / (settings["step"] if same else row["step"])
-    else:
-        count = scene.duration / scene.period
-    if "order" in row and same:
-        count *= (row["tolerance"] / settings["tolerance"]) ** (1 / row["order"])
-    return float(row["start"] + row["seconds"] * count)
-
-
 def lines(made: Plan) -> list[str]:
     """Return a plan as lines for a terminal."""
     integrated = ", ".join(made.integrated) or "nothing: the drive leaves nothing free"
@@ -203,13 +174,12 @@ def lines(made: Plan) -> list[str]:
         )
     told.append(f"  contacts    {', '.join(made.contacts) or 'none'}")
     told += [f"  left out    {what}: {why}" for what, why in made.left_out]
-    if isfinite(made.error):
-        told.append(
-            f"  error       {made.error:.0e} m of slider_x over the first cycle of 150rpm-0.2mm; other "
-            "scenes magnify it by factors of their own"
-        )
-    if isfinite(made.seconds):
-        told.append(f"  time        about {made.seconds:.2g} s of a processor like that of the measurement")
+    found = made.expected
+    if isfinite(found.error):
+        told.append(f"  error       {found.error:.2g} m of slider_x over {found.span}")
+    if isfinite(found.seconds):
+        told.append(f"  time        about {found.seconds:.2g} s of a processor like that of the measurement")
+    told += [f"  beware      {caution}" for caution in found.cautions]
     for setting, words, ratio in made.instead:
         cost = f", {ratio:.2g} times the time" if isfinite(ratio) else ""
         told.append(f"  instead     {setting}: {words}{cost}")
@@ -218,10 +188,10 @@ def lines(made: Plan) -> list[str]:
 
 def expectation(scene: Scene, model: str) -> str:
     """Return the error and the time that are expected of one of our own models at a scene's settings."""
-    made = plan(scene, model)
-    error = f"{made.error:.0e} m" if isfinite(made.error) else "nothing on record"
-    where = "slider_x over the first cycle of 150rpm-0.2mm"
-    return f"expected are {error} of {where}, and some {made.seconds:.2g} s"
+    found = expected(scene, model)
+    error = f"{found.error:.2g} m" if isfinite(found.error) else "nothing on record"
+    time = f"some {found.seconds:.2g} s" if isfinite(found.seconds) else "no time on record"
+    return "; ".join([f"expected are {error} of slider_x over {found.span}, and {time}", *found.cautions])
 
 
 def channels_line(scene: Scene) -> str:
@@ -230,10 +200,5 @@ def channels_line(scene: Scene) -> str:
     turns = scene.duration / scene.period
     return (
         f"{scene.name}: {turns:g} turns at {scene.data['drive']['speed_rpm']:g} rpm, "
-        f"{len(expected(scene.data))} channels ({groups})"
+        f"{len(channels.expected(scene.data))} channels ({groups})"
     )
-
-
-@cache
-def _costs() -> Mapping[str, Any]:
-    return tomllib.loads(files("comparison").joinpath("costs.toml").read_text("utf-8"))

@@ -1,8 +1,8 @@
 """The two settings at which a scene is compared: what a user would run, and the closest look.
 
 At the standard tier the models run as the scene says. At the tight tier the reference runs at ``strict`` and
-Exudyn integrates what the drive leaves free with its explicit solver, accurate to 1e-11 m, behind a loose
-crank pin to 1e-10 m; where a scene needs all five bodies (no clearance, reactions), these run as the scene
+Exudyn integrates what the drive leaves free with its explicit solver (what both promise on which scene stands
+in ``measured.toml``); where a scene needs all five bodies (no clearance, reactions), these run as the scene
 says. The numbers by which a tier judges stand in ``thresholds.toml``.
 """
 
@@ -25,8 +25,8 @@ def tight(scene: Scene, models: tuple[str, str]) -> Scene | None:
         return None
     values: dict[str, object] = {}
     if "reference" in models:
-        values |= solver_values("reference", "strict")
+        values |= solver_values("reference", "strict", scene)
     if "exudyn" in models and smallest_in_exudyn(scene.data) == "tree":
-        values |= {"solver.exudyn.formulation": "tree"}
-        values |= solver_values("exudyn", "strict", "tree")
+        tree: dict[str, object] = {"solver.exudyn.formulation": "tree"}
+        values |= tree | solver_values("exudyn", "strict", scene.with_values(tree))
     return scene.with_values(values)

@@ -133,8 +133,7 @@ class _Plan:
 def _at(scene: Scene, models: tuple[str, str], accuracy: str | float) -> Scene:
     values: dict[str, object] = {}
     for model in models:
-        formulation = scene.data["solver"].get(model, {}).get("formulation", "auto")
-        values |= solver_values(model, accuracy, formulation)
+        values |= solver_values(model, accuracy, scene)
     return scene.with_values(values)
 
 

@@ -14,7 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from comparison.accuracy import expected
 from comparison.cli import main
+from comparison.scene import load_scene
 from comparison.summary import exit_code
 from comparison.table import Table, read, write
 
@@ -134,15 +136,28 @@ def test_run_writes_the_table_and_says_where(scene_file, capsys):
     assert {p.name for p in Path("deep").iterdir()} == {"own.csv", "own.events.csv", "own.json"}
 
 
-def test_accuracy_and_set_reach_the_model(scene_file):
-    for options in (["--accuracy", "strict"], ["--accuracy", "3e-8"], ["--set", "solver.exudyn.step=5e-7"]):
-        assert main(["run", scene_file("own"), "--model", "exudyn", "--out", "a.csv", *options]) == 0
+def promised(path, **solver):
+    """Return what is promised of Exudyn at these settings, as text for --accuracy."""
+    scene = load_scene(path, {f"solver.exudyn.{key}": value for key, value in solver.items()})
+    return str(expected(scene, "exudyn").error)
+
+
+def test_accuracy_and_set_reach_the_model(scene_file, capsys):
+    path = scene_file("own")
+    metres = promised(path, step=5e-7)
+    for options in (["--accuracy", "strict"], ["--accuracy", metres], ["--set", "solver.exudyn.step=5e-7"]):
+        assert main(["run", path, "--model", "exudyn", "--out", "a.csv", *options]) == 0
         assert read("a.csv").provenance["scene"]["solver"]["exudyn"]["step"] == 5e-7
+        told = capsys.readouterr().out
+        assert (f"solver.exudyn.step = 5e-07: expected are {float(metres):.2g} m of slider_x" in told) == (
+            "--accuracy" in options
+        )
 
 
 def test_accuracy_is_that_of_the_formulation(scene_file):
-    options = ["--formulation", "tree", "--accuracy", "1e-9"]
-    assert main(["run", scene_file("own"), "--model", "exudyn", "--out", "a.csv", *options]) == 0
+    path = scene_file("own")
+    options = ["--formulation", "tree", "--accuracy", promised(path, formulation="tree", tolerance=1e-9)]
+    assert main(["run", path, "--model", "exudyn", "--out", "a.csv", *options]) == 0
     solver = read("a.csv").provenance["scene"]["solver"]["exudyn"]
     assert (solver["formulation"], solver["tolerance"], solver["step"]) == ("tree", 1e-9, 1e-4)
 

@@ -7,7 +7,7 @@ from importlib.resources import files
 from math import isnan
 from pathlib import Path
 
-from comparison.accuracy import NAMES, expected_error, solver_values
+from comparison.accuracy import NAMES, expected, solver_values
 from comparison.files import replacing, write_json
 from comparison.ledger import Row
 from comparison.machine import platform_name
@@ -192,10 +192,12 @@ def promises(rows: Sequence[Row]) -> str:
     """Return what the accuracy names give, beside what they promise."""
     lines = []
     for method in (m for m in METHODS if m.name in (SMALLEST, TREE, BODIES)):
-        formulation = {TREE: "tree", BODIES: "full"}.get(method.name, "auto")
         for name in NAMES:
-            ((key, setting),) = solver_values(method.model, name, formulation).items()
             for scene in LOOSE:
+                coarsest = method.scene(scene, method.settings[0])
+                chosen = coarsest.with_values(solver_values(method.model, name, coarsest))
+                key = method.key.rpartition(".")[2]
+                setting = chosen.data["solver"][method.model][key]
                 row = next(
                     (
                         row
@@ -204,24 +206,24 @@ def promises(rows: Sequence[Row]) -> str:
                     ),
                     None,
                 )
-                promised = expected_error(method.model, method.scene(scene, float(str(setting))))
+                promised = expected(chosen, method.model).error
                 found = {} if row is None else row["errors"]
                 lines.append(
                     [
                         name,
                         f"{method.model}, {method.name}",
-                        f"{key.rpartition('.')[2]} = {setting:g}",
+                        f"{key} = {setting:g}",
                         scene,
-                        quantity(promised, "m", 1),
+                        quantity(promised, "m", 2),
                         *(
-                            MISSING if key not in found else quantity(found[key], unit, 2)
-                            for key, (_, unit) in QUANTITIES.items()
-                            if key != "crank_torque"
+                            MISSING if what not in found else quantity(found[what], unit, 2)
+                            for what, (_, unit) in QUANTITIES.items()
+                            if what != "crank_torque"
                         ),
                         MISSING if row is None or row["seconds"] is None else number(row["seconds"], 2),
                     ]
                 )
-    headings = ("accuracy", "method", "setting", "scene", "promised, x over the first cycle of 150rpm-0.2mm")
+    headings = ("accuracy", "method", "setting", "scene", "promised of x")
     told = [words for key, (words, _) in QUANTITIES.items() if key != "crank_torque"]
     return table((*headings, *told, "processor time (s)"), lines)
 
