@@ -1,35 +1,75 @@
-"""What the accuracy table says of the settings that cost little is measured again."""
+"""The names of an accuracy keep what they promise, on every shipped scene as it is and from other starts.
 
-import tomllib
-from pathlib import Path
+Exact is what the reference gives at 1e-14 from the same start. The other starts lie between those of the
+table, which are whole multiples of 10 nm.
+"""
+
+from functools import cache
 
 import numpy as np
+import pytest
 
 import exudyn_model
 import reference_model
+from comparison.accuracy import NAMES, expected, solver_values
+from comparison.formulation import loose
+from comparison.scene import Scene, load_scene, shipped_scenes
 
-TABLE = tomllib.loads((Path(__file__).parents[2] / "comparison" / "accuracy.toml").read_text())
-
-
-def exact(scene) -> np.ndarray:
-    """slider_x of the first cycle at 150 rpm, 0.2 mm: within 6e-12 m of the run at 1e-12."""
-    changes = {"drive.cycles": 1.0, "solver.reference.tolerance": 1e-13}
-    return reference_model.simulate(scene(changes)).columns["slider_x"]
-
-
-def test_reference_settings_keep_what_the_table_promises(scene) -> None:
-    best = exact(scene)
-    for row in TABLE["reference"]["table"]:
-        changes = {"drive.cycles": 1.0, "solver.reference.tolerance": row["setting"]}
-        found = reference_model.simulate(scene(changes)).columns["slider_x"]
-        assert np.abs(found - best).max() <= row["error"], row
+SIMULATE = {"reference": reference_model.simulate, "exudyn": exudyn_model.simulate}
+LOOSE = [name for name in shipped_scenes() if loose(load_scene(name).data)]
+# m; the first is the scene itself. Of a thousand starts about one grazes a wall and is beyond its promise, as
+# the table says: -10.5e-8 m on poisson-0.33 at strict, by 6 times.
+FRESH = (0.0, 3.5e-8, 20.5e-8)
 
 
-def test_settings_of_exudyns_tree_keep_what_the_table_promises(scene) -> None:
+@cache
+def started(name: str, moved: float) -> Scene:
+    """The first cycle of a shipped scene, or what it has of it, from a start moved by so much."""
+    scene = load_scene(name)
+    offset = scene.data["initial"]["slider_offset"] + moved
+    cycles = min(1.0, scene.data["drive"]["cycles"])
+    return scene.with_values({"initial.slider_offset": offset, "drive.cycles": cycles})
+
+
+def slider_x(scene: Scene, model: str) -> np.ndarray:
+    result = SIMULATE[model](scene.data)
+    assert result.status == "success", result.remedy
+    return result.columns["slider_x"]
+
+
+@cache
+def exact(name: str, moved: float) -> np.ndarray:
+    return slider_x(started(name, moved).with_values({"solver.reference.tolerance": 1e-14}), "reference")
+
+
+def assert_kept(name: str, model: str, formulation: str, accuracy: str, moved: float) -> None:
+    values = {f"solver.{model}.formulation": formulation}
+    # The promise is the shipped scene's: a moved start is another one, which would only borrow it.
+    shipped = load_scene(name, values)
+    chosen = solver_values(model, accuracy, shipped)
+    promised = expected(shipped.with_values(chosen), model)
+    assert not any("measured on" in caution for caution in promised.cautions)
+    found = slider_x(started(name, moved).with_values(values).with_values(chosen), model)
+    assert np.abs(found - exact(name, moved)).max() <= promised.error
+
+
+@pytest.mark.parametrize("moved", FRESH)
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_the_reference_keeps_its_promises(name: str, moved: float) -> None:
+    for accuracy in NAMES:
+        assert_kept(name, "reference", "minimal", accuracy, moved)
+
+
+@pytest.mark.parametrize("moved", FRESH[:2])
+@pytest.mark.parametrize("name", LOOSE)
+def test_the_tree_keeps_its_promises(name: str, moved: float) -> None:
     """Against the other model: an error that the tree's own finest run shared would be seen."""
-    best = exact(scene)
-    for row in TABLE["exudyn"]["formulation"]["tree"]["table"]:
-        changes = {"drive.cycles": 1.0, "solver.exudyn.formulation": "tree", "solver.exudyn.step": 1e-4}
-        changes |= {"solver.exudyn.tolerance": row["setting"], "solver.exudyn.method": "auto"}
-        found = exudyn_model.simulate(scene(changes)).columns["slider_x"]
-        assert np.abs(found - best).max() <= row["error"], row
+    for accuracy in NAMES:
+        assert_kept(name, "exudyn", "tree", accuracy, moved)
+
+
+@pytest.mark.slow  # some 15 s a scene
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_five_bodies_keep_their_promises(name: str) -> None:
+    for accuracy in NAMES:
+        assert_kept(name, "exudyn", "full", accuracy, FRESH[1])
