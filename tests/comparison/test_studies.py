@@ -28,6 +28,7 @@ from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
 from comparison.studies.detection import alarms, faults, limits, study
 from comparison.studies.errors import Peak
 from comparison.studies.extremes import cells
+from comparison.studies.extremes import study as extremes
 from comparison.studies.identification import runs
 from comparison.studies.identification.kinematics import TOPOLOGIES
 from comparison.studies.nonlinear import controls, scenes
@@ -92,6 +93,15 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(cells, "POINTS", 12)
     few_axes = cells.axes()[:3]
     monkeypatch.setattr(cells, "axes", lambda: few_axes)
+    # What they hold the models to only the models can give; they have tests of their own.
+    for measured, text, figures in (
+        (extremes.limits, extremes.limits, extremes.limits_figures),
+        (extremes.baumgarte, extremes.baumgarte_text, extremes.baumgarte_figures),
+        (extremes.stability, extremes.stability_text, extremes.stability_figures),
+    ):
+        monkeypatch.setattr(measured, "measured", lambda *_: [])
+        monkeypatch.setattr(text, "text", lambda _: "measured elsewhere")
+        monkeypatch.setattr(figures, "draw", lambda *_: None)
     return fake_models
 
 
@@ -123,7 +133,6 @@ def made_up_rows():
         "nonlinear",
         "random-inputs",
         "detection",
-        "extremes",
     ],
 )  # fmt: skip
 def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
@@ -133,9 +142,7 @@ def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(n
     text = Path(told).read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     pictures = re.findall(r"\]\(([\w-]+\.svg)\)", text)
-    numbers = {"detection": {"detection.json"}, "paper": {"report.html"}, "extremes": {"cells.csv"}}.get(
-        name, set()
-    )
+    numbers = {"detection": {"detection.json"}, "paper": {"report.html"}}.get(name, set())
     assert {path.name for path in Path(told).parent.iterdir()} == {"README.md", *numbers, *pictures}
     for picture in pictures:
         drawn = (Path(told).parent / picture).read_text("utf-8")
@@ -259,3 +266,23 @@ def test_speed_against_accuracy_has_its_tables_drawings_and_failures(capsys):
     assert {path.name for path in Path(told).parent.iterdir()} == {"README.md", "tradeoff.json", *pictures}
     assert "- reference, minimal, DOP853, 150rpm-0.2mm, 1e-06: gave up" in text
     assert "R: minimal, DOP853 (-1)" in (Path(told).parent / "150rpm-0.2mm-seconds.svg").read_text("utf-8")
+
+
+def test_extremes_have_every_run_in_a_class_and_a_second_call_runs_nothing(small, capsys):
+    assert main(["study", "extremes", "--jobs", "2"]) == 0
+    (told,) = capsys.readouterr().out.splitlines()
+    text, folder = Path(told).read_text("utf-8"), Path(told).parent
+    assert not re.search(r"\{\w*\}|\bnan\b", text)
+    assert {path.name for path in folder.iterdir()} == {
+        "README.md", "cells.csv", "axes.svg", "hypercube.svg", "errors.svg"
+    }  # fmt: skip
+    rows = pd.read_csv(folder / "cells.csv")
+    assert set(rows["class"]) <= {"converged", "degraded", "unconfirmed", "stopped", "refused"}
+    assert (rows["axis"] == "hypercube").sum() == 12 * 4
+    # The fakes err by what their settings say: nothing is degraded without its number.
+    assert rows.loc[rows["class"] == "degraded", "error_m"].notna().all()
+    runs = small.read_text().count("\n")
+    assert runs > 100
+    assert main(["study", "extremes"]) == 0
+    assert small.read_text().count("\n") == runs
+    assert Path(told).read_text("utf-8") == text

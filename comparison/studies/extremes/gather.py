@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import isfinite
 
-from comparison.accuracy import expected_error
+from comparison.accuracy import expected
 from comparison.ledger import Row
-from comparison.plan import plan
 from comparison.run import Progress
 from comparison.scene import Scene, SceneError
 from comparison.studies.extremes.cells import HYPERCUBE, LITERAL_LAW, TURNS, TURNS_AXIS, Cell, cells
@@ -66,7 +65,7 @@ def gather(n_jobs: int, on_progress: Progress | None, chosen: list[Cell] | None 
                 continue
             if way in TIGHT:
                 scene = scene.with_values({"drive.cycles": TURNS})
-            promises[key] = expected_error(way.model, scene)
+            promises[key] = expected(scene, way.model).error
             if hopeless := _hopeless(scene, way, limit):
                 rows[key] = hopeless
             else:
@@ -114,10 +113,10 @@ def _instead(found: list[Found], rows: dict[str, Row], n_jobs: int) -> dict[str,
 
 def _hopeless(scene: Scene, way: Way, limit: float) -> Row | None:
     """Return the row of a run that is not started, as it would take too long by far."""
-    expected = plan(scene, way.model).seconds
-    if not isfinite(expected) or expected <= HOPELESS * limit:
+    seconds = expected(scene, way.model).seconds
+    if not isfinite(seconds) or seconds <= HOPELESS * limit:
         return None
-    message = f"not started: some {expected:.2g} s are expected, {limit:g} s are allowed"
+    message = f"not started: some {seconds:.2g} s are expected, {limit:g} s are allowed"
     return {"status": "work-limit", "message": message}
 
 

@@ -3,25 +3,46 @@
 from __future__ import annotations
 
 from importlib.resources import files
+from itertools import pairwise
 from pathlib import Path
 
 from comparison.files import replacing
 from comparison.run import Progress
-from comparison.studies.extremes import tables
-from comparison.studies.extremes.cells import HYPERCUBE
+from comparison.studies.extremes import (
+    baumgarte,
+    baumgarte_figures,
+    baumgarte_text,
+    limits,
+    limits_figures,
+    stability,
+    stability_figures,
+    stability_text,
+    tables,
+)
+from comparison.studies.extremes.cells import HYPERCUBE, LAWS
 from comparison.studies.extremes.gather import LONG_LIMIT, SHORT_LIMIT, gather
 from comparison.studies.extremes.maps import draw_axes, draw_errors, draw_hypercube
 from comparison.studies.extremes.outcomes import WORDS
 from comparison.studies.extremes.runs import LIMIT
 
+SHARES = (0.0, 0.85, 0.92, 0.95, 1.0)
+"""Of the expected time: where each part begins and ends."""
+
 
 def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
     """Run all, and write README.md, cells.csv and figures."""
-    found = gather(n_jobs, on_progress)
+    parts = [_part(on_progress, *ends) for ends in pairwise(SHARES)]
+    found = gather(n_jobs, parts[0])
     tables.write_rows(found, folder / "cells.csv")
-    draw_axes(found, ("hertz-corners", "strip"), folder / "axes.svg")
+    draw_axes(found, LAWS[:2], folder / "axes.svg")
     draw_hypercube(found, folder / "hypercube.svg")
     draw_errors(found, folder / "errors.svg")
+    to_limits = limits.measured(n_jobs, parts[1])
+    limits_figures.draw(to_limits, folder)
+    gains = baumgarte.measured(n_jobs, parts[2])
+    baumgarte_figures.draw(gains, folder)
+    fixed = stability.measured(n_jobs, parts[3])
+    stability_figures.draw(fixed, folder)
     template = files("comparison.studies.extremes").joinpath("extremes.md").read_text("utf-8")
     left = tables.unexplained(found)
     text = template.format(
@@ -34,8 +55,14 @@ def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
         drifts=tables.drifts(found),
         turns=tables.turns(found),
         differences=tables.differences(found),
-        parts="",
         unexplained="\n".join(f"- {line}" for line in left) or "None.",
+        limits=limits.text(to_limits),
+        stability=stability_text.text(fixed),
+        baumgarte=baumgarte_text.text(gains),
     )
     with replacing(folder / "README.md") as part:
         part.write_text(text, "utf-8")
+
+
+def _part(on_progress: Progress | None, start: float, end: float) -> Progress | None:
+    return None if on_progress is None else lambda share: on_progress(start + (end - start) * share)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from comparison.accuracy import solver_values
-from comparison.scene import Scene
-from comparison.studies.extremes.cells import HYPERCUBE, Cell
+from comparison.scene import Scene, load_scene
+from comparison.studies.extremes.cells import BASE, HYPERCUBE, Cell
 
 
 @dataclass(frozen=True)
@@ -39,14 +39,18 @@ class Way:
         return cell.scene.with_values({**self.changes, **settings})
 
 
+def _settings(model: str, accuracy: str, formulation: str) -> dict[str, object]:
+    chosen: dict[str, object] = {f"solver.{model}.formulation": formulation}
+    return chosen | solver_values(model, accuracy, load_scene(BASE, chosen))
+
+
 def _reference(accuracy: str, formulation: str) -> dict[str, object]:
     # What is lost or created needs no further coordinates there: it is asked for everywhere.
-    asked = {"solver.reference.formulation": formulation, "output.groups": ["energy"]}
-    return asked | solver_values("reference", accuracy)
+    return {"output.groups": ["energy"], **_settings("reference", accuracy, formulation)}
 
 
 def _exudyn(accuracy: str, formulation: str, **more: object) -> dict[str, object]:
-    return {"solver.exudyn.formulation": formulation} | solver_values("exudyn", accuracy, formulation) | more
+    return _settings("exudyn", accuracy, formulation) | more
 
 
 ENERGY: dict[str, object] = {"output.groups": ["energy"], "solver.exudyn.method": "trapezoidal-index2"}
