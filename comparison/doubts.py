@@ -16,6 +16,10 @@ MUCH_ENERGY = 0.01
 """Of what is dissipated; as much as a change of the restitution by half a percent."""
 
 
+MUCH_DRIFT = 1e-6
+"""m or rad: as deep as corners of steel dip into a wall; of rates a thousand times as much, as for errors."""
+
+
 def steps_per_contact(table: Table) -> float:
     """Return how many fixed steps the median contact lasts; nan without contacts, or where steps adapt."""
     step = table.provenance.get("settings", {}).get("step_used")
@@ -50,6 +54,13 @@ def doubts(table: Table) -> list[str]:
     share = energy_share(table)
     if share > MUCH_ENERGY:
         told.append(f"energy from nowhere is {percent(share)} of what was dissipated: refine the solver")
+    drift = table.provenance.get("constraints", {})
+    position, velocity = drift.get("position", 0.0), drift.get("velocity", 0.0)
+    if position > MUCH_DRIFT or velocity > 1e3 * MUCH_DRIFT:
+        told.append(
+            f"its constraints are violated by up to {quantity(position, 'm')}, {quantity(velocity, 'm/s')}: "
+            "refine the solver, and keep Baumgarte's gains below a tenth of one over its largest step"
+        )
     radius = table.provenance.get("scene", {}).get("contact", {}).get("corner_radius")
     if radius is not None and table.events is not None:
         corners = table.events[table.events["corner"] != "pin"]

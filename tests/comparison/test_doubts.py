@@ -53,6 +53,16 @@ def test_each_doubt_is_told_alone(run, words):
     assert words in told
 
 
+@pytest.mark.parametrize("drift", [{"position": 1.1e-6}, {"position": 0.0, "velocity": 1.1e-3}])
+def test_violated_constraints_are_a_doubt(drift):
+    run = made()
+    run.provenance["constraints"] = drift
+    (told,) = doubts(run)
+    assert "constraints are violated" in told
+    run.provenance["constraints"] = {"position": 0.9e-6, "velocity": 0.9e-3}
+    assert doubts(run) == []
+
+
 def test_at_the_limits_nothing_is_doubted():
     assert doubts(made([1e-4], depth=1e-3, step=1e-5, residual=0.01)) == []
     assert doubts(made()) == []
@@ -65,3 +75,16 @@ def test_the_paper_s_case_is_not_doubted_and_one_in_coarse_steps_is():
     # 2e-4 s, an ordinary contact of this scene, are four such steps.
     (told,) = doubts(run_one(scene.with_values({"solver.exudyn.step": 5e-5}), "exudyn"))
     assert "steps" in told
+
+
+def test_gains_that_a_loose_tolerance_cannot_bear_are_told():
+    """Alpha 1000/s with steps of up to 8 ms: the feedback multiplies what the stages of a step miss."""
+    values = {
+        "joints.slider": "ideal",
+        "solver.reference.formulation": "multiplier",
+        "solver.reference.tolerance": 5e-6,
+        "solver.reference.baumgarte_alpha": 1e3,
+        "solver.reference.baumgarte_beta": 0.0,
+    }
+    (told,) = doubts(run_one(load_scene("150rpm-0.2mm", values), "reference"))
+    assert "Baumgarte" in told
