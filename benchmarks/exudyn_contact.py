@@ -33,7 +33,7 @@ def model(kind: str) -> tuple[Model, Any]:
     values = {"drive.cycles": CYCLES, "solver.exudyn.step": STEP, "solver.exudyn.formulation": formulation}
     parameters = read_scene(load_scene("paper", values).data)
     steps = choose_steps(parameters)
-    replaced: dict[str, Callable[..., Any]] = {}
+    replaced: dict[str, Any] = {}
     if kind == "bare mechanism":
         replaced["_add_contact"] = lambda *_: None
     if kind == "user function, plain Python":
@@ -68,7 +68,7 @@ def microseconds(kind: str) -> float:
         built.mbs.SetPreStepUserFunction(renew_memory(built))
     started = time.perf_counter()
     built.mbs.SolveDynamic(values)
-    return (time.perf_counter() - started) / values.timeIntegration.numberOfSteps * 1e6
+    return (time.perf_counter() - started) / float(values.timeIntegration.numberOfSteps) * 1e6
 
 
 def main() -> None:
