@@ -146,18 +146,18 @@ def test_a_reason_is_given_only_where_it_accounts_for_the_error():
 def test_a_run_that_takes_too_long_is_broken_off_and_the_others_are_not():
     endless = {"solver.exudyn.formulation": "full", "solver.exudyn.step": 1e-9, "drive.cycles": 0.1}
     tasks = {
-        "endless": Task(load_scene("150rpm-0.2mm", endless), "exudyn"),
-        "short": Task(load_scene("150rpm-0.2mm", {"drive.cycles": 0.05}), "reference"),
+        "endless": Task(load_scene("150rpm-0.2mm", endless), "exudyn", 3.0),
+        "short": Task(load_scene("150rpm-0.2mm", {"drive.cycles": 0.05}), "reference", 3.0),
     }
     # Forty million steps take minutes; what is compiled before is not counted.
-    rows = run_tasks(tasks, 2, None, limit=3.0)
+    rows = run_tasks(tasks, 2, None)
     assert rows["endless"]["status"] == "work-limit"
     assert 0.0 <= rows["endless"]["share"] < 0.5
     assert rows["short"]["status"] == "success"
     # Both are kept: neither is run again.
     ledger = cache_folder() / "extremes.jsonl"
     kept = ledger.read_bytes()
-    assert run_tasks(tasks, 2, None, limit=3.0) == rows
+    assert run_tasks(tasks, 2, None) == rows
     assert ledger.read_bytes() == kept
 
 

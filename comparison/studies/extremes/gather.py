@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from math import isfinite
+from math import isfinite, nan
 
 from comparison.accuracy import expected
 from comparison.ledger import Row
 from comparison.run import Progress
 from comparison.scene import Scene, SceneError
+from comparison.spread import LATE
 from comparison.studies.extremes.cells import HYPERCUBE, LITERAL_LAW, TURNS, TURNS_AXIS, Cell, cells
 from comparison.studies.extremes.outcomes import Verdict, judge, magnification
 from comparison.studies.extremes.runs import LIMIT, Task, run_tasks
-from comparison.studies.extremes.ways import STIFF, TIGHT, Way, ways_of
+from comparison.studies.extremes.ways import STIFF, TIGHT, TREE, TWIN, Way, ways_of
 
 LONG_LIMIT, SHORT_LIMIT = 120.0, 3.0
 """s for a run of many turns; and where most runs would take all they are given, in the hypercube and under
@@ -21,6 +23,11 @@ HOPELESS = 2.0
 """A run that is expected to take so many times its limit is not started."""
 MOVED, MOST_MOVED = 1e-3, 1e-9
 """The start of a cell's twin is moved by this share of the clearance, at most so far, m."""
+SHARES = (0.0, 0.75, 0.98, 1.0)
+"""Of the expected time: where each of the three passes begins and ends."""
+
+Run = tuple[int, Way]
+"""Number of the cell, and who runs it."""
 
 
 @dataclass
@@ -45,70 +52,76 @@ class Found:
     rows: dict[str, Row] = field(default_factory=dict)
     verdicts: dict[str, Verdict] = field(default_factory=dict)
     tight: dict[str, Row] = field(default_factory=dict)
-    magnification: float = float("nan")
+    magnification: float = nan
 
 
 def gather(n_jobs: int, on_progress: Progress | None, chosen: list[Cell] | None = None) -> list[Found]:
     """Run the cells, all if none are chosen; what ran before is not run again."""
     found = [Found(cell) for cell in (cells() if chosen is None else chosen)]
-    tasks: dict[float, dict[str, Task]] = {limit: {} for limit in (SHORT_LIMIT, LIMIT, LONG_LIMIT)}
-    rows: dict[str, Row] = {}
-    promises: dict[str, float] = {}
+    numbers = range(len(found))
+    usual = [(number, way) for number in numbers for way in ways_of(found[number].cell)]
+    rows = _run(found, usual, n_jobs, part(on_progress, *SHARES[:2]))
+    strict, tree = TIGHT
+    # The tree's strict run takes longer than its standard one: not where that did not come to the end.
+    exact = [(n, tree) for n in numbers if rows.get((n, TREE), {"status": "success"})["status"] == "success"]
+    exact += [(number, way) for number in numbers for way in (strict, TWIN)]
+    rows |= _run(found, exact, n_jobs, part(on_progress, *SHARES[1:3]))
+    stiff = [(n, STIFF) for n in numbers if rows[n, strict]["status"] not in ("success", "bad input")]
+    rows |= _run(found, stiff, n_jobs, part(on_progress, *SHARES[2:]))
     for number, of in enumerate(found):
-        limit = _limit(of.cell)
-        for way in (*ways_of(of.cell), *TIGHT):
-            key = f"{number} {way.name}"
-            try:
-                scene = way.scene(of.cell)
-            except SceneError as error:
-                rows[key] = {"status": "bad input", "message": str(error)}
-                continue
-            if way in TIGHT:
-                scene = scene.with_values({"drive.cycles": TURNS})
-            promises[key] = expected(scene, way.model).error
-            if hopeless := _hopeless(scene, way, limit):
-                rows[key] = hopeless
-            else:
-                tasks[limit][key] = Task(scene, way.model)
-        twin = _twin(of.cell)
-        if twin is not None:
-            tasks[limit][f"{number} twin"] = Task(twin, TIGHT[0].model)
-    total, done = sum(map(len, tasks.values())) or 1, 0
-    for limit, some in tasks.items():
-        part = None if on_progress is None else _part(on_progress, done / total, len(some) / total)
-        rows |= run_tasks(some, n_jobs, part, limit)
-        done += len(some)
-    rows |= _instead(found, rows, n_jobs)
-    for number, of in enumerate(found):
-        of.tight = {way.name: rows[key] for way in (*TIGHT, STIFF) if (key := f"{number} {way.name}") in rows}
+        of.tight = {way.name: rows[number, way] for way in (*TIGHT, STIFF) if (number, way) in rows}
         for way in ways_of(of.cell):
-            key = f"{number} {way.name}"
-            of.rows[way.name] = rows[key]
-            of.verdicts[way.name] = judge(rows[key], of.tight, promises.get(key, float("nan")))
-        exact, twin_row = of.tight[TIGHT[0].name], rows.get(f"{number} twin")
-        if twin_row is not None:
-            of.magnification = magnification(exact, twin_row, _move(of.cell.scene))
+            of.rows[way.name] = rows[number, way]
+            of.verdicts[way.name] = judge(rows[number, way], of.tight, _promise(of.cell, way))
+        of.magnification = magnification(rows[number, strict], rows[number, TWIN], _move(of.cell))
     return found
 
 
-def _limit(cell: Cell) -> float:
-    if cell.axis == TURNS_AXIS:
+def part(on_progress: Progress | None, start: float, end: float) -> Progress | None:
+    """Return what reports the progress of a part of the work."""
+    return None if on_progress is None else lambda share: on_progress(start + (end - start) * share)
+
+
+def _run(
+    found: list[Found], wanted: Iterable[Run], n_jobs: int, on_progress: Progress | None
+) -> dict[Run, Row]:
+    """Run what can be run, limit by limit."""
+    rows: dict[Run, Row] = {}
+    tasks: dict[float, dict[Run, Task]] = {limit: {} for limit in (SHORT_LIMIT, LIMIT, LONG_LIMIT)}
+    for number, way in wanted:
+        limit = _limit(found[number].cell, way)
+        try:
+            scene = _scene(found[number].cell, way)
+        except SceneError as error:
+            rows[number, way] = {"status": "bad input", "message": str(error)}
+            continue
+        if hopeless := _hopeless(scene, way, limit):
+            rows[number, way] = hopeless
+        else:
+            tasks[limit][number, way] = Task(scene, way.model, limit)
+    total, done = sum(map(len, tasks.values())) or 1, 0
+    for some in tasks.values():
+        share = part(on_progress, done / total, (done + len(some)) / total)
+        rows |= run_tasks(some, n_jobs, share)
+        done += len(some)
+    return rows
+
+
+def _scene(cell: Cell, way: Way) -> Scene:
+    """Return what a way runs of a cell: of what counts as exact the first turn alone."""
+    scene = way.scene(cell)
+    if way in (*TIGHT, STIFF, TWIN):
+        scene = scene.with_values({"drive.cycles": TURNS})
+    if way == TWIN:
+        offset = scene.data["initial"]["slider_offset"] + _move(cell)
+        scene = scene.with_values({"initial.slider_offset": offset})
+    return scene
+
+
+def _limit(cell: Cell, way: Way) -> float:
+    if cell.axis == TURNS_AXIS and way not in (*TIGHT, STIFF, TWIN):
         return LONG_LIMIT
     return SHORT_LIMIT if cell.axis == HYPERCUBE or cell.law == LITERAL_LAW else LIMIT
-
-
-def _part(on_progress: Progress, start: float, share: float) -> Progress:
-    return lambda done: on_progress(start + share * done)
-
-
-def _instead(found: list[Found], rows: dict[str, Row], n_jobs: int) -> dict[str, Row]:
-    """Run the cells by `STIFF` of which the reference's own strict run did not come to the end."""
-    tasks = {}
-    for number, of in enumerate(found):
-        if rows[f"{number} {TIGHT[0].name}"]["status"] not in ("success", "bad input"):
-            scene = STIFF.scene(of.cell).with_values({"drive.cycles": TURNS})
-            tasks[f"{number} {STIFF.name}"] = Task(scene, STIFF.model)
-    return run_tasks(tasks, n_jobs, None, SHORT_LIMIT)
 
 
 def _hopeless(scene: Scene, way: Way, limit: float) -> Row | None:
@@ -117,18 +130,20 @@ def _hopeless(scene: Scene, way: Way, limit: float) -> Row | None:
     if not isfinite(seconds) or seconds <= HOPELESS * limit:
         return None
     message = f"not started: some {seconds:.2g} s are expected, {limit:g} s are allowed"
-    return {"status": "work-limit", "message": message}
+    return {"status": LATE, "message": message}
 
 
-def _move(scene: Scene) -> float:
-    return min(MOVED * float(scene.data["clearance"]["slider"]), MOST_MOVED)
-
-
-def _twin(cell: Cell) -> Scene | None:
-    """Return the strict scene with its start moved; None where there is no scene."""
+def _promise(cell: Cell, way: Way) -> float:
+    """Return what is promised of a run's x over the first turn, m; nan where nothing is."""
     try:
-        scene = TIGHT[0].scene(cell).with_values({"drive.cycles": TURNS})
+        return expected(way.scene(cell), way.model).error
     except SceneError:
-        return None
-    offset = scene.data["initial"]["slider_offset"] + _move(scene)
-    return scene.with_values({"initial.slider_offset": offset})
+        return nan
+
+
+def _move(cell: Cell) -> float:
+    """Return by how much the twin's start is moved, m; of a cell without a scene nothing is asked."""
+    try:
+        return min(MOVED * float(cell.scene.data["clearance"]["slider"]), MOST_MOVED)
+    except SceneError:
+        return nan

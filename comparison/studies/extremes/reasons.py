@@ -13,7 +13,7 @@ from comparison.studies.extremes.gather import Found
 from comparison.studies.extremes.outcomes import Class
 
 SCATTER = 10.0
-"""Errors of single runs scatter by so much about what their setting promises (`comparison/accuracy.toml`)."""
+"""Errors of single runs scatter by so much about what their setting promises (`comparison/measured.toml`)."""
 UNEXPLAINED = "not explained"
 JAM = "friction this large lets a corner dig itself into its wall"
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 from math import isnan
+from typing import TypeVar
 
 import numpy as np
 
@@ -17,25 +18,37 @@ from comparison.machine import platform_name
 from comparison.run import Progress, RunError, kernels, run_one
 from comparison.scene import Scene, SceneError, digest, load_scene
 from comparison.sources import sources
-from comparison.spread import finish, on_processes
+from comparison.spread import LATE, finish, on_processes
 from comparison.studies.extremes.cells import BASE
 from comparison.table import Table
 from comparison.workers import Kernels, in_turn
 
 LIMIT = 20.0
-"""s a run may take, on a processor of its own; then it is broken off."""
+"""s of processor time that a run may take; then it is broken off."""
+GRACE = 0.5
+"""s after which its process is ended, should it not look at the time."""
 WARM = 0.02
 """Turns of the run before, in which kernels are compiled: not counted."""
 _SOURCES = ("check.py", "doubts.py", "run.py", "table.py", "studies/extremes/runs.py")
 _warm: set[Kernels] = set()
 
+Name = TypeVar("Name", bound=Hashable)
+
+
+class _OutOfTimeError(BaseException):
+    """Ends a run at its limit: no exception of the model's, which it might take for one of its own."""
+
+    def __init__(self, share: float) -> None:
+        self.share = share
+
 
 @dataclass(frozen=True)
 class Task:
-    """A scene to be run by a model."""
+    """A scene to be run by a model within so much time, s."""
 
     scene: Scene
     model: str
+    limit: float = LIMIT
 
     @property
     def cost(self) -> float:
@@ -52,29 +65,28 @@ class Task:
         """The integrator, as its scene names it."""
         return str(self.scene.data["solver"][self.model]["method"])
 
-    def key(self, fingerprints: Mapping[str, str], limit: float) -> str:
+    def key(self, fingerprints: Mapping[str, str]) -> str:
         """Hash of all that can change the row."""
         return digest(
             {
                 "scene": self.scene.hash,
                 "model": [self.model, fingerprints[self.model]],
-                "limit": limit,
+                "limit": self.limit,
                 "sources": sources(*_SOURCES),
                 "machine": platform_name(),
             }
         )
 
 
-def run_tasks(
-    tasks: Mapping[str, Task], n_jobs: int, on_progress: Progress | None, limit: float = LIMIT
-) -> dict[str, Row]:
-    """Run tasks by their names, equal ones once; what ran before is not run again."""
+def run_tasks(tasks: Mapping[Name, Task], n_jobs: int, on_progress: Progress | None) -> dict[Name, Row]:
+    """Run tasks of one limit by their names, equal ones once; what ran before is not run again."""
     prints = {model: fingerprint(model) for model in ("reference", "exudyn")}
-    keys = {name: task.key(prints, limit) for name, task in tasks.items()}
+    keys = {name: task.key(prints) for name, task in tasks.items()}
     different = {key: tasks[name] for name, key in keys.items()}
     ordered = {key: different[key] for key in in_turn(different)}
     cache_folder().mkdir(parents=True, exist_ok=True)
     ledger = cache_folder() / "extremes.jsonl"
+    limit = max((task.limit for task in tasks.values()), default=LIMIT) + GRACE
     rows = finish(attempt, ordered, ledger, on_processes(n_jobs, limit), on_progress)
     return {name: rows[key] for name, key in keys.items()}
 
@@ -86,7 +98,7 @@ def attempt(task: Task, progress: Callable[[float], None]) -> Row:
         progress(0.0)
         start = time.process_time()
         try:
-            table = run_one(task.scene, task.model, progress)
+            table = run_one(task.scene, task.model, _in_time(progress, start + task.limit))
         except RunError as error:
             outcome = error.outcome
             row = {"status": outcome.status, "message": outcome.message}
@@ -95,10 +107,23 @@ def attempt(task: Task, progress: Callable[[float], None]) -> Row:
         else:
             row = {"status": "success", "message": "", **measure(table, task.scene)}
         return row | {"seconds": time.process_time() - start}
+    except _OutOfTimeError as end:
+        return {"status": LATE, "message": f"broken off after {task.limit:g} s", "share": end.share}
     except SceneError as error:
         return {"status": "bad input", "message": str(error)}
     except Exception as error:
         return {"status": "crashed", "message": " ".join(f"{type(error).__name__}: {error}".split())}
+
+
+def _in_time(progress: Progress, end: float) -> Progress:
+    """Return a function to report progress to, which ends the run after so much processor time, s."""
+
+    def report(share: float) -> None:
+        if share < 1.0 and time.process_time() > end:
+            raise _OutOfTimeError(share)
+        progress(share)
+
+    return report
 
 
 def _compile(task: Task) -> None:

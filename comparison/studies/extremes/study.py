@@ -20,7 +20,7 @@ from comparison.studies.extremes import (
     tables,
 )
 from comparison.studies.extremes.cells import HYPERCUBE, LAWS
-from comparison.studies.extremes.gather import LONG_LIMIT, SHORT_LIMIT, gather
+from comparison.studies.extremes.gather import LONG_LIMIT, SHORT_LIMIT, gather, part
 from comparison.studies.extremes.maps import draw_axes, draw_errors, draw_hypercube
 from comparison.studies.extremes.outcomes import WORDS
 from comparison.studies.extremes.runs import LIMIT
@@ -31,7 +31,7 @@ SHARES = (0.0, 0.85, 0.92, 0.95, 1.0)
 
 def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
     """Run all, and write README.md, cells.csv and figures."""
-    parts = [_part(on_progress, *ends) for ends in pairwise(SHARES)]
+    parts = [part(on_progress, *ends) for ends in pairwise(SHARES)]
     found = gather(n_jobs, parts[0])
     tables.write_rows(found, folder / "cells.csv")
     draw_axes(found, LAWS[:2], folder / "axes.svg")
@@ -60,9 +60,5 @@ def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
         stability=stability_text.text(fixed),
         baumgarte=baumgarte_text.text(gains),
     )
-    with replacing(folder / "README.md") as part:
-        part.write_text(text, "utf-8")
-
-
-def _part(on_progress: Progress | None, start: float, end: float) -> Progress | None:
-    return None if on_progress is None else lambda share: on_progress(start + (end - start) * share)
+    with replacing(folder / "README.md") as file:
+        file.write_text(text, "utf-8")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from comparison.accuracy import solver_values
 from comparison.scene import Scene, load_scene
@@ -25,7 +25,7 @@ class Way:
 
     name: str
     model: str
-    changes: dict[str, object]
+    changes: dict[str, object] = field(hash=False)
 
     def scene(self, cell: Cell) -> Scene:
         """Return a cell's scene as this way runs it; what counts as exact keeps its own settings.
@@ -35,7 +35,7 @@ class Way:
         SceneError
             If there is no such scene.
         """
-        settings = {} if self in (*TIGHT, STIFF) else cell.settings
+        settings = {} if self in (*TIGHT, STIFF, TWIN) else cell.settings
         return cell.scene.with_values({**self.changes, **settings})
 
 
@@ -70,6 +70,8 @@ TIGHT = (
 """What the others are held against: the most accurate run of either model."""
 STIFF = Way("minimal by LSODA, strict", "reference", TIGHT[0].changes | LSODA)
 """Instead of the reference's, where that does not come to the end."""
+TWIN = Way("minimal, strict, moved", "reference", TIGHT[0].changes)
+"""From a start beside the cell's: how much the scene magnifies."""
 AUDITED = (
     "base",
     "clearance",
