@@ -45,6 +45,21 @@ def gravity() -> Any:
 
 
 @pytest.fixture
+def scene_file(tmp_path: Path) -> Callable[..., str]:
+    """Scene files whose gravity tells the fake model what to do."""
+
+    def make(name: str, gravity: float = 9.81, extra: str = "") -> str:
+        path = tmp_path / f"{name}.toml"
+        path.write_text(
+            f'[scene]\nextends = "paper"\n[environment]\ngravity = {gravity}\n'
+            f"[output]\nsamples_per_cycle = 100\n{extra}"
+        )
+        return str(path)
+
+    return make
+
+
+@pytest.fixture
 def scene() -> Scene:
     """The paper's central case with fewer samples."""
     return load_scene("150rpm-0.2mm", {"output.samples_per_cycle": 200})
