@@ -87,17 +87,17 @@ class Axis:
 
 
 LITERAL = ("base", "clearance", "speed", "modulus", "restitution", "friction", "gravity")
-"""Axes whose ends are run under the paper's literal switch too. It creates energy at each of its switches and
+"""Axes that are run under the paper's literal switch too. It creates energy at each of its switches and
 converges nowhere, see the study contact-laws: most of its runs take all the time they are given."""
 
 
 def along(axis: Axis, law: str) -> list[Cell]:
-    """Return the cells of an axis under a law."""
-    points = axis.points
-    if law == LITERAL_LAW:
-        ends = (points[0], points[-1])
-        points = [point for point in points if axis.name in LITERAL and point in ends]
-    return [Cell(axis.name, label, law, values) for label, values in points]
+    """Return the cells of an axis under a law: of the laws of a whole side the ends alone; they cost much."""
+    ends = (axis.points[0], axis.points[-1])
+    if law == LITERAL_LAW and axis.name not in LITERAL:
+        return []
+    points = axis.points if law == LAWS[0] else [point for point in axis.points if point in ends]
+    return [Cell(axis.name, label, law, changes) for label, changes in points]
 
 
 def _of(name: str, unit: str, key: str, values: Sequence[float], **more: object) -> Axis:

@@ -14,7 +14,7 @@ from comparison.spread import LATE
 from comparison.studies.extremes.cells import HYPERCUBE, LITERAL_LAW, TURNS, TURNS_AXIS, Cell, cells
 from comparison.studies.extremes.outcomes import Verdict, judge, magnification
 from comparison.studies.extremes.runs import LIMIT, Task, run_tasks
-from comparison.studies.extremes.ways import STIFF, TIGHT, TREE, TWIN, Way, ways_of
+from comparison.studies.extremes.ways import STIFF, TIGHT, TREE, TWIN, Way, exact_of, ways_of
 
 LONG_LIMIT, SHORT_LIMIT = 120.0, 3.0
 """s for a run of many turns; and where most runs would take all they are given, in the hypercube and under
@@ -63,7 +63,12 @@ def gather(n_jobs: int, on_progress: Progress | None, chosen: list[Cell] | None 
     rows = _run(found, usual, n_jobs, part(on_progress, *SHARES[:2]))
     strict, tree = TIGHT
     # The tree's strict run takes longer than its standard one: not where that did not come to the end.
-    exact = [(n, tree) for n in numbers if rows.get((n, TREE), {"status": "success"})["status"] == "success"]
+    exact = [
+        (number, tree)
+        for number in numbers
+        if tree in exact_of(found[number].cell)
+        and rows.get((number, TREE), {"status": "success"})["status"] == "success"
+    ]
     exact += [(number, way) for number in numbers for way in (strict, TWIN)]
     rows |= _run(found, exact, n_jobs, part(on_progress, *SHARES[1:3]))
     stiff = [(n, STIFF) for n in numbers if rows[n, strict]["status"] not in ("success", "bad input")]
