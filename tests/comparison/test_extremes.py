@@ -25,7 +25,7 @@ from comparison.studies.extremes.cells import (
 from comparison.studies.extremes.gather import Found, gather
 from comparison.studies.extremes.maps import draw_axes
 from comparison.studies.extremes.outcomes import Class, judge, magnification
-from comparison.studies.extremes.reasons import UNEXPLAINED, reason
+from comparison.studies.extremes.reasons import UNEXPLAINED, Base, reason
 from comparison.studies.extremes.runs import Task, run_tasks
 from comparison.studies.extremes.ways import BODIES, MINIMAL, TREE
 
@@ -114,6 +114,25 @@ def test_every_status_has_its_class(status, kind):
     assert judge({"status": status, "message": ""}, TIGHT, PROMISE).kind is kind
 
 
+def test_energy_from_nowhere_is_no_convergence():
+    assert judge(row(EXACT, energy=0.009), TIGHT, PROMISE).kind is Class.CONVERGED
+    assert judge(row(EXACT, energy=0.011), TIGHT, PROMISE).kind is Class.DEGRADED
+    assert judge(row(EXACT, drift=1.1e-6), TIGHT, PROMISE).kind is Class.DEGRADED
+
+
+def test_formulations_that_leave_at_one_instant_have_one_reason():
+    unchanged = found(0.0, 2.0)
+    of = found(0.0, 2.0)
+    off = np.zeros(11)
+    off[6:] = 1e-6
+    for name in (BODIES.name, TREE.name):
+        of.rows[name] = row(EXACT + off)
+        of.verdicts[name] = judge(of.rows[name], TIGHT, PROMISE)
+    assert "at 0.60 of the turn, where tree" in reason(of, BODIES.name, Base(unchanged, unchanged))
+    of.verdicts[TREE.name] = judge(row(EXACT), TIGHT, PROMISE)
+    assert UNEXPLAINED in reason(of, BODIES.name, Base(unchanged, unchanged))
+
+
 def test_magnification_is_the_largest_distance_over_the_first():
     moved = EXACT + 1e-9 * np.linspace(1.0, 40.0, 11)
     assert magnification(row(EXACT), row(moved), 1e-9) == pytest.approx(40.0, rel=1e-6)
@@ -129,8 +148,9 @@ def found(error: float, magnified: float, resolution: float | None = None, law: 
 
 
 def test_a_reason_is_given_only_where_it_accounts_for_the_error():
-    base = found(0.0, 2.0, 100.0)
-    assert reason(base, BODIES.name, base) == ""
+    unchanged = found(0.0, 2.0, 100.0)
+    base = Base(unchanged, unchanged)
+    assert reason(unchanged, BODIES.name, base) == ""
     # A hundred times the base's magnification, a thousand times the promise: within the scatter.
     assert "magnifies 100" in reason(found(1e-6, 200.0, 100.0), BODIES.name, base)
     assert UNEXPLAINED not in reason(found(1e-6, 200.0, 100.0), BODIES.name, base)
@@ -140,6 +160,9 @@ def test_a_reason_is_given_only_where_it_accounts_for_the_error():
     assert UNEXPLAINED not in reason(found(2e-7, 2.0, 20.0), BODIES.name, base)
     assert UNEXPLAINED in reason(found(3e-7, 2.0, 20.0), BODIES.name, base)
     assert reason(found(1.0, 2.0, 3.0), BODIES.name, base) == "a contact lasts 3.0 steps"
+    # A formulation that errs as much in the base scene errs by itself.
+    poor = Base(found(1.5e-6, 2.0, 100.0), unchanged)
+    assert "errs 1500 times" in reason(found(1e-6, 2.0, 100.0), BODIES.name, poor)
     assert "no run converges" in reason(found(1.0, 2.0, 100.0, LAWS[2]), BODIES.name, base)
 
 

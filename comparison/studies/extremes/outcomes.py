@@ -10,6 +10,7 @@ from math import inf, nan
 import numpy as np
 
 from comparison.arrays import Array
+from comparison.doubts import MUCH_DRIFT, MUCH_ENERGY
 from comparison.ledger import Row
 
 
@@ -26,8 +27,9 @@ class Class(StrEnum):
 
 
 WORDS = {
-    Class.CONVERGED: "finished, and its error of x over the first turn is within what its setting promises",
-    Class.DEGRADED: "finished with a larger error, which is told",
+    Class.CONVERGED: "finished, its error of x over the first turn is within what its setting promises, and "
+    "neither energy from nowhere nor violated constraints are a reason to doubt it",
+    Class.DEGRADED: "finished with more than that, which is told",
     Class.UNCONFIRMED: "finished, but no more accurate run came far enough to hold it against",
     Class.STOPPED: "given up by itself or at the limit of time, with a status that says what to try",
     Class.REFUSED: "not begun: the scene cannot be, and the message says why",
@@ -86,7 +88,8 @@ def judge(row: Row, tight: Mapping[str, Row], promise: float) -> Verdict:
     error = float(distance.max())
     beyond = np.flatnonzero(~(distance <= promise))  # all, where nothing is promised
     lasted = float(beyond[0]) / (x.size - 1) if beyond.size else 1.0
-    return Verdict(Class.DEGRADED if beyond.size else Class.CONVERGED, error, promise, lasted)
+    sound = (row.get("energy") or 0.0) <= MUCH_ENERGY and (row.get("drift") or 0.0) <= MUCH_DRIFT
+    return Verdict(Class.CONVERGED if sound and not beyond.size else Class.DEGRADED, error, promise, lasted)
 
 
 def magnification(exact: Row, twin: Row, distance: float) -> float:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
 
 from comparison.doubts import FEW_STEPS
+from comparison.ledger import Row
 from comparison.report.quantity import number, quantity
 from comparison.studies.extremes.cells import LITERAL_LAW
 from comparison.studies.extremes.gather import Found
@@ -15,33 +17,45 @@ from comparison.studies.extremes.outcomes import Class
 SCATTER = 10.0
 """Errors of single runs scatter by so much about what their setting promises (`comparison/measured.toml`)."""
 UNEXPLAINED = "not explained"
+SLIGHTLY = 1.25
+"""A smaller ratio explains nothing and is not told."""
+TOGETHER = 0.02
+"""Turns within which formulations leave the exact motion at one instant."""
+NEWTON, USUAL_NEWTON = "Newton's tolerance", 1e-7
 JAM = "friction this large lets a corner dig itself into its wall"
 
 
-def reason(found: Found, way: str, base: Found) -> str:
-    """Return the reason of a run's class in words; nothing for one that converged.
+@dataclass(frozen=True)
+class Base:
+    """What a cell's numbers are compared with.
 
-    Parameters
+    Attributes
     ----------
-    found, way
-        The cell and the name of the way that ran it.
-    base
-        The cell that changes nothing, by the same law: what magnifications and steps are compared with.
+    promised
+        The cell that changes nothing under hertz-corners: what promises are made for.
+    law
+        The same under the cell's own law.
     """
+
+    promised: Found
+    law: Found
+
+
+def reason(found: Found, way: str, base: Base) -> str:
+    """Return the reason of a run's class in words; nothing for one that converged."""
     verdict, row = found.verdicts[way], found.rows[way]
     if verdict.kind is Class.CONVERGED:
         return ""
-    if verdict.kind in (Class.REFUSED, Class.STOPPED, Class.CRASHED, Class.NONSENSE):
-        jam = f"; {JAM}" if verdict.kind is Class.STOPPED and _may_jam(found) else ""
-        return _status(row["status"], row["message"]) + jam
+    if verdict.kind is Class.REFUSED:
+        return _without_scene(row["message"])
+    if verdict.kind in (Class.STOPPED, Class.CRASHED, Class.NONSENSE):
+        return _ended(row) + (f"; {JAM}" if may_jam(found) else "")
     if verdict.kind is Class.UNCONFIRMED:
-        return "; ".join(
-            f"{name}: {_status(of['status'], of['message'])}" for name, of in found.tight.items()
-        )
+        return "; ".join(f"{name}: {_ended(of)}" for name, of in found.tight.items())
     return _why_degraded(found, way, base)
 
 
-def _may_jam(found: Found) -> bool:
+def may_jam(found: Found) -> bool:
     """Return whether friction can turn a corner into its wall more than the wall turns it out.
 
     A force N on a corner at (r_x, r_y) from the centre, with friction c_f N along the wall, turns the slider
@@ -53,29 +67,45 @@ def _may_jam(found: Found) -> bool:
     return bool(data["friction"]["coefficient"] > slider["length"] / slider["width"])
 
 
-def _why_degraded(found: Found, way: str, base: Found) -> str:
+def _why_degraded(found: Found, way: str, base: Base) -> str:
     verdict, row = found.verdicts[way], found.rows[way]
     if found.cell.law == LITERAL_LAW:
         return "the literal switch creates energy: no run converges (study contact-laws)"
     if not isfinite(verdict.promise):
         return "nothing is promised at so coarse a setting"
+    if found.cell.axis == NEWTON and float(found.cell.label) > USUAL_NEWTON:
+        return "Newton's iteration ends with an error of its own"
+    steps, usual = row.get("resolution"), base.law.rows.get(way, {}).get("resolution")
+    if steps is not None and steps < FEW_STEPS:
+        return f"a contact lasts {number(steps, 2)} steps"
     told, expected = [], verdict.promise
-    magnified = found.magnification / base.magnification
-    if magnified > 1.0:
+    own = base.promised.verdicts.get(way)
+    if own is not None and own.error > own.promise:
+        expected *= own.error / own.promise
+        told.append(f"errs {number(own.error / own.promise, 2)} times as promised in the base scene too")
+    magnified = found.magnification / base.promised.magnification
+    if magnified > SLIGHTLY:
         expected *= magnified
         told.append(f"the scene magnifies {number(magnified, 2)} times as much as the base scene")
-    steps, usual = row.get("resolution"), base.rows.get(way, {}).get("resolution")
-    if steps is not None and usual is not None and steps < usual:
+    if steps is not None and usual is not None and steps * SLIGHTLY < usual:
         # Of second order in the step over the contact's duration.
         expected *= (usual / steps) ** 2
         told.append(f"{number(steps, 2)} steps a contact, {number(usual, 2)} in the base scene")
-    if steps is not None and steps < FEW_STEPS:
-        return f"a contact lasts {number(steps, 2)} steps"
-    apart = _apart(found)
     if verdict.error <= SCATTER * expected:
         return "; ".join(told) or f"within the {SCATTER:g} times by which single runs scatter"
+    apart = _apart(found)
     if apart > verdict.promise:
-        told.append(f"the strict runs are {quantity(apart, 'm', 2)} apart themselves")
+        return "; ".join([*told, f"the strict runs are {quantity(apart, 'm', 2)} apart themselves"])
+    together = [
+        name
+        for name, of in found.verdicts.items()
+        if name != way and of.kind is Class.DEGRADED and abs(of.lasted - verdict.lasted) <= TOGETHER
+    ]
+    if together:
+        told.append(
+            f"leaves the exact motion at {number(verdict.lasted, 2)} of the turn, where "
+            f"{' and '.join(together)} leave it too: what happens there magnifies more than two near starts show"
+        )
         return "; ".join(told)
     return "; ".join([*told, UNEXPLAINED])
 
@@ -86,7 +116,13 @@ def _apart(found: Found) -> float:
     return float(np.ptp(runs, axis=0).max()) if len(runs) > 1 else float("nan")
 
 
-def _status(status: str, message: str) -> str:
-    """Return status and message in a short line, without the scene's name."""
-    message = message.partition("': ")[2] if message.startswith("scene '") else message
-    return f"{status}: {message}" if message else status
+def _ended(row: Row) -> str:
+    """Return how a run ended; of the time that it was given, how much."""
+    message = str(row["message"])
+    return (
+        f"{row['status']}, {message}" if message.startswith(("broken off", "not started")) else row["status"]
+    )
+
+
+def _without_scene(message: str) -> str:
+    return message.partition("': ")[2] if message.startswith("scene '") else message

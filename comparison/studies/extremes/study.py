@@ -12,6 +12,7 @@ from comparison.studies.extremes import (
     baumgarte,
     baumgarte_figures,
     baumgarte_text,
+    differences,
     limits,
     limits_figures,
     stability,
@@ -44,7 +45,7 @@ def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
     fixed = stability.measured(n_jobs, parts[3])
     stability_figures.draw(fixed, folder)
     template = files("comparison.studies.extremes").joinpath("extremes.md").read_text("utf-8")
-    left = tables.unexplained(found)
+    left = differences.unexplained(found)
     text = template.format(
         limit=f"{LIMIT:g}",
         short_limit=f"{SHORT_LIMIT:g}",
@@ -54,7 +55,9 @@ def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
         counts=tables.counts(found),
         drifts=tables.drifts(found),
         turns=tables.turns(found),
-        differences=tables.differences(found),
+        stops=tables.stops(found),
+        differences=differences.along_the_axes(found),
+        hypercube=differences.in_the_hypercube(found),
         unexplained="\n".join(f"- {line}" for line in left) or "None.",
         limits=limits.text(to_limits),
         stability=stability_text.text(fixed),

@@ -12,16 +12,11 @@ import pandas as pd
 from comparison.files import replacing
 from comparison.report.markdown import table
 from comparison.report.quantity import MISSING, number, quantity
-from comparison.studies.extremes.cells import BASE_LABEL
+from comparison.studies.extremes.differences import bases
 from comparison.studies.extremes.gather import Found
-from comparison.studies.extremes.outcomes import Class, Verdict
-from comparison.studies.extremes.reasons import UNEXPLAINED, reason
-from comparison.studies.extremes.ways import BODIES, MINIMAL, TREE, WAYS
-
-
-def bases(found: Sequence[Found]) -> dict[str, Found]:
-    """Return the cell that changes nothing, by law."""
-    return {of.cell.law: of for of in found if of.cell.label == BASE_LABEL}
+from comparison.studies.extremes.outcomes import Class
+from comparison.studies.extremes.reasons import reason
+from comparison.studies.extremes.ways import WAYS
 
 
 def counts(found: Sequence[Found]) -> str:
@@ -34,40 +29,21 @@ def counts(found: Sequence[Found]) -> str:
     return table(("formulation", *map(str, kinds), "runs"), rows)
 
 
-def differing(found: Sequence[Found]) -> list[Found]:
-    """Return the cells whose classes differ between the two models' usual formulations."""
-    return [of for of in found if len({of.verdicts[name].kind for name in compared(of)}) > 1]
-
-
-def compared(of: Found) -> list[str]:
-    """Return the formulations whose classes are compared: the smallest of each model and the five bodies."""
-    return [way.name for way in (MINIMAL, TREE, BODIES) if way.name in of.verdicts]
-
-
-def differences(found: Sequence[Found]) -> str:
-    """Return a table of the cells whose classes differ, with the reason of each class but "converged"."""
-    by_law = bases(found)
-    rows = []
-    for of in differing(found):
-        told = [f"{name}: {why}" for name in compared(of) if (why := reason(of, name, by_law[of.cell.law]))]
-        classes = [
-            _short(of.verdicts[way.name]) if way.name in of.verdicts else ""
-            for way in (MINIMAL, TREE, BODIES)
-        ]
-        rows.append([of.cell.axis, of.cell.label, of.cell.law, *classes, ". ".join(told)])
-    headings = ("axis", "value", "law", "reference, minimal", "exudyn, tree", "exudyn, five bodies", "why")
-    return table(headings, rows)
-
-
-def unexplained(found: Sequence[Found]) -> list[str]:
-    """Return the runs whose class nothing of the above explains."""
-    by_law = bases(found)
-    return [
-        f"{of.cell.axis} {of.cell.label}, {of.cell.law}, {name}: {_short(of.verdicts[name])}"
-        for of in found
-        for name in of.verdicts
-        if UNEXPLAINED in reason(of, name, by_law[of.cell.law])
-    ]
+def stops(found: Sequence[Found]) -> str:
+    """Return the statuses of what stopped: how often by which formulation, and what they say to try."""
+    seen: dict[tuple[str, str, str], int] = {}
+    for of in found:
+        for way in WAYS:
+            if way.name in of.rows and of.verdicts[way.name].kind is Class.STOPPED:
+                row = of.rows[way.name]
+                message = "" if row["message"].startswith(("broken off", "not started")) else row["message"]
+                said = message or "(the study's limit of time)"
+                key = (f"{way.model}, {way.name}", row["status"], said)
+                seen[key] = seen.get(key, 0) + 1
+    return table(
+        ("formulation", "status", "what it says to try", "runs"),
+        [[*key, str(count)] for key, count in sorted(seen.items())],
+    )
 
 
 def drifts(found: Sequence[Found]) -> str:
@@ -149,12 +125,6 @@ def _known(value: float | None, unit: str) -> str:
     if value is None:
         return MISSING
     return quantity(value, unit, 2) if unit else (str(value) if isinstance(value, int) else number(value, 2))
-
-
-def _short(verdict: Verdict) -> str:
-    if verdict.kind is not Class.DEGRADED:
-        return str(verdict.kind)
-    return f"degraded, {quantity(verdict.error, 'm', 2)}"
 
 
 def write_rows(found: Sequence[Found], path: Path) -> None:
