@@ -104,7 +104,7 @@ def _why_degraded(found: Found, way: str, base: Base) -> str:
     if together:
         told.append(
             f"leaves the exact motion at {number(verdict.lasted, 2)} of the turn, where "
-            f"{' and '.join(together)} leave it too: what happens there magnifies more than two near starts show"
+            f"{' and '.join(together)} leave it too: it magnifies more there than near starts show"
         )
         return "; ".join(told)
     return "; ".join([*told, UNEXPLAINED])
