@@ -19,12 +19,13 @@ from comparison.studies.extremes.ways import BODIES, IMPLICIT, INDEX2, MINIMAL, 
 COLOURS = {
     Class.CONVERGED: svg.FIRST,
     Class.DEGRADED: svg.SECOND,
-    Class.UNCONFIRMED: svg.SHADE,
+    Class.UNCONFIRMED: svg.THRESHOLD,
     Class.STOPPED: svg.BEYOND,
     Class.REFUSED: svg.LIMIT,
     Class.CRASHED: svg.INK,
     Class.NONSENSE: svg.INK,
 }
+_ALPHA = {Class.UNCONFIRMED: 0.2}
 MARKS = {
     Class.CONVERGED: "o",
     Class.DEGRADED: "s",
@@ -101,14 +102,16 @@ def draw_axes(found: Sequence[Found], laws: Sequence[str], path: Path) -> None:
 
 def _square(axes: Axes, x: float, y: float, verdict: Verdict) -> None:
     colour = COLOURS[verdict.kind]
-    axes.add_patch(Rectangle((x, y), 0.94 * _SQUARE, 0.9 * _ROW, facecolor=colour, alpha=0.75, lw=0))
+    alpha = _ALPHA.get(verdict.kind, 0.75)
+    axes.add_patch(Rectangle((x, y), 0.94 * _SQUARE, 0.9 * _ROW, facecolor=colour, alpha=alpha, lw=0))
     axes.text(x + 0.47 * _SQUARE, y + 0.47 * _ROW, sign(verdict), ha="center", va="center", size=7)
 
 
 def _legend(axes: Axes, y: float) -> None:
     x = 0.02
     for kind in (Class.CONVERGED, Class.DEGRADED, Class.UNCONFIRMED, Class.STOPPED, Class.REFUSED):
-        axes.add_patch(Rectangle((x, y - 0.05), 0.14, 0.1, facecolor=COLOURS[kind], alpha=0.75, lw=0))
+        alpha = _ALPHA.get(kind, 0.75)
+        axes.add_patch(Rectangle((x, y - 0.05), 0.14, 0.1, facecolor=COLOURS[kind], alpha=alpha, lw=0))
         words = f"{kind} by 10ⁿ" if kind is Class.DEGRADED else str(kind)
         axes.text(x + 0.19, y, words, va="center", size=7.5)
         x += 0.3 + 0.062 * len(words)
@@ -122,7 +125,7 @@ def draw_hypercube(found: Sequence[Found], path: Path) -> None:
         figure = Figure(figsize=(_WIDTH, 5.0))
         for number, name in enumerate(ways):
             row, column = divmod(number, 2)
-            axes = figure.add_axes((0.1 + 0.46 * column, 0.585 - 0.435 * row, 0.42, 0.355))
+            axes = figure.add_axes((0.1 + 0.46 * column, 0.6 - 0.46 * row, 0.42, 0.345))
             axes.set_xscale("log")
             axes.set_yscale("log")
             axes.margins(x=0.05, y=0.05)
@@ -149,11 +152,22 @@ def draw_hypercube(found: Sequence[Found], path: Path) -> None:
             axes.spines[["top", "right"]].set_visible(False)
             if row:
                 axes.set_xlabel("speed (rpm)")
-            if not column:
+            else:
+                axes.tick_params(labelbottom=False)
+            if column:
+                axes.tick_params(labelleft=False)
+            else:
                 axes.set_ylabel("modulus (Pa)")
             if number == 0:
                 handles = axes.get_legend_handles_labels()
-        figure.legend(*handles, loc="lower left", bbox_to_anchor=(0.09, 0.0), ncols=5)
+        figure.legend(
+            *handles,
+            loc="lower left",
+            bbox_to_anchor=(0.09, 0.0),
+            ncols=5,
+            handlelength=1.0,
+            columnspacing=1.2,
+        )
         svg.write_svg(figure, path)
 
 
