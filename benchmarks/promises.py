@@ -50,7 +50,7 @@ HEAD = """\
 # is promised (m): three times that, for other starts, at least three times `unsure`, rounded up, of a coarser
 # setting no less than of a finer one; `seconds`, processor time of each `unit`, after `start` (s), of steps
 # finer than were timed that of the finest timed one.
-# A start may happen to graze a wall, where errors jump: about one run in a thousand is beyond its promise.
+# A start may happen to graze a wall, where errors jump: one of some thousand runs of the reference is beyond.
 # Measured on {machine}."""
 Table = dict[str, Any]
 Piece = tuple[str, str, int]

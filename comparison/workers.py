@@ -23,6 +23,7 @@ Attempt = Callable[[Any, Callable[[float], None]], Any]
 
 
 READY = 10.0
+"""Times its limit that a task may take before its own work begins."""
 
 Kernels = tuple[str, ...]
 """What tells code that is compiled at its first use from other such code."""

@@ -12,6 +12,7 @@ from comparison.report.markdown import table
 from comparison.report.quantity import number, quantity
 from comparison.run import Outcome
 from comparison.studies.errors import Peak, error, peak, second_cycle
+from comparison.studies.rates import rate
 from comparison.table import Table
 
 PRINTED = {
@@ -90,8 +91,7 @@ def powers(cases: dict[float, Case]) -> str:
     found = []
     for channel, word in WORDS.items():
         sizes = [np.median([abs(p.value) for p in case.peaks[channel, True]]) for case in cases.values()]
-        slope = float(np.polyfit(np.log(list(cases)), np.log(sizes), 1)[0])
-        found.append(f"{word} {number(slope, 2)}")
+        found.append(f"{word} {number(rate(list(cases), sizes), 2)}")
     return ", ".join(found)
 
 

@@ -21,7 +21,7 @@ from comparison.studies.extremes import (
 )
 from comparison.studies.extremes.fixed_steps import METHODS, amplification, rebounds, spectral_radius
 from comparison.studies.extremes.impact import restitution
-from comparison.studies.extremes.rates import rate
+from comparison.studies.rates import rate
 
 
 def after(steps: int, z: complex) -> float:

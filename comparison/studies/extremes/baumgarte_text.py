@@ -18,7 +18,7 @@ from comparison.studies.extremes.baumgarte import (
     scene,
 )
 from comparison.studies.extremes.explicit import limit, longest_step
-from comparison.studies.extremes.rates import rate
+from comparison.studies.rates import rate
 
 NO_WORSE = 3.0
 """A drift within this factor of the least counts as the least: both are round-off."""
@@ -29,12 +29,11 @@ def text(found: Sequence[Run]) -> str:
     S, imaginary = limit(-1.0), limit(1j)
     return "\n\n".join(
         (
-            f"DOP853 multiplies an error of rate l by R(l h) in a step h. Its |R| stays below 1 up to S = "
+            "DOP853 multiplies an error of rate l by R(l h) in a step h. Its |R| stays below 1 up to S = "
             f"{number(S, 4)} along the negative real axis (alpha = beta: a double root −alpha) and up to "
             f"{number(imaginary, 3)} along the imaginary one (alpha = 0: roots ± i beta). The step is free "
-            "up "
-            "to a fiftieth of a turn: where alpha is large, the error control finds the step that stability "
-            "allows by failing beyond it.",
+            "up to a fiftieth of a turn: where alpha is large, the error control finds the step that "
+            "stability allows by failing beyond it.",
             *(_steps(found, tolerance) for tolerance in TOLERANCES),
             _reached(found),
             *(_map(found, name) for name in SCENES),
@@ -73,8 +72,7 @@ def _reached(found: Sequence[Run]) -> str:
     return (
         f"At alpha = {GAINS[-1]:g}/s and an ideal slider the mean step is, in S / alpha, "
         f"{', '.join(shares)}. So the theory's line is the bound, met where the tolerance is loose; a tight "
-        "one "
-        "sees the stiff error equation before it becomes unstable, and takes shorter steps."
+        "one sees the stiff error equation before it becomes unstable, and takes shorter steps."
     )
 
 
@@ -94,7 +92,7 @@ def _map(found: Sequence[Run], name: str) -> str:
 
 
 def _grown(found: Sequence[Run]) -> str:
-    rows, rates = [], []
+    rows = []
     for name in SCENES:
         for gain in (0.0, USUAL):
             runs = pick(found, scene=name, alpha=gain, beta=gain, tolerance=MAPPED)
@@ -104,7 +102,6 @@ def _grown(found: Sequence[Run]) -> str:
                 rows.append(
                     [name, f"{gain:g}", part, *(quantity(value, unit) for value in values), number(slope, 2)]
                 )
-                rates.append(slope)
     headings = [
         "scene",
         "alpha = beta",
@@ -113,8 +110,8 @@ def _grown(found: Sequence[Run]) -> str:
         "grows as turns to the",
     ]
     return (
-        f"Drift over many turns at tolerance {MAPPED:g}; a constant push on Φ'' would let Φ' grow with "
-        f"the first power and Φ with the second, a random one with 1/2 and 3/2:\n\n{table(headings, rows)}"
+        f"Drift over many turns at tolerance {MAPPED:g}; a constant push on Φ'' would let Φ' grow with the "
+        f"first power and Φ with the second, a random one with 1/2 and 3/2:\n\n{table(headings, rows)}"
     )
 
 

@@ -21,6 +21,8 @@ TURNS, SAMPLES = 1.0, 250
 TURNS_AXIS, HYPERCUBE = "turns", "hypercube"
 """Of the first one's cells only the first turn is held against more accurate runs; they have more time."""
 
+NEWTON = "Newton's tolerance"
+
 Values = dict[str, object]
 
 
@@ -179,7 +181,7 @@ def settings() -> list[Cell]:
         ("reference's tolerance", reference, "solver.reference.tolerance", (1.0, 1e-3, 1e-5, 1e-14, 1e-16)),
         ("tree's tolerance", ("tree",), "solver.exudyn.tolerance", (1.0, 1e-3, 1e-5, 1e-13, 1e-15)),
         ("step", bodies, "solver.exudyn.step", (1e-2, 1e-3, 1e-4, 2e-5, 1e-7)),
-        ("Newton's tolerance", bodies, "solver.exudyn.tolerance", (1e3, 1.0, 1e-3, 1e-10, 1e-14)),
+        (NEWTON, bodies, "solver.exudyn.tolerance", (1e3, 1.0, 1e-3, 1e-10, 1e-14)),
     ]
     return [
         Cell(axis, f"{value:g}", LAWS[0], {}, {key: value}, only)

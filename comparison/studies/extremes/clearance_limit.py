@@ -14,7 +14,7 @@ from comparison.run import MODELS, Job, Outcome
 from comparison.scene import Scene, load_scene
 from comparison.studies.errors import error
 from comparison.studies.extremes.impact import lean
-from comparison.studies.extremes.rates import rate
+from comparison.studies.rates import rate
 from comparison.table import Table
 
 CLEARANCES = tuple(10.0**-power for power in range(3, 10))
@@ -132,23 +132,18 @@ def text(found: Sequence[Row]) -> str:
             table(headings, lines),
             "Observed rate in the clearance:",
             table(("model", "where", "x", "y", "vx", "vy", "force", "depth"), slopes),
-            "Theory: a corner lies within its wall or as deep in it as it dips, so |x| is at most "
-            "clearance plus "
-            f"depth but for the slider's turn; measured, x less that sum is {quantity(min(surplus), 'm')} to "
-            f"{quantity(max(surplus), 'm')}. x and y are of first order in the clearance while it is larger "
-            "than "
-            "the depth. Below, they end at the depth in walls of the given stiffness, which is no part of "
-            "this "
-            "limit: without clearance and with rigid walls the mechanism is the ideal one. y follows x by "
-            "the "
-            f"tangent of rod 4's lean, {number(tangent, 4)} at most.",
+            "Theory: a corner lies within its wall or as deep in it as it dips, so |x| is at most clearance "
+            "plus depth but for the slider's turn; measured, x less that sum is "
+            f"{quantity(min(surplus), 'm')} to {quantity(max(surplus), 'm')}. x and y are of first order in "
+            "the clearance while it is larger than the depth. Below, they end at the depth in walls of the "
+            "given stiffness, which is no part of this limit: without clearance and with rigid walls the "
+            f"mechanism is the ideal one. y follows x by the tangent of rod 4's lean, {number(tangent, 4)} "
+            "at most.",
             "Velocities converge more slowly. A slider that the drive presses against one wall and then the "
             "other crosses a clearance c with an acceleration a that does not depend on c, and arrives with "
             "(2 a · 2c)^(1/2): theory says 1/2. The largest force of a hit follows its speed to the power "
-            "1.2, "
-            "so 0.6, down to the force that holds the ideal slider on its line, below which it cannot "
-            "fall. With "
-            "less clearance than depth the slider is a spring between two springs; what it does then is the "
-            "matter of their stiffness, and no rate in the clearance is expected.",
+            "1.2, so 0.6, down to the force that holds the ideal slider on its line, below which it cannot "
+            "fall. With less clearance than depth the slider is a spring between two springs; what it does "
+            "then is the matter of their stiffness, and no rate in the clearance is expected.",
         )
     )

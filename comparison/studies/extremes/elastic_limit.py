@@ -12,7 +12,7 @@ from comparison.report.markdown import table
 from comparison.report.quantity import number, quantity
 from comparison.run import Job, Outcome
 from comparison.scene import Scene, load_scene
-from comparison.studies.extremes.rates import rate
+from comparison.studies.rates import rate
 
 TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 """Of the reference."""
@@ -120,12 +120,10 @@ def text(found: Sequence[Row]) -> str:
             table(headings, lines),
             f"What cannot be lost is not: with restitution 1 damping takes {quantity(damping, 'J')} at most, "
             f"with friction 0 friction {quantity(friction, 'J')}. Where nothing is lost the residual is all "
-            "the "
-            f"method's: in Exudyn it falls with the step to the power {number(slopes['exudyn'])} (theory: "
-            "2), in "
-            f"the reference with the tolerance to the power {number(slopes['reference'])}. There an error in "
-            "proportion to the tolerance would give 1; but at a loose tolerance the first step after a "
-            "touch, "
-            "which the force's kink makes the worst, is held to a tenth of a contact whatever the tolerance.",
+            f"the method's: in Exudyn it falls with the step to the power {number(slopes['exudyn'])} "
+            f"(theory: 2), in the reference with the tolerance to the power {number(slopes['reference'])}. "
+            "There an error in proportion to the tolerance would give 1; but likely, as not isolated here, "
+            "at a loose tolerance the first step after a touch, which the force's kink makes the worst, is "
+            "held to a tenth of a contact whatever the tolerance.",
         )
     )

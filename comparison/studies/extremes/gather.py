@@ -15,6 +15,7 @@ from comparison.studies.extremes.cells import HYPERCUBE, LAWS, LITERAL_LAW, TURN
 from comparison.studies.extremes.outcomes import Verdict, judge, magnification
 from comparison.studies.extremes.runs import LIMIT, Task, run_tasks
 from comparison.studies.extremes.ways import STIFF, TIGHT, TREE, TWIN, Way, exact_of, ways_of
+from comparison.studies.progress import part
 
 LONG_LIMIT, SHORT_LIMIT = 120.0, 3.0
 """s for a run of many turns; and where most runs would take all they are given, in the hypercube and under
@@ -88,11 +89,6 @@ def gather(n_jobs: int, on_progress: Progress | None, chosen: list[Cell] | None 
         if (number, TWIN) in rows:
             of.magnification = magnification(rows[number, strict], rows[number, TWIN], _move(of.cell))
     return found
-
-
-def part(on_progress: Progress | None, start: float, end: float) -> Progress | None:
-    """Return what reports the progress of a part of the work."""
-    return None if on_progress is None else lambda share: on_progress(start + (end - start) * share)
 
 
 def _run(

@@ -10,18 +10,19 @@ import numpy as np
 from comparison.doubts import FEW_STEPS
 from comparison.ledger import Row
 from comparison.report.quantity import number, quantity
-from comparison.studies.extremes.cells import LITERAL_LAW
+from comparison.studies.extremes.cells import LITERAL_LAW, NEWTON
 from comparison.studies.extremes.gather import Found
 from comparison.studies.extremes.outcomes import Class
 
 SCATTER = 10.0
-"""Errors of single runs scatter by so much about what their setting promises (`comparison/measured.toml`)."""
+"""Errors of single runs scatter by so much about what their setting promises (`benchmarks/promises.py`)."""
 UNEXPLAINED = "not explained"
 SLIGHTLY = 1.25
 """A smaller ratio explains nothing and is not told."""
 TOGETHER = 0.02
 """Turns within which formulations leave the exact motion at one instant."""
-NEWTON, USUAL_NEWTON = "Newton's tolerance", 1e-7
+USUAL_NEWTON = 1e-7
+"""Newton's tolerance of the five bodies where a scene says nothing."""
 JAM = "friction this large lets a corner dig itself into its wall"
 
 

@@ -12,7 +12,7 @@ from comparison.report.markdown import table
 from comparison.report.quantity import MISSING, number, quantity
 from comparison.run import Job, Outcome
 from comparison.scene import Scene, load_scene
-from comparison.studies.extremes.rates import rate
+from comparison.studies.rates import rate
 from comparison.studies.switches import corner_stiffness
 from comparison.table import Table
 
@@ -181,37 +181,25 @@ def text(found: Sequence[Row]) -> str:
     return "\n\n".join(
         (
             "One turn with gravity. Wall force, torque and depth: the largest difference, over the second "
-            "half "
-            "of the turn, from those of the press at rest with its slider against the right wall, on which "
-            "rod 4 "
-            "lets it hang at every crank angle:",
+            "half of the turn, from those of the press at rest with its slider against the right wall, on "
+            "which rod 4 lets it hang at every crank angle:",
             table(("friction", "model", "speed (rpm)", "contacts", *names), lines),
             "Observed rates in the speed:",
             table(("friction", "model", *names), slopes),
             "Without friction all tends to the static equilibrium as the speed squared, the rate of "
-            "inertia. The "
-            "hits do not vanish: the slider starts between the walls, falls to one and comes to rest on it "
-            "in a "
-            "time that has nothing to do with the speed, so that their number and the time of the last "
-            "tend to "
-            "constants; as a share of the turn they vanish with the first power. With friction force and "
-            "torque "
-            "do not tend to those of the frictionless press: the slider slides, and what remains "
-            f"({quantity(slow.torque, 'N m')} and {quantity(slow.force, 'N')} at {slow.speed:g} rpm) is "
-            "Coulomb's "
-            "force, which does not depend on the speed until the slip falls below the transition speed of "
-            "Eq. 14; "
-            "only a press that slow would lose it. Nor does the work of an explicit method per turn "
-            "converge: "
-            "once the slider rests on the wall, its step is held by the stability of that contact to a "
-            "length "
-            "that does not depend on the speed.",
+            "inertia. The hits do not vanish: the slider starts between the walls, falls to one and comes "
+            "to rest on it in a time that has nothing to do with the speed, so that their number and the "
+            "time of the last tend to constants; as a share of the turn they vanish with the first power. "
+            "With friction force and torque do not tend to those of the frictionless press: the slider "
+            f"slides, and what remains ({quantity(slow.torque, 'N m')} and {quantity(slow.force, 'N')} at "
+            f"{slow.speed:g} rpm) is Coulomb's force, which does not depend on the speed until the slip "
+            "falls below the transition speed of Eq. 14; only a press that slow would lose it. Nor does the "
+            "work of an explicit method per turn converge: once the slider rests on the wall, its step is "
+            "held by the stability of that contact to a length that does not depend on the speed.",
             f"Nor do the models agree on the largest wall force with friction, by up to {number(apart, 2)} "
-            "of it: "
-            "the damping of a contact refers to the speed at which it began, and the contact that lasts to "
-            "the "
-            "end of the run began with the last of many small hits, whose speed no tolerance makes "
-            "predictable. "
-            "Where the slip turns, the slider rocks on its two corners and dies down as that speed has it.",
+            "of it: the damping of a contact refers to the speed at which it began, and the contact that "
+            "lasts to the end of the run began with the last of many small hits, whose speed no tolerance "
+            "makes predictable. Where the slip turns, the slider rocks on its two corners and dies down as "
+            "that speed has it.",
         )
     )

@@ -44,8 +44,7 @@ def _linear() -> str:
         "Spectral radius of one step on q'' + w² q = 0:\n\n"
         + table(("method", *(f"w h = {wh:g}" for wh in frequencies)), rows)
         + f"\n\nNowhere above 1, and {SPECTRAL_RADIUS:g} at infinity for generalized-alpha: neither method "
-        "has a "
-        "boundary while a contact lasts."
+        "has a boundary while a contact lasts."
     )
 
 
@@ -66,23 +65,19 @@ def _one_hit() -> str:
     e = restitution(load_scene("150rpm-0.2mm").data["contact"]["restitution"])
     bounds = [
         f"{name}: {number(_least_steps(name, 1.0), 2)} without loss in the law, "
-        f"{number(_least_steps(name, 1 / e), 2)} "
-        f"with the scene's restitution of {number(e, 4)}"
+        f"{number(_least_steps(name, 1 / e), 2)} with the scene's restitution of {number(e, 4)}"
         for name in METHODS
     ]
     worst = {name: rebounds(method, 1e4, ALL_PHASES).max() for name, method in METHODS.items()}
     return (
         "One mass hits a wall with a linear spring that should return all of its speed (recurrence of each "
-        "method, "
-        f"{len(ALL_PHASES)} phases of the touch within a step):\n\n{table(headings, rows)}\n\n"
-        "In the limit of a rigid wall a step that starts just before the touch is thrown back with up to "
+        f"method, {len(ALL_PHASES)} phases of the touch within a step):\n\n{table(headings, rows)}\n\nIn the "
+        "limit of a rigid wall a step that starts just before the touch is thrown back with up to "
         + ", ".join(f"{number(value)} ({name})" for name, value in worst.items())
-        + " times its speed, where the trapezoidal rule's 3 can be had by hand: a step that ends on the wall "
-        "gives v1 = −v0 and an acceleration of −4 v0/h, half of which the next step still applies. The "
-        "boundary "
-        "of stability is where the geometric mean exceeds 1 (times what the law takes): fewer steps per "
-        "contact "
-        f"than {'; '.join(bounds)}."
+        + " times its speed, where the trapezoidal rule's 3 can be had by hand: a step that ends on the "
+        "wall gives v1 = −v0 and an acceleration of −4 v0/h, half of which the next step still applies. The "
+        "boundary of stability is where the geometric mean exceeds 1 (times what the law takes): fewer "
+        f"steps per contact than {'; '.join(bounds)}."
     )
 
 
@@ -127,8 +122,8 @@ def _five_bodies(hits: Sequence[Hit]) -> str:
     }
     return (
         "The same with Exudyn's five bodies: press at rest, slider upright, both corners hit at once, "
-        "exponent 1, restitution 1, no friction, no gravity; the rebound is the slider's speed after it:\n\n"
-        f"{table(headings, rows)}\n\nWhat five bodies and their constraints do is what one mass does. "
+        "exponent 1, restitution 1, no friction, no gravity; the rebound is the slider's speed after "
+        f"it:\n\n{table(headings, rows)}\n\nWhat five bodies and their constraints do is what one mass does. "
         f"{len(gone)} of {len(hits)} hits stopped ({kinds}). With solver.exudyn.tolerance = {LOOSE:g} "
         + " and ".join(f"{some} of {every} of {name}" for name, (some, every) in helped.items())
         + " succeed. The tolerance of index 2, proportional to the step, falls below what K makes of the "
@@ -159,10 +154,8 @@ def _events(hits: Sequence[Hit]) -> str:
     )  # fmt: skip
     return (
         "The table of contacts is not to be trusted where a contact takes few steps: it integrates the "
-        "force from "
-        "the located touch to the located end, and takes the speed of the touch from the step in which the "
-        "wall "
-        "has already worked. Largest sizes over both methods:\n\n" + table(headings, rows)
+        "force from the located touch to the located end, and takes the speed of the touch from the step in "
+        "which the wall has already worked. Largest sizes over both methods:\n\n" + table(headings, rows)
     )
 
 
@@ -181,19 +174,15 @@ def _map(cells: Sequence[Cell]) -> str:
     return "\n\n".join(
         (
             "A quarter of a turn of the central case with Hertz' law, restitution and friction. "
-            "Trapezoidal-index2: "
-            "energy from nowhere in what was lost to damping and friction; generalized-alpha, which gives no "
-            "energies: the deepest dip less the reference's, in the reference's. In brackets steps per "
-            "contact.",
+            "Trapezoidal-index2: energy from nowhere in what was lost to damping and friction; "
+            "generalized-alpha, which gives no energies: the deepest dip less the reference's, in the "
+            "reference's. In brackets steps per contact.",
             *parts,
             f"{len(failed)} of {len(cells)} runs stopped, none above {number(most(failed), 2)} steps per "
-            "contact; "
-            f"{len(wrong)} finished more than {WRONG:.0%} wrong, and none of either kind above "
+            f"contact; {len(wrong)} finished more than {WRONG:.0%} wrong, and none of either kind above "
             f"{number(most([*failed, *wrong]), 2)} steps per contact: the boundary is a line T_c / h = "
-            "const, "
-            f"over {len(MODULI) - 1} decades of the modulus. Success is no proof there: the worst of the "
-            "finished runs "
-            f"({fastest.method}, {quantity(fastest.step, 's')}, {fastest.modulus:.0e} Pa, "
+            f"const, over {len(MODULI) - 1} decades of the modulus. Success is no proof there: the worst of "
+            f"the finished runs ({fastest.method}, {quantity(fastest.step, 's')}, {fastest.modulus:.0e} Pa, "
             f"{number(fastest.steps_per_contact, 2)} steps per contact) has the slider at "
             f"{number(fastest.speed, 2)} times its true largest speed.",
         )

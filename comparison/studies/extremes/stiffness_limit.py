@@ -15,7 +15,7 @@ from comparison.report.quantity import number, quantity
 from comparison.run import MODELS, Job, Outcome
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.impact import depth, effective_mass, restitution
-from comparison.studies.extremes.rates import rate
+from comparison.studies.rates import rate
 from comparison.studies.switches import corner_stiffness
 from comparison.table import Table
 
@@ -175,17 +175,15 @@ def text(found: Sequence[Row]) -> str:
     return "\n\n".join(
         (
             "First hit without friction, by both corners of a side (the slider starts upright) and by one "
-            "(it "
-            f"starts turned by {quantity(TILTS[1], 'rad')}); the law's own restitution is {exact():.10f}:",
+            f"(it starts turned by {quantity(TILTS[1], 'rad')}); the law's own restitution is "
+            f"{exact():.10f}:",
             table(headings, lines),
             f"Observed rates in the modulus, from {ASYMPTOTIC:.0e} Pa:",
             table(("corners", "model", *names), slopes),
             "Theory: depth and duration go with K^−0.4. What else a hit feels (weight, drive, the turn of "
-            "the "
-            "slider) acts as long as it lasts, so the restitution comes to the law's at the same rate, and "
-            "so "
-            "does the motion after the first hits, the later ones at a larger modulus. Where walls are "
-            "soft the "
-            "restitution so measured means nothing: the press pushes the slider through all of the contact.",
+            "the slider) acts as long as it lasts, so the restitution comes to the law's at the same rate, "
+            "and so does the motion after the first hits, the later ones at a larger modulus. Where walls "
+            "are soft the restitution so measured means nothing: the press pushes the slider through all of "
+            "the contact.",
         )
     )

@@ -21,10 +21,11 @@ from comparison.studies.extremes import (
     tables,
 )
 from comparison.studies.extremes.cells import HYPERCUBE, LAWS
-from comparison.studies.extremes.gather import LONG_LIMIT, SHORT_LIMIT, gather, part
+from comparison.studies.extremes.gather import LONG_LIMIT, SHORT_LIMIT, gather
 from comparison.studies.extremes.maps import draw_axes, draw_errors, draw_hypercube
 from comparison.studies.extremes.outcomes import WORDS
 from comparison.studies.extremes.runs import LIMIT
+from comparison.studies.progress import part
 
 SHARES = (0.0, 0.85, 0.92, 0.95, 1.0)
 """Of the expected time: where each part begins and ends."""

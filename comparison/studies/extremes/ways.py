@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from comparison.accuracy import solver_values
 from comparison.scene import Scene, load_scene
-from comparison.studies.extremes.cells import BASE, HYPERCUBE, LAWS, Cell
+from comparison.studies.extremes.cells import BASE, HYPERCUBE, LAWS, NEWTON, Cell
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ AUDITED = (
     "modulus",
     "restitution",
     "friction",
-    "Newton's tolerance",
+    NEWTON,
     "step",
     "turns",
 )

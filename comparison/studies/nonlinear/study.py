@@ -18,6 +18,7 @@ from comparison.studies.nonlinear.chains import SAMPLES, TRANSIENT, followed, tw
 from comparison.studies.nonlinear.figures import draw_bifurcation, draw_exponents, draw_growth, draw_sections
 from comparison.studies.nonlinear.press import by_turn, spread, states
 from comparison.studies.nonlinear.tables import Found, text
+from comparison.studies.progress import part
 from comparison.table import Table
 
 DRAWN = (0, 7, 15, 34)
@@ -32,8 +33,7 @@ PARAMETERS = (("drive.speed_rpm", "speed (rpm)", 1.0), ("clearance.slider", "cle
 def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
     """Run all, and write README.md and figures."""
     chains = scenes.chains()
-    half = None if on_progress is None else lambda share: on_progress(0.5 * share)
-    rest = None if on_progress is None else lambda share: on_progress(0.5 + 0.5 * share)
+    half, rest = part(on_progress, 0.0, 0.5), part(on_progress, 0.5, 1.0)
     rows = followed(list(chains.values()), n_jobs, half)
     twins = {key: twins_of(row, chains[key]) for key, row in zip(chains, rows, strict=True)}
     found: Found = {key: [] if of is None else exponents(of, SAMPLES, skip=1) for key, of in twins.items()}
@@ -50,8 +50,8 @@ def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
     swept = {key: list(islice(outcomes, len(of))) for key, of in varied.items()}
     _draw(folder, twins, found, sections, varied, swept)
     main = (scenes.MAIN, "reference")
-    with replacing(folder / "README.md") as part:
-        part.write_text(text(found, twins, sections, runs[main], jobs[main]), "utf-8")
+    with replacing(folder / "README.md") as file:
+        file.write_text(text(found, twins, sections, runs[main], jobs[main]), "utf-8")
 
 
 def _section(run: Table, job: Job) -> Array:

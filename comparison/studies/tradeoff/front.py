@@ -10,6 +10,7 @@ from math import inf, log10, nan
 import numpy as np
 
 from comparison.arrays import Array
+from comparison.studies.rates import rate
 
 
 @dataclass(frozen=True)
@@ -50,8 +51,7 @@ def observed_order(points: Sequence[Point]) -> float:
     good = [point for point in points if point.error > 0]
     if len(good) < 3:
         return nan
-    settings, errors = (np.log10([getattr(p, name) for p in good]) for name in ("setting", "error"))
-    return float(np.polyfit(settings, errors, 1)[0])
+    return rate([point.setting for point in good], [point.error for point in good])
 
 
 def front(points: Sequence[Point]) -> list[Point]:
