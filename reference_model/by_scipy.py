@@ -62,8 +62,8 @@ class ByScipy:
         s.
     tolerance
         Absolute local error of the coordinates, m and rad.
-    what
-        Channels to observe (`reference_model.observation`).
+    samples
+        Written when their times are passed; one at `t_end` is left to `finish`.
     """
 
     def __init__(
@@ -74,10 +74,10 @@ class ByScipy:
         t_end: float,
         max_step: float,
         tolerance: float,
-        what: int,
+        samples: Samples,
     ) -> None:
         self._class = SOLVERS[method]
-        self._c, self._p, self._what = c, progress, what
+        self._c, self._p, self._samples = c, progress, samples
         self._t_end, self._max_step, self._tolerance = t_end, max_step, tolerance
         self._atol = np.full(state_size(c), _UNCONTROLLED)
         self._atol[: free(c)] = tolerance
@@ -103,15 +103,15 @@ class ByScipy:
             "contacts": int(counters[ENDED]),
         }
 
-    def advance(self, t_stop: float, step_limit: int, samples: Samples) -> int:
+    def advance(self, t_stop: float, step_limit: int) -> int:
         """Integrate until `t_stop` is passed; arguments and result as of `integrate.advance`."""
         # LSODA warns of what its status says anyway; BDF reads differences that it has not yet written; trial
         # states may overflow before the step is shortened.
         with np.errstate(invalid="ignore", over="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
-            return self._advance(t_stop, step_limit, samples)
+            return self._advance(t_stop, step_limit)
 
-    def _advance(self, t_stop: float, step_limit: int, samples: Samples) -> int:
+    def _advance(self, t_stop: float, step_limit: int) -> int:
         c, p, before, after = self._c, self._p, self._before, self._after
         switched = p.counters[SWITCHES]
         while p.clock[0] < t_stop:
@@ -137,7 +137,7 @@ class ByScipy:
                 end, y = found[0], dense(found[0])
             if end > t:
                 p.counters[STEPS] += 1
-                self._note_step(t, end, y, dense, samples)
+                self._note_step(t, end, y, dense)
                 p.clock[0], p.y[:], before[:] = end, y, after
                 switched = p.counters[SWITCHES]
             if found is not None:
@@ -162,9 +162,9 @@ class ByScipy:
             options["first_step"] = min(self._first_step, self._t_end - p.clock[0])
         return self._class(derivative, p.clock[0], p.y.copy(), self._t_end, **options)
 
-    def _note_step(self, t: float, end: float, y: Array, dense: Dense, samples: Samples) -> None:
+    def _note_step(self, t: float, end: float, y: Array, dense: Dense) -> None:
         """Record samples, extrema and contact peaks from `t` to `end`, where the state is `y`."""
-        p = self._p
+        p, samples = self._p, self._samples
         count, times = p.counters[SAMPLES], samples.times
         while count < times.size and times[count] < end:
             # A sample on a step's end belongs to the next step: the right limit at a jump.
@@ -210,8 +210,8 @@ class ByScipy:
         """Write contacts and channels of a state, and widen the extrema by them."""
         p = self._p
         right_hand_side(self._c, t, y, p.modes, self._rate, contacts)
-        observe(self._c, t, y, p.modes, self._rate, contacts, self._what, p.start, out)
-        widen(p.extrema, t, out)
+        observe(self._c, t, y, p.modes, self._rate, contacts, self._samples.what, p.start, out)
+        widen(p.extrema, self._samples.wanted, t, out)
 
     def _switch(self, t: float, kind: int, contact: int, last: float) -> None:
         """Change the mode that ended at `t`, and with it the solver, whose last step is given (s)."""

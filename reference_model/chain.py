@@ -61,6 +61,15 @@ def slider_motion(
 
 
 @kernel
+def ideal_slider_motion(
+    c: Constants, theta3: float, w3: float
+) -> tuple[float, float, float, float, float, float]:
+    """Return x, y, angle of the slider and their rates where it is ideal."""
+    theta4, kappa, _ = ideal_rod4(c, theta3, w3)
+    return slider_motion(c, theta3, theta4, 0.0, w3, kappa * w3, 0.0)
+
+
+@kernel
 def generalized_forces(
     c: Constants, t: float, theta2: float, theta3: float, theta4: float, w2: float, w3: float, w4: float,
     Fx: float, Fy: float, modes: Array, contacts: Array,

@@ -13,7 +13,7 @@ from scipy.integrate import DOP853
 from reference_model.compiled import bare, kernel
 from reference_model.constants import Constants
 from reference_model.forces import Array
-from reference_model.formulations import derivative, free, right_hand_side
+from reference_model.formulations import derivative, driven_of, free, right_hand_side, tabulate_driven
 
 STAGES = 12
 """Of the step; row 12 of the stage array is the derivative at its end, rows 13-15 serve the dense output."""
@@ -32,8 +32,9 @@ _E5 = np.array(DOP853.E5)
 
 @kernel
 def take_step(
-    c: Constants, t: float, h: float, y: Array, modes: Array, k: Array, y1: Array, contacts: Array
-) -> None:
+    c: Constants, t: float, h: float, y: Array, modes: Array, k: Array, y1: Array, contacts: Array,
+    table: Array,
+) -> None:  # fmt: skip
     """Advance `y` by `h` in frozen modes.
 
     Parameters
@@ -46,15 +47,18 @@ def take_step(
         Written: the state at t + h.
     contacts
         Written: states of the contacts at t + h, shape (5, CONTACTS).
+    table
+        Overwritten, shape (DRIVEN, STAGES).
     """
     n = free(c)
+    tabulate_driven(c, t, h, _C[1:], table)
     for i in range(1, STAGES + 1):
         for m in range(n if i < STAGES else y.size):
             s = 0.0
             for j in range(i):
                 s += _A[i, j] * k[j, m]
             y1[m] = y[m] + h * s
-        derivative(c, t + _C[i] * h, y1, modes, k[i], contacts)
+        derivative(c, t + _C[i] * h, driven_of(c, table, i - 1), y1, modes, k[i], contacts)
 
 
 @bare

@@ -19,10 +19,15 @@ from reference_model.compiled import inlined, kernel
 from reference_model.constants import Constants, Formulation
 from reference_model.forces import CONTACTS, NORMAL, Array
 from reference_model.journal import Bearing
+from reference_model.linkage import rocker_tip, rocker_tips
 
 WORKS = 3
 """Integrals behind the impulses: work of the drive, loss by damping, loss by friction, J."""
 
+DRIVEN = 8
+"""Rows of a table of what is driven."""
+Driven = tuple[float, ...]
+"""The rocker's tip behind the driven four-bar; nothing where that is in the equations."""
 _Slider = tuple[float, float, float, float, float, float]
 Kernel = Callable[..., Any]
 
@@ -32,8 +37,23 @@ def coordinates(c: Constants) -> int:
     raise NotImplementedError
 
 
+def driven(c: Constants, t: float) -> Driven:
+    """Return what of the motion is a function of time alone."""
+    raise NotImplementedError
+
+
+def tabulate_driven(c: Constants, t: float, h: float, shares: Array, table: Array) -> None:
+    """Write what `driven` returns at all times t + shares h (s) into `table`, shape (DRIVEN, n)."""
+    raise NotImplementedError
+
+
+def driven_of(c: Constants, table: Array, i: int) -> Driven:
+    """Return what `tabulate_driven` wrote of one of the times."""
+    raise NotImplementedError
+
+
 def _equations(
-    c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array
+    c: Constants, t: float, at: Driven, y: Array, modes: Array, dy: Array, contacts: Array
 ) -> tuple[float, float, float]:
     raise NotImplementedError
 
@@ -82,22 +102,45 @@ def _coordinates(c) -> Kernel:  # type: ignore[no-untyped-def]
     return lambda c: count
 
 
+@overload(driven)
+def _select_driven(c, t) -> Kernel:  # type: ignore[no-untyped-def]
+    if formulation_of(c) is Formulation.SLIDER:
+        return lambda c, t: rocker_tip(c, t)
+    return lambda c, t: ()
+
+
+@overload(tabulate_driven)
+def _select_tabulate(c, t, h, shares, table) -> Kernel:  # type: ignore[no-untyped-def]
+    if formulation_of(c) is Formulation.SLIDER:
+        return lambda c, t, h, shares, table: rocker_tips(c, t, h, shares, table)
+    return lambda c, t, h, shares, table: None
+
+
+@overload(driven_of)
+def _select_driven_of(c, table, i) -> Kernel:  # type: ignore[no-untyped-def]
+    if formulation_of(c) is Formulation.SLIDER:
+        return lambda c, table, i: (
+            table[0, i], table[1, i], table[2, i], table[3, i], table[4, i], table[5, i]
+        )  # fmt: skip
+    return lambda c, table, i: ()
+
+
 @overload(_equations)
-def _select_equations(c, t, y, modes, dy, contacts) -> Kernel:  # type: ignore[no-untyped-def]
+def _select_equations(c, t, at, y, modes, dy, contacts) -> Kernel:  # type: ignore[no-untyped-def]
     table: dict[Formulation, Kernel] = {
-        Formulation.SLIDER: lambda c, t, y, modes, dy, contacts: minimal.equations(
+        Formulation.SLIDER: lambda c, t, at, y, modes, dy, contacts: minimal.equations(
+            c, at, y, modes, dy, contacts
+        ),
+        Formulation.PIN: lambda c, t, at, y, modes, dy, contacts: chain.equations_pin(
             c, t, y, modes, dy, contacts
         ),
-        Formulation.PIN: lambda c, t, y, modes, dy, contacts: chain.equations_pin(
+        Formulation.BOTH: lambda c, t, at, y, modes, dy, contacts: chain.equations_both(
             c, t, y, modes, dy, contacts
         ),
-        Formulation.BOTH: lambda c, t, y, modes, dy, contacts: chain.equations_both(
-            c, t, y, modes, dy, contacts
-        ),
-        Formulation.MULTIPLIER: lambda c, t, y, modes, dy, contacts: multiplier.equations(
+        Formulation.MULTIPLIER: lambda c, t, at, y, modes, dy, contacts: multiplier.equations(
             c, t, y, modes, dy, contacts, multiplier.ROWS_CLEARANCE
         ),
-        Formulation.MULTIPLIER_IDEAL: lambda c, t, y, modes, dy, contacts: multiplier.equations(
+        Formulation.MULTIPLIER_IDEAL: lambda c, t, at, y, modes, dy, contacts: multiplier.equations(
             c, t, y, modes, dy, contacts, multiplier.ROWS_IDEAL
         ),
     }
@@ -108,11 +151,10 @@ def _select_equations(c, t, y, modes, dy, contacts) -> Kernel:  # type: ignore[n
 def _select_slider(c, t, y) -> Kernel:  # type: ignore[no-untyped-def]
     table: dict[Formulation, Kernel] = {
         Formulation.SLIDER: lambda c, t, y: minimal.slider_motion(c, t, y),
-        # An ideal slider has no corners to ask for.
-        Formulation.PIN: lambda c, t, y: (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        Formulation.PIN: lambda c, t, y: chain.ideal_slider_motion(c, y[1], y[3]),
         Formulation.BOTH: lambda c, t, y: chain.slider_motion(c, y[1], y[2], y[3], y[5], y[6], y[7]),
         Formulation.MULTIPLIER: lambda c, t, y: (y[12], y[13], y[14], y[27], y[28], y[29]),
-        Formulation.MULTIPLIER_IDEAL: lambda c, t, y: (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        Formulation.MULTIPLIER_IDEAL: lambda c, t, y: (y[12], y[13], y[14], y[27], y[28], y[29]),
     }
     return table[formulation_of(c)]
 
@@ -145,13 +187,15 @@ def state_size(c: Constants) -> int:
 
 
 @inlined
-def derivative(c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array) -> None:
+def derivative(
+    c: Constants, t: float, at: Driven, y: Array, modes: Array, dy: Array, contacts: Array
+) -> None:
     """Evaluate the equations of motion in frozen modes.
 
     Parameters
     ----------
-    c, t
-        Constants, time (s).
+    c, t, at
+        Constants, time (s), and what `driven` says of it.
     y
         State; only coordinates and velocities matter.
     modes
@@ -163,7 +207,7 @@ def derivative(c: Constants, t: float, y: Array, modes: Array, dy: Array, contac
         (5, CONTACTS).
     """
     n = 2 * coordinates(c)
-    power, damping, friction = _equations(c, t, y, modes, dy, contacts)
+    power, damping, friction = _equations(c, t, at, y, modes, dy, contacts)
     for k in range(CONTACTS):
         dy[n + k] = contacts[NORMAL, k]
     dy[n + CONTACTS], dy[n + CONTACTS + 1], dy[n + CONTACTS + 2] = power, damping, friction
@@ -172,4 +216,4 @@ def derivative(c: Constants, t: float, y: Array, modes: Array, dy: Array, contac
 @kernel
 def right_hand_side(c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array) -> None:
     """Evaluate the equations of motion as `derivative` does, where its code need not be in the caller."""
-    derivative(c, t, y, modes, dy, contacts)
+    derivative(c, t, driven(c, t), y, modes, dy, contacts)

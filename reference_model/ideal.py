@@ -35,7 +35,7 @@ def _stored(c: Constants, motion: Array, out: Array) -> None:
         out[0, i], out[1, i] = kinetic_energy(c, motion[i], 0, 5), height_energy(c, motion[i], 0, 5)
 
 
-def observe_ideal(c: Constants, samples: Samples, what: int) -> Array:
+def observe_ideal(c: Constants, samples: Samples) -> Array:
     """Fill the samples and return their extrema, shape (CHANNELS, 4) as in `Progress.extrema`.
 
     The closed form has no steps of its own, so the extrema are those of the samples. The drive's work is the
@@ -49,7 +49,7 @@ def observe_ideal(c: Constants, samples: Samples, what: int) -> Array:
     for first in range(0, max(1, samples.times.size - 1), _PIECE):
         # The last sample of a piece is the first of the next: the drive's work goes on from there.
         times = samples.times[first : first + _PIECE + 1]
-        channels = _observe(c, times, what, work, start[:, 0])
+        channels = _observe(c, times, samples.what, work, start[:, 0])
         work = channels[-1, ENERGIES_FROM]
         samples.values[:, first : first + times.size] = channels[:, samples.wanted].T
         rows = np.arange(CHANNELS)

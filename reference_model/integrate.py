@@ -15,7 +15,7 @@ from reference_model.constants import Constants
 from reference_model.dop853 import ROWS, STAGES, error_norm, prepare_dense, take_step
 from reference_model.events import first_switch, step_may_switch
 from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array, no_contacts
-from reference_model.formulations import free, right_hand_side, state_size
+from reference_model.formulations import DRIVEN, free, right_hand_side, state_size
 from reference_model.journal import JOURNAL
 from reference_model.observation import CHANNELS
 from reference_model.progress import (
@@ -86,7 +86,7 @@ def step_before_separation(c: Constants, modes: Array, contacts: Array, h: float
 @kernel
 def advance(
     c: Constants, p: Progress, t_stop: float, t_end: float, tolerance: float, max_step: float,
-    step_limit: int, samples: Samples, what: int,
+    step_limit: int, samples: Samples,
 ) -> int:  # fmt: skip
     """Integrate until `t_stop` is passed, never beyond `t_end`.
 
@@ -106,8 +106,6 @@ def advance(
         Attempted steps and switches since t = 0 after which the work is given up.
     samples
         Written when their times are passed; one at `t_end` is left to `finish`.
-    what
-        Channels to observe (`reference_model.observation`).
 
     Returns
     -------
@@ -122,6 +120,7 @@ def advance(
     size = state_size(c)
     k, f = np.zeros((ROWS, size)), np.empty((7, size))
     y1, state, dy = np.empty(size), np.empty(size), np.empty(size)
+    table = np.empty((DRIVEN, STAGES))
     before, after, contacts = no_contacts(), no_contacts(), no_contacts()
     observed = np.zeros(CHANNELS)
     weights = np.full(free(c), 1.0 / tolerance)
@@ -143,7 +142,7 @@ def advance(
         final = h >= remaining
         if final:
             h = remaining
-        take_step(c, t, h, p.y, p.modes, k, y1, after)
+        take_step(c, t, h, p.y, p.modes, k, y1, after, table)
         p.counters[EVALUATIONS] += STAGES
         error = error_norm(h, k, weights)
         if not error <= 1.0:
@@ -168,7 +167,7 @@ def advance(
                 h *= share
                 if t + h > t:
                     # Tested like any other: the shorter step could meet what the longer one stepped over.
-                    take_step(c, t, h, p.y, p.modes, k, y1, after)
+                    take_step(c, t, h, p.y, p.modes, k, y1, after, table)
                     p.counters[EVALUATIONS] += STAGES
                     if not error_norm(h, k, weights) <= 1.0:
                         p.counters[REJECTED] += 1
@@ -178,7 +177,7 @@ def advance(
             p.clock[2] = next_h
         if t + h > t:
             p.counters[STEPS] += 1
-            note_step(c, p, t, h, y1, k, f, before, after, samples, what, state, dy, contacts, observed)
+            note_step(c, p, t, h, y1, k, f, before, after, samples, state, dy, contacts, observed)
             t = t_end if final else t + h
             switched = p.counters[SWITCHES]
             # In loops: for an array that it assigns numba first allocates a copy.

@@ -8,8 +8,14 @@ no angle is ever computed.
 import math
 from typing import NamedTuple
 
-from reference_model.compiled import inlined, kernel
+import numpy as np
+from numpy.typing import NDArray
+
+from reference_model.compiled import bare, inlined, kernel
 from reference_model.constants import Constants
+
+Array = NDArray[np.float64]
+Tip = tuple[float, float, float, float, float, float]
 
 
 class FourBar(NamedTuple):
@@ -25,16 +31,34 @@ class FourBar(NamedTuple):
     a3: float
 
 
+class Links(NamedTuple):
+    """Those of the constants that the four-bar needs, see `Constants`."""
+
+    omega: float
+    L1: float
+    L2: float
+    L3: float
+    Ls3: float
+    Hx: float
+    Hy: float
+    rocker_branch: float
+
+
 @inlined
 def four_bar(c: Constants, t: float) -> FourBar:
-    """Return the motion of rod 2 and rocker at time `t`.
+    """Return the motion of rod 2 and rocker at time `t`."""
+    theta1 = c.theta0 + c.omega * t
+    return four_bar_at(c, math.cos(theta1), math.sin(theta1))
+
+
+@inlined
+def four_bar_at(c: Constants | Links, c1: float, s1: float) -> FourBar:
+    """Return the motion of rod 2 and rocker from cosine and sine of the crank's angle.
 
     Loop closure (rows 3-8 of Eq. 16): with A the crank tip, e the unit vector from A to H and
     n = (-e_y, e_x): B = A + a e + h n. Rates from L1 w1 n1 + L2 w2 n2 = Ls3 w3 n3 dotted with u2 and u3,
     angular accelerations from its derivative in the same way.
     """
-    theta1 = c.theta0 + c.omega * t
-    c1, s1 = math.cos(theta1), math.sin(theta1)
     Ax, Ay = c.L1 * c1, c.L1 * s1
     ex, ey = c.Hx - Ax, c.Hy - Ay
     d2 = ex * ex + ey * ey
@@ -57,9 +81,16 @@ def four_bar(c: Constants, t: float) -> FourBar:
 
 
 @inlined
-def rocker_tip(c: Constants, t: float) -> tuple[float, float, float, float, float, float]:
+def rocker_tip(c: Constants, t: float) -> Tip:
     """Return the rocker's tip C: position (m), velocity (m/s), acceleration (m/s^2), each x and y."""
-    f = four_bar(c, t)
+    theta1 = c.theta0 + c.omega * t
+    return rocker_tip_at(c, math.cos(theta1), math.sin(theta1))
+
+
+@inlined
+def rocker_tip_at(c: Constants | Links, c1: float, s1: float) -> Tip:
+    """Return what `rocker_tip` does, from cosine and sine of the crank's angle."""
+    f = four_bar_at(c, c1, s1)
     return (
         c.Hx + c.L3 * f.c3,
         c.Hy + c.L3 * f.s3,
@@ -68,6 +99,40 @@ def rocker_tip(c: Constants, t: float) -> tuple[float, float, float, float, floa
         -c.L3 * (f.a3 * f.s3 + f.w3 * f.w3 * f.c3),
         c.L3 * (f.a3 * f.c3 - f.w3 * f.w3 * f.s3),
     )
+
+
+@bare
+def rocker_tips(c: Constants, t: float, h: float, shares: Array, out: Array) -> None:
+    """Write the rocker's tip at all times t + shares h (s) at once, the same to the last bit as `rocker_tip`.
+
+    Parameters
+    ----------
+    c, t, h
+        Constants, s, s.
+    shares
+        Shape (n,).
+    out
+        Written, shape (8, n): what `rocker_tip` returns, and behind it cosine and sine of the crank's angle.
+    """
+    # Rows and links by themselves and no length that the compiler knows: only so does it take the times side
+    # by side in the processor's vectors, which halves what a time costs.
+    Cx, Cy, vCx, vCy, aCx, aCy, cosine, sine = out[0], out[1], out[2], out[3], out[4], out[5], out[6], out[7]
+    links = Links(c.omega, c.L1, c.L2, c.L3, c.Ls3, c.Hx, c.Hy, c.rocker_branch)
+    for i in range(shares.size):
+        theta1 = c.theta0 + c.omega * (t + shares[i] * h)
+        cosine[i], sine[i] = math.cos(theta1), math.sin(theta1)
+    for i in range(shares.size):
+        Cx[i], Cy[i], vCx[i], vCy[i], aCx[i], aCy[i] = rocker_tip_at(links, cosine[i], sine[i])
+
+
+@kernel
+def reaches_line(c: Constants, times: Array) -> bool:
+    """Return whether rod 4 reaches the ideal slider's line at all `times` (s)."""
+    for t in times:
+        Cx, _, _, _, _, _ = rocker_tip(c, t)
+        if not abs(c.line_x - Cx) <= c.L4:
+            return False
+    return True
 
 
 @kernel

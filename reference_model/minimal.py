@@ -15,7 +15,7 @@ import math
 from reference_model.compiled import inlined
 from reference_model.constants import Constants
 from reference_model.forces import Array, slider_forces
-from reference_model.linkage import rocker_tip
+from reference_model.linkage import Tip, rocker_tip
 
 
 @inlined
@@ -47,13 +47,14 @@ def slider_row(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
 
 @inlined
 def equations(
-    c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array
+    c: Constants, tip: Tip, y: Array, modes: Array, dy: Array, contacts: Array
 ) -> tuple[float, float, float]:
     """Write the derivatives of theta_4, theta_5 and their rates into dy[:4].
 
-    Returns the power of the pin C on rod 4, the power lost by damping and by friction, W.
+    `tip` is what `rocker_tip` says of the time. Returns the power of the pin C on rod 4, the power lost by
+    damping and by friction, W.
     """
-    Cx, Cy, vCx, vCy, aCx, aCy = rocker_tip(c, t)
+    Cx, Cy, vCx, vCy, aCx, aCy = tip
     c4, s4 = math.cos(y[0]), math.sin(y[0])
     w4 = y[2]
     slider = (

@@ -1,13 +1,14 @@
 """From a state to the named channels, and the peaks between two steps."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reference_model.compiled import bare, kernel
 from reference_model.constants import Constants
 from reference_model.contact import CORNERS
 from reference_model.energy import ENERGIES, balance, starting_energies
 from reference_model.forces import CLIPPED, CONTACTS, FRICTION, GAP, MEMORY, NORMAL, Array
-from reference_model.formulations import bearing_motion, free
+from reference_model.formulations import bearing_motion, free, slider_motion
 from reference_model.journal import JOURNAL
 from reference_model.mechanism import (
     constraint_drift,
@@ -32,8 +33,11 @@ CORNERS_FROM = len(MOTION) + len(ACCELERATIONS)
 REACTIONS_FROM = CORNERS_FROM + len(CORNER_CHANNELS)
 ENERGIES_FROM = REACTIONS_FROM + len(REACTIONS)
 
-SLIDER_ONLY, WITH_JOINTS, WITH_ENERGY = 0, 1, 2
-"""What to observe beside the slider, added up: nothing is computed that nobody asked for."""
+MOTION_ONLY, WITH_JOINTS, WITH_ENERGY, WITH_FORCES = 0, 1, 2, 4
+"""What to observe beside the slider's motion, added up: nothing is computed that nobody asked for.
+
+WITH_FORCES: the slider's accelerations and its corners.
+"""
 
 
 @bare
@@ -56,36 +60,40 @@ def observe(
         Constants, time (s), state, modes.
     dy, contacts
         What `right_hand_side` gives in that state: accelerations and forces come from the balance of forces,
-        never from differences.
+        never from differences. Not read where only the motion is asked for.
     what
-        Sum of WITH_JOINTS and WITH_ENERGY.
+        Sum of WITH_JOINTS, WITH_ENERGY and WITH_FORCES, or MOTION_ONLY.
     start
         Energies at t = 0.
     out
         Written; channels that are not asked for keep what they had.
     """
-    slider_row(c, t, y, dy, out)
-    Fx = Fy = 0.0
-    for k in range(4):
-        i = CORNERS_FROM + 3 * k
-        normal = max(0.0, contacts[NORMAL, k])
-        out[i], out[i + 1], out[i + 2] = contacts[GAP, k], normal, contacts[FRICTION, k]
-        Fx += contacts[NORMAL, k] if k % 2 == 0 else -contacts[NORMAL, k]
-        Fy += contacts[FRICTION, k]
     out[DRIFT], out[DRIFT + 1] = constraint_drift(c, t, y)
-    if what != SLIDER_ONLY:
-        _observe_bodies(c, t, y, modes, dy, contacts, what, start, Fx, Fy, out)
+    if what & WITH_FORCES:
+        slider_row(c, t, y, dy, out)
+        for k in range(4):
+            i = CORNERS_FROM + 3 * k
+            normal = max(0.0, contacts[NORMAL, k])
+            out[i], out[i + 1], out[i + 2] = contacts[GAP, k], normal, contacts[FRICTION, k]
+    else:
+        out[0], out[1], out[2], out[3], out[4], out[5] = slider_motion(c, t, y)
+    if what & (WITH_JOINTS | WITH_ENERGY):
+        _observe_bodies(c, t, y, modes, dy, contacts, what, start, out)
 
 
 @kernel
 def _observe_bodies(
     c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array, what: int, start: Array,
-    Fx: float, Fy: float, out: Array,
+    out: Array,
 ) -> None:  # fmt: skip
     """Write what needs the motion of all bodies: reactions and energies."""
     bodies = np.empty((5, 9))
     fill_bodies(c, t, y, dy, bodies)
     if what & WITH_JOINTS:
+        Fx = Fy = 0.0
+        for k in range(4):
+            Fx += contacts[NORMAL, k] if k % 2 == 0 else -contacts[NORMAL, k]
+            Fy += contacts[FRICTION, k]
         b = bearing_motion(c, t, y)
         normal, drag = contacts[NORMAL, JOURNAL], contacts[FRICTION, JOURNAL]
         G = (normal * b.nx - drag * b.ny, normal * b.ny + drag * b.nx, b.Px, b.Py)
@@ -104,9 +112,13 @@ def note_start(c: Constants, y: Array, modes: Array, dy: Array, contacts: Array,
 
 
 @bare
-def widen(extrema: Array, t: float, values: Array) -> None:
-    """Update minimum, its time, maximum, its time of each channel, shape (CHANNELS, 4)."""
-    for i in range(CHANNELS):
+def widen(extrema: Array, wanted: NDArray[np.int64], t: float, values: Array) -> None:
+    """Update minimum, its time, maximum, its time of the wanted channels, and of the drift behind them.
+
+    `extrema`: shape (CHANNELS, 4).
+    """
+    for k in range(wanted.size + CHANNELS - DRIFT):
+        i = wanted[k] if k < wanted.size else DRIFT + k - wanted.size
         value = values[i]
         if value < extrema[i, 0]:
             extrema[i, 0], extrema[i, 1] = value, t

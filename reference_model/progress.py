@@ -88,10 +88,12 @@ def begin_turn(c: Constants, p: Progress) -> None:
         p.clock[3] += turns
 
 
-@kernel
-def reached(c: Constants, p: Progress, t: float) -> bool:
-    """Return whether the run has come to time `t` (s), but for rounding."""
-    return bool(t - turn_start(c, p) - p.clock[0] <= 1e-12 * t)
+def reached(turn: float, p: Progress, t: float) -> bool:
+    """Return whether a run whose turns take `turn` (s) has come to time `t` (s), but for rounding.
+
+    Not compiled: asked from Python alone, where a call of compiled code takes longer than this.
+    """
+    return bool(t - p.clock[3] * turn - p.clock[0] <= 1e-12 * t)
 
 
 @kernel

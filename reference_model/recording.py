@@ -12,22 +12,37 @@ from numpy.typing import NDArray
 from reference_model.compiled import bare, inlined
 from reference_model.constants import Constants
 from reference_model.dop853 import STAGES, dense, prepare_dense
+from reference_model.energy import ENERGIES
 from reference_model.events import locate
 from reference_model.forces import CONTACTS, GAP, MEMORY, NORMAL, RATE, Array, no_contacts
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.observation import (
+    ACCELERATIONS,
     CHANNELS,
+    CORNER_CHANNELS,
+    MOTION_ONLY,
     NAMES,
     WITH_ENERGY,
+    WITH_FORCES,
+    WITH_JOINTS,
     note_forces,
     observe,
     widen,
 )
-from reference_model.progress import EVALUATIONS, SAMPLES, Progress, end_contact, reached, turn_start
+from reference_model.progress import (
+    EVALUATIONS,
+    SAMPLES,
+    Progress,
+    end_contact,
+    reached,
+    turn_start,
+    turn_time,
+)
+from reference_model.reactions import REACTIONS
 
 
 class Samples(NamedTuple):
-    """Where the integration writes its samples, arrays only."""
+    """Where the integration writes its samples, and what they need."""
 
     times: Array
     """(n,), s, ascending."""
@@ -35,12 +50,20 @@ class Samples(NamedTuple):
     """(k,): the channels that are kept, as positions in `observation.NAMES`."""
     values: Array
     """(k, n)."""
+    what: int
+    """What has to be observed for them (`reference_model.observation`)."""
 
 
 def samples_of(names: Sequence[str], times: Array) -> Samples:
     """Return empty samples of some channels."""
     wanted = np.array([NAMES.index(name) for name in names], dtype=np.int64)
-    return Samples(times, wanted, np.zeros((wanted.size, times.size)))
+    groups = {
+        WITH_JOINTS: REACTIONS, WITH_ENERGY: ENERGIES, WITH_FORCES: (*ACCELERATIONS, *CORNER_CHANNELS)
+    }  # fmt: skip
+    what = sum(
+        (group for group, members in groups.items() if not set(names).isdisjoint(members)), MOTION_ONLY
+    )
+    return Samples(times, wanted, np.zeros((wanted.size, times.size)), what)
 
 
 @bare
@@ -116,7 +139,7 @@ def has_peak(c: Constants, modes: Array, h: float, before: Array, after: Array) 
 @bare
 def note_step(
     c: Constants, p: Progress, t: float, h: float, y1: Array, k: Array, f: Array, before: Array, after: Array,
-    samples: Samples, what: int, state: Array, dy: Array, contacts: Array, observed: Array,
+    samples: Samples, state: Array, dy: Array, contacts: Array, observed: Array,
 ) -> None:  # fmt: skip
     """Record samples, extrema and contact peaks of the step from `t` to t + h, just before it is accepted.
 
@@ -124,7 +147,7 @@ def note_step(
     """
     turn = turn_start(c, p)
     # The integrals behind the coordinates are only read for the energies.
-    size = p.y.size if what & WITH_ENERGY else free(c)
+    size = p.y.size if samples.what & WITH_ENERGY else free(c)
     count = p.counters[SAMPLES]
     times = samples.times
     peak = has_peak(c, p.modes, h, before, after)
@@ -134,7 +157,7 @@ def note_step(
     while count < times.size and times[count] - turn < t + h:
         # A sample on a step's end belongs to the next step: the right limit at a jump.
         share = (times[count] - turn - t) / h
-        note_inside(c, p, share, t, h, f, what, size, state, dy, contacts, observed)
+        note_inside(c, p, share, t, h, f, samples, False, size, state, dy, contacts, observed)
         keep(samples, count, observed)
         count += 1
     p.counters[SAMPLES] = count
@@ -145,38 +168,42 @@ def note_step(
                 continue
             if before[RATE, i] < 0.0 < after[RATE, i]:
                 share = locate(c, int(RATE), i, 0.0, 0.0, 1.0, t, h, p.y, f, p.modes, state)
-                note_inside(c, p, share, t, h, f, what, size, state, dy, contacts, observed)
+                note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
                 note_forces(p.modes, contacts, p.open_contacts)
             share = force_turn(c, i, speed, h, before, after)
             if share > 0.0:
                 share = strongest(c, p, i, share, t, h, f, state, dy, contacts)
-                note_inside(c, p, share, t, h, f, what, size, state, dy, contacts, observed)
+                note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
                 note_forces(p.modes, contacts, p.open_contacts)
     note_forces(p.modes, after, p.open_contacts)
-    observe(c, t + h, y1, p.modes, k[STAGES], after, what, p.start, observed)
-    widen(p.extrema, turn + t + h, observed)
+    observe(c, t + h, y1, p.modes, k[STAGES], after, samples.what, p.start, observed)
+    widen(p.extrema, samples.wanted, turn + t + h, observed)
 
 
 @bare
 def note_inside(
-    c: Constants, p: Progress, share: float, t: float, h: float, f: Array, what: int, size: int,
-    state: Array, dy: Array, contacts: Array, observed: Array,
+    c: Constants, p: Progress, share: float, t: float, h: float, f: Array, samples: Samples, forces: bool,
+    size: int, state: Array, dy: Array, contacts: Array, observed: Array,
 ) -> None:  # fmt: skip
-    """Observe a state between the ends of a step, by its dense output, and widen the extrema."""
+    """Observe a state between the ends of a step, by its dense output, and widen the extrema.
+
+    `forces`: whether `contacts` is needed even where only the motion is asked for.
+    """
     at = t + share * h
     dense(p.y, f, share, size, state)
-    right_hand_side(c, at, state, p.modes, dy, contacts)
-    observe(c, at, state, p.modes, dy, contacts, what, p.start, observed)
-    widen(p.extrema, turn_start(c, p) + at, observed)
+    if forces or samples.what != MOTION_ONLY:
+        right_hand_side(c, at, state, p.modes, dy, contacts)
+    observe(c, at, state, p.modes, dy, contacts, samples.what, p.start, observed)
+    widen(p.extrema, samples.wanted, turn_start(c, p) + at, observed)
 
 
-def finish(c: Constants, p: Progress, samples: Samples, what: int) -> None:
+def finish(c: Constants, p: Progress, samples: Samples) -> None:
     """Record the last sample and close the contacts that still touch."""
     t, dy, contacts = p.clock[0], np.empty(state_size(c)), no_contacts()
     last, observed = samples.times.size - 1, np.zeros(CHANNELS)
-    if p.counters[SAMPLES] == last and reached(c, p, samples.times[last]):
+    if p.counters[SAMPLES] == last and reached(turn_time(c), p, samples.times[last]):
         right_hand_side(c, t, p.y, p.modes, dy, contacts)
-        observe(c, t, p.y, p.modes, dy, contacts, what, p.start, observed)
+        observe(c, t, p.y, p.modes, dy, contacts, samples.what, p.start, observed)
         keep(samples, last, observed)
         p.counters[SAMPLES] += 1
     for k in range(CONTACTS):

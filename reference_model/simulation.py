@@ -24,11 +24,9 @@ from reference_model.observation import (
     DRIFT,
     MOTION,
     NAMES,
-    WITH_ENERGY,
-    WITH_JOINTS,
 )
 from reference_model.parameters import Parameters
-from reference_model.progress import BUFFERED, SAMPLES, Progress, begin, reached, turn_start
+from reference_model.progress import BUFFERED, SAMPLES, Progress, begin, reached, turn_time
 from reference_model.reactions import REACTIONS
 from reference_model.reading import read_parameters
 from reference_model.recording import Samples, finish, samples_of
@@ -108,14 +106,9 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     p = read_parameters(scene)
     count = round(p.cycles * p.samples_per_cycle)
     times = np.arange(count + 1, dtype=np.float64) * (p.period / p.samples_per_cycle)
-    what = (WITH_JOINTS if "joints" in p.groups else 0) + (WITH_ENERGY if "energy" in p.groups else 0)
     kind = formulation(p)
     samples = samples_of(_requested(p), times)
-    result = (
-        _ideal(p, samples, what)
-        if kind is Formulation.IDEAL
-        else _simulated(p, kind, samples, what, progress)
-    )
+    result = _ideal(p, samples) if kind is Formulation.IDEAL else _simulated(p, kind, samples, progress)
     result.provenance.update(
         model="reference",
         versions=dict(_versions()),
@@ -134,8 +127,8 @@ def _versions() -> dict[str, str]:
     return {name: version(name) for name in ("sixbar-crossval", "numpy", "scipy", "numba")}
 
 
-def _ideal(p: Parameters, samples: Samples, what: int) -> Result:
-    extrema = observe_ideal(as_record(p.constants, Formulation.IDEAL), samples, what)
+def _ideal(p: Parameters, samples: Samples) -> Result:
+    extrema = observe_ideal(as_record(p.constants, Formulation.IDEAL), samples)
     finite = np.isfinite(samples.values).all(axis=0)
     if not finite.all():
         at = samples.times[np.argmin(finite)]
@@ -152,7 +145,7 @@ def _ideal(p: Parameters, samples: Samples, what: int) -> Result:
 
 
 def _simulated(
-    p: Parameters, kind: Formulation, samples: Samples, what: int, progress: Callable[[float], None] | None
+    p: Parameters, kind: Formulation, samples: Samples, progress: Callable[[float], None] | None
 ) -> Result:
     c, y0 = start(p, kind)
     largest = p.period * LARGEST_STEP_PER_CYCLE
@@ -160,25 +153,26 @@ def _simulated(
     cycles = max(1.0, p.cycles)
     by_scipy = None
     if p.method in SOLVERS:
-        by_scipy = ByScipy(p.method, c, state, samples.times[-1], largest, p.tolerance, what)
+        by_scipy = ByScipy(p.method, c, state, samples.times[-1], largest, p.tolerance, samples)
     events = []
     t_end, t_stop, told = samples.times[-1], 0.0, 0.0
     code = integrate.REACHED
-    while not reached(c, state, t_end):
-        now = turn_start(c, state) + state.clock[0]
+    turn = turn_time(c)
+    while not reached(turn, state, t_end):
+        now = state.clock[3] * turn + state.clock[0]
         t_stop = min(t_end, max(now, t_stop) + min(0.02 * t_end, 0.5 * p.period))
         if by_scipy is not None:
-            code = by_scipy.advance(t_stop, round(SCIPY_STEPS_PER_CYCLE_LIMIT * cycles), samples)
+            code = by_scipy.advance(t_stop, round(SCIPY_STEPS_PER_CYCLE_LIMIT * cycles))
         else:
             limit = round(STEPS_PER_CYCLE_LIMIT * cycles)
-            code = integrate.advance(c, state, t_stop, t_end, p.tolerance, largest, limit, samples, what)
+            code = integrate.advance(c, state, t_stop, t_end, p.tolerance, largest, limit, samples)
         events.append(_empty_buffer(state))
         if code not in (integrate.REACHED, integrate.BUFFER_FULL):
             break
         if progress is not None and t_stop - told >= 0.02 * t_end:
             progress(t_stop / t_end)
             told = t_stop
-    finish(c, state, samples, what)
+    finish(c, state, samples)
     events.append(_empty_buffer(state))
     settings = {"tolerance": p.tolerance, "largest_step_s": largest}
     counted = ("steps", "rejected", "rhs", "switches", "contacts")

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from reference_model.bodies import ideal_motion, motion_slider_clearance
+from reference_model.bodies import motion_slider_clearance
 from reference_model.constants import Constants, Formulation, as_record
 from reference_model.forces import Array
-from reference_model.linkage import four_bar, rod4_from_slider
+from reference_model.linkage import four_bar, reaches_line, rod4_from_slider
 from reference_model.parameters import Parameters
 
 NAMES = {
@@ -42,7 +42,7 @@ def start(p: Parameters, kind: Formulation) -> tuple[Constants, Array]:
     """
     c = as_record(p.constants, kind)
     ideal = as_record(p.constants, Formulation.IDEAL)
-    if not np.isfinite(ideal_motion(ideal, np.linspace(0.0, p.period, 1000))).all():
+    if not reaches_line(ideal, np.linspace(0.0, p.period, 1000)):
         raise ValueError("mechanism: rod 4 is too short: it does not reach the guide all the way round")
     theta4, w4 = rod4_from_slider(ideal, 0.0, *_slider_start(p))
     if not math.isfinite(theta4):

@@ -68,7 +68,7 @@ def test_switches_are_those_of_the_compiled_integrator(scene, monkeypatch) -> No
     monkeypatch.setattr(integrate, "first_switch", both)
     nothing, largest = samples_of((), np.empty(0)), p.period / 50
     progress = begin(c, y0, 1e-6)
-    assert integrate.advance.py_func(c, progress, 0.25, 0.25, 1e-9, largest, 10**6, nothing, 0) == 0
+    assert integrate.advance.py_func(c, progress, 0.25, 0.25, 1e-9, largest, 10**6, nothing) == 0
     assert kinds == {GAP, SLIP}
     assert len(late) > 30
     # A gap rounds at 1e-16 m and closes at 1e-4 m/s or more: 1e-12 s.

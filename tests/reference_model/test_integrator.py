@@ -9,11 +9,12 @@ import pytest
 
 from reference_model import integrate, simulate
 from reference_model.constants import Formulation
-from reference_model.dop853 import ROWS, dense, prepare_dense, take_step
+from reference_model.dop853 import ROWS, STAGES, dense, prepare_dense, take_step
 from reference_model.events import PULL, contact_state
 from reference_model.forces import CONTACTS, no_contacts
-from reference_model.formulations import right_hand_side, state_size
+from reference_model.formulations import DRIVEN, right_hand_side, state_size
 from reference_model.integrate import CHATTER, REACHED, advance
+from reference_model.linkage import rocker_tip, rocker_tips
 from reference_model.progress import ENDED, SWITCHES, begin
 from reference_model.reading import read_parameters
 from reference_model.recording import samples_of
@@ -40,14 +41,26 @@ def free_flight(scene, steps):
         no_contacts(),
     )
     ends, middles = np.empty((2, steps, 4))
+    table = np.empty((DRIVEN, STAGES))
     for i in range(steps):
         right_hand_side(c, i * h, y, modes, k[0], contacts)
-        take_step(c, i * h, h, y, modes, k, y1, contacts)
+        take_step(c, i * h, h, y, modes, k, y1, contacts, table)
         prepare_dense(c, i * h, h, y, y1, modes, k, 4, scratch, contacts, f)
         dense(y, f, 0.5, 4, state)
         ends[i], middles[i] = y1[:4], state[:4]
         y[:] = y1
     return ends, middles
+
+
+def test_the_rocker_at_many_times_at_once_is_the_rocker_at_each(scene) -> None:
+    """To the last bit: how a step groups its stages is no matter of accuracy."""
+    c, _ = start(read_parameters(scene()), Formulation.SLIDER)
+    rng = np.random.default_rng(5)
+    for count in (1, 2, 7, 12, 100):
+        t, h, shares = rng.uniform(0.0, 0.4), 10.0 ** rng.uniform(-9.0, -2.0), rng.uniform(size=count)
+        out = np.empty((8, count))
+        rocker_tips(c, t, h, shares, out)
+        np.testing.assert_array_equal(out[:6].T, [rocker_tip(c, t + share * h) for share in shares])
 
 
 def test_order_on_a_stretch_without_contacts(scene) -> None:
@@ -108,7 +121,7 @@ def test_a_gap_rounded_to_the_wrong_side_does_not_chatter(scene, side, speed) ->
     gap = contact_state(c, 0 if side < 0 else 1, 0.0, progress.y)[0]
     assert -1e-15 < gap < 0.0
     progress.clock[1] = p.period / 50
-    status = advance(c, progress, 0.01, 0.01, 1e-7, p.period / 50, 10**6, samples_of((), np.empty(0)), 0)
+    status = advance(c, progress, 0.01, 0.01, 1e-7, p.period / 50, 10**6, samples_of((), np.empty(0)))
     assert status == REACHED
     assert progress.counters[ENDED] < 40
 
@@ -121,7 +134,7 @@ def test_endless_switching_at_one_instant_is_given_up(scene, monkeypatch) -> Non
     c, y0 = start(p, Formulation.SLIDER)
     progress = begin(c, y0, 1e-6)
     nothing = samples_of((), np.empty(0))
-    assert advance.py_func(c, progress, 1.0, 1.0, 1e-9, p.period / 50, 10**6, nothing, 0) == CHATTER
+    assert advance.py_func(c, progress, 1.0, 1.0, 1e-9, p.period / 50, 10**6, nothing) == CHATTER
     assert progress.clock[0] == 0.0
     assert progress.counters[SWITCHES] < 200
 

@@ -29,7 +29,7 @@ def integrate_press(scene, changes, tolerance, cycles=1.0, chunks=1):
     progress = begin(c, y0, 1e-6)
     end, nothing = cycles * p.period, samples_of((), np.empty(0))
     for stop in np.linspace(0.0, end, chunks + 1)[1:]:
-        assert advance(c, progress, stop, end, tolerance, p.period / 50, 10**7, nothing, 0) == 0
+        assert advance(c, progress, stop, end, tolerance, p.period / 50, 10**7, nothing) == 0
     return p, c, progress
 
 
