@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from comparison.arrays import Array
 from comparison.channels import CONTACTS
 from comparison.table import Table, TableError
 
@@ -42,13 +43,13 @@ def check(
     if unexpected:
         raise TableError(f"{name}: channel {unexpected[0]} is unexpected{_and_more(unexpected)}")
     for channel in ("time", *channels):
-        if table.frame[channel].dtype.kind not in "fiu":
-            numbers = pd.to_numeric(table.frame[channel], errors="coerce").to_numpy(dtype=np.float64)
-            row = int(np.flatnonzero(~np.isfinite(numbers))[0]) if not np.isfinite(numbers).all() else 0
-            text = table.frame[channel].iloc[row] if len(table.frame) else ""
-            raise TableError(f"{name}: {channel} is not a number in data row {row + 1}: {text!r}")
-        values = table.values(channel)
+        column = table.frame[channel]
+        values = _numbers(column)
         bad = np.flatnonzero(~np.isfinite(values))
+        if column.dtype.kind not in "fiu":
+            row = int(bad[0]) if bad.size else 0
+            text = column.iloc[row] if len(column) else ""
+            raise TableError(f"{name}: {channel} is not a number in data row {row + 1}: {text!r}")
         if bad.size:
             raise TableError(
                 f"{name}: {channel} is {values[bad[0]]} in data row {bad[0] + 1} ({bad.size} such rows)"
@@ -77,14 +78,19 @@ def check(
 def _check_events(events: pd.DataFrame, name: str) -> None:
     if missing := [column for column in _EVENTS if column not in events]:
         raise TableError(f"{name}: its contacts have no {missing[0]}{_and_more(missing)}")
-    if unknown := [place for place in events["corner"] if place not in CONTACTS]:
+    if unknown := [place for place in events["corner"].unique() if place not in CONTACTS]:
         raise TableError(f"{name}: contact at {unknown[0]!r}, which is none of {', '.join(CONTACTS)}")
     for column in _EVENTS[1:]:
-        numbers = pd.to_numeric(events[column], errors="coerce").to_numpy(dtype=np.float64)
-        if (bad := np.flatnonzero(~np.isfinite(numbers))).size:
+        if (bad := np.flatnonzero(~np.isfinite(_numbers(events[column])))).size:
             raise TableError(
                 f"{name}: {column} of contact {bad[0] + 1} is not a number: {events[column].iloc[bad[0]]}"
             )
+
+
+def _numbers(column: pd.Series) -> Array:
+    """Return the values of a column, nan where one is no number."""
+    numbers = column if column.dtype.kind in "fiu" else pd.to_numeric(column, errors="coerce")
+    return numbers.to_numpy(dtype=np.float64)
 
 
 def _and_more(names: Sequence[str]) -> str:

@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from comparison.files import json_text, replacing, write_json
+from comparison.files import plain, replacing, write_json
 
 FORMATS = (".csv", ".parquet")
 
@@ -92,7 +92,7 @@ class Table:
             raise TableError(f"the model's columns do not fit together: {error}") from error
         record = {"extrema": result.extrema, "provenance": result.provenance}
         try:
-            json_text(record)
+            json.dumps(plain(record))
         except TypeError as error:
             raise TableError(f"the model's extrema or provenance: {error}") from error
         provenance = {**result.provenance, "status": result.status, "remedy": result.remedy}
