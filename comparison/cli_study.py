@@ -11,7 +11,7 @@ from typer.core import TyperGroup
 
 from comparison.console import progress, warn
 from comparison.options import REPORTS, Jobs, Overrides
-from comparison.studies import NAMES
+from comparison.studies import NAMES, STUDIES
 
 _OutStudy = Annotated[Path | None, typer.Option(help="Folder of the study.", show_default="reports/out/NAME")]
 
@@ -35,7 +35,6 @@ studies = typer.Typer(
 
 def _command(name: str) -> Callable[..., int]:
     def command(out: _OutStudy = None, jobs: Jobs = None) -> int:
-        """Write a README.md with figures."""
         from comparison.files import check_folder
         from comparison.studies import write_study
         from comparison.workers import cpus
@@ -50,8 +49,10 @@ def _command(name: str) -> Callable[..., int]:
     return command
 
 
-for _name in NAMES:
-    studies.command(_name)(_command(_name))
+for _name, _about in STUDIES.items():
+    studies.command(_name, help=f"{_about} Writes a README.md with figures.", short_help=_about)(
+        _command(_name)
+    )
 
 
 @studies.command()

@@ -11,20 +11,22 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
-NAMES = (
-    "verdicts",
-    "paper",
-    "reliability",
-    "contact-laws",
-    "crank-pin",
-    "identification",
-    "ensembles",
-    "nonlinear",
-    "random-inputs",
-    "detection",
-    "tradeoff",
-    "extremes",
-)
+STUDIES = {
+    "verdicts": "Verdicts of both models on every shipped scene, at two tiers.",
+    "paper": "The paper, figure by figure: what it printed beside what both models give.",
+    "reliability": "Reliability of the paper's cases by both models.",
+    "contact-laws": "Three contact laws, and where they differ.",
+    "crank-pin": "Clearance at the crank pin as well.",
+    "identification": "Which geometry and parameters the paper's figures are of.",
+    "ensembles": "Both models as distributions, where single runs cannot be predicted.",
+    "nonlinear": "Whether the press is chaotic: exponents, sections, bifurcations.",
+    "random-inputs": "Reliability where the inputs are random.",
+    "detection": "Which errors in a model the gate finds, and how small they may be.",
+    "tradeoff": "Speed against accuracy of every formulation and integrator; 6 minutes.",
+    "extremes": "Where the models break down, and how they tell; 40 minutes.",
+}
+"""What each one is about."""
+NAMES = tuple(STUDIES)
 
 
 def write_study(name: str, folder: Path, n_jobs: int, on_progress: Callable[[float], None] | None) -> Path:
