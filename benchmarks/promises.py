@@ -5,7 +5,7 @@ reference at 1e-14 from the same start; the largest counts. Times: the least of 
 compiles. Finished pieces are kept, so that an interrupted pass goes on; each pass replaces only its columns.
 
     python benchmarks/promises.py --errors
-    python benchmarks/promises.py --seconds [--rounds 3]
+    python benchmarks/promises.py --seconds [--rounds 3] [--of minimal multiplier]
     python benchmarks/promises.py --check
 """
 
@@ -133,8 +133,8 @@ def rounded_up(value: float) -> float:
     return float(f"{ceil(value / 10.0**digit * (1 - 1e-12))}e{digit}")
 
 
-def measure_seconds(rounds: int) -> None:
-    todo = pieces(dict.fromkeys(runs.STARTS, 1))
+def measure_seconds(formulations: list[str], rounds: int) -> None:
+    todo = pieces(dict.fromkeys(formulations, 1))
     for name, formulation, _ in todo:
         short = runs.first_cycle(name).with_values({"drive.cycles": 0.02})
         run_one(runs.at(short, formulation, runs.SETTINGS[formulation][0]), runs.model_of(formulation))
@@ -209,13 +209,16 @@ def main() -> int:
     for what in ("errors", "seconds", "check"):
         group.add_argument(f"--{what}", action="store_true")
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument(
+        "--of", nargs="+", choices=[*runs.STARTS], default=[*runs.STARTS], help="of --seconds"
+    )
     options = parser.parse_args()
     if options.check:
         return check()
     if options.errors:
         measure_errors()
     else:
-        measure_seconds(options.rounds)
+        measure_seconds(options.of, options.rounds)
     return 0
 
 

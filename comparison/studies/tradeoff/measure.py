@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import cache
-from math import inf
 
 import numpy as np
 
@@ -17,15 +16,16 @@ from comparison.cache import cache_folder
 from comparison.engines import fingerprint
 from comparison.ledger import Row, append_row, read_rows
 from comparison.machine import platform_name
-from comparison.run import RunError, run_one
+from comparison.run import RunError, run_one, runner
 from comparison.scene import Scene, SceneError, digest, load_scene
 from comparison.studies.tradeoff.methods import LOOSE, METHODS, SCENES, TURNS, Method
 from comparison.table import Table, TableError
 
 TRUTH = 1e-14
 """Tolerance of the run that counts as exact: a hundredth of the smallest that is measured."""
-ROUNDS, LONG = 3, 3.0
-"""The least time of so many runs counts; a run of more seconds is measured once."""
+ROUNDS, BUSY, LONG = 3, 0.5, 3.0
+"""The least time of at least so many runs counts, of more while they take less than so many seconds together;
+a run of more than the last is measured once."""
 WARM = 0.02
 """Turns of the run before, in which kernels are compiled."""
 QUANTITIES = {
@@ -71,7 +71,7 @@ def kept(scene: Scene, model: str, asked: object, work: Callable[[], Row]) -> Ro
         {
             "scene": scene.hash,
             "models": [fingerprint(name) for name in ("reference", model)],
-            "asked": [asked, ROUNDS, LONG],
+            "asked": [asked, ROUNDS, BUSY, LONG],
             "machine": platform_name(),
         }
     )
@@ -98,16 +98,17 @@ def measure(scene: Scene, model: str, name: str) -> Row:
 
 
 def timed(scene: Scene, model: str) -> tuple[float, Table]:
-    """Return the least processor time of `ROUNDS` runs, s, and a result; errors as of `run_one`."""
-    run_one(scene.with_values({"drive.cycles": WARM}), model)
-    least = inf
-    for _ in range(ROUNDS):
+    """Return the least processor time of some runs (`ROUNDS`), s, and a result; errors as of `run_one`."""
+    run = runner(model)
+    run(scene.with_values({"drive.cycles": WARM}))
+    times: list[float] = []
+    while len(times) < ROUNDS or sum(times) < BUSY:
         before = time.process_time()
-        table = run_one(scene, model)
-        least = min(least, time.process_time() - before)
-        if least > LONG:
+        table = run(scene)
+        times.append(time.process_time() - before)
+        if times[0] > LONG:
             break
-    return least, table
+    return min(times), table
 
 
 def errors(table: Table, name: str) -> dict[str, float]:

@@ -67,6 +67,7 @@ def _decades(first: int, last: int) -> tuple[float, ...]:
 
 _STEPS = (4e-5, 2e-5, 8e-6, 4e-6, 2e-6, 1e-6, 5e-7)
 _WHOLE: dict[str, object] = {"solver.reference.formulation": "multiplier"}
+_TREE: dict[str, object] = {"solver.exudyn.formulation": "tree"}
 EVERYWHERE = ("ideal", *LOOSE)
 
 METHODS = (
@@ -85,7 +86,8 @@ METHODS = (
         _WHOLE | {"solver.reference.method": "BDF"},
         scenes=EVERYWHERE,
     ),
-    Method("tree, DOPRI5", "exudyn", _decades(4, 11), {"solver.exudyn.formulation": "tree"}),
+    Method("tree, DOPRI5", "exudyn", _decades(4, 11), _TREE),
+    Method("tree, DOPRI5, steps up to 1 ms", "exudyn", _decades(2, 8), _TREE | {"solver.exudyn.step": 1e-3}),
     Method("five bodies, generalized alpha", "exudyn", _STEPS, order=2.0),
     Method(
         "five bodies, trapezoidal index 2",
