@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from comparison.plan import plan
-from comparison.studies.tradeoff import measure
+from comparison.studies.tradeoff import growth, measure
 from comparison.studies.tradeoff.front import Point, asymptotic, cost_at, front, observed_order
 from comparison.studies.tradeoff.methods import LOOSE, METHODS
 from comparison.studies.tradeoff.study import orders, points, promises, ratio_at
@@ -89,6 +89,26 @@ def test_ratios_are_taken_at_equal_error_and_failures_are_no_points():
     assert all(ratio == pytest.approx(30.0, rel=1e-9) for ratio in ratios.values())
     assert "1.00 (6 of 7)" in orders(rows)  # an error of 1e-5 m is none that falls as promised
     assert promises(rows).count("\n") == 1 + 9 * len(LOOSE)
+
+
+def test_the_cheapest_base_counts_where_there_are_several():
+    base, slow, other = METHODS[0], METHODS[1], METHODS[5]
+    rows = [
+        row(m, LOOSE[0], s, 10 * s, cost * s**-0.125)
+        for m, cost in ((base, 1.0), (slow, 5.0), (other, 30.0))
+        for s in m.settings
+    ]
+    both = ratio_at(rows, LOOSE[0], other.name, slow.name, base.name)
+    assert both == pytest.approx(ratio_at(rows, LOOSE[0], other.name, base.name))
+    # The slow base has settings down to 1e-9 alone; finer than that the other one is the only base.
+    assert len(ratio_at(rows, LOOSE[0], other.name, slow.name)) < len(both)
+
+
+def test_the_ratio_in_long_runs_is_of_the_longest_that_both_have():
+    rows = [(growth.PLANNED, n, 0.01 * n, 1) for n in (1.0, 10.0, 100.0)]
+    rows += [(growth.MULTIPLIERS, n, 0.2 * n, 1) for n in (1.0, 10.0)]
+    assert growth.ratio_in_long_runs(rows) == pytest.approx((20.0, 10.0))
+    assert np.isnan(growth.ratio_in_long_runs(rows[:3])).all()
 
 
 def test_a_measured_run_has_its_errors_against_the_exact_one(tmp_path, monkeypatch):

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from math import nan
+
 from comparison.ledger import Row
 from comparison.scene import load_scene
 from comparison.studies.tradeoff.measure import kept, timed
 
-TURNS = {"reference": (1.0, 10.0, 100.0, 1000.0), "exudyn": (1.0, 3.0, 10.0)}
+PLANNED, MULTIPLIERS = "reference", "reference, multipliers"
+WAYS: dict[str, tuple[str, dict[str, object], tuple[float, ...]]] = {
+    PLANNED: ("reference", {}, (1.0, 10.0, 100.0, 1000.0)),
+    MULTIPLIERS: ("reference", {"solver.reference.formulation": "multiplier"}, (1.0, 10.0, 100.0)),
+    "exudyn, tree": ("exudyn", {"solver.exudyn.formulation": "tree"}, (1.0, 3.0, 10.0)),
+}
+"""Way -> its model, what of the scene it changes, and how many turns it runs."""
 CLEARANCES = ("90rpm-0.1mm", "150rpm-0.2mm", "300rpm-0.2mm", "90rpm-0.5mm")
 GROUPS = (
     (),
@@ -15,7 +24,6 @@ GROUPS = (
     ("energy",),
     ("accelerations", "corners", "joints", "energy"),
 )
-TREE = {"solver.exudyn.formulation": "tree"}
 FEW = {"output.samples_per_cycle": 100}
 
 
@@ -32,13 +40,26 @@ def seconds(scene: str, model: str, changes: dict[str, object]) -> tuple[float, 
 
 
 def by_turns() -> list[tuple[str, float, float, int]]:
-    """Return model, turns, seconds and contacts; a hundred samples a turn, and no more than the motion."""
+    """Return way, turns, seconds and contacts; a hundred samples a turn, and no more than the motion."""
     rows = []
-    for model, lengths in TURNS.items():
-        usual = {"output.groups": [], **FEW, **(TREE if model == "exudyn" else {})}
+    for way, (model, changes, lengths) in WAYS.items():
+        usual = {"output.groups": [], **FEW, **changes}
         for turns in lengths:
-            rows.append((model, turns, *seconds("150rpm-0.2mm", model, usual | {"drive.cycles": turns})))
+            rows.append((way, turns, *seconds("150rpm-0.2mm", model, usual | {"drive.cycles": turns})))
     return rows
+
+
+def ratio_in_long_runs(rows: Sequence[tuple[str, float, float, int]]) -> tuple[float, float]:
+    """Return how many times the planned formulation's cost multipliers have in the longest run of both.
+
+    And the turns of that run; both nan where they have none in common.
+    """
+    cost = {(way, turns): seconds for way, turns, seconds, _ in rows}
+    common = [turns for way, turns in cost if way == MULTIPLIERS and (PLANNED, turns) in cost]
+    if not common:
+        return nan, nan
+    longest = max(common)
+    return cost[MULTIPLIERS, longest] / cost[PLANNED, longest], longest
 
 
 def by_contacts() -> list[tuple[str, float, int]]:

@@ -111,16 +111,16 @@ def text(rows: Sequence[Row], grown: Grown, pictures: Sequence[str]) -> str:
         machine=platform_name(),
         truth=TRUTH,
         confirmed=" and ".join(quantity(confirmation(name), "m", 1) for name in LOOSE),
-        short=short(rows),
+        short=short(rows) + "\n" + long_runs(turns),
         equal="\n\n".join(f"{WORDS[scene]}:\n\n{equal_table(rows, scene)}" for scene in LOOSE),
         figures="\n\n".join(pictures),
         promises=promises(rows),
         orders=orders(rows),
         turns=table(
-            ("turns", "model", "processor time (s)", "a turn (ms)", "contacts a turn"),
+            ("turns", "way", "processor time (s)", "a turn (ms)", "contacts a turn"),
             [
-                [f"{n:g}", model, number(s), number(1e3 * s / n), number(count / n)]
-                for model, n, s, count in turns
+                [f"{n:g}", way, number(s), number(1e3 * s / n), number(count / n)]
+                for way, n, s, count in turns
             ],
         ),
         contacts=table(
@@ -162,6 +162,17 @@ def short(rows: Sequence[Row]) -> str:
             )
             said.append(f"- {WORDS[scene]}: {words}: {told or 'at no error in common'}.")
     return "\n".join(said)
+
+
+def long_runs(turns: Sequence[tuple[str, float, float, int]]) -> str:
+    """Return what is left of a ratio where what a run costs but for its turns no longer counts."""
+    ratio, longest = growth.ratio_in_long_runs(turns)
+    if isnan(ratio):
+        return "- In long runs: not measured."
+    return (
+        f"- {WORDS['150rpm-0.2mm']}, {longest:g} turns, a hundred samples each, the same tolerance: compiled "
+        f"multipliers against the planned formulation: {number(ratio, 2)} times."
+    )
 
 
 def equal_table(rows: Sequence[Row], scene: str) -> str:
