@@ -14,18 +14,24 @@ FEW_STEPS = 10.0
 touch falls within a step (the study extremes measures by how much)."""
 MUCH_ENERGY = 0.01
 """Of what is dissipated; as much as a change of the restitution by half a percent."""
-
-
 MUCH_DRIFT = 1e-6
 """m or rad: as deep as corners of steel dip into a wall; of rates a thousand times as much, as for errors."""
 
 
 def steps_per_contact(table: Table) -> float:
-    """Return how many fixed steps the median contact lasts; nan without contacts, or where steps adapt."""
+    """Return how many fixed steps a contact lasts; nan without contacts, or where steps adapt.
+
+    The median, each contact counting by its peak force: a long touch without much force does not make up for
+    short hits.
+    """
     step = table.provenance.get("settings", {}).get("step_used")
     if step is None or table.events is None or not len(table.events):
         return nan
-    return float((table.events["end"] - table.events["start"]).median()) / float(step)
+    lengths = (table.events["end"] - table.events["start"]).to_numpy(float)
+    forces = table.events["peak_force"].to_numpy(float)
+    if not forces.sum() > 0.0:
+        return nan
+    return float(np.quantile(lengths, 0.5, weights=forces, method="inverted_cdf")) / float(step)
 
 
 def energy_share(table: Table) -> float:
@@ -47,8 +53,8 @@ def doubts(table: Table) -> list[str]:
     steps = steps_per_contact(table)
     if steps < FEW_STEPS:
         told.append(
-            f"half of its contacts last less than {number(steps, 2)} steps; {FEW_STEPS:g} are the least for "
-            "their impulses to mean something: reduce solver.exudyn.step, or take "
+            f"half of its contacts, by their forces, last less than {number(steps, 2)} steps; {FEW_STEPS:g} "
+            "are the least for their impulses to mean something: reduce solver.exudyn.step, or take "
             "solver.exudyn.formulation = 'tree'"
         )
     share = energy_share(table)

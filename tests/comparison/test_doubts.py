@@ -14,7 +14,7 @@ from comparison.scene import load_scene
 from comparison.table import Table
 
 
-def made(durations=(), depth=1e-6, step=None, residual=None, lost=1.0, kinetic=2.0) -> Table:
+def made(durations=(), depth=1e-6, step=None, forces=1.0, residual=None, lost=1.0, kinetic=2.0) -> Table:
     time = np.linspace(0.0, 1.0, 5)
     frame = pd.DataFrame({"time": time})
     if residual is not None:
@@ -22,7 +22,7 @@ def made(durations=(), depth=1e-6, step=None, residual=None, lost=1.0, kinetic=2
         frame["energy_damping"], frame["energy_friction"] = 0.25 * lost * time, 0.75 * lost * time
         frame["energy_kinetic"] = kinetic * np.array([0.1, 1.0, 0.3, 0.2, 0.1])
     events = pd.DataFrame({"corner": ["ll"] * len(durations), "start": 0.0, "end": list(durations)})
-    events["largest_depth"] = depth
+    events["largest_depth"], events["peak_force"] = depth, forces
     settings = {} if step is None else {"step_used": step}
     scene = {"contact": {"corner_radius": 1e-3}}
     return Table(frame, events=events, extrema={}, provenance={"settings": settings, "scene": scene})
@@ -30,6 +30,9 @@ def made(durations=(), depth=1e-6, step=None, residual=None, lost=1.0, kinetic=2
 
 def test_steps_of_a_contact_are_those_of_the_median_one_and_only_where_steps_are_fixed():
     assert steps_per_contact(made([3e-4, 1e-4, 9e-4], step=1e-5)) == pytest.approx(30.0)
+    # One long touch that bears little does not make up for two short hits.
+    uneven = made([1e-1, 2e-1, 3e-1, 2e-5, 5e-5], step=1e-5, forces=[0.1, 0.1, 0.1, 2.0, 1.0])
+    assert steps_per_contact(uneven) == pytest.approx(2.0)
     assert math.isnan(steps_per_contact(made([3e-4])))
     assert math.isnan(steps_per_contact(made([], step=1e-5)))
 

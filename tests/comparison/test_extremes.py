@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,12 +22,14 @@ from comparison.studies.extremes.cells import (
     cells,
     hypercube,
 )
+from comparison.studies.extremes.closer import look
 from comparison.studies.extremes.gather import Found, gather
 from comparison.studies.extremes.maps import draw_axes
-from comparison.studies.extremes.outcomes import Class, judge, magnification
+from comparison.studies.extremes.outcomes import Class, Closer, Verdict, judge, magnification
 from comparison.studies.extremes.reasons import UNEXPLAINED, Base, reason
-from comparison.studies.extremes.runs import Task, run_tasks
+from comparison.studies.extremes.runs import Task, attempt, run_tasks
 from comparison.studies.extremes.ways import BODIES, MINIMAL, TREE
+from comparison.studies.extremes.ways import TIGHT as EXACT_WAYS
 
 
 @pytest.fixture(autouse=True)
@@ -163,6 +166,44 @@ def test_a_reason_is_given_only_where_it_accounts_for_the_error():
     poor = Base(found(1.5e-6, 2.0, 100.0), unchanged)
     assert "errs 1500 times" in reason(found(1e-6, 2.0, 100.0), BODIES.name, poor)
     assert "no run converges" in reason(found(1.0, 2.0, 100.0, LAWS[2]), BODIES.name, base)
+
+
+def test_a_closer_look_is_a_reason_only_where_it_accounts_for_the_error():
+    unchanged, of = found(0.0, 2.0, 100.0), found(2e-6, 200.0, 100.0)
+    verdict = of.verdicts[BODIES.name]
+
+    def told(apart: float, finer: Verdict | None, status: str = "success") -> str:
+        of.closer = {BODIES.name: Closer(apart, finer, status)}
+        return reason(of, BODIES.name, Base(unchanged, unchanged))
+
+    assert "no setting resolves" in told(2.1e-7, None)
+    assert UNEXPLAINED in told(1.9e-7, None)
+    assert "at the next finer one 900" in told(math.nan, replace(verdict, error=9e-7))
+    assert UNEXPLAINED in told(math.nan, replace(verdict, error=1.1e-6))
+    stopped = Verdict(Class.STOPPED)
+    assert "edge of stopping: at the next finer setting newton-failed" in told(0.0, stopped, "newton-failed")
+
+
+def test_starts_a_hair_apart_are_run_and_the_run_once_more_with_a_finer_setting():
+    """In a scene that loses nothing, under the law of a whole side, a hair decides; in the base scene not."""
+    many = []
+    for cell in (
+        Cell("restitution", "1", LAWS[1], {"contact.restitution": 1.0, "contact.law": LAWS[1]}),
+        Cell("base", BASE_LABEL, LAWS[0], {}),
+    ):
+        of = Found(cell)
+        exact = EXACT_WAYS[0].scene(of.cell).with_values({"drive.cycles": 1.0})
+        of.tight = {EXACT_WAYS[0].name: attempt(Task(exact, "reference", 20.0), lambda _: None)}
+        of.verdicts = {MINIMAL.name: Verdict(Class.DEGRADED, 1e-6, 1e-9, 0.5)}
+        many.append(of)
+    look(many, [(0, MINIMAL.name), (1, MINIMAL.name)], 1, None)
+    hair, ordinary = (of.closer[MINIMAL.name] for of in many)
+    # Ten million times the hair; the base scene magnifies it by some hundred and errs by its tolerance beside.
+    assert hair.apart > 1e-6
+    assert 0.0 < ordinary.apart < 1e-10
+    assert ordinary.finer is not None
+    assert ordinary.finer.error < 1e-9
+    assert ordinary.status == "success"
 
 
 def test_a_run_that_takes_too_long_is_broken_off_and_the_others_are_not():

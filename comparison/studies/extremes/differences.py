@@ -15,6 +15,9 @@ from comparison.studies.extremes.ways import BODIES, MINIMAL, TREE
 _HEADINGS = ("reference, minimal", "exudyn, tree", "exudyn, five bodies")
 _KINDS = (
     (UNEXPLAINED, UNEXPLAINED),
+    ("no setting resolves", "no setting resolves what decides"),
+    ("too coarse a setting", "too coarse a setting for the scene"),
+    ("at the edge of stopping", "at the edge of stopping"),
     ("literal switch", "the literal switch creates energy"),
     ("steps", "few steps a contact"),
     ("magnifies", "the scene magnifies"),
@@ -97,15 +100,20 @@ def _classes(of: Found, words: Callable[[Verdict], str]) -> list[str]:
     ]
 
 
-def unexplained(found: Sequence[Found]) -> list[str]:
-    """Return the runs whose class nothing of the above explains."""
+def unexplained(found: Sequence[Found]) -> list[tuple[int, str]]:
+    """Return the number of the cell and the way of each run whose class nothing explains."""
     by_law = bases(found)
     return [
-        f"{of.cell.axis} {of.cell.label}, {of.cell.law}, {name}: {_short(of.verdicts[name])}"
-        for of in found
+        (number, name)
+        for number, of in enumerate(found)
         for name in of.verdicts
         if UNEXPLAINED in reason(of, name, by_law[of.cell.law])
     ]
+
+
+def listed(of: Found, name: str) -> str:
+    """Return a run and its class in one line."""
+    return f"{of.cell.axis} {of.cell.label}, {of.cell.law}, {name}: {_short(of.verdicts[name])}"
 
 
 def _short(verdict: Verdict) -> str:

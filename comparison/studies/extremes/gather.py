@@ -12,7 +12,7 @@ from comparison.run import Progress
 from comparison.scene import Scene, SceneError
 from comparison.spread import LATE
 from comparison.studies.extremes.cells import HYPERCUBE, LAWS, LITERAL_LAW, TURNS, TURNS_AXIS, Cell, cells
-from comparison.studies.extremes.outcomes import Verdict, judge, magnification
+from comparison.studies.extremes.outcomes import Closer, Verdict, judge, magnification
 from comparison.studies.extremes.runs import LIMIT, Task, run_tasks
 from comparison.studies.extremes.ways import STIFF, TIGHT, TREE, TWIN, Way, exact_of, ways_of
 from comparison.studies.progress import part
@@ -47,6 +47,8 @@ class Found:
         Rows of the runs that count as exact, by the names of their ways.
     magnification
         By how much two starts move apart at most in the first turn; nan where unknown.
+    closer
+        What a closer look found at runs whose error nothing else accounts for, by the names of their ways.
     """
 
     cell: Cell
@@ -54,6 +56,7 @@ class Found:
     verdicts: dict[str, Verdict] = field(default_factory=dict)
     tight: dict[str, Row] = field(default_factory=dict)
     magnification: float = nan
+    closer: dict[str, Closer] = field(default_factory=dict)
 
 
 def gather(n_jobs: int, on_progress: Progress | None, chosen: list[Cell] | None = None) -> list[Found]:

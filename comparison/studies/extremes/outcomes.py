@@ -61,6 +61,25 @@ class Verdict:
     lasted: float = nan
 
 
+@dataclass(frozen=True)
+class Closer:
+    """What a closer look at one run found.
+
+    Attributes
+    ----------
+    apart
+        Largest distance of slider_x in the first turn, of two starts `closer.HAIR` apart, m; nan if unknown.
+    finer
+        The same run at a finer setting; None where there is none.
+    status
+        How that one ended.
+    """
+
+    apart: float
+    finer: Verdict | None
+    status: str = ""
+
+
 def judge(row: Row, tight: Mapping[str, Row], promise: float) -> Verdict:
     """Judge a run by those that count as exact.
 

@@ -11,12 +11,15 @@ from comparison.doubts import FEW_STEPS
 from comparison.ledger import Row
 from comparison.report.quantity import number, quantity
 from comparison.studies.extremes.cells import LITERAL_LAW, NEWTON
+from comparison.studies.extremes.closer import HAIR
 from comparison.studies.extremes.gather import Found
-from comparison.studies.extremes.outcomes import Class
+from comparison.studies.extremes.outcomes import Class, Closer, Verdict
 
 SCATTER = 10.0
 """Errors of single runs scatter by so much about what their setting promises (`benchmarks/promises.py`)."""
 UNEXPLAINED = "not explained"
+GAIN = 2.0
+"""By which a finer setting, of a tenth of the tolerance or half the step, must err less at least."""
 SLIGHTLY = 1.25
 """A smaller ratio explains nothing and is not told."""
 TOGETHER = 0.02
@@ -108,7 +111,24 @@ def _why_degraded(found: Found, way: str, base: Base) -> str:
             f"{' and '.join(together)} leave it too: it magnifies more there than near starts show"
         )
         return "; ".join(told)
-    return "; ".join([*told, UNEXPLAINED])
+    return "; ".join([*told, _closer(found.closer.get(way), verdict) or UNEXPLAINED])
+
+
+def _closer(look: Closer | None, verdict: Verdict) -> str:
+    """Return what a closer look says of the error; nothing where it does not account for it either."""
+    if look is None:
+        return ""
+    if look.apart >= verdict.error / SCATTER:
+        hair, apart = quantity(HAIR, "m", 1), quantity(look.apart, "m", 2)
+        return f"two starts {hair} apart part by {apart}: no setting resolves what decides there"
+    if look.finer is None:
+        return ""
+    if look.finer.kind is Class.STOPPED:
+        return f"at the edge of stopping: at the next finer setting {look.status}"
+    if look.finer.error <= verdict.error / GAIN:
+        error = quantity(look.finer.error, "m", 2)
+        return f"too coarse a setting for this scene: at the next finer one {error}"
+    return ""
 
 
 def _apart(found: Found) -> float:

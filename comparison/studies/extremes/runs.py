@@ -143,7 +143,7 @@ def measure(table: Table, scene: Scene) -> Row:
     ``x``: slider_x from the guide's centre line at the samples of the first turn, m; ``share``: of the time
     that was run; ``energy``: `comparison.doubts.energy_share`; ``drift``: largest violation of a constraint,
     m; ``contacts``: number, shortest and median duration (s), largest force (N) and depth (m);
-    ``resolution``: fixed steps of the median contact; ``steps``; ``work``: right-hand sides, or Newton
+    ``resolution``: `comparison.doubts.steps_per_contact`; ``steps``; ``work``: right-hand sides, or Newton
     iterations. None for what was not asked for or does not apply.
     """
     turn = scene.data["output"]["samples_per_cycle"] + 1
