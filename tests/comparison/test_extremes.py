@@ -198,7 +198,7 @@ def test_starts_a_hair_apart_are_run_and_the_run_once_more_with_a_finer_setting(
         many.append(of)
     look(many, [(0, MINIMAL.name), (1, MINIMAL.name)], 1, None)
     hair, ordinary = (of.closer[MINIMAL.name] for of in many)
-    # Ten million times the hair; the base scene magnifies it by some hundred and errs by its tolerance beside.
+    # Ten million times the hair; the base scene magnifies it by some hundred, and errs by its tolerance.
     assert hair.apart > 1e-6
     assert 0.0 < ordinary.apart < 1e-10
     assert ordinary.finer is not None
