@@ -8,13 +8,10 @@ no angle is ever computed.
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from reference_model.compiled import bare, inlined, kernel
 from reference_model.constants import Constants
+from reference_model.forces import Array
 
-Array = NDArray[np.float64]
 Tip = tuple[float, float, float, float, float, float]
 
 
