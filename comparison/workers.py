@@ -6,9 +6,11 @@ process dies, and does not say which task it was.
 
 from __future__ import annotations
 
+import io
 import multiprocessing
 import os
 import signal
+import sys
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -174,6 +176,8 @@ def _serve(attempt: Attempt, connection: Connection) -> None:
     """Work off tasks until the connection ends (in the worker)."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # for systems without a signal mask to inherit
     os.dup2(2, 1)  # what a model prints must not stand between the lines that a script reads from stdout
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(line_buffering=True)  # and must not be lost with a process that is ended
     with suppress(EOFError, OSError):
         while True:
             task = connection.recv()

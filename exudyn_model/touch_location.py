@@ -111,7 +111,10 @@ def locate(
         else:
             share = touch_within(number, contact, start, end, *laws)
             if share * step < least:
-                freeze(contact, start.time, law[0])
+                # Exudyn calls back before it judges a step's error: the end of one far too long may be any,
+                # and only the start says what is at the wall
+                if contact.gap <= GAP_TOLERANCE - 2.0 * least * contact.rate:
+                    freeze(contact, start.time, law[0])
                 first = min(first, 0.5)
             else:
                 first = min(first, share)

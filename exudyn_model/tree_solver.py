@@ -21,8 +21,9 @@ STEPS_PER_TURN_LIMIT = 1_000_000
 # What to try after each failure
 _REMEDIES = {
     "success": "",
-    "step-too-small": "raise solver.exudyn.tolerance, or check the scene's masses and speeds",
-    "non-finite": "check the scene's masses and speeds",
+    "step-too-small": "raise solver.exudyn.tolerance, lower solver.exudyn.step if far above 1e-4 s, or "
+    "check the scene's masses and speeds",
+    "non-finite": "lower solver.exudyn.step if far above 1e-4 s, or check the scene's masses and speeds",
     "work-limit": "shorten drive.cycles, raise solver.exudyn.tolerance, or soften the contact; where it is "
     "stiff, take solver.exudyn.formulation = 'full'",
 }

@@ -121,8 +121,10 @@ def test_tree_converges_through_the_first_impacts(make_scene, law):
     assert errors[1] < 1.5e-10
     assert errors[0] > 10 * errors[1]
     assert list(usual.events["corner"]) == list(tight.events["corner"])
-    # 1e-10 m on the way to a touch at some mm/s
-    np.testing.assert_allclose(usual.events["start"], tight.events["start"], rtol=0, atol=5e-8)
+    # By the way of a corner at its touch, as the slowest touches at 4 mm/s and others at 70: 2.3e-10 m is the
+    # most of ten starts and roundings, a tenth of it the slider's x, the rest its turn
+    ways = np.abs(usual.events["start"] - tight.events["start"]) * tight.events["normal_speed"]
+    assert ways.max() < 5e-10
     # Touches of the stiff second corner do not make the steps pile up
     assert usual.provenance["counters"]["located"] <= 4 * len(usual.events["start"])
     assert usual.provenance["counters"]["rhs"] < 30_000
