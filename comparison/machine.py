@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -13,9 +14,18 @@ _FEATURES = ("avx2", "avx512f", "fma", "asimd", "sve")
 
 @cache
 def platform_name() -> str:
-    """Return system, C library and processor: ``"Linux x86_64, glibc 2.36, AMD EPYC 25/1 avx2 fma"``."""
+    """Return system, C library and processor: ``"Linux x86_64, glibc 2.36, AMD EPYC 25/1 avx2 fma"``.
+
+    Behind it the processor that OpenBLAS is told to take this one for, if it is.
+    """
     library = " ".join(platform.libc_ver()).strip()
-    parts = (f"{platform.system()} {platform.machine()}", library, _processor(Path("/proc/cpuinfo")))
+    told = os.environ.get("OPENBLAS_CORETYPE", "")
+    parts = (
+        f"{platform.system()} {platform.machine()}",
+        library,
+        _processor(Path("/proc/cpuinfo")),
+        told and f"OpenBLAS for {told}",
+    )
     return ", ".join(part for part in parts if part)
 
 

@@ -176,3 +176,11 @@ def test_the_processor_is_named_with_what_it_can_do(tmp_path):
     assert isinstance(_processor(Path("nowhere")), str)
     assert platform_name().split(", ")[0]
     assert set(versions()) == {"python", "numpy", "scipy", "numba", "exudyn"}
+
+
+def test_another_kind_of_linear_algebra_is_another_machine(monkeypatch):
+    """It rounds differently on the same processor."""
+    monkeypatch.delenv("OPENBLAS_CORETYPE", raising=False)
+    alone = platform_name.__wrapped__()
+    monkeypatch.setenv("OPENBLAS_CORETYPE", "Haswell")
+    assert platform_name.__wrapped__() == f"{alone}, OpenBLAS for Haswell"
