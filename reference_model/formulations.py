@@ -19,12 +19,12 @@ from reference_model.compiled import inlined, kernel
 from reference_model.constants import Constants, Formulation
 from reference_model.forces import CONTACTS, NORMAL, Array
 from reference_model.journal import Bearing
-from reference_model.linkage import rocker_tip, rocker_tips
+from reference_model.linkage import TIP_ROWS, rocker_tip, rocker_tips
 
 WORKS = 3
 """Integrals behind the impulses: work of the drive, loss by damping, loss by friction, J."""
 
-DRIVEN = 8
+DRIVEN = TIP_ROWS
 """Rows of a table of what is driven."""
 Driven = tuple[float, ...]
 """The rocker's tip behind the driven four-bar; nothing where that is in the equations."""

@@ -13,6 +13,8 @@ from reference_model.constants import Constants
 from reference_model.forces import Array
 
 Tip = tuple[float, float, float, float, float, float]
+TIP_ROWS = 8
+"""Of what `rocker_tips` writes: a tip, and cosine and sine of the crank's angle."""
 
 
 class FourBar(NamedTuple):
@@ -109,7 +111,7 @@ def rocker_tips(c: Constants, t: float, h: float, shares: Array, out: Array) -> 
     shares
         Shape (n,).
     out
-        Written, shape (8, n): what `rocker_tip` returns, and behind it cosine and sine of the crank's angle.
+        Written, shape (TIP_ROWS, n): what `rocker_tip` returns, then cosine and sine of the crank's angle.
     """
     # Rows and links by themselves and no length that the compiler knows: only so does it take the times side
     # by side in the processor's vectors, which halves what a time costs.

@@ -23,7 +23,7 @@ STUDIES = {
     "random-inputs": "Reliability where the inputs are random.",
     "detection": "Which errors in a model the gate finds, and how small they may be.",
     "tradeoff": "Speed against accuracy of every formulation and integrator; 6 minutes.",
-    "extremes": "Where the models break down, and how they tell; 40 minutes.",
+    "extremes": "Where the models break down, and how they tell; half an hour on two cores.",
 }
 """What each one is about."""
 NAMES = tuple(STUDIES)

@@ -121,8 +121,8 @@ def test_tree_converges_through_the_first_impacts(make_scene, law):
     assert errors[1] < 1.5e-10
     assert errors[0] > 10 * errors[1]
     assert list(usual.events["corner"]) == list(tight.events["corner"])
-    # By the way of a corner at its touch, as the slowest touches at 4 mm/s and others at 70: 2.3e-10 m is the
-    # most of ten starts and roundings, a tenth of it the slider's x, the rest its turn
+    # By the way of a corner at its touch, as the slowest touches at 4 mm/s and others at 95: it is the
+    # error of its gap, most of that by the slider's turn; 2.3e-10 m is the most of ten starts and roundings
     ways = np.abs(usual.events["start"] - tight.events["start"]) * tight.events["normal_speed"]
     assert ways.max() < 5e-10
     # Touches of the stiff second corner do not make the steps pile up

@@ -14,7 +14,7 @@ from reference_model.events import PULL, contact_state
 from reference_model.forces import CONTACTS, no_contacts
 from reference_model.formulations import DRIVEN, right_hand_side, state_size
 from reference_model.integrate import CHATTER, REACHED, advance
-from reference_model.linkage import rocker_tip, rocker_tips
+from reference_model.linkage import TIP_ROWS, rocker_tip, rocker_tips
 from reference_model.progress import ENDED, SWITCHES, begin
 from reference_model.reading import read_parameters
 from reference_model.recording import samples_of
@@ -58,7 +58,7 @@ def test_the_rocker_at_many_times_at_once_is_the_rocker_at_each(scene) -> None:
     rng = np.random.default_rng(5)
     for count in (1, 2, 7, 12, 100):
         t, h, shares = rng.uniform(0.0, 0.4), 10.0 ** rng.uniform(-9.0, -2.0), rng.uniform(size=count)
-        out = np.empty((8, count))
+        out = np.empty((TIP_ROWS, count))
         rocker_tips(c, t, h, shares, out)
         np.testing.assert_array_equal(out[:6].T, [rocker_tip(c, t + share * h) for share in shares])
 

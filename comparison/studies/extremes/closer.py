@@ -23,7 +23,7 @@ from comparison.studies.extremes.ways import STIFF, TIGHT, WAYS, Way
 
 HAIR = 1e-13
 """m: a thousand times the rounding of x, and less than any setting resolves."""
-_HAIR = "from a start beside"
+_BESIDE = "from a start beside"
 Unexplained = tuple[int, str]
 """Number of the cell, and the way that ran it."""
 
@@ -37,7 +37,7 @@ def look(
     for number, name in unexplained:
         of, way = found[number], ways[name]
         if (exact := _exact(of)) is not None:
-            tasks[number, _HAIR] = Task(_beside(exact.scene(of.cell)), exact.model, LIMIT)
+            tasks[number, _BESIDE] = Task(_beside(exact.scene(of.cell)), exact.model, LIMIT)
         scene = way.scene(of.cell).with_values({"drive.cycles": TURNS})
         if (better := finer(way.model, scene)) is not None:
             tasks[number, name] = Task(better, way.model, LIMIT)
@@ -46,7 +46,7 @@ def look(
         of = found[number]
         row = rows.get((number, name))
         of.closer[name] = Closer(
-            _apart(of, rows.get((number, _HAIR))),
+            _apart(of, rows.get((number, _BESIDE))),
             None if row is None else judge(row, of.tight, of.verdicts[name].promise),
             "" if row is None else str(row["status"]),
         )
