@@ -40,7 +40,7 @@ NOT_REPRODUCED = -1
 """The step computed again is not the one that was accepted: the checker is at fault, not the model."""
 REPRODUCED, REPRODUCED_SHARE = 1e-12, 1e-3
 """m and rad, and a share of the tolerance. The step's length follows from the times at its ends, which are
-rounded; in a step at the edge of stability the stages magnify that ten thousand times, up to the tolerance."""
+rounded; in a step at the edge of stability the stages magnify this ten thousand times and more."""
 
 ASTRAY = 1e6
 """m, rad, m/s, rad/s; beyond it a run has no meaning left, and the reference says so a few steps later."""
