@@ -47,16 +47,16 @@ Both models on every shipped scene at two tiers. Standard: each model at the sce
 reference at its strict setting against Exudyn on what the drive leaves free, with error control; a scene
 without clearance runs all five bodies as it says. Explained are the samples whose difference is within twice
 the numerical uncertainty of both runs; wanted are at least 99 %. Predictable are the samples where this
-uncertainty is small against the channel's scale; the share of a scene is the mean over its excited channels, of
-which one without a sample to judge counts as zero, and is what its verdict holds against the floor.
+uncertainty is small against the channel's scale; the share of a scene is the mean over its excited channels,
+of which one without a sample to judge counts as zero, and is what its verdict holds against the floor.
 
 {table}
 
 {notes}
 """
 NOTE = (
-    f"{ABOVE} above the {WANTED:.0e} m that is wanted of x at the tight tier; the verdict holds the difference "
-    "against the numerical uncertainty of both runs instead, which is not that small there."
+    f"{ABOVE} above the {WANTED:.0e} m that is wanted of x at the tight tier; the verdict holds the "
+    "difference against the numerical uncertainty of both runs instead, which is not that small there."
 )
 
 
