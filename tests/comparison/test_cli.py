@@ -122,6 +122,21 @@ def test_run_writes_the_table_and_says_where(scene_file, capsys):
     assert {p.name for p in Path("deep").iterdir()} == {"own.csv", "own.events.csv", "own.json"}
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [([], True), (["--accuracy", "draft"], False), (["--models", "exudyn,reference"], False)],
+)
+def test_validate_says_last_where_a_verdict_is_not_the_one_on_record(options, said, capsys, monkeypatch):
+    """Of the scenes as they are shipped at their own settings: with others verdicts may well be others."""
+    monkeypatch.setattr(
+        "comparison.recorded.departures", lambda scenes, _: f"not on record: {scenes[0].name}"
+    )
+    assert main(["validate", "ideal", "--out", "v", *options]) == 0
+    *_, before, page = capsys.readouterr().out.splitlines()
+    assert Path(page).is_file()
+    assert (before == "not on record: ideal") == said
+
+
 def promised(path, **solver):
     """Return what is promised of Exudyn at these settings, as text for --accuracy."""
     scene = load_scene(path, {f"solver.exudyn.{key}": value for key, value in solver.items()})
