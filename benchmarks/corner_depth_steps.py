@@ -1,8 +1,8 @@
 """A run of the compiled reference, one accepted step at a time, and how deep it lets an open contact sink.
 
-Nothing here is shared with what locates contacts: of the reference model only the step itself and its dense
-output are used (`reference_model.dop853`). Where corners, walls and journal are follows from the scene's own
-numbers by formulas of this module.
+Nothing here is shared with what locates contacts: a step is computed again from the equations of motion and
+scipy's coefficients, and of the integrator only the dense output is used (`reference_model.dop853`). Where
+corners, walls and journal are follows from the scene's own numbers by formulas of this module.
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
+from scipy.integrate import DOP853
 
 from comparison.scene import Scene
 from reference_model.constants import Formulation
-from reference_model.dop853 import ROWS, STAGES, dense, prepare_dense, take_step
+from reference_model.dop853 import ROWS, STAGES, dense, prepare_dense
 from reference_model.forces import CONTACTS, MEMORY, no_contacts
-from reference_model.formulations import DRIVEN, free, right_hand_side, state_size
+from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.integrate import CHATTER, NOT_FINITE, REACHED, STEP_LIMIT, SWITCHES_AT_ONCE, advance
 from reference_model.progress import (
     BUFFERED,
@@ -34,6 +35,8 @@ from reference_model.recording import Samples, samples_of
 from reference_model.simulation import LARGEST_STEP_PER_CYCLE
 from reference_model.start import formulation, start
 
+COUPLING, SHARES = np.vstack([DOP853.A, DOP853.B]), np.append(DOP853.C, 1.0)
+"""The weights of the method are the last row: the last stage is the derivative at the step's end."""
 POINTS = 64
 """Of every accepted step, its end the last of them."""
 NOT_REPRODUCED = -1
@@ -142,6 +145,21 @@ def gaps(g: Geometry, t: float, y: np.ndarray, out: np.ndarray) -> None:
 
 
 @numba.njit(error_model="numpy")
+def step(
+    c: Any, t: float, h: float, y0: np.ndarray, modes: np.ndarray, k: np.ndarray, y1: np.ndarray,
+    contacts: np.ndarray,
+) -> None:  # fmt: skip
+    """Write the derivatives at the stages into rows 0 to STAGES of `k`, and the state at t + h into `y1`."""
+    for i in range(STAGES + 1):
+        for m in range(y0.size):
+            s = 0.0
+            for j in range(i):
+                s += COUPLING[i, j] * k[j, m]
+            y1[m] = y0[m] + h * s
+        right_hand_side(c, t + SHARES[i] * h, y1, modes, k[i], contacts)
+
+
+@numba.njit(error_model="numpy")
 def follow(
     c: Any, g: Geometry, p: Progress, t_end: float, tolerance: float, max_step: float, limit: int,
     bound: float, samples: Samples, found: np.ndarray,
@@ -152,7 +170,7 @@ def follow(
     """
     size = state_size(c)
     y0, y1, state, scratch = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    k, f, table = np.zeros((ROWS, size)), np.empty((7, size)), np.empty((DRIVEN, STAGES))
+    k, f = np.zeros((ROWS, size)), np.empty((7, size))
     contacts, modes, gap = no_contacts(), p.modes.copy(), np.empty(CONTACTS)
     broken = np.zeros(3)
     switched = p.counters[SWITCHES]
@@ -179,8 +197,7 @@ def follow(
                 if not abs(p.y[i]) < ASTRAY:
                     return NOT_FINITE
             h = p.clock[0] - t
-            right_hand_side(c, t, y0, modes, k[0], contacts)
-            take_step(c, t, h, y0, modes, k, y1, contacts, table)
+            step(c, t, h, y0, modes, k, y1, contacts)
             prepare_dense(c, t, h, y0, y1, modes, k, free(c), scratch, contacts, f)
             slack = 0.0
             for i in range(free(c) // 2):
