@@ -162,7 +162,7 @@ def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(n
 
 @pytest.mark.usefixtures("small")
 def test_all_studies_their_list_and_the_table_of_the_readme(tmp_path):
-    (tmp_path / "README.md").write_text(f"before {index.BEGIN} old {index.END} after", "utf-8")
+    (tmp_path / "README.md").write_text(f"before {index.BEGIN} formerly {index.END} after", "utf-8")
     (tmp_path / "comparison").mkdir()
     index.main()
     listed = (tmp_path / "reports" / "README.md").read_text("utf-8")
@@ -171,7 +171,7 @@ def test_all_studies_their_list_and_the_table_of_the_readme(tmp_path):
     assert all((tmp_path / "reports" / link).is_file() for link in links)
     readme = (tmp_path / "README.md").read_text("utf-8")
     assert "| 150 rpm, 0.2 mm clearance | **agree** | 100\u00a0% |" in readme
-    assert "old" not in readme
+    assert "formerly" not in readme
     # Machine, versions and date stand below the table in both, and with the verdicts on record.
     made = next(line for line in readme.splitlines() if line.startswith("Made on "))
     assert made in (tmp_path / "reports" / "verdicts" / "README.md").read_text("utf-8")
