@@ -14,8 +14,9 @@ from comparison.compare import Runs, compare
 from comparison.engines import EngineError, engine_names, find
 from comparison.studies.detection.copies import CatalogueError, changed, installed, package
 from comparison.studies.detection.faults import DETECTED, catalogue, controls, scenes, trials
+from comparison.studies.detection.pairs import summary
 from comparison.studies.detection.tables import SPOILS
-from comparison.studies.detection.tasks import Side, runs, summary
+from comparison.studies.detection.tasks import Side, runs
 from comparison.table import TableError
 
 FAULTS = catalogue()
@@ -69,6 +70,12 @@ def test_every_wrong_number_changes_the_scene_and_nothing_else_does(tier):
 
 def test_every_fault_is_tried_at_both_tiers_against_the_other_model():
     tried = trials(FAULTS)
+    assert {(trial.fault.name, trial.model, trial.tier) for trial in tried} >= {
+        (fault.name, fault.model, tier)
+        for fault in CODE
+        for tier in ("standard", "tight")
+        if fault.tier in ("", tier)
+    }
     assert {(trial.fault.name, trial.tier) for trial in tried} == {
         (fault.name, tier) for fault in FAULTS for tier in ("standard", "tight")
     }
