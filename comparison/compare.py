@@ -33,6 +33,7 @@ def compare(
     warnings: tuple[str, ...] = (),
     tier: str = "standard",
     only: Sequence[str] | None = None,
+    ensembles: tuple[Sequence[Table], Sequence[Table]] = ((), ()),
 ) -> SceneComparison:
     """Compare two models' runs of a scene, or any two tables.
 
@@ -52,6 +53,9 @@ def compare(
         Of `comparison.tiers.TIERS`: whose thresholds judge.
     only
         The channels to compare, of those that the scene asks for; None: all.
+    ensembles
+        More runs of each model at the base's setting and times, from moved starts: where a difference is
+        being confirmed.
 
     Raises
     ------
@@ -92,7 +96,10 @@ def compare(
             aligned.a[channel.name],
             aligned.b[channel.name],
             scene=None if scene is None else scene.data,
-            u=(model_uncertainty(a, channel.name, scene), model_uncertainty(b, channel.name, scene)),
+            u=(
+                model_uncertainty(a, channel.name, scene, ensembles[0]),
+                model_uncertainty(b, channel.name, scene, ensembles[1]),
+            ),
             within=within,
             tolerance=tolerance,
             limits=limits,
@@ -221,7 +228,9 @@ def _too_late(
     return f"{shift.sentence(labels)} The tolerance allows {limit:.2g} s"
 
 
-def model_uncertainty(runs: Runs, name: str, scene: Scene | None) -> NDArray[np.float64] | None:
+def model_uncertainty(
+    runs: Runs, name: str, scene: Scene | None, ensemble: Sequence[Table] = ()
+) -> NDArray[np.float64] | None:
     """Uncertainty of one channel of one model, shape (n,), in its unit; None without a finer run."""
     if runs.finer is None or scene is None:
         return None
@@ -235,6 +244,7 @@ def model_uncertainty(runs: Runs, name: str, scene: Scene | None) -> NDArray[np.
         twins=tuple(twin.values(name) for twin in runs.twins),
         factor=factor,
         order=order,
+        ensemble=tuple(run.values(name) for run in ensemble),
     )
     return uncertainty(
         levels,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import nan
 from typing import Any
 
 import pandas as pd
@@ -16,6 +17,10 @@ from comparison.measures.information import information
 from comparison.reliability.difference import ReliabilityComparison
 from comparison.shift import Shift
 from comparison.thresholds import Thresholds
+
+SUSPICIOUS = 10.0
+"""An uncertainty that had been too small by more than this factor is a finding of its own. By chance alone a
+factor of 6 has been seen, of five runs whose errors spread over decades."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +79,7 @@ class ChannelComparison:
 class Attribution:
     """Where the difference of a scene at one tier comes from; what cannot be told is nan or empty."""
 
-    explained: float = float("nan")
+    explained: float = nan
     """Share of the judged samples of all excited channels together that are within k u."""
     cause: str = ""
     """"a" or "b" (whose refinement removes it), "both", "round-off", "neither" or "models"."""
@@ -87,14 +92,50 @@ class Attribution:
     unpredictable: dict[str, float] = field(default_factory=dict)
     """Why the samples of the indeterminate channels are not predictable: share by the u of "a" alone, of "b"
     alone, of "each" by itself, of the two only "together"; and that of "neighbours" whose spread suffices."""
-    unpredictable_from: float = float("nan")
+    unpredictable_from: float = nan
     """First of the most frequent of these, s."""
-    beyond_from: float = float("nan")
+    beyond_from: float = nan
     """First judged sample beyond the band or the tolerance, s; of the channels that differ, if any does."""
     beyond_in: str = ""
     """Its channel."""
     sentences: tuple[str, ...] = ()
     """All this in plain words."""
+
+
+@dataclass(frozen=True)
+class Confirmation:
+    """What ensembles of runs from moved starts say of a verdict "differ"; what is not known is nan or empty.
+
+    See `comparison.confirmation`.
+    """
+
+    outcome: str
+    """"confirmed"; "unconfirmed": too few runs could be had; "underestimated": the difference is one of the
+    numerics, whose uncertainty had been too small, and the comparison holds the corrected one."""
+    members: tuple[int, int] = (0, 0)
+    """Runs in the ensemble of each model."""
+    shifts: tuple[float, float] = (nan, nan)
+    """Standard deviation by which the starts of either ensemble were moved, m."""
+    farther: tuple[int, int] = (0, 0)
+    """How many of these lie as far from the centre of the others as the other model's run, or farther."""
+    excess: float = nan
+    """Distance of a model's run from the other's ensemble, over that of the farthest run left out of it: the
+    smaller of both."""
+    factor: float = nan
+    """By how much the uncertainty had been underestimated."""
+    since: float = nan
+    """First sample at which the difference was beyond k u, s."""
+    clustered: bool = False
+    """Whether an ensemble falls into clusters farther apart than they are wide, and than the uncertainty."""
+    contact: str = ""
+    """The first contact that some runs have and others lack, and on which they part."""
+    sentence: str = ""
+    """All this in plain words."""
+
+    @property
+    def suspicious(self) -> bool:
+        """Whether something discontinuous decides, as an intermittent fault of a model would."""
+        return self.outcome == "underestimated" and (self.clustered or self.factor > SUSPICIOUS)
 
 
 @dataclass(frozen=True)
@@ -128,6 +169,8 @@ class SceneComparison:
     """Estimated time shift between the two; None where nothing was compared."""
     reliability: ReliabilityComparison | None = None
     """Of the slider's motion; a finding of its own that no verdict rests on. None: not asked for."""
+    confirmation: Confirmation | None = None
+    """Of a verdict that was "differ" before it; None where the models agreed, or for foreign tables."""
 
     @property
     def tiers(self) -> tuple[SceneComparison, ...]:

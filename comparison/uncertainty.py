@@ -18,6 +18,10 @@ u_0 being the channel's round-off and F_s a factor of safety after P. J. Roache 
 can have the same error by chance, for a whole flight between two impacts, where their distance says nothing.
 The window, and not a running maximum, because neighbouring runs that have spread come together again in
 sustained contact.
+
+Five runs are a small sample: where motion magnifies errors by decades they may lie together by chance. Where
+more runs M_i of the same setting from moved starts are there (`comparison.confirmation`), u is never below
+:math:`F_e \max_i \max_{W(t)} |S - M_i|`.
 """
 
 from __future__ import annotations
@@ -36,6 +40,9 @@ from comparison.table import Table
 SAFETY_FACTOR = 3.0
 SAFETY_FACTOR_IN_ORDER = 1.25
 ORDER_BAND = 0.25  # of the expected order, to either side
+# With k = 2 the smallest for which a run that an ensemble does not exclude is explained: members are then
+# within 2 u / F_e of the centre, the run itself within u / F_e, and k u - u / F_e >= 2 u / F_e from 3 / k on.
+ENSEMBLE_FACTOR = 1.5
 WINDOW = 0.01  # of a crank turn, to either side
 TWIN_SHIFT = 1e-9  # of the clearance, across the guide; of clearance / slider length in the angle
 ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: storing it and a few operations
@@ -55,25 +62,49 @@ def twins(scene: Scene, times: float = 1.0) -> dict[str, Scene]:
     dict
         Each by its name in `Runs`.
     """
-    joints, start, mechanism = scene.data["joints"], scene.data["initial"], scene.data["mechanism"]
-    if joints["slider"] == "clearance":
-        shift = times * TWIN_SHIFT * scene.data["clearance"]["slider"]
-        return {
-            name: scene.with_values(
-                {
-                    "initial.slider_offset": start["slider_offset"] + shift,
-                    "initial.slider_angle": start["slider_angle"]
-                    + sign * shift / mechanism["slider"]["length"],
-                }
-            )
-            for name, sign in (("twin", 1.0), ("other_twin", -1.0))
-        }
-    if joints["crank_pin"] == "clearance":
-        shift = times * TWIN_SHIFT * scene.data["clearance"]["crank_pin"]
-        turned = degrees(shift / mechanism["crank"]["length"])
-        angle = mechanism["crank_angle_deg"] + turned
-        return {"twin": scene.with_values({"mechanism.crank_angle_deg": angle})}
-    return {}
+    joint = movable(scene)
+    if joint is None:
+        return {}
+    shift = times * twin_shift(scene)
+    signs = {"twin": 1.0, "other_twin": -1.0} if joint == "slider" else {"twin": 1.0}
+    return {name: moved(scene, shift, sign * shift) for name, sign in signs.items()}
+
+
+def movable(scene: Scene) -> str | None:
+    """Return the joint whose clearance lets the start be moved: "slider", else "crank_pin", else None."""
+    joints = scene.data["joints"]
+    return next((joint for joint in ("slider", "crank_pin") if joints[joint] == "clearance"), None)
+
+
+def twin_shift(scene: Scene) -> float:
+    """Return by how much a start is moved for a twin, m; of a scene whose start is `movable`."""
+    return float(TWIN_SHIFT * scene.data["clearance"][movable(scene)])
+
+
+def moved(scene: Scene, across: float, turned: float) -> Scene:
+    """Return the scene with its start moved; it must be `movable`.
+
+    Parameters
+    ----------
+    scene
+        Whose start.
+    across
+        By which the slider is moved across its guide, m; of a scene with clearance at the crank pin alone
+        the crank pin along its circle.
+    turned
+        By which the slider's end moves as the slider turns, m: its angle times its length. Not used where
+        only the crank pin has clearance: such a start has one coordinate.
+    """
+    start, mechanism = scene.data["initial"], scene.data["mechanism"]
+    if movable(scene) == "slider":
+        return scene.with_values(
+            {
+                "initial.slider_offset": start["slider_offset"] + across,
+                "initial.slider_angle": start["slider_angle"] + turned / mechanism["slider"]["length"],
+            }
+        )
+    angle = mechanism["crank_angle_deg"] + degrees(across / mechanism["crank"]["length"])
+    return scene.with_values({"mechanism.crank_angle_deg": angle})
 
 
 def window_samples(period: float, interval: float) -> int:
@@ -153,6 +184,8 @@ class Levels:
     """Between the settings of two levels."""
     order: float = 2.0
     """At which the error should follow the setting."""
+    ensemble: tuple[Array, ...] = ()
+    """Of the base, from moved starts."""
 
 
 def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
@@ -184,7 +217,11 @@ def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
         safety = np.where(in_order, SAFETY_FACTOR_IN_ORDER * gain / (gain - 1.0), SAFETY_FACTOR)
         u = safety * np.maximum(distance, coarse / gain)
     original = levels.base if levels.coarser is None else levels.coarser
-    return np.maximum(np.maximum(u, spread(original, levels.twins, half_width)), floor)
+    u = np.maximum(np.maximum(u, spread(original, levels.twins, half_width)), floor)
+    if not levels.ensemble:
+        return u
+    farthest = np.max([np.abs(run - levels.base) for run in levels.ensemble], axis=0)
+    return np.maximum(u, ENSEMBLE_FACTOR * _widened(farthest, half_width))
 
 
 def spread(original: Array, twins: Sequence[Array], half_width: int) -> Array:

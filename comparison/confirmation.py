@@ -1,0 +1,264 @@
+"""A verdict of "differ" is a claim: it is confirmed by ensembles of runs before it is reported.
+
+The five runs that give a model's uncertainty are a small sample. Where motion magnifies errors by decades,
+the error of a run is one draw from a wide distribution, shared by all later samples, and five draws may lie
+together by chance. So each model runs anew from many starts, moved at random by the size of its own error
+(`comparison.confirmation_starts`) at the setting that was judged, and the other model's run is ranked in that
+ensemble by one statistic a scene: its largest distance from the centre over all predictable samples of all
+channels, in units of the ensemble's standard deviation or of u, whichever is larger
+(`comparison.measures.outliers`).
+
+A difference is confirmed where each model's run is farther from the other's ensemble than every member that
+is left out of it; the smallest rank that n members can show is 1 / (n + 1). Five bodies in Exudyn are too
+slow for an ensemble: their run is ranked in one of the other model, moved by their error.
+
+Where it is not confirmed the uncertainty was too small. It becomes that of the ensembles, and the runs are
+judged anew. By the choice of `comparison.uncertainty.ENSEMBLE_FACTOR` they differ then only where each run is
+outside the other's ensemble: on fewer samples, but a confirmed difference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from math import nan
+
+import numpy as np
+
+from comparison.arrays import Array, BoolArray
+from comparison.channels import channels
+from comparison.compare import compare
+from comparison.confirmation_starts import ensemble_shifts, moved_starts
+from comparison.confirmation_text import contact_words, sentence
+from comparison.findings import ChannelComparison, Confirmation, SceneComparison
+from comparison.measures.outliers import Parting, clustered, distances, parting_contact, split
+from comparison.scene import Scene
+from comparison.table import Table
+from comparison.uncertainty import ENSEMBLE_FACTOR, Runs, movable
+
+Run = Callable[[Sequence[Scene], str], list[Table]]
+"""Runs scenes by a model and returns the tables of the runs that succeeded."""
+Ensembles = Mapping[int, Sequence[Table]]
+"""Of the first model (0) and the second (1); of one that is too slow there is none."""
+
+ENOUGH = 19
+"""Members that can show a rank of 5 %; with fewer nothing is confirmed, nor taken back."""
+
+
+def confirm(
+    result: SceneComparison,
+    runs: tuple[Runs, Runs],
+    *,
+    scene: Scene,
+    models: tuple[str, str],
+    run: Run,
+) -> SceneComparison:
+    """Confirm a verdict "differ" by ensembles, or correct the uncertainty that it rests on.
+
+    Parameters
+    ----------
+    result
+        A comparison of these runs. One with another verdict is returned as it is, and nothing is run.
+    runs
+        Of both models.
+    scene
+        What they are runs of, with the settings of this tier.
+    models
+        Whom to ask for more runs.
+    run
+        How; called once a model that is not too slow.
+
+    Returns
+    -------
+    comparison
+        With its ``confirmation``: "confirmed" or "unconfirmed" where the verdict is still "differ",
+        "underestimated" where it is now "agree" or "indeterminate", by a corrected uncertainty.
+    """
+    if result.verdict != "differ":
+        return result
+    found = Confirmation("unconfirmed")
+    if any(channel.u is None for channel in result.channels.values()):
+        return _told(result, found, "a tolerance judges, of which an ensemble says nothing")
+    if movable(scene) is None:
+        return _told(result, found, "nothing has clearance, so there is no start to move")
+    shifts = ensemble_shifts(result, runs, scene, models)
+    ensembles = {
+        side: [
+            table
+            for table in run(moved_starts(scene, models[side], shift), models[side])
+            if np.array_equal(table.time, runs[side].base.time)  # a third model may choose its times
+        ]
+        for side, shift in shifts.items()
+    }
+    large = {side: tables for side, tables in ensembles.items() if len(tables) >= ENOUGH}
+    found = replace(
+        found,
+        members=(len(ensembles.get(0, ())), len(ensembles.get(1, ()))),
+        shifts=(shifts.get(0, nan), shifts.get(1, nan)),
+    )
+    farther, excess = ranks(result, runs, large)
+    if any(farther.values()):
+        judged = _with_ensembles(result, runs, large, scene)
+        if judged.verdict != "differ":
+            found = replace(found, farther=(farther.get(0, 0), farther.get(1, 0)))
+            return _told(judged, _underestimated(found, result, judged, large))
+        result, (farther, excess) = judged, ranks(judged, runs, large)
+    if len(large) < len(ensembles):
+        return _told(result, found, f"fewer than {ENOUGH} runs from moved starts succeeded")
+    found = replace(found, outcome="confirmed", since=_since(result), excess=min(excess.values()))
+    groups = [[of.base, *large.get(side, ())] for side, of in enumerate(runs)]
+    parting = _parting(groups[0], groups[1], result, until=found.since)
+    if parting is not None:
+        found = replace(found, contact=contact_words(parting, result.labels))
+    return _told(result, found)
+
+
+def ranks(
+    result: SceneComparison, runs: tuple[Runs, Runs], ensembles: Ensembles
+) -> tuple[dict[int, int], dict[int, float]]:
+    """Rank each model's run in the other's ensemble, over the predictable samples of all judged channels.
+
+    Returns
+    -------
+    farther, excess
+        By the side of the ensemble: how many of its members lie, left out, as far from the others as the
+        other model's run from all, or farther; distance of that run over that of the farthest member.
+    """
+    farther, excess = {}, {}
+    for side, tables in ensembles.items():
+        members, other = np.zeros(len(tables)), 0.0
+        for name, channel in result.channels.items():
+            if channel.verdict == "unexcited":
+                continue
+            mask, floor = _judged(channel)
+            values = np.array([table.values(name)[mask] for table in tables])
+            of_members, of_run = distances(values, runs[1 - side].base.values(name)[mask], floor)
+            members, other = np.maximum(members, of_members), max(other, of_run)
+        farther[side] = int((members >= other).sum())
+        excess[side] = other / float(members.max()) if members.max() > 0.0 else np.inf
+    return farther, excess
+
+
+def _judged(channel: ChannelComparison) -> tuple[BoolArray, Array]:
+    """Return the samples of a channel that decide, shape (n,), and u on these.
+
+    Where a channel differs although too few of its samples are predictable, all of them decide and the
+    largest u of all times counts, as in `comparison.verdict`.
+    """
+    assert channel.u is not None
+    happens = (channel.a != 0) | (channel.b != 0)
+    if channel.verdict == "differ" and channel.coverage < channel.limits.coverage:
+        return happens, np.full(int(happens.sum()), channel.u.max())
+    mask = happens & channel.predictable
+    return mask, channel.u[mask]
+
+
+def _with_ensembles(
+    result: SceneComparison, runs: tuple[Runs, Runs], ensembles: Ensembles, scene: Scene
+) -> SceneComparison:
+    """Judge the same runs by the ensembles' uncertainty."""
+    judged = compare(
+        *runs,
+        scene=scene,
+        labels=result.labels,
+        command=result.command,
+        tier=result.tier,
+        only=list(result.channels),
+        ensembles=(ensembles.get(0, ()), ensembles.get(1, ())),
+    )
+    return replace(
+        judged,
+        name=result.name,
+        warnings=result.warnings,
+        tight=result.tight,
+        reliability=result.reliability,
+    )
+
+
+def _underestimated(
+    found: Confirmation, before: SceneComparison, after: SceneComparison, ensembles: Ensembles
+) -> Confirmation:
+    """Say by how much the uncertainty had been too small, since when, and what decides if it was much."""
+    limits = next(iter(before.channels.values())).limits
+    factors = {}
+    for name, channel in before.channels.items():
+        mask, floor = _judged(channel)
+        if channel.verdict != "unexcited" and mask.any():
+            # As many samples as a verdict may leave unexplained do not make the factor either.
+            ratio = _u(after.channels[name])[mask] / (ENSEMBLE_FACTOR * floor)
+            factors[name] = float(np.quantile(ratio, limits.share, method="lower"))
+    worst = max(factors, key=lambda name: factors[name])
+    found = replace(found, outcome="underestimated", factor=factors[worst], since=_since(before))
+    parted = _clusters(before, ensembles)
+    found = replace(found, clustered=parted is not None)
+    if not found.suspicious:
+        return found
+    side, name, sample = parted or _farthest(worst, before, after, ensembles)
+    tables = ensembles[side]
+    above = split(np.array([table.values(name)[sample] for table in tables]))
+    groups = [
+        [table for table, is_above in zip(tables, above, strict=True) if is_above == which]
+        for which in (0, 1)
+    ]
+    parting = _parting(groups[0], groups[1], before, until=float(before.time[sample]))
+    if parting is None:
+        return found
+    label = before.labels[side]
+    return replace(found, contact=contact_words(parting, (label, label)))
+
+
+def _clusters(result: SceneComparison, ensembles: Ensembles) -> tuple[int, str, int] | None:
+    """Return model, channel and first sample of an ensemble that falls into clusters; None if none does.
+
+    Only positions and velocities are looked at: a force jumps at either end of every contact, so a sample
+    there parts runs that are together in all that follows. A channel's clusters count if they last for more
+    samples than a verdict may leave unexplained.
+    """
+    found = []
+    for side, tables in ensembles.items():
+        for name, channel in result.channels.items():
+            if channel.verdict == "unexcited" or channels()[name].follows is not None:
+                continue
+            mask, floor = _judged(channel)
+            parted = clustered(np.array([table.values(name)[mask] for table in tables]), floor)
+            if parted.sum() > (1.0 - channel.limits.share) * parted.size:
+                found.append((int(np.flatnonzero(mask)[parted.argmax()]), side, name))
+    if not found:
+        return None
+    sample, side, name = min(found)
+    return side, name, sample
+
+
+def _farthest(
+    name: str, before: SceneComparison, after: SceneComparison, ensembles: Ensembles
+) -> tuple[int, str, int]:
+    """Return model, channel and sample at which a channel's uncertainty was most too small."""
+    mask, floor = _judged(before.channels[name])
+    sample = int(np.flatnonzero(mask)[(_u(after.channels[name])[mask] / floor).argmax()])
+    side = max(ensembles, key=lambda side: np.ptp([table.values(name)[sample] for table in ensembles[side]]))
+    return side, name, sample
+
+
+def _parting(
+    first: Sequence[Table], second: Sequence[Table], result: SceneComparison, until: float
+) -> Parting | None:
+    """Return the contact that parts two groups of runs; None where there is none, or no event tables."""
+    groups = tuple([table.events for table in group if table.events is not None] for group in (first, second))
+    if not all(groups) or result.period is None:
+        return None
+    return parting_contact((groups[0], groups[1]), period=result.period, until=until)
+
+
+def _u(channel: ChannelComparison) -> Array:
+    assert channel.u is not None
+    return channel.u
+
+
+def _since(result: SceneComparison) -> float:
+    return nan if result.attribution is None else result.attribution.beyond_from
+
+
+def _told(result: SceneComparison, found: Confirmation, why: str = "") -> SceneComparison:
+    if found.outcome == "unconfirmed":
+        found = replace(found, since=_since(result))
+    return replace(result, confirmation=replace(found, sentence=sentence(found, result.labels, why)))
