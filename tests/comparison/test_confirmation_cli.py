@@ -70,11 +70,6 @@ def test_an_uncertainty_that_was_too_small_by_chance_is_no_difference(scene_file
     assert "2 of these verdicts rest on a corrected uncertainty." in page
 
 
-def test_where_the_models_agree_no_run_is_added(scene_file, fake_models):
-    assert main(["validate", scene_file("one"), "--out", "v", "--jobs", "2"]) == 0
-    assert len(fake_models.read_text().splitlines()) == 10 + 6 + 4  # as without confirmation
-
-
 def test_progress_starts_anew_for_every_ensemble(gravity):
     scene = load_scene(
         "150rpm-0.2mm", {"output.samples_per_cycle": 50, "environment.gravity": gravity.differ}
