@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from comparison.findings import ChannelComparison, SceneComparison
+from comparison.findings import SceneComparison
 
 Status = Literal["passed", "failed", "skipped", "error"]
 _STATUS: dict[str, Status] = {
@@ -50,14 +50,20 @@ def of_comparisons(comparisons: Sequence[SceneComparison]) -> list[Case]:
         for comparison in comparisons
         for tier in comparison.tiers
         for case in (
-            Case(comparison.name, tier.tier, "verdict", _STATUS[tier.verdict], _told(tier)),
+            Case(comparison.name, tier.tier, "verdict", _STATUS[tier.verdict], _told(tier.verdict, tier.why)),
             *(
-                Case(comparison.name, tier.tier, name, _STATUS[channel.verdict], _told(channel))
+                Case(
+                    comparison.name,
+                    tier.tier,
+                    name,
+                    _STATUS[channel.verdict],
+                    _told(channel.verdict, channel.reason),
+                )
                 for name, channel in tier.channels.items()
             ),
         )
     ]
 
 
-def _told(judged: SceneComparison | ChannelComparison) -> str:
-    return f"{judged.verdict}: {judged.reason}"
+def _told(verdict: str, why: str) -> str:
+    return f"{verdict}: {why}"

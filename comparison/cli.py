@@ -95,7 +95,8 @@ def run(
 ) -> int:
     """Run one scene by one model and write its table, with events and provenance beside it.
 
-    What a model had computed before it gave up is written as NAME.partial.csv.
+    What a model had computed before it gave up, or a run that breaks one of the model's own invariants, is
+    written as NAME.partial.csv.
     """
     from dataclasses import replace
 
@@ -104,7 +105,7 @@ def run(
     from comparison.engines import find
     from comparison.files import check_folder
     from comparison.plan import expectation
-    from comparison.run import Job, RunError, run_all, successful
+    from comparison.run import VIOLATED, Job, RunError, run_all, successful
     from comparison.scene import load_scene, parse_set
     from comparison.table import check_format, write
 
@@ -124,7 +125,9 @@ def run(
         (outcome,) = run_all([job], 1, report, cached=False)
     if outcome.partial is not None:
         kept = write(outcome.partial, out.with_name(f"{out.stem}.partial{out.suffix}"))
-        told = f"{outcome.message}; {len(outcome.partial.frame)} samples until then are in {kept}"
+        count = len(outcome.partial.frame)
+        samples = f"all {count} samples" if outcome.status == VIOLATED else f"{count} samples until then"
+        told = f"{outcome.message}; {samples} are in {kept}"
         raise RunError(replace(outcome, message=told), job)
     table = successful(outcome, job)
     path = write(table, out)

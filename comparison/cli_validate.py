@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from glob import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +15,7 @@ from comparison.options import REPORTS, Accuracy, AllowIndeterminate, Jobs, Mode
 
 if TYPE_CHECKING:
     from comparison.findings import SceneComparison
+    from comparison.validation import Validation
 
 
 def validate(
@@ -68,6 +70,7 @@ def validate(
                 write(result.runs[model].base, path)
             else:
                 path.unlink(missing_ok=True)  # of an earlier call: it would seem to belong to this report
+    kept = _write_partial(results, folder / "tables")
     write_json(
         {
             "command": command,
@@ -77,9 +80,25 @@ def validate(
         folder / "summary.json",
     )
     _write_for_ci(comparisons, folder, command)
-    for line in (*scene_lines(comparisons), str(page)):
+    for line in (*scene_lines(comparisons), *kept, str(page)):
         typer.echo(line)
     return code
+
+
+def _write_partial(results: Sequence[Validation], folder: Path) -> list[str]:
+    """Keep the tables of runs that did not succeed, and say where; those of an earlier call go."""
+    from comparison.table import write
+
+    for result in results:
+        for path in folder.glob(f"{escape(result.comparison.name)}.*.partial.*"):
+            path.unlink()
+    told = []
+    for result in results:
+        for which, table in result.partial.items():
+            name = f"{result.comparison.name}.{which.replace(' ', '-')}.partial.csv"
+            kept = write(table, folder / name)
+            told.append(f"{len(table.frame)} samples of the {which} run are in {kept}")
+    return told
 
 
 def write_page(comparisons: Sequence[SceneComparison], folder: Path, command: str) -> Path:
@@ -104,6 +123,6 @@ def _write_for_ci(comparisons: Sequence[SceneComparison], folder: Path, command:
         title="Cross-validation of the two models",
         told=[sentence(comparisons), f"Made by: {command}"],
         headings=("scene", "tier", "verdict", "why"),
-        rows=[(c.name, tier.tier, tier.verdict, tier.reason) for c in comparisons for tier in c.tiers],
+        rows=[(c.name, tier.tier, tier.verdict, tier.why) for c in comparisons for tier in c.tiers],
         cases=cases,
     )

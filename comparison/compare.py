@@ -54,8 +54,7 @@ def compare(
     only
         The channels to compare, of those that the scene asks for; None: all.
     ensembles
-        More runs of each model at the base's setting and times, from moved starts: where a difference is
-        being confirmed.
+        More runs of each model at its base's setting and times, see `comparison.confirmation`.
 
     Raises
     ------

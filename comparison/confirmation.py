@@ -19,30 +19,32 @@ outside the other's ensemble: on fewer samples, but a confirmed difference.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import nan
 
 import numpy as np
 
-from comparison.arrays import Array, BoolArray
-from comparison.channels import channels
 from comparison.compare import compare
-from comparison.confirmation_starts import ensemble_shifts, moved_starts
+from comparison.confirmation_causes import (
+    Ensembles,
+    between_models,
+    clusters,
+    farthest,
+    judged_samples,
+    underestimation,
+    within_ensemble,
+)
+from comparison.confirmation_starts import ENOUGH, ensemble_shifts, moved_starts
 from comparison.confirmation_text import contact_words, sentence
-from comparison.findings import ChannelComparison, Confirmation, SceneComparison
-from comparison.measures.outliers import Parting, clustered, distances, parting_contact, split
+from comparison.findings import Confirmation, SceneComparison
+from comparison.measures.outliers import distances
 from comparison.scene import Scene
 from comparison.table import Table
-from comparison.uncertainty import ENSEMBLE_FACTOR, Runs, movable
+from comparison.uncertainty import Runs, movable
 
 Run = Callable[[Sequence[Scene], str], list[Table]]
 """Runs scenes by a model and returns the tables of the runs that succeeded."""
-Ensembles = Mapping[int, Sequence[Table]]
-"""Of the first model (0) and the second (1); of one that is too slow there is none."""
-
-ENOUGH = 19
-"""Members that can show a rank of 5 %; with fewer nothing is confirmed, nor taken back."""
 
 
 def confirm(
@@ -101,13 +103,12 @@ def confirm(
         judged = _with_ensembles(result, runs, large, scene)
         if judged.verdict != "differ":
             found = replace(found, farther=(farther.get(0, 0), farther.get(1, 0)))
-            return _told(judged, _underestimated(found, result, judged, large))
+            return _told(judged, _underestimated(found, result, judged, runs, large))
         result, (farther, excess) = judged, ranks(judged, runs, large)
     if len(large) < len(ensembles):
         return _told(result, found, f"fewer than {ENOUGH} runs from moved starts succeeded")
     found = replace(found, outcome="confirmed", since=_since(result), excess=min(excess.values()))
-    groups = [[of.base, *large.get(side, ())] for side, of in enumerate(runs)]
-    parting = _parting(groups[0], groups[1], result, until=found.since)
+    parting = between_models(result, runs, large, until=found.since)
     if parting is not None:
         found = replace(found, contact=contact_words(parting, result.labels))
     return _told(result, found)
@@ -130,27 +131,13 @@ def ranks(
         for name, channel in result.channels.items():
             if channel.verdict == "unexcited":
                 continue
-            mask, floor = _judged(channel)
+            mask, floor = judged_samples(channel)
             values = np.array([table.values(name)[mask] for table in tables])
             of_members, of_run = distances(values, runs[1 - side].base.values(name)[mask], floor)
             members, other = np.maximum(members, of_members), max(other, of_run)
         farther[side] = int((members >= other).sum())
         excess[side] = other / float(members.max()) if members.max() > 0.0 else np.inf
     return farther, excess
-
-
-def _judged(channel: ChannelComparison) -> tuple[BoolArray, Array]:
-    """Return the samples of a channel that decide, shape (n,), and u on these.
-
-    Where a channel differs although too few of its samples are predictable, all of them decide and the
-    largest u of all times counts, as in `comparison.verdict`.
-    """
-    assert channel.u is not None
-    happens = (channel.a != 0) | (channel.b != 0)
-    if channel.verdict == "differ" and channel.coverage < channel.limits.coverage:
-        return happens, np.full(int(happens.sum()), channel.u.max())
-    mask = happens & channel.predictable
-    return mask, channel.u[mask]
 
 
 def _with_ensembles(
@@ -176,82 +163,26 @@ def _with_ensembles(
 
 
 def _underestimated(
-    found: Confirmation, before: SceneComparison, after: SceneComparison, ensembles: Ensembles
+    found: Confirmation,
+    before: SceneComparison,
+    after: SceneComparison,
+    runs: tuple[Runs, Runs],
+    ensembles: Ensembles,
 ) -> Confirmation:
     """Say by how much the uncertainty had been too small, since when, and what decides if it was much."""
-    limits = next(iter(before.channels.values())).limits
-    factors = {}
-    for name, channel in before.channels.items():
-        mask, floor = _judged(channel)
-        if channel.verdict != "unexcited" and mask.any():
-            # As many samples as a verdict may leave unexplained do not make the factor either.
-            ratio = _u(after.channels[name])[mask] / (ENSEMBLE_FACTOR * floor)
-            factors[name] = float(np.quantile(ratio, limits.share, method="lower"))
-    worst = max(factors, key=lambda name: factors[name])
-    found = replace(found, outcome="underestimated", factor=factors[worst], since=_since(before))
-    parted = _clusters(before, ensembles)
-    found = replace(found, clustered=parted is not None)
+    factor, worst = underestimation(before, after)
+    parted = clusters(before, ensembles)
+    found = replace(
+        found, outcome="underestimated", factor=factor, since=_since(before), clustered=parted is not None
+    )
     if not found.suspicious:
         return found
-    side, name, sample = parted or _farthest(worst, before, after, ensembles)
-    tables = ensembles[side]
-    above = split(np.array([table.values(name)[sample] for table in tables]))
-    groups = [
-        [table for table, is_above in zip(tables, above, strict=True) if is_above == which]
-        for which in (0, 1)
-    ]
-    parting = _parting(groups[0], groups[1], before, until=float(before.time[sample]))
+    side, name, sample = parted or farthest(worst, before, after, runs, ensembles)
+    tables = [runs[side].base, *ensembles[side]]
+    parting = within_ensemble(tables, name, sample, before)
     if parting is None:
         return found
-    label = before.labels[side]
-    return replace(found, contact=contact_words(parting, (label, label)))
-
-
-def _clusters(result: SceneComparison, ensembles: Ensembles) -> tuple[int, str, int] | None:
-    """Return model, channel and first sample of an ensemble that falls into clusters; None if none does.
-
-    Only positions and velocities are looked at: a force jumps at either end of every contact, so a sample
-    there parts runs that are together in all that follows. A channel's clusters count if they last for more
-    samples than a verdict may leave unexplained.
-    """
-    found = []
-    for side, tables in ensembles.items():
-        for name, channel in result.channels.items():
-            if channel.verdict == "unexcited" or channels()[name].follows is not None:
-                continue
-            mask, floor = _judged(channel)
-            parted = clustered(np.array([table.values(name)[mask] for table in tables]), floor)
-            if parted.sum() > (1.0 - channel.limits.share) * parted.size:
-                found.append((int(np.flatnonzero(mask)[parted.argmax()]), side, name))
-    if not found:
-        return None
-    sample, side, name = min(found)
-    return side, name, sample
-
-
-def _farthest(
-    name: str, before: SceneComparison, after: SceneComparison, ensembles: Ensembles
-) -> tuple[int, str, int]:
-    """Return model, channel and sample at which a channel's uncertainty was most too small."""
-    mask, floor = _judged(before.channels[name])
-    sample = int(np.flatnonzero(mask)[(_u(after.channels[name])[mask] / floor).argmax()])
-    side = max(ensembles, key=lambda side: np.ptp([table.values(name)[sample] for table in ensembles[side]]))
-    return side, name, sample
-
-
-def _parting(
-    first: Sequence[Table], second: Sequence[Table], result: SceneComparison, until: float
-) -> Parting | None:
-    """Return the contact that parts two groups of runs; None where there is none, or no event tables."""
-    groups = tuple([table.events for table in group if table.events is not None] for group in (first, second))
-    if not all(groups) or result.period is None:
-        return None
-    return parting_contact((groups[0], groups[1]), period=result.period, until=until)
-
-
-def _u(channel: ChannelComparison) -> Array:
-    assert channel.u is not None
-    return channel.u
+    return replace(found, contact=contact_words(parting, (before.labels[side], before.labels[side])))
 
 
 def _since(result: SceneComparison) -> float:

@@ -21,6 +21,8 @@ MEMBERS = {"reference": 99}
 """Runs in an ensemble, by model; the reference takes 0.03 s each."""
 OTHER_MEMBERS = 30
 """Of any other model; Exudyn's tree takes about 1 s a run at the tight tier."""
+ENOUGH = 19
+"""Members that can show a rank of 5 %; with fewer nothing is confirmed, nor taken back."""
 FIVE_BODIES = ("full", "native")
 """Formulations of Exudyn that are too slow for an ensemble: some 10 s a run."""
 # Responses below it are round-off: a few operations on coordinates of 0.55 m.

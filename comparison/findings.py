@@ -8,6 +8,7 @@ from functools import cached_property
 from math import nan
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from comparison.arrays import Array, BoolArray
@@ -15,6 +16,7 @@ from comparison.channels import CONTACTS, channels
 from comparison.measures.impacts import Impacts, impacts_of
 from comparison.measures.information import information
 from comparison.reliability.difference import ReliabilityComparison
+from comparison.scene import Scene
 from comparison.shift import Shift
 from comparison.thresholds import Thresholds
 
@@ -133,6 +135,16 @@ class Confirmation:
     """All this in plain words."""
 
     @property
+    def mark(self) -> str:
+        """The outcome in a few words, to stand beside a verdict."""
+        fewest = min((count for count in self.members if count), default=0)
+        return {
+            "confirmed": f"confirmed by at least {fewest} runs",
+            "unconfirmed": f"unconfirmed, {fewest} runs",
+            "underestimated": f"uncertainty underestimated {self.factor:.2g} times",
+        }[self.outcome]
+
+    @property
     def suspicious(self) -> bool:
         """Whether something discontinuous decides, as an intermittent fault of a model would."""
         return self.outcome == "underestimated" and (self.clustered or self.factor > SUSPICIOUS)
@@ -173,6 +185,11 @@ class SceneComparison:
     """Of a verdict that was "differ" before it; None where the models agreed, or for foreign tables."""
 
     @property
+    def why(self) -> str:
+        """The reason of the verdict, after what its confirmation found where there was one."""
+        return self.reason if self.confirmation is None else f"{self.confirmation.sentence}. {self.reason}"
+
+    @property
     def tiers(self) -> tuple[SceneComparison, ...]:
         """The comparison itself and that at the tight tier, if there is one."""
         return (self,) if self.tight is None else (self, self.tight)
@@ -195,3 +212,25 @@ class SceneComparison:
                 if channel is not None and channel.u is not None
             },
         )
+
+
+def no_comparison(
+    scene: Scene, reason: str, *, labels: tuple[str, str], command: str, tier: str
+) -> SceneComparison:
+    """Return the comparison of a scene whose runs cannot be compared: without channels, and why."""
+    return SceneComparison(
+        name=scene.name,
+        title=scene.title,
+        description=scene.description,
+        labels=labels,
+        verdict="cannot compare",
+        reason=reason,
+        warnings=scene.warnings,
+        time=np.empty(0),
+        period=scene.period,
+        channels={},
+        events=(None, None),
+        scene=scene.data,
+        command=command,
+        tier=tier,
+    )

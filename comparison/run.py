@@ -20,6 +20,9 @@ from comparison.workers import Died, Kernels, Share, in_turn, work
 MODELS = ("reference", "exudyn")
 """The two that are compared where nobody asks for others, see `comparison.engines`."""
 
+VIOLATED = "invariant-violated"
+"""Status of a run that shows what no correct run can; its table is whole, but nothing follows from it."""
+
 Progress = Callable[[float], None]
 Simulate = Callable[..., Any]
 
@@ -64,7 +67,8 @@ class Outcome:
     table
         The result if the status is ``"success"``.
     partial
-        What a model had recorded when it gave up with a status of its own: shorter than asked, unchecked.
+        What a model had recorded when it ended with a status of its own, unchecked: shorter than asked where
+        it gave up, in full where the run broke an invariant (`VIOLATED`).
     """
 
     status: str

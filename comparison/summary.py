@@ -51,6 +51,9 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "command": comparison.command,
         "situations": dict(zip(comparison.labels, of_scene(comparison), strict=True)),
         "crank_pin_contact": dict(zip(comparison.labels, pin_of_scene(comparison), strict=True)),
+        "confirmation": None
+        if comparison.confirmation is None
+        else asdict(comparison.confirmation) | {"suspicious": comparison.confirmation.suspicious},
         "attribution": None if comparison.attribution is None else asdict(comparison.attribution),
         "impacts": None
         if comparison.impacts is None
@@ -67,7 +70,8 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
 def scene_lines(comparisons: Sequence[SceneComparison]) -> list[str]:
     """One line a scene and tier: name, tier, verdict, reason; below it what the difference is attributed to.
 
-    Then the reliability of the motion; the scene's warnings come last.
+    Between them, of a difference, how it was confirmed or taken back. Then the reliability of the motion; the
+    scene's warnings come last.
     """
     name_width = max(len(comparison.name) for comparison in comparisons)
     lines = []
@@ -76,6 +80,10 @@ def scene_lines(comparisons: Sequence[SceneComparison]) -> list[str]:
         for tier in comparison.tiers:
             lines.append(f"{name:<{name_width}}  {tier.tier:<8}  {tier.verdict:<14}  {tier.reason}")
             name = ""
+            if tier.confirmation is not None:
+                lines.append(
+                    f"{'':<{name_width}}  {'':<8}  {'confirmation':<14}  {tier.confirmation.sentence}"
+                )
             if tier.attribution is not None and (said := attribution_words(tier.attribution)):
                 lines.append(f"{'':<{name_width}}  {'':<8}  {'why':<14}  {'; '.join(said)}")
             if tier.reliability is not None:

@@ -1,21 +1,25 @@
-"""The main job: scenes by two models at both tiers, each with its finer run and its twins, compared."""
+"""The main job: scenes by two models at both tiers, each with its finer run and its twins, compared.
+
+A verdict "differ" is confirmed by ensembles (`comparison.confirmation`) once all scenes are judged; where the
+models agree no run is added.
+"""
 
 from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-
-import numpy as np
+from typing import Any
 
 from comparison.accuracy import coarser, finer, refinement, solver_values
 from comparison.compare import Runs, compare
-from comparison.findings import SceneComparison
+from comparison.confirmation import Run, confirm
+from comparison.findings import SceneComparison, no_comparison
 from comparison.reliability.difference import ReliabilityComparison, compare_reliability
 from comparison.reliability.ideal import ideal_scenes
 from comparison.run import MODELS, Job, Outcome, Progress, describe, run_all
 from comparison.scene import Scene
-from comparison.table import TableError
+from comparison.table import Table, TableError
 from comparison.thresholds import thresholds
 from comparison.tiers import TIERS, tight
 from comparison.uncertainty import twins
@@ -36,12 +40,16 @@ class Validation:
         Whether a run ended in a way that no input should cause.
     tight_runs
         As ``runs``, at the tight tier; empty where it was not run.
+    partial
+        Of the run that a verdict "cannot compare" names, by tier, model and run ("tight exudyn finer"): its
+        table up to where the model stopped, or in full where the run broke one of its invariants.
     """
 
     comparison: SceneComparison
     runs: dict[str, Runs]
     crashed: bool = False
     tight_runs: dict[str, Runs] = field(default_factory=dict)
+    partial: dict[str, Table] = field(default_factory=dict)
 
 
 def validate(
@@ -70,7 +78,7 @@ def validate(
     tiers
         "standard", or both. The tight tier is left out where a model is not ours, see `comparison.tiers`.
     on_progress
-        Called with the finished share, 0 to 1.
+        Called with the finished share, 0 to 1; again from 0 for each ensemble that confirms a difference.
 
     Raises
     ------
@@ -99,8 +107,14 @@ def validate(
     for plan in planned:
         own, ideal = ({which: next(outcomes) for which in of} for of in (plan.jobs, plan.ideals))
         judged.append(_with_reliability(_judge(plan, own), plan, ideal))
-    results = []
-    for result in judged:
+
+    def run(starts: Sequence[Scene], model: str) -> list[Table]:
+        ran = run_all([Job(start, model) for start in starts], n_jobs, on_progress)
+        return [outcome.table for outcome in ran if outcome.table is not None]
+
+    results: list[Validation] = []
+    for plan, unconfirmed in zip(planned, judged, strict=True):
+        result = _confirmed(unconfirmed, plan, run)
         if result.comparison.tier == "standard":
             results.append(result)
         else:
@@ -114,6 +128,19 @@ def _with_tight(usual: Validation, closer: Validation) -> Validation:
         usual.runs,
         usual.crashed or closer.crashed,
         closer.runs,
+        usual.partial | closer.partial,
+    )
+
+
+def _confirmed(result: Validation, plan: _Plan, run: Run) -> Validation:
+    """Confirm a difference, or take it back."""
+    if not result.runs:
+        return result
+    a, b = plan.models
+    pair = result.runs[a], result.runs[b]
+    return replace(
+        result,
+        comparison=confirm(result.comparison, pair, scene=plan.scene, models=plan.models, run=run),
     )
 
 
@@ -161,14 +188,17 @@ def levels(scene: Scene, model: str) -> dict[str, Scene]:
 def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
     scene, models = plan.scene, plan.models
 
-    def refused(reason: str, *, crashed: bool = False) -> Validation:
-        return Validation(_no_comparison(plan, reason), {}, crashed)
+    def refused(reason: str, **more: Any) -> Validation:
+        refusal = no_comparison(scene, reason, labels=models, command=plan.command, tier=plan.tier)
+        return Validation(refusal, {}, **more)
 
     failed = {which: outcome for which, outcome in outcomes.items() if outcome.table is None}
     if failed:
         crashed = any(outcome.status == "crashed" for outcome in failed.values())
         which = next((w for w in failed if failed[w].status == "crashed"), next(iter(failed)))
-        return refused(describe(plan.jobs[which], failed[which]), crashed=crashed)
+        kept = failed[which].partial
+        partial = {} if kept is None else {" ".join((plan.tier, *which)): kept}
+        return refused(describe(plan.jobs[which], failed[which]), crashed=crashed, partial=partial)
     runs = _runs(plan, outcomes)
     try:
         comparison = compare(
@@ -226,23 +256,3 @@ def _with_reliability(
         except TableError as error:
             found = ReliabilityComparison(scene.reliability, missing=str(error))
     return replace(result, comparison=replace(result.comparison, reliability=found))
-
-
-def _no_comparison(plan: _Plan, reason: str) -> SceneComparison:
-    scene = plan.scene
-    return SceneComparison(
-        name=scene.name,
-        title=scene.title,
-        description=scene.description,
-        labels=plan.models,
-        verdict="cannot compare",
-        reason=reason,
-        warnings=scene.warnings,
-        time=np.empty(0),
-        period=scene.period,
-        channels={},
-        events=(None, None),
-        scene=scene.data,
-        command=plan.command,
-        tier=plan.tier,
-    )

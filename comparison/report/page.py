@@ -140,6 +140,8 @@ def _tier(scene: SceneComparison) -> dict[str, Any]:
         "tier": scene.tier,
         "verdict": scene.verdict,
         "reason": scene.reason,
+        "why": scene.why,
+        "confirmation": scene.confirmation,
         "labels": scene.labels,
         "attribution": attribution_words(scene.attribution) if scene.attribution else [],
         "coverage": percent(summary.coverage(scene)),

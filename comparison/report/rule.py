@@ -7,10 +7,17 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from comparison.arrays import Array, BoolArray
+from comparison.confirmation_starts import ENOUGH, MEMBERS, OTHER_MEMBERS
 from comparison.findings import ChannelComparison, SceneComparison
 from comparison.report.quantity import number
 from comparison.thresholds import thresholds
-from comparison.uncertainty import SAFETY_FACTOR, SAFETY_FACTOR_IN_ORDER, TWIN_SHIFT, WINDOW
+from comparison.uncertainty import (
+    ENSEMBLE_FACTOR,
+    SAFETY_FACTOR,
+    SAFETY_FACTOR_IN_ORDER,
+    TWIN_SHIFT,
+    WINDOW,
+)
 
 
 def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
@@ -36,6 +43,17 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
         "A scene differs if one channel does; else its coverage is the mean over its excited channels, held "
         "against the same floor: below it is indeterminate, at or above it agrees.",
     ]
+    if any(channel.u is not None for scene in comparisons for channel in scene.channels.values()):
+        lines.append(
+            "Differ is confirmed before it is reported: each model runs anew from at least "
+            f"{OTHER_MEMBERS} starts (the reference {MEMBERS['reference']}) that are moved by what its own "
+            "error is worth there, and the other model's run is ranked in that ensemble by its largest "
+            "distance from the centre. It is confirmed where this is larger than that of every run left out "
+            "of the ensemble, in both. Else the uncertainty had been underestimated: "
+            f"{ENSEMBLE_FACTOR:g} times the largest distance in the ensemble replaces it, and the runs are "
+            "judged anew. Five bodies are ranked in an ensemble of the other model. With fewer than "
+            f"{ENOUGH} runs the difference stays unconfirmed."
+        )
     if any(tier.attribution and tier.attribution.cause for scene in comparisons for tier in scene.tiers):
         lines.append(
             "Where a difference comes from: one model's run is replaced by its refined one, the other's is "
