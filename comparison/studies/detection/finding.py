@@ -23,7 +23,8 @@ from comparison.workers import Died, Share, in_turn, work
 
 _JUDGES = (
     "accuracy.py", "accuracy.toml", "align.py", "attribution.py", "channels.py", "channels.toml", "check.py",
-    "compare.py", "confirmation.py", "confirmation_starts.py", "confirmation_text.py", "findings.py",
+    "compare.py", "confirmation.py", "confirmation_causes.py", "confirmation_starts.py",
+    "confirmation_text.py", "findings.py",
     "measures/outliers.py", "resample.py", "run.py", "table.py", "thresholds.py", "thresholds.toml",
     "uncertainty.py", "validation.py", "verdict.py", "studies/detection/copies.py",
     "studies/detection/limits.py", "studies/detection/pairs.py", "studies/detection/rounding.py",
