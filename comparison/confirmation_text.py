@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isnan
+from math import isfinite, isnan
 
 from comparison.channels import CONTACTS, PIN
 from comparison.findings import SUSPICIOUS, Confirmation
@@ -40,10 +40,9 @@ def _confirmed(found: Confirmation, labels: tuple[str, str], since: str) -> str:
     runs = " and ".join(
         f"{count} {label}" for count, label in zip(found.members, labels, strict=True) if count
     )
-    said = (
-        f"difference confirmed{since} by {runs} runs from moved starts: {each}, {found.excess:.3g} times as "
-        "far as the farthest of these"
-    )
+    said = f"difference confirmed{since} by {runs} runs from moved starts: {each}"
+    if isfinite(found.excess):  # not where all members are one
+        said += f", {found.excess:.3g} times as far as the farthest of these"
     return f"{said}; what parts them first is {found.contact}" if found.contact else said
 
 

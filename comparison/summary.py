@@ -70,7 +70,8 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
 def scene_lines(comparisons: Sequence[SceneComparison]) -> list[str]:
     """One line a scene and tier: name, tier, verdict, reason; below it what the difference is attributed to.
 
-    Between them, of a difference, how it was confirmed or taken back. Then the reliability of the motion; the scene's warnings come last.
+    Between them, of a difference, how it was confirmed or taken back. Then the reliability of the motion; the
+    scene's warnings come last.
     """
     name_width = max(len(comparison.name) for comparison in comparisons)
     lines = []

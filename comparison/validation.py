@@ -9,6 +9,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from comparison.accuracy import coarser, finer, refinement, solver_values
 from comparison.compare import Runs, compare
@@ -40,8 +41,8 @@ class Validation:
     tight_runs
         As ``runs``, at the tight tier; empty where it was not run.
     partial
-        Tables of runs that did not succeed, by tier, model and run ("tight exudyn finer"): up to where the
-        model stopped, or in full where the run broke one of its invariants.
+        Of the run that a verdict "cannot compare" names, by tier, model and run ("tight exudyn finer"): its
+        table up to where the model stopped, or in full where the run broke one of its invariants.
     """
 
     comparison: SceneComparison
@@ -187,20 +188,17 @@ def levels(scene: Scene, model: str) -> dict[str, Scene]:
 def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
     scene, models = plan.scene, plan.models
 
-    def refused(reason: str, *, crashed: bool = False) -> Validation:
-        partial = {
-            f"{plan.tier} {model} {kind}": outcome.partial
-            for (model, kind), outcome in outcomes.items()
-            if outcome.partial is not None
-        }
+    def refused(reason: str, **more: Any) -> Validation:
         refusal = no_comparison(scene, reason, labels=models, command=plan.command, tier=plan.tier)
-        return Validation(refusal, {}, crashed, partial=partial)
+        return Validation(refusal, {}, **more)
 
     failed = {which: outcome for which, outcome in outcomes.items() if outcome.table is None}
     if failed:
         crashed = any(outcome.status == "crashed" for outcome in failed.values())
         which = next((w for w in failed if failed[w].status == "crashed"), next(iter(failed)))
-        return refused(describe(plan.jobs[which], failed[which]), crashed=crashed)
+        kept = failed[which].partial
+        partial = {} if kept is None else {" ".join((plan.tier, *which)): kept}
+        return refused(describe(plan.jobs[which], failed[which]), crashed=crashed, partial=partial)
     runs = _runs(plan, outcomes)
     try:
         comparison = compare(

@@ -92,7 +92,11 @@ def in_turn(tasks: Mapping[str, Work]) -> list[str]:
 
 
 def work(
-    attempt: Attempt, tasks: Sequence[tuple[str, Any]], n_workers: int, limit: float = inf
+    attempt: Attempt,
+    tasks: Sequence[tuple[str, Any]],
+    n_workers: int,
+    limit: float = inf,
+    environment: Mapping[str, str] | None = None,
 ) -> Generator[tuple[str, Any]]:
     """Hand tasks to worker processes in the given order and yield what becomes of them, as it comes.
 
@@ -109,6 +113,8 @@ def work(
     limit
         s; a task that takes longer is ended with its process, whatever it hangs in. Counted from where it
         reports a share of 0; until then, to start a process and to compile, it has `READY` times as long.
+    environment
+        Variables of the worker processes alone, for what a library reads only while its process starts.
 
     Yields
     ------
@@ -124,7 +130,7 @@ def work(
         while waiting or busy:
             while waiting and len(busy) < n_workers:
                 name, task = waiting.pop()
-                worker = idle.pop() if idle else _Worker(attempt)
+                worker = idle.pop() if idle else _Worker(attempt, environment or {})
                 busy[worker.connection] = (worker, name)
                 ends[worker.connection], shares[worker.connection] = time.monotonic() + READY * limit, 0.0
                 with suppress(OSError):  # the worker is dead: its connection reads as ended below
@@ -163,11 +169,11 @@ def work(
 class _Worker:
     """A spawned process and our end of its pipe."""
 
-    def __init__(self, attempt: Attempt) -> None:
+    def __init__(self, attempt: Attempt, environment: Mapping[str, str]) -> None:
         context = multiprocessing.get_context("spawn")
         self.connection, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(attempt, theirs), daemon=True)
-        with _inherited():
+        with _inherited(environment):
             self.process.start()
         theirs.close()  # so that the end of the process ends the connection
 
@@ -185,19 +191,20 @@ def _serve(attempt: Attempt, connection: Connection) -> None:
 
 
 @contextmanager
-def _inherited() -> Iterator[None]:
-    """Set what a process that is started here inherits: one thread for numpy, and no Ctrl-C.
+def _inherited(environment: Mapping[str, str]) -> Iterator[None]:
+    """Set what a process that is started here inherits: variables, one thread for numpy, and no Ctrl-C.
 
     A terminal sends Ctrl-C to all processes, but to end workers is their parent's business. The signal is
     held back from the very start: while Python starts, it would end in a traceback.
     """
-    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in names}
-    os.environ.update(dict.fromkeys(names, "1"))
+    one_thread = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    variables = {**environment, **one_thread}
+    before = {name: os.environ.get(name) for name in variables}
     can_mask = hasattr(signal, "pthread_sigmask")
     if can_mask:
         # multiprocessing's own process first: whoever starts it has its mask cleared.
         resource_tracker.ensure_running()
+    os.environ.update(variables)
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT]) if can_mask else set()
     try:
         yield

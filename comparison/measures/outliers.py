@@ -5,10 +5,11 @@ For one channel with members M_i, i = 1 ... n, and a run S, at the same m sample
     T(S)   = max over samples of |S - mean(M)| / max(std(M), u)
     T(M_i) = the same of M_i against the other members, without M_i.
 
-If S is drawn as the members are, its T is the largest of all n + 1 with a probability of 1 / (n + 1) whatever
-the distribution, since every one of them is as likely to be it (a permutation test; B. Phipson, G. K. Smyth,
-Stat. Appl. Genet. Mol. Biol. 9, 2010, 39). Of several channels the largest T counts, so that it stays one
-statistic.
+If S is drawn as the members are, every one of the n + 1 runs is as likely as any other to be the farthest
+out, whatever the distribution, so T(S) exceeds all T(M_i) about once in n + 1 draws (a permutation test;
+B. Phipson, G. K. Smyth, Stat. Appl. Genet. Mol. Biol. 9, 2010, 39). Less often where errors spread over
+decades, since the farthest member widens the ensemble for S but not for itself: half as often, measured over
+six decades. Of several channels the largest T counts, so that it stays one statistic.
 """
 
 from __future__ import annotations

@@ -48,13 +48,25 @@ def sentence(comparisons: Sequence[SceneComparison]) -> str:
     """Return one sentence for all scenes: "Of 8 scenes 1 differs and 7 agree.".
 
     Where some were also compared at the tight tier: "At the standard tier all 8 agree; at the tight tier of 8
-    scenes 1 differs and 7 agree.".
+    scenes 1 differs and 7 agree.". A second one follows where an uncertainty had been underestimated.
     """
     closer = [scene.tight for scene in comparisons if scene.tight is not None]
     if not closer:
         said = _of_tier(comparisons)
-        return f"{said[0].upper()}{said[1:]}."
-    return f"At the standard tier {_of_tier(comparisons)}; at the tight tier {_of_tier(closer)}."
+        return f"{said[0].upper()}{said[1:]}.{_corrected(comparisons)}"
+    return (
+        f"At the standard tier {_of_tier(comparisons)}; at the tight tier {_of_tier(closer)}."
+        f"{_corrected([*comparisons, *closer])}"
+    )
+
+
+def _corrected(judged: Sequence[SceneComparison]) -> str:
+    found = [of.confirmation for of in judged if of.confirmation is not None]
+    count = sum(confirmation.outcome == "underestimated" for confirmation in found)
+    if not count:
+        return ""
+    words = "1 of these verdicts rests" if count == 1 else f"{count} of these verdicts rest"
+    return f" {words} on a corrected uncertainty."
 
 
 def _of_tier(comparisons: Sequence[SceneComparison]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,7 @@ import comparison.run
 from comparison.cache import cache_folder, run_key
 from comparison.run import Job, RunError, describe, run_all, run_one
 from comparison.scene import SceneError
-from comparison.workers import in_turn
+from comparison.workers import in_turn, work
 
 pytestmark = pytest.mark.usefixtures("fake_models")
 
@@ -43,6 +44,20 @@ def test_the_threads_of_this_process_are_left_alone(scene, monkeypatch):
     run_all([Job(scene, "reference")], 1)
     assert os.environ["OMP_NUM_THREADS"] == "7"
     assert "MKL_NUM_THREADS" not in os.environ
+
+
+def test_an_environment_is_that_of_the_workers_alone(scene, fake_models, tmp_path):
+    before, theirs = dict(os.environ), tmp_path / "theirs"
+    variables = {"SIXBAR_TEST_LOG": str(theirs), "OMP_NUM_THREADS": "3"}
+    with closing(
+        work(comparison.run._attempt, [("one", Job(scene, "reference"))], 1, environment=variables)
+    ) as events:
+        ((_, outcome),) = [*events]
+    assert outcome.status == "success"
+    assert dict(os.environ) == before
+    assert fake_models.read_text() == ""
+    # One thread all the same: a sum over threads has no order of its own.
+    assert [threads for _, _, threads, _ in log_of(theirs)] == ["1"]
 
 
 def test_the_longest_job_starts_first_and_workers_are_kept(scene, fake_models):

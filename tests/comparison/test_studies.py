@@ -29,7 +29,7 @@ from comparison.studies import (
     verdicts,
 )
 from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
-from comparison.studies.detection import alarms, faults, limits, study
+from comparison.studies.detection import alarms, cross_model, faults, limits, rounding, study
 from comparison.studies.errors import Peak
 from comparison.studies.extremes import cells
 from comparison.studies.extremes import study as extremes
@@ -70,6 +70,10 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(paper.runs, "MEMBERS", 2)
     monkeypatch.setitem(crank_pin.VARIED, crank_pin.MODULUS, (10e9, 30e9, 70e9, 210e9))
     monkeypatch.setattr(alarms, "KINDS", tuple(replace(kind, draws=2) for kind in alarms.KINDS))
+    monkeypatch.setattr(cross_model, "KINDS", tuple(replace(kind, wanted=2) for kind in cross_model.KINDS))
+    # There are no copies of fakes, which round alike in any environment: the first variant alone counts.
+    monkeypatch.setattr(rounding, "REARRANGED", ())
+    monkeypatch.setattr(rounding, "ROUNDINGS", rounding.ROUNDINGS[:2])
     few = [fault for fault in faults.catalogue() if fault.kind != "code"]
     monkeypatch.setattr(study, "catalogue", lambda: [few[0], few[-3], few[-2], few[-1]])
     monkeypatch.setattr(limits, "PARAMETERS", limits.PARAMETERS[:1])

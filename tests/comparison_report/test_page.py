@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.findings import ChannelComparison, SceneComparison
+from comparison.findings import ChannelComparison, Confirmation, SceneComparison
 from comparison.report import page as page_module
 from comparison.report import svg, write_report
 from comparison.report.gallery import figures
@@ -443,3 +443,23 @@ def test_a_tight_tier_that_could_not_be_compared_is_the_verdict(
 
 def test_a_scene_of_two_tiers_is_small(tiered: SceneComparison) -> None:
     assert len(page(tiered).encode()) < 10e6 / 10  # ten scenes in 10 MB
+
+
+def test_how_a_difference_was_confirmed_or_taken_back_stands_beside_its_verdict(
+    scene: SceneComparison, differing: SceneComparison
+) -> None:
+    confirmed = Confirmation("confirmed", members=(99, 30), sentence="confirmed <b>by</b> 129 runs")
+    taken_back = Confirmation(
+        "underestimated", members=(99, 30), factor=6.4, clustered=True, sentence="no difference after all"
+    )
+    html = page(replace(differing, confirmation=confirmed), replace(scene, confirmation=taken_back))
+    assert "<p><b>confirmed &lt;b&gt;by&lt;/b&gt; 129 runs</b></p>" in html
+    assert '<p class="warning"><b>no difference after all</b></p>' in html
+    said = words(html)
+    assert f"confirmed <b>by</b> 129 runs. {differing.reason}" in said
+    assert "confirmed by at least 30 runs" in said
+    assert "uncertainty underestimated 6.4 times" in said
+    assert "Of 2 scenes 1 differs and 1 agrees. 1 of these verdicts rests on a corrected uncertainty." in said
+    harmless = page(replace(scene, confirmation=replace(taken_back, clustered=False)))
+    assert "<p><b>no difference after all</b></p>" in harmless
+    assert "Differ is confirmed before it is reported" in words(harmless)

@@ -14,8 +14,9 @@ from comparison.compare import Runs, compare
 from comparison.engines import EngineError, engine_names, find
 from comparison.studies.detection.copies import CatalogueError, changed, installed, package
 from comparison.studies.detection.faults import DETECTED, catalogue, controls, scenes, trials
+from comparison.studies.detection.pairs import summary
 from comparison.studies.detection.tables import SPOILS
-from comparison.studies.detection.tasks import Side, runs, summary
+from comparison.studies.detection.tasks import Side, runs
 from comparison.table import TableError
 
 FAULTS = catalogue()
@@ -67,10 +68,10 @@ def test_every_wrong_number_changes_the_scene_and_nothing_else_does(tier):
         assert set(fault.shows) <= set(expected(scene.data))
 
 
-def test_every_fault_is_tried_at_both_tiers_against_the_other_model():
+def test_every_fault_is_tried_at_the_tiers_that_run_it_against_the_other_model():
     tried = trials(FAULTS)
-    assert {(trial.fault.name, trial.tier) for trial in tried} == {
-        (fault.name, tier) for fault in FAULTS for tier in ("standard", "tight")
+    assert {(trial.fault, trial.tier) for trial in tried} == {
+        (fault, tier) for fault in FAULTS for tier in ("standard", "tight") if fault.tier in ("", tier)
     }
     numbers = Counter((t.model, t.tier) for t in tried if t.fault.kind == "number")
     count = sum(fault.kind == "number" for fault in FAULTS)

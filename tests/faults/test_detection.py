@@ -9,7 +9,7 @@ import pytest
 from comparison.studies.detection import alarms
 from comparison.studies.detection.copies import installed
 from comparison.studies.detection.faults import catalogue, controls, trials
-from comparison.studies.detection.tasks import find_all
+from comparison.studies.detection.finding import find_all
 
 FEW = (
     "stiffness +0.1 %",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy.stats import beta
@@ -9,9 +11,12 @@ from scipy.stats import beta
 from comparison.files import write_json
 from comparison.gate import renewal
 from comparison.studies.detection import alarms, limits
-from comparison.studies.detection import study as detection
+from comparison.studies.detection.cross_model import KINDS
 from comparison.studies.detection.faults import catalogue, trials
+from comparison.studies.detection.page import text
 from comparison.studies.detection.rates import interval, share, upper_limit
+from comparison.studies.detection.results import Results, record
+from comparison.studies.detection.rounding import PLACES, ROUNDINGS
 
 
 @pytest.mark.parametrize("trials", [1, 20, 300])
@@ -66,6 +71,7 @@ def test_draws_start_between_the_walls_and_differ_by_numerics_alone(kind):
 @pytest.mark.parametrize("smallest", [3e-9, 1e-4, 0.09])
 def test_the_search_ends_within_a_third_of_the_smallest_change(smallest, monkeypatch):
     monkeypatch.setattr(limits.Search, "shows", lambda _, change: change >= smallest)
+    monkeypatch.setattr(limits.Search, "confirmed", lambda *_: True)
     found = limits.searches()[0].find()
     assert found["missed"] < smallest <= found["found"]
     assert found["found"] / found["missed"] == pytest.approx(
@@ -73,23 +79,59 @@ def test_the_search_ends_within_a_third_of_the_smallest_change(smallest, monkeyp
     )
 
 
+@pytest.mark.parametrize("smallest", [3e-9, 1e-4, 0.09])
+def test_a_change_that_is_not_confirmed_is_a_miss_and_the_next_larger_one_is_tried(smallest, monkeypatch):
+    asked = []
+    monkeypatch.setattr(limits.Search, "shows", lambda _, change: change >= 1e-9)
+    monkeypatch.setattr(
+        limits.Search, "confirmed", lambda _, change: asked.append(change) or change >= smallest
+    )
+    found = limits.searches()[0].find()
+    assert found["missed"] < smallest <= found["found"]
+    assert found["found"] / found["missed"] == pytest.approx(limits.NEXT, rel=1e-9)
+    assert asked == sorted(asked)
+    assert asked[-2:] == [found["missed"], found["found"]]
+
+
 def test_a_search_without_an_end_says_so(monkeypatch):
     monkeypatch.setattr(limits.Search, "shows", lambda *_: False)
     assert limits.searches()[0].find() == {"found": None, "missed": limits.MOST}
     monkeypatch.setattr(limits.Search, "shows", lambda *_: True)
+    monkeypatch.setattr(limits.Search, "confirmed", lambda *_: True)
     assert limits.searches()[0].find()["missed"] is None
+    monkeypatch.setattr(limits.Search, "confirmed", lambda *_: False)
+    found = limits.searches()[0].find()
+    assert found["found"] is None
+    assert found["missed"] == pytest.approx(limits.MOST, rel=1e-9)
 
 
 def test_what_the_study_writes_is_what_a_baseline_reads(tmp_path):
     agree = {"verdict": "agree", "reason": "", "channels": {}, "first": None}
     alarm = agree | {"verdict": "differ"}
-    judged = [(alarms.KINDS[0], [agree] * 300 + [alarm, agree | {"verdict": "indeterminate"}])]
-    tried = [(trial, alarm) for trial in trials(catalogue())]
-    smallest = [[None] + [1.23456e-7] * (len(limits.PLACES) - 1)] * len(limits.PARAMETERS)
+    corrected = agree | {"confirmation": {"outcome": "underestimated", "sentence": "too small"}}
+    bits = [(str(number),) * len(PLACES) for number, _ in enumerate(ROUNDINGS)]
+    results = Results(
+        both=[(KINDS[0], {ROUNDINGS[0]: [agree] * 200, ROUNDINGS[1]: [agree] * 99 + [corrected]})],
+        own=[(alarms.KINDS[0], [agree] * 300 + [alarm, agree | {"verdict": "indeterminate"}])],
+        bits=bits,
+        healthy=[agree],
+        faults=[(trial, alarm) for trial in trials(catalogue())],
+        smallest=[[None] + [1.23456e-7] * (len(limits.PLACES) - 1)] * len(limits.PARAMETERS),
+    )
     path = tmp_path / "detection.json"
-    write_json(detection.record(judged, tried, smallest), path)
+    write_json(record(results), path)
     read = renewal._rates(path, None)
     assert read is not None
     counted = read.false_alarms[alarms.KINDS[0].label]
-    assert counted == {"draws": 302, "decided": 301, "alarms": 1, "upper_limit_95": 0.01566}
-    assert read.detected["tight"]["faults"] == sum(trial.tier == "tight" for trial, _ in tried)
+    assert counted == {
+        "draws": 302, "decided": 301, "underestimated": 0, "alarms": 1, "upper_limit_95": 0.01566
+    }  # fmt: skip
+    both = read.false_alarms[KINDS[0].label]
+    assert both == {
+        "draws": 300, "decided": 300, "underestimated": 1, "alarms": 0, "upper_limit_95": 0.00994
+    }  # fmt: skip
+    assert read.detected["tight"]["faults"] == sum(trial.tier == "tight" for trial, _ in results.faults)
+    page = text(results)
+    assert "- both models, tight: 0 false alarms in 300 decided comparisons" in page
+    assert "agree: too small." in page
+    assert not re.search(r"\{\w*\}", page)

@@ -15,7 +15,8 @@ import numpy as np
 
 from comparison.run import MODELS
 from comparison.scene import Scene, load_scene
-from comparison.studies.detection.tasks import Pair, Side
+from comparison.studies.detection.pairs import Pair
+from comparison.studies.detection.tasks import Side
 from comparison.tiers import tight
 from comparison.uncertainty import TWIN_SHIFT
 

@@ -15,7 +15,8 @@ from typing import Any, Literal
 
 from comparison.run import MODELS
 from comparison.scene import Scene, load_scene
-from comparison.studies.detection.tasks import Found, Pair, Side
+from comparison.studies.detection.pairs import Pair
+from comparison.studies.detection.tasks import Found, Side
 from comparison.tiers import TIERS, tight
 
 Kind = Literal["number", "code", "table"]
@@ -42,6 +43,8 @@ class Fault:
     new: str = ""
     spoil: str = ""
     """Of a wrong table: see `comparison.studies.detection.tables`."""
+    tier: str = ""
+    """Of wrong code: the only tier that runs it, where the other one has code of its own."""
     shows: tuple[str, ...] = ()
     """Channels that must be among those that differ at the tight tier."""
     unexcited: str = ""
@@ -135,6 +138,7 @@ def trials(faults: Sequence[Fault]) -> list[Trial]:
         for model in MODELS
         if model == (fault.model or ("exudyn" if fault.kind == "table" else model))
         and (fault.kind != "number" or tier == "tight" or model == "reference")
+        and tier == (fault.tier or tier)
     ]
 
 

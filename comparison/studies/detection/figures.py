@@ -16,7 +16,7 @@ _MARKS = (("o", svg.FIRST), ("x", svg.SECOND), ("s", svg.DIFFERENCE))
 def draw(
     names: Sequence[str], places: Sequence[str], smallest: Sequence[Sequence[float | None]], path: Path
 ) -> None:
-    """Draw the smallest change of each number that is told from nothing.
+    """Draw the smallest detectable change of each number.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def draw(
         axes.set_xlim(LEAST, 2.0 * MOST)
         axes.set_ylim(len(names) - 0.5, -0.5)
         axes.set_yticks(range(len(names)), names)
-        axes.set_xlabel("smallest relative change that is told from nothing")
+        axes.set_xlabel("smallest detectable relative change")
         for column, (place, (mark, colour)) in enumerate(zip(places, _MARKS, strict=True)):
             known = [(value, at) for at, row in enumerate(smallest) if (value := row[column]) is not None]
             axes.plot(

@@ -1,4 +1,8 @@
-"""The smallest change of one number, given to one model alone, that the gate still tells from nothing."""
+"""The smallest change of one number, given to one model alone, that the verdict still detects.
+
+The search goes by comparisons of five runs a side; only what it ends with is confirmed by ensembles, as any
+difference is before it is reported. What is not confirmed is a miss, and the next larger change is tried.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,8 @@ from typing import Any
 from comparison.compare import compare
 from comparison.run import MODELS, RunError
 from comparison.scene import Scene
-from comparison.studies.detection.faults import number_of, scenes
+from comparison.studies.detection.faults import DETECTED, number_of, scenes
+from comparison.studies.detection.pairs import Pair
 from comparison.studies.detection.tasks import Found, Side, kept_runs, runs
 from comparison.table import TableError
 from comparison.workers import Kernels
@@ -33,6 +38,8 @@ LEAST, MOST = 1e-9, 0.1
 """Relative changes between which the smallest is sought."""
 HALVINGS = 6
 """Of the decades between them: 8 / 2^6, so that two changes remain which are 33 % apart."""
+NEXT = (MOST / LEAST) ** 0.5**HALVINGS
+"""From one change to the next larger one."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +59,7 @@ class Search:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """What tells it from others."""
+        """What distinguishes it from other tasks."""
         return {
             "search": [self.key, LEAST, MOST, HALVINGS],
             "sides": [side.identity for side in self.sides],
@@ -69,32 +76,46 @@ class Search:
         """Which code is compiled for it."""
         return frozenset(side.kernels for side in self.sides)
 
+    @property
+    def environment(self) -> tuple[tuple[str, str], ...]:
+        """No variables besides its parent's."""
+        return ()
+
     def find(self) -> Found:
         """Return ``found`` and ``missed``, relative changes; None where all or none are found."""
-        found, missed = None, None
+        missed = None
         low, high = LEAST, MOST
         if not self.shows(high):
             return {"found": None, "missed": high}
-        found = high
         for _ in range(HALVINGS):
             middle = (low * high) ** 0.5
             if self.shows(middle):
-                found = high = middle
+                high = middle
             else:
                 missed = low = middle
-        return {"found": found, "missed": missed}
+        while not self.confirmed(high):
+            missed, high = high, high * NEXT
+            if high > MOST * NEXT**0.5:
+                return {"found": None, "missed": missed}
+        return {"found": high, "missed": missed}
 
-    def shows(self, change: float) -> bool:
-        """Return whether this relative change is told from nothing."""
+    def pair(self, change: float) -> Pair:
+        """Return the comparison with this relative change."""
         value = float(number_of(self.scene, self.key)) * (1.0 + change)
         faulty = self.scene.with_values({self.key: value})
+        return Pair(self.scene, self.a, Side(faulty, self.model), self.tier)
+
+    def shows(self, change: float) -> bool:
+        """Return whether five runs a side differ with this relative change."""
         try:
-            result = compare(
-                kept_runs(self.a), runs(Side(faulty, self.model)), scene=self.scene, tier=self.tier
-            )
+            result = compare(kept_runs(self.a), runs(self.pair(change).b), scene=self.scene, tier=self.tier)
         except (RunError, TableError):
             return True
         return result.verdict == "differ"
+
+    def confirmed(self, change: float) -> bool:
+        """Return whether the verdict detects this relative change."""
+        return self.pair(change).find()["verdict"] in DETECTED
 
 
 def searches() -> list[Search]:

@@ -1,8 +1,56 @@
-"""How sure a counted rate is, after C. J. Clopper and E. S. Pearson (Biometrika 26, 1934, 404-413)."""
+"""Counts of verdicts, and how sure a counted rate is.
+
+Intervals are exact, after C. J. Clopper and E. S. Pearson (Biometrika 26, 1934, 404-413).
+"""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 from scipy.stats import binomtest
+
+from comparison.studies.detection.tasks import Found
+
+
+@dataclass(frozen=True)
+class Counts:
+    """How comparisons without a fault ended."""
+
+    draws: int
+    indeterminate: int
+    """Too little of the run is predictable for a verdict."""
+    underestimated: int
+    """Of those that agree: with an uncertainty that ensembles had to correct."""
+    alarms: int
+    """Differ, or cannot be compared as a run fails."""
+
+    @property
+    def decided(self) -> int:
+        """Number of comparisons with a verdict."""
+        return self.draws - self.indeterminate
+
+    @property
+    def agree(self) -> int:
+        """Number of comparisons that agree, corrected ones included."""
+        return self.decided - self.alarms
+
+    @property
+    def upper_limit(self) -> float:
+        """One-sided 95 % limit of the rate of alarms."""
+        return upper_limit(self.alarms, self.decided)
+
+
+def count(found: Sequence[Found]) -> Counts:
+    """Count how comparisons without a fault ended."""
+    verdicts = Counter(result["verdict"] for result in found)
+    corrected = sum(
+        result["verdict"] == "agree" and (result.get("confirmation") or {}).get("outcome") == "underestimated"
+        for result in found
+    )
+    alarms = verdicts.total() - verdicts["agree"] - verdicts["indeterminate"]
+    return Counts(verdicts.total(), verdicts["indeterminate"], corrected, alarms)
 
 
 def interval(count: int, trials: int) -> tuple[float, float]:

@@ -1,0 +1,136 @@
+"""The study's page: its template filled, and the tables of the faults."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from importlib.resources import files
+
+from comparison.machine import platform_name, versions
+from comparison.report.markdown import table
+from comparison.report.quantity import MISSING, number, quantity
+from comparison.studies.detection import alarms, cross_model, limits
+from comparison.studies.detection.alarm_tables import (
+    alarm_list,
+    between,
+    both_table,
+    channel_table,
+    own_table,
+    rounding_table,
+    span,
+)
+from comparison.studies.detection.faults import Fault, Trial
+from comparison.studies.detection.rates import count, interval, share
+from comparison.studies.detection.results import Results
+from comparison.studies.detection.tasks import Found
+
+Tried = Sequence[tuple[Trial, Found]]
+WORDS = {"differ": "**differs**", "cannot compare": "**refused**", "agree": "agrees"}
+
+
+def text(results: Results) -> str:
+    """Return the study's README."""
+    template = files("comparison.studies.detection").joinpath("detection.md").read_text("utf-8")
+    columns = [f"in the {_short(model)}, {tier} tier" for model, tier in limits.PLACES]
+    rows = [
+        [name, *(MISSING if value is None else number(value, 2) for value in row)]
+        for (name, _, _), row in zip(limits.PARAMETERS, results.smallest, strict=True)
+    ]
+    healthy = Counter(result["verdict"] for result in results.healthy)
+    return template.format(
+        overview=overview(results),
+        machine=platform_name(),
+        versions=", ".join(f"{name} {version}" for name, version in versions().items()),
+        scenes=", ".join(f"`{name}`" for name in cross_model.loose_scenes()),
+        moved=share(cross_model.SHARE),
+        wanted=" and ".join(f"{kind.wanted} at the {kind.tier} tier" for kind in cross_model.KINDS),
+        most=f"{cross_model.MOST:g}",
+        seed=cross_model.SEED,
+        rounding=rounding_table(results),
+        both=both_table(results),
+        speed=span(alarms.SPEED_RPM),
+        clearance=span(alarms.CLEARANCE, 1e3),
+        modulus=span(alarms.MODULUS, 1e-9),
+        restitution=span(alarms.RESTITUTION),
+        friction=span(alarms.FRICTION),
+        factors=span(alarms.FACTORS),
+        own=own_table(results),
+        listed=alarm_list(results),
+        channels=channel_table(results),
+        controls=", ".join(f"{times} times {verdict}" for verdict, times in healthy.items()),
+        numbers=fault_table(results.faults, "number"),
+        codes=fault_table(results.faults, "code"),
+        tables=fault_table(results.faults, "table"),
+        missed=misses(results.faults),
+        least=number(limits.LEAST, 1),
+        largest=number(limits.MOST, 1),
+        smallest=table(("number", *columns), rows),
+    )
+
+
+def overview(results: Results) -> str:
+    """Return the figures that matter, one line each."""
+    lines = []
+    for label, found in results.without_fault:
+        counts = count(found)
+        lines.append(
+            f"- {label}: {counts.alarms} false alarms in {counts.decided} decided comparisons "
+            f"(upper limit {share(counts.upper_limit)} at 95 %); {counts.indeterminate} of {counts.draws} "
+            f"draws indeterminate, {counts.underestimated} agree with a corrected uncertainty."
+        )
+    lines += [
+        f"- {tier} tier: {sum(detected)} of {len(detected)} faults detected "
+        f"({between(interval(sum(detected), len(detected)))} at 95 %)."
+        for tier, detected in results.detections.items()
+    ]
+    return "\n".join(lines)
+
+
+def fault_table(faults: Tried, kind: str) -> str:
+    """Return one row a fault of a kind, in the order of the catalogue."""
+    rows: dict[Fault, dict[tuple[str, str], str]] = {}
+    for trial, found in faults:
+        if trial.fault.kind == kind:
+            rows.setdefault(trial.fault, {})[trial.model, trial.tier] = verdict_cell(trial, found)
+    places = [
+        place
+        for place in (*limits.PLACES, ("exudyn", "standard"))
+        if any(place in cells for cells in rows.values())
+    ]
+    headings = ("fault", "scene", *(f"in the {_short(model)}, {tier} tier" for model, tier in places))
+    return table(
+        headings,
+        [[f.name, f.scene, *(cells.get(place, "") for place in places)] for f, cells in rows.items()],
+    )
+
+
+def verdict_cell(trial: Trial, found: Found) -> str:
+    """Return the verdict on a fault, and where it shows."""
+    if trial.fault.unexcited and trial.detected(found):
+        return f"**{trial.fault.unexcited} unexcited**"
+    verdict, first = str(found["verdict"]), found["first"]
+    word = WORDS.get(verdict, verdict)
+    confirmation = found.get("confirmation") or {}
+    if confirmation.get("outcome") == "underestimated":
+        return f"{word}: {confirmation['sentence']}"
+    if first is None:
+        reason = found["reason"].partition(": ")[2] or found["reason"]
+        return f"{word}: {reason}" if verdict == "cannot compare" else word
+    difference, threshold = (quantity(first[key], first["unit"], 2) for key in ("difference", "threshold"))
+    cell = f"{word}: {first['channel']}, {quantity(first['time'], 's')}: {difference}, threshold {threshold}"
+    runs = " + ".join(str(members) for members in confirmation.get("members", ()) if members)
+    return f"{cell}; confirmed by {runs} runs" if confirmation.get("outcome") == "confirmed" else cell
+
+
+def misses(faults: Tried) -> str:
+    """Return what was not detected at the tight tier, with the reason where the catalogue knows one."""
+    lines = [
+        f"- {trial.fault.name} ({trial.model}): {trial.fault.missed or 'not expected'}."
+        for trial, found in faults
+        if trial.tier == "tight" and not trial.detected(found)
+    ]
+    return "\n".join(["Missed at the tight tier:", "", *lines]) if lines else "None is missed."
+
+
+def _short(model: str) -> str:
+    return {"exudyn": "Exudyn model"}.get(model, model)

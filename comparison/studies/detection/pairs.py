@@ -1,0 +1,192 @@
+"""Two sides compared as the results of one scene, and what is kept of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from comparison.compare import Runs, compare
+from comparison.confirmation import confirm
+from comparison.findings import Confirmation, SceneComparison
+from comparison.run import RunError, runner
+from comparison.scene import Scene, SceneError
+from comparison.studies.detection.copies import load_copy
+from comparison.studies.detection.tables import SPOILS
+from comparison.studies.detection.tasks import Found, Side, kept_runs, refusal
+from comparison.table import Table, TableError
+from comparison.workers import Kernels
+
+_MOVED = ("initial.slider_offset", "initial.slider_angle", "mechanism.crank_angle_deg")
+"""Where an ensemble's starts lie apart."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two sides judged as results of one scene; found is `summary`, or why they cannot be compared."""
+
+    scene: Scene
+    a: Side
+    b: Side
+    tier: str
+    spoil: str = ""
+    """Of `SPOILS`: what happens to the tables of ``b``, or of both."""
+    environment: tuple[tuple[str, str], ...] = ()
+    """Variables of the process in which it is found, see `comparison.studies.detection.rounding`."""
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """Both sides."""
+        return self.a, self.b
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What distinguishes it from other tasks."""
+        return {
+            "scene": self.scene.hash,
+            "sides": [side.identity for side in self.sides],
+            "tier": self.tier,
+            "spoil": self.spoil,
+            "environment": dict(self.environment),
+        }
+
+    @property
+    def cost(self) -> float:
+        """Expected time, s."""
+        return self.b.cost + 0.1 * self.a.cost
+
+    @property
+    def kernels(self) -> frozenset[Kernels]:
+        """Which code is compiled for it."""
+        return frozenset(side.kernels for side in self.sides)
+
+    def find(self) -> Found:
+        """Run what has not run yet in this process, judge, and have a difference confirmed."""
+        try:
+            runs = self.spoiled(kept_runs(self.a), kept_runs(self.b))
+            found = summary(self.judged(runs))
+        except (RunError, SceneError, TableError) as error:
+            found = refusal(str(error))
+        return found | {"scene": self.scene.name}
+
+    def judged(self, runs: tuple[Runs, Runs]) -> SceneComparison:
+        """Compare the runs of both sides; a difference is confirmed by ensembles before it is one."""
+        models = (self.a.model, self.b.model)
+        result = compare(*runs, scene=self.scene, labels=_labels(models), tier=self.tier)
+        if result.verdict != "differ":
+            return result
+        return confirm(result, runs, scene=self.scene, models=models, run=self.ensemble)
+
+    def spoiled(self, a: Runs, b: Runs) -> tuple[Runs, Runs]:
+        """Return the runs of both sides with what happens to their tables."""
+        return SPOILS[self.spoil](a, b) if self.spoil else (a, b)
+
+    def ensemble(self, scenes: Sequence[Scene], model: str) -> list[Table]:
+        """Run an ensemble of a model as its side of this pair runs it; those that succeed.
+
+        Where both sides are of one model this is the first one, as they differ by their numerics alone.
+        """
+        first = model == self.a.model
+        side = self.a if first else self.b
+        if side.engine:
+            load_copy(side.engine)
+        run, given = runner(side.runs_by), _change(self.scene, side.scene)
+        tables = []
+        for scene in scenes:
+            try:
+                table = run(given(scene))
+                spoiled = self.spoiled(Runs(table), Runs(table))[0 if first else 1].base
+            except (RunError, SceneError, TableError):
+                continue
+            tables.append(spoiled)
+        return tables
+
+
+def _labels(models: tuple[str, str]) -> tuple[str, str]:
+    a, b = models
+    return (a, b) if a != b else (a, f"{b} again")
+
+
+def _change(scene: Scene, given: Scene) -> Callable[[Scene], Scene]:
+    """Return what makes of a scene what a side is given, as it was given ``given`` for ``scene``.
+
+    Numbers that an ensemble moves are moved from there, all others are what the side was given.
+    """
+    before, after = dict(_leaves(scene.data)), dict(_leaves(given.data))
+    changed = {key: value for key, value in after.items() if before.get(key) != value}
+
+    def change(other: Scene) -> Scene:
+        if not changed:
+            return other
+        theirs = dict(_leaves(other.data))
+        return other.with_values(
+            {
+                key: theirs[key] + value - before[key] if key in _MOVED else value
+                for key, value in changed.items()
+            }
+        )
+
+    return change
+
+
+def _leaves(data: dict[str, Any], above: str = "") -> list[tuple[str, Any]]:
+    """List the values of a nested mapping by their dotted keys."""
+    return [
+        leaf
+        for key, value in data.items()
+        for leaf in (
+            _leaves(value, f"{above}{key}.") if isinstance(value, dict) else [(f"{above}{key}", value)]
+        )
+    ]
+
+
+def summary(result: SceneComparison) -> Found:
+    """Return what the study needs of a comparison, as JSON holds it.
+
+    ``first`` is the earliest sample that says "differ": of the channels with that verdict, the earliest
+    predictable sample beyond its threshold; of several at that time the one that is the most beyond.
+    """
+    first: dict[str, Any] | None = None
+    best = (np.inf, 0.0)
+    for name, channel in result.channels.items():
+        if channel.verdict != "differ" or channel.u is None:
+            continue
+        judged = channel.predictable & ((channel.a != 0) | (channel.b != 0))
+        threshold = channel.limits.k * channel.u
+        beyond = np.flatnonzero(judged & (np.abs(channel.difference) > threshold))
+        if not beyond.size:
+            # Told apart by the largest uncertainty of all times, though no sample is predictable.
+            threshold = np.full(threshold.shape, channel.worst_threshold)
+            beyond = np.flatnonzero(np.abs(channel.difference) > threshold)
+        at = int(beyond[0])
+        excess = float(abs(channel.difference[at]) / threshold[at])
+        if (result.time[at], -excess) < best:
+            best = (float(result.time[at]), -excess)
+            first = {
+                "channel": name,
+                "unit": channel.unit,
+                "time": float(result.time[at]),
+                "difference": float(abs(channel.difference[at])),
+                "threshold": float(threshold[at]),
+            }
+    return {
+        "verdict": result.verdict,
+        "reason": result.reason,
+        "channels": {name: [c.verdict, c.coverage] for name, c in result.channels.items()},
+        "first": first,
+        "confirmation": _confirmation(result.confirmation),
+    }
+
+
+def _confirmation(made: Confirmation | None) -> dict[str, Any] | None:
+    if made is None:
+        return None
+    return {
+        "outcome": made.outcome,
+        "members": list(made.members),
+        "factor": made.factor,
+        "suspicious": made.suspicious,
+        "sentence": made.sentence,
+    }

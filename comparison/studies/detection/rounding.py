@@ -1,0 +1,153 @@
+"""Variants of rounding: what differs between machines, brought about on one.
+
+A processor decides which code OpenBLAS and the C library's mathematical functions run, and these round
+differently. Each library can be told otherwise by a variable of the environment, read while the process
+starts. A compiler decides in which order a sum is added up; that is what copies of the two models with one
+expression rearranged stand for. Whether a variant changes anything is measured on the machine at hand, as a
+hash of a table of each model: a variant that changes no bit of either is not counted.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from comparison.run import MODELS, run_one
+from comparison.studies.detection.copies import load_copy
+from comparison.studies.detection.faults import scenes
+from comparison.studies.detection.tasks import Found, Side, refusal
+from comparison.tiers import TIERS
+from comparison.workers import Kernels
+
+
+@dataclass(frozen=True)
+class Rearranged:
+    """A copy of a model with one expression added up in another order; see `copies.Change`."""
+
+    engine: str
+    model: str
+    file: str
+    old: str
+    new: str
+
+
+REARRANGED = (
+    # The stages of a Runge-Kutta step from the last to the first.
+    Rearranged(
+        "reference_rearranged",
+        "reference",
+        "dop853.py",
+        "            for j in range(i):\n                s += _A[i, j]",
+        "            for j in range(i - 1, -1, -1):\n                s += _A[i, j]",
+    ),
+    # The damped force as a sum of two forces: of every contact, in both formulations.
+    Rearranged(
+        "exudyn_rearranged",
+        "exudyn",
+        "point_contact.py",
+        "elastic * (1.0 + law.damping * depth_rate / impact_speed)",
+        "elastic + elastic * law.damping * depth_rate / impact_speed",
+    ),
+)
+
+# A kernel without AVX, that every x86-64 processor can run.
+_BLAS = (("OPENBLAS_CORETYPE", "Prescott"),)
+# glibc 2.33 and newer, and what the feature was called before; unknown names are passed over.
+_LIBM = (("GLIBC_TUNABLES", "glibc.cpu.hwcaps=-FMA,-FMA_Usable"),)
+
+
+@dataclass(frozen=True)
+class Rounding:
+    """One variant."""
+
+    name: str
+    environment: tuple[tuple[str, str], ...] = ()
+    """Variables, and their values, of the processes in which the models run."""
+    engines: Mapping[str, str] = field(default_factory=dict, hash=False)
+    """Model -> the copy that runs in its stead."""
+
+
+_COPIES = {copy.model: copy.engine for copy in REARRANGED}
+ROUNDINGS = (
+    Rounding("as the machine has it"),
+    Rounding("another BLAS kernel", _BLAS),
+    Rounding("mathematical functions without FMA", _LIBM),
+    Rounding("another BLAS kernel, functions without FMA", _BLAS + _LIBM),
+    Rounding("sums in another order", (), _COPIES),
+    Rounding("sums in another order, functions without FMA", _LIBM, _COPIES),
+)
+"""The first one is what the others are held against."""
+
+
+@dataclass(frozen=True)
+class Bits:
+    """The hash of one run under a variant."""
+
+    side: Side
+    environment: tuple[tuple[str, str], ...]
+
+    @property
+    def sides(self) -> tuple[Side, ...]:
+        """The one that is run."""
+        return (self.side,)
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What distinguishes it from other tasks."""
+        return {"bits": self.side.identity, "environment": dict(self.environment)}
+
+    @property
+    def cost(self) -> float:
+        """Expected time, s."""
+        return self.side.cost
+
+    @property
+    def kernels(self) -> frozenset[Kernels]:
+        """Which code is compiled for it."""
+        return frozenset([self.side.kernels])
+
+    def find(self) -> Found:
+        """Return the hash of all numbers of the table; that of a run that fails is why it did."""
+        if self.side.engine:
+            load_copy(self.side.engine)
+        frame = run_one(self.side.scene, self.side.runs_by).frame
+        return refusal("") | {"bits": hashlib.sha256(frame.to_numpy().tobytes()).hexdigest()}
+
+
+def measurements() -> list[Bits]:
+    """Return what is measured of the variants, one after the other: of each as many as there are `PLACES`."""
+    return [
+        Bits(Side(scenes(tier)["press"], model, rounding.engines.get(model, "")), rounding.environment)
+        for rounding in ROUNDINGS
+        for model, tier in PLACES
+    ]
+
+
+PLACES = tuple((model, tier) for tier in TIERS for model in MODELS)
+"""Model and tier of the tables that are hashed: both have settings or formulations of their own at each."""
+
+
+def hashes(found: Sequence[Found]) -> list[tuple[str, ...]]:
+    """Return the hashes of each variant, by `PLACES`, from what was found by `measurements`."""
+    bits = [str(result.get("bits", result["reason"])) for result in found]
+    width = len(PLACES)
+    return [tuple(bits[at : at + width]) for at in range(0, len(bits), width)]
+
+
+def effective(measured: Sequence[tuple[str, ...]], tier: str) -> list[Rounding]:
+    """Return the variants that give runs of their own at a tier: the first, and each unlike all before it.
+
+    Parameters
+    ----------
+    measured
+        From `hashes`.
+    tier
+        Of `comparison.tiers.TIERS`.
+    """
+    columns = [at for at, place in enumerate(PLACES) if place[1] == tier]
+    known: dict[tuple[str, ...], Rounding] = {}
+    for rounding, bits in zip(ROUNDINGS, measured, strict=True):
+        known.setdefault(tuple(bits[at] for at in columns), rounding)
+    return list(known.values())
