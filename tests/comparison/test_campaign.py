@@ -29,7 +29,6 @@ from comparison.studies.campaign.walls import Breach, breaches
 from comparison.table import Table
 from comparison.tiers import tight
 
-FIXED_SEED = 20_250_613
 SEED_VARIABLE = "SIXBAR_CAMPAIGN_SEED"
 
 
@@ -211,17 +210,20 @@ def test_a_run_that_fails_is_told_by_model_kind_status_and_invariant(models, cas
     partial = replace(make_table(), provenance={"invariants": {"open-depth": depth, "energy": whole}})
     models.status["exudyn"] = Outcome("invariant-violated", "open-depth ...", partial=partial)
     row = examine(case, models, refuse)
-    assert row["outcome"] == stages.FAILED
+    assert row["outcome"] == stages.BROKEN
     (failure,) = row["failures"]
     assert (failure["model"], failure["kind"], failure["status"]) == ("exudyn", "base", "invariant-violated")
     assert failure["invariants"] == ["open-depth"]
+    models.status["exudyn"] = Outcome("work-limit", "shorten drive.cycles")
+    assert examine(case, models, refuse)["outcome"] == stages.FAILED
 
 
-def test_a_table_that_contradicts_itself_is_compared_however_close_it_is(models, case):
+def test_a_table_that_contradicts_itself_is_compared_and_does_not_count_as_agreement(models, case):
     case = replace(case, scene=case.scene.with_values({"output.groups": ["accelerations", "corners"]}))
     # The sines are in the walls half of the time; that of the other corners no contact accounts for.
     row = examine(case, models, refuse)
-    assert row["stage"] == stages.COMPARED
+    assert (row["outcome"], row["stage"]) == (stages.BROKEN, stages.COMPARED)
+    assert row["reason"].startswith("reference: open-depth")
     assert {one["corner"] for one in row["breaches"]["reference"]} == {"lr", "ul", "ur"}
 
 
@@ -333,7 +335,9 @@ def test_the_campaign_writes_a_page_with_its_figures_and_a_second_call_runs_noth
     assert {path.name for path in folder.iterdir()} == {
         "README.md", "campaign.json", "distances.svg", "places.svg"
     }  # fmt: skip
-    assert text.splitlines()[2].startswith("**Of 6 random scenes of 2 cycles 6 are decided: 6 agree")
+    # The fakes go through walls without a contact where the slider has clearance.
+    assert text.splitlines()[2].startswith("**Of 6 random scenes of 2 cycles ")
+    assert "open-depth" in text
     runs = fake_models.read_text().count("\n")
     assert runs >= 6 * 6
     assert main(["study", "campaign"]) == 0
@@ -379,12 +383,16 @@ def ran(case):
 
 @pytest.mark.slow
 def test_sixty_fixed_scenes_break_no_invariant_in_either_model():
-    """One run a model, the tree ten times as coarse as in the study: some two minutes of processor time."""
+    """The campaign's first scenes, the tree ten times as coarse: some two minutes of processor time.
+
+    Two of them, 48 and 59, are such that a reference that looks for touches in the ends of its steps only
+    flies through a wall in 80 and 10 nm of depth.
+    """
     told = []
-    for case in cases(60, FIXED_SEED):
+    for case in cases(60, population.SEED):
         usual = replace(case, scene=case.scene.with_values({"solver.exudyn.tolerance": 1e-10}))
         for model, outcome in ran(usual).items():
-            where = f"scene {case.number} of seed {FIXED_SEED}, {model}"
+            where = f"scene {case.number} of seed {population.SEED}, {model}"
             if outcome.table is None:
                 told.append(f"{where}: {outcome.status}; {outcome.message}")
                 continue

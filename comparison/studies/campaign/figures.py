@@ -15,7 +15,14 @@ from comparison.ledger import Row
 from comparison.report import svg
 from comparison.studies.campaign.population import Case
 from comparison.studies.campaign.screening import LIMIT, TIER, clearance
-from comparison.studies.campaign.stages import AGREE, DIFFER, FAILED, NOT_DECIDED, UNDERESTIMATED
+from comparison.studies.campaign.stages import (
+    AGREE,
+    BROKEN,
+    DIFFER,
+    FAILED,
+    NOT_DECIDED,
+    UNDERESTIMATED,
+)
 from comparison.thresholds import thresholds
 
 _SIZE = (5.56, 2.9)
@@ -26,6 +33,7 @@ _MARKS: dict[str, dict[str, Any]] = {
     NOT_DECIDED: {"marker": "o", "color": svg.THRESHOLD, "markerfacecolor": "none", "markersize": 4},
     FAILED: {"marker": "x", "color": svg.INK, "markersize": 4},
     UNDERESTIMATED: {"marker": "s", "color": svg.DIFFERENCE, "markerfacecolor": "none", "markersize": 5},
+    BROKEN: {"marker": "^", "color": svg.BEYOND, "markersize": 5},
     DIFFER: {"marker": "D", "color": svg.SECOND, "markersize": 5},
 }
 """By outcome; the rare ones last, so that they lie on top."""
@@ -44,7 +52,10 @@ def draw_distances(cases: Sequence[Case], rows: Sequence[Row], path: Path) -> No
     with svg.style():
         figure = Figure(figsize=_SIZE)
         left, right = figure.subplots(1, 2)
-        groups = (("agree", svg.FIRST, {AGREE, UNDERESTIMATED}), ("differ", svg.SECOND, {DIFFER}))
+        groups = (
+            ("agree", svg.FIRST, {AGREE, UNDERESTIMATED}),
+            ("differ or broken", svg.SECOND, {DIFFER, BROKEN}),
+        )
         screened = [
             (row["outcome"], row["screening"], case)
             for case, row in zip(cases, rows, strict=True)
@@ -106,7 +117,7 @@ def draw_places(cases: Sequence[Case], rows: Sequence[Row], path: Path) -> None:
             axes.margins(0.03)
             axes.spines[["top", "right"]].set_visible(False)
         left.legend(
-            loc="lower left", bbox_to_anchor=(-0.12, 1.0), ncols=5, handlelength=0.8, columnspacing=1.0
+            loc="lower left", bbox_to_anchor=(-0.12, 1.0), ncols=6, handlelength=0.8, columnspacing=1.0
         )
         figure.subplots_adjust(left=0.1, right=0.98, bottom=0.17, top=0.88, wspace=0.26)
         svg.write_svg(figure, path)

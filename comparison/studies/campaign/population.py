@@ -44,6 +44,8 @@ STRIP_MODULUS = (1e6, 2e7)
 """Pa. With that of a metal the law of a line of contact takes the tree to its limit of work."""
 POISSON = (0.0, 0.45)
 RESTITUTION = (0.0, 1.0)
+BOUNCY = (0.8, 1.0)
+"""Restitution of every second scene: the more a contact leaves, the more contacts and flights follow."""
 FRICTION = (0.0, 0.8)
 CORNER_RADIUS = (0.2e-3, 5e-3)
 GRAVITY = {"usual": 0.6, "none": 0.1, "reversed": 0.1, "drawn": 0.2}
@@ -120,7 +122,7 @@ def _anywhere(rng: np.random.Generator) -> Scene:
         "contact.law": "strip" if strip else "hertz-corners",
         "contact.youngs_modulus": _log_uniform(rng, STRIP_MODULUS if strip else MODULUS),
         "contact.poisson": float(rng.uniform(*POISSON)),
-        "contact.restitution": float(rng.uniform(*RESTITUTION)),
+        "contact.restitution": float(rng.uniform(*(BOUNCY if rng.uniform() < 0.5 else RESTITUTION))),
         "contact.corner_radius": _log_uniform(rng, CORNER_RADIUS),
         "friction.coefficient": float(rng.uniform(*FRICTION)),
         "environment.gravity": _gravity(rng),

@@ -31,8 +31,10 @@ Confirm = Callable[[SceneComparison, tuple[Runs, Runs], Scene, Run], SceneCompar
 SCREENED, COMPARED = "single runs", "families"
 """How far a scene came."""
 AGREE, UNDERESTIMATED, DIFFER = "agree", "underestimated", "differ"
-NOT_DECIDED, FAILED = "not decided", "cannot compare"
-OUTCOMES = (AGREE, UNDERESTIMATED, DIFFER, NOT_DECIDED, FAILED)
+BROKEN, NOT_DECIDED, FAILED = "broken invariant", "not decided", "cannot compare"
+OUTCOMES = (AGREE, UNDERESTIMATED, DIFFER, BROKEN, NOT_DECIDED, FAILED)
+VIOLATED = "invariant-violated"
+"""Status of a run that found out by itself."""
 
 
 class _FailedError(Exception):
@@ -126,8 +128,13 @@ def examine(case: Case, run: Run, confirm: Confirm) -> Row:
     except _FailedError:
         first = runs.failures[0]
         row["reason"] = f"{first['model']}, {first['kind']} run: {first['status']}"
+        if any(one["status"] == VIOLATED for one in runs.failures):
+            row["outcome"] = BROKEN
     except TableError as error:
         row["reason"] = str(error)
+    if row["outcome"] != DIFFER and any(row["breaches"].values()):
+        told = [f"{model}: {one['name']}" for model, of in row["breaches"].items() for one in of]
+        row |= {"outcome": BROKEN, "reason": "; ".join(dict.fromkeys(told))}
     return row
 
 

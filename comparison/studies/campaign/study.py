@@ -20,7 +20,15 @@ from comparison.studies.campaign.figures import draw_distances, draw_places
 from comparison.studies.campaign.opinions import FINE_SAMPLES, SMALL_STEP
 from comparison.studies.campaign.population import Case
 from comparison.studies.campaign.screening import LIMIT, TIER
-from comparison.studies.campaign.stages import AGREE, DIFFER, FAILED, NOT_DECIDED, UNDERESTIMATED
+from comparison.studies.campaign.stages import (
+    AGREE,
+    BROKEN,
+    DIFFER,
+    FAILED,
+    NOT_DECIDED,
+    UNDERESTIMATED,
+    VIOLATED,
+)
 from comparison.studies.campaign.tasks import run_cases
 from comparison.thresholds import thresholds
 
@@ -76,14 +84,23 @@ def outcome(rows: Sequence[Row]) -> str:
     decided = count[AGREE] + count[UNDERESTIMATED] + count[DIFFER]
     errs = Counter(NAMES[row["adjudication"]["errs"]] for row in rows if row["outcome"] == DIFFER)
     who = ", ".join(f"{errs[words]} {words}" for words in NAMES.values())
+    broken = Counter(model for row in rows for model in _broken(row))
+    broke = " and ".join(f"{broken[model]} times the {model}" for model in MODELS)
     runs = Counter(one["model"] for row in rows for one in row["failures"])
     failed = " and ".join(f"{runs[model]} of the {model}" for model in MODELS)
     return (
         f"**Of {len(rows)} random scenes of {population.CYCLES:g} cycles {decided} are decided: "
         f"{count[AGREE]} agree, in {count[UNDERESTIMATED]} the uncertainty had been underestimated, "
-        f"{count[DIFFER]} differ ({who}).** {count[NOT_DECIDED]} are not decided for want of predictable "
+        f"{count[DIFFER]} differ ({who}).** In {count[BROKEN]} others a run breaks an invariant (of all "
+        f"scenes: {broke}). {count[NOT_DECIDED]} are not decided for want of predictable "
         f"samples, {count[FAILED]} cannot be compared; runs that did not succeed: {failed}."
     )
+
+
+def _broken(row: Row) -> set[str]:
+    """Return the models of which a run of this scene breaks an invariant."""
+    shown = {model for model, of in row["breaches"].items() if of}
+    return shown | {one["model"] for one in row["failures"] if one["status"] == VIOLATED}
 
 
 def mended() -> list[dict[str, Any]]:
@@ -109,6 +126,7 @@ def ranges() -> str:
         ("corner radius", population.CORNER_RADIUS, 1e3, " mm"),
         ("Poisson's ratio", population.POISSON, 1.0, ""),
         ("restitution", population.RESTITUTION, 1.0, ""),
+        ("of every second scene", population.BOUNCY, 1.0, ""),
         ("friction", population.FRICTION, 1.0, ""),
         ("gravity, where it is not the usual", population.GRAVITY_RANGE, 1.0, " m/s²"),
     )
