@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import os
 import re
@@ -23,8 +24,8 @@ from comparison.studies.campaign.adjudication import OPEN, Evidence, decide, unm
 from comparison.studies.campaign.opinions import excerpt, restart_sample
 from comparison.studies.campaign.population import Case, cases
 from comparison.studies.campaign.stages import examine
+from comparison.studies.campaign.tasks import SOURCES, attempt, run_cases, run_here
 from comparison.studies.campaign.tasks import Task as CampaignTask
-from comparison.studies.campaign.tasks import attempt, run_cases, run_here
 from comparison.studies.campaign.walls import Breach, breaches
 from comparison.table import Table
 from comparison.tiers import tight
@@ -372,6 +373,40 @@ def test_the_page_shows_who_errs_what_was_corrected_and_what_failed(models, case
     assert "reference by LSODA" in text
     assert len(json.loads((tmp_path / "campaign.json").read_text("utf-8"))["scenes"]) == 4
     assert all(fault["mended"] and fault["model"] in MODELS for fault in study.mended())
+
+
+# What is kept.
+
+
+def imported(path, package):
+    """Modules of the package that a file of it imports, as paths."""
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module is not None:
+            for name in (node.module, *(f"{node.module}.{alias.name}" for alias in node.names)):
+                file = package.parent.joinpath(*name.split(".")).with_suffix(".py")
+                if name.startswith("comparison.") and file.is_file():
+                    yield file
+
+
+def test_a_row_belongs_to_all_sources_that_can_change_it():
+    """All that is imported, but for what makes words or keeps files, or is in the scene's hash already."""
+    package = Path(stages.__file__).parents[2]
+    found, waiting = set(), [package / "studies" / "campaign" / "tasks.py"]
+    while waiting:
+        path = waiting.pop()
+        if path not in found:
+            found.add(path)
+            waiting += imported(path, package)
+    names = {path.relative_to(package).as_posix() for path in found}
+    in_the_hash = {"scene.py", "schema.py", "keys.py", "judging.py", "studies/campaign/population.py"}
+    words = {"explanations.py", "instants.py", "refusals.py", "report/quantity.py"}
+    beside = {"measures/information.py", "measures/iso18571.py", "measured.py"}
+    beside |= {name for name in names if name.startswith("reliability/")}
+    keeping = {"cache.py", "engines.py", "files.py", "ledger.py", "machine.py", "sources.py", "spread.py"}
+    keeping |= {"workers.py", "arrays.py"}
+    faults = {"studies/detection/copies.py", "studies/detection/tables.py"}
+    assert names - set(SOURCES) <= in_the_hash | words | beside | keeping | faults
+    assert names & set(SOURCES) == {name for name in SOURCES if name.endswith(".py")}
 
 
 # For real.

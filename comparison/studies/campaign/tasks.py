@@ -27,9 +27,11 @@ LIMIT = 3600.0
 """s after which a scene is broken off. A model ends each of its runs at a limit of work of its own; this is
 for what hangs: ten times what the dearest scene took that came to the last stage."""
 SOURCES = (
-    "accuracy.py", "accuracy.toml", "align.py", "channels.py", "channels.toml", "check.py", "compare.py",
-    "confirmation.py", "findings.py", "resample.py", "run.py", "table.py", "thresholds.py", "thresholds.toml",
-    "tiers.py", "uncertainty.py", "validation.py", "verdict.py", "measures/metrics.py",
+    "accuracy.py", "accuracy.toml", "align.py", "attribution.py", "channels.py", "channels.toml", "check.py",
+    "compare.py", "confirmation.py", "confirmation_starts.py", "confirmation_text.py", "findings.py",
+    "formulation.py", "measures/impacts.py", "measures/metrics.py", "measures/outliers.py", "resample.py",
+    "run.py", "shift.py", "table.py", "thresholds.py", "thresholds.toml", "tiers.py", "uncertainty.py",
+    "validation.py", "verdict.py",
     "studies/campaign/adjudication.py", "studies/campaign/opinions.py", "studies/campaign/screening.py",
     "studies/campaign/stages.py", "studies/campaign/tasks.py", "studies/campaign/walls.py",
     "studies/detection/tasks.py",
