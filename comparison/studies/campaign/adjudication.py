@@ -195,7 +195,7 @@ def decide(
         own = [one for one in evidence if one.model == model and one.distances]
         if crossed := [one.name for one in own if one.stands == other]:
             all_of = f"{len(crossed)} of {len(own)} opinions of its own code"
-            against[model].append(f"{all_of} stand with the other model's run ({', '.join(crossed)})")
+            against[model].append(f"{all_of} stand with the other model's run ({'; '.join(crossed)})")
     accused = [model for model, reasons in against.items() if reasons]
     if len(accused) == 1:
         return accused[0], "; ".join(against[accused[0]])

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
 from comparison.arrays import Array
 from comparison.ledger import Row
 from comparison.report import svg
-from comparison.studies.campaign.population import Case
+from comparison.studies.campaign.population import CLEARANCE, SPEED_RPM, Case
 from comparison.studies.campaign.screening import LIMIT, TIER, clearance
 from comparison.studies.campaign.stages import (
     AGREE,
@@ -75,10 +76,11 @@ def draw_distances(cases: Sequence[Case], rows: Sequence[Row], path: Path) -> No
         left.set_ylabel("scenes")
         for axes in (left, right):
             axes.set_yscale("log")
-            axes.set_ylim(0.7, None)
+            axes.set_ylim(0.7, 1.2 * len(rows))
+            _plain(axes.yaxis, (1, 10, 100, 1000))
             axes.spines[["top", "right"]].set_visible(False)
         left.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, handlelength=1.2)
-        figure.subplots_adjust(left=0.1, right=0.98, bottom=0.17, top=0.88, wspace=0.22)
+        figure.subplots_adjust(left=0.1, right=0.96, bottom=0.17, top=0.88, wspace=0.22)
         svg.write_svg(figure, path)
 
 
@@ -109,18 +111,30 @@ def draw_places(cases: Sequence[Case], rows: Sequence[Row], path: Path) -> None:
             for axes, of in zip((left, right), values, strict=True):
                 axes.plot(speeds, of, linestyle="none", label=outcome, **mark)
         left.set_yscale("log")
+        left.set_ylim(0.8e3 * CLEARANCE[0], 1.2e3 * CLEARANCE[1])
+        _plain(left.yaxis, (0.05, 0.1, 0.2, 0.5, 1.0))
         left.set_ylabel("clearance (mm)")
+        right.set_ylim(-0.03, 1.03)
         right.set_ylabel("restitution")
         for axes in (left, right):
             axes.set_xscale("log")
+            axes.set_xlim(0.9 * SPEED_RPM[0], 1.1 * SPEED_RPM[1])
+            _plain(axes.xaxis, (10, 30, 100, 300, 1000))
             axes.set_xlabel("speed (rpm)")
-            axes.margins(0.03)
             axes.spines[["top", "right"]].set_visible(False)
         left.legend(
-            loc="lower left", bbox_to_anchor=(-0.12, 1.0), ncols=6, handlelength=0.8, columnspacing=1.0
+            loc="lower left", bbox_to_anchor=(-0.05, 1.0), ncols=3, handlelength=0.8, columnspacing=1.0
         )
-        figure.subplots_adjust(left=0.1, right=0.98, bottom=0.17, top=0.88, wspace=0.26)
+        figure.subplots_adjust(left=0.1, right=0.96, bottom=0.17, top=0.82, wspace=0.26)
         svg.write_svg(figure, path)
+
+
+def _plain(axis: Axis, ticks: Sequence[float]) -> None:
+    """Label a logarithmic axis with plain numbers, those within its limits."""
+    low, high = axis.get_view_interval()
+    shown = [tick for tick in ticks if low <= tick <= high]
+    axis.set_ticks(shown, [f"{tick:g}" for tick in shown])
+    axis.set_ticks([], minor=True)
 
 
 def _restitution(scene: dict[str, Any]) -> float:

@@ -85,9 +85,9 @@ def outcome(rows: Sequence[Row]) -> str:
     errs = Counter(NAMES[row["adjudication"]["errs"]] for row in rows if row["outcome"] == DIFFER)
     who = ", ".join(f"{errs[words]} {words}" for words in NAMES.values())
     broken = Counter(model for row in rows for model in _broken(row))
-    broke = " and ".join(f"{broken[model]} times the {model}" for model in MODELS)
+    broke = " and ".join(f"{broken[model]} of the {model} model" for model in MODELS)
     runs = Counter(one["model"] for row in rows for one in row["failures"])
-    failed = " and ".join(f"{runs[model]} of the {model}" for model in MODELS)
+    failed = " and ".join(f"{runs[model]} of the {model} model" for model in MODELS)
     return (
         f"**Of {len(rows)} random scenes of {population.CYCLES:g} cycles {decided} are decided: "
         f"{count[AGREE]} agree, in {count[UNDERESTIMATED]} the uncertainty had been underestimated, "

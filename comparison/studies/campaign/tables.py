@@ -90,7 +90,7 @@ def opinions(found: Found) -> str:
                 f"{quantity(min(distances), unit, 2)} to {quantity(max(distances), unit, 2)}"
                 for distances in zip(*(one["distances"] for one in own), strict=True)
             ]
-            names = ", ".join(one["name"] for one in own)
+            names = "; ".join(one["name"] for one in own)
             rows.append([str(case.number), side or "neither", str(len(own)), names, *ends])
     headings = ("scene", "stand with", "how many", "which", *(f"distance from {model}" for model in MODELS))
     return table(headings, rows) if rows else NONE
@@ -188,7 +188,7 @@ def seconds(found: Found) -> str:
             stage,
             str(scenes[stage]),
             quantity(total[stage] / scenes[stage], "s"),
-            quantity(total[stage] / 60, "min"),
+            f"{total[stage] / 60.0:.1f} min",
         ]
         for stage in ("single runs", "families", "confirmation", "adjudication")
         if scenes[stage]
