@@ -17,7 +17,7 @@ at rest 1e-6 m inside, it is wrong by the whole clearance after a turn. That is 
 in by more than its sphere's radius comes out behind the wall: there the run is stopped.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import exudyn as exu
@@ -46,6 +46,23 @@ def restitution(contact: Guide) -> float:
 def proportional_zone(contact: Guide) -> float:
     """Slip (m/s) at which friction is full."""
     return contact.transition_speed
+
+
+def sphere_friction(contact: Guide, angle: Mapping[str, float], omega: Mapping[str, float]) -> float:
+    """Power (W) that friction can bring in for each newton of normal force, where slips differ in sign.
+
+    Exudyn's is the slip of the sphere's surface. A slider turned by ``angle`` has its corner's tip in another
+    place, by the radius times half the square of the angle, whose speed is ``omega`` times that at most.
+
+    Parameters
+    ----------
+    contact : Guide
+    angle, omega : mapping
+        "min" and "max" over the run, rad and rad/s.
+    """
+    turned, spun = (max(-extremum["min"], extremum["max"]) for extremum in (angle, omega))
+    slip = 0.5 * RADIUS * turned * turned * spun
+    return contact.friction * slip * slip / proportional_zone(contact)
 
 
 def add_corner_contacts(
@@ -131,7 +148,8 @@ def add_corner_contacts(
             corners[number, _GAP], corners[number, _IMPACT_SPEED] = data[4 * number], data[4 * number + 2]
             if data[4 * number] < 0.0:
                 fx, fy, _ = mbs.GetObjectOutput(objects[number], force)
-                corners[number, _NORMAL], corners[number, _FRICTION] = abs(fx), fy
+                # On the slider, away from the wall: a wall that pulled would show
+                corners[number, _NORMAL], corners[number, _FRICTION] = fx if number % 2 == 0 else -fx, fy
         return corners
 
     return read

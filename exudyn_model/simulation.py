@@ -1,5 +1,6 @@
 """Run one scene from its plain mapping to a result."""
 
+import math
 import platform
 import time
 from collections.abc import Callable, Mapping
@@ -13,9 +14,11 @@ from numpy.typing import NDArray
 
 from exudyn_model import solver, tree_solver
 from exudyn_model.assembly import assemble
-from exudyn_model.drift import Constraints
+from exudyn_model.drift import CONSTRAINTS, Constraints
 from exudyn_model.energy import ENERGIES, mass_diagonal
+from exudyn_model.invariants import Seen, judge, seen_in_contacts, seen_in_events
 from exudyn_model.mechanism import build
+from exudyn_model.native_contact import sphere_friction
 from exudyn_model.parameters import Parameters
 from exudyn_model.recording import Recorder
 from exudyn_model.rocker_tree import build_rocker_tree
@@ -48,6 +51,7 @@ class _Run:
     formulation: str
     settings: dict[str, Any]
     recorder: Recorded
+    contacts: NDArray[np.void]
     outcome: solver.Outcome
     constraints: dict[str, float] | None = None
 
@@ -104,6 +108,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     parameters = read_scene(scene)
     run = (_run_tree if parameters.integration.formulation == "tree" else _run_full)(parameters, progress)
     recorder, outcome = run.recorder, run.outcome
+    events = recorder.events()
     channels: tuple[str, ...] = STATE
     if parameters.integration.accelerations:
         channels += ACCELERATIONS
@@ -135,14 +140,48 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     }
     if run.constraints is not None:
         provenance["constraints"] = run.constraints
-    return Result(
-        {"time": times} | columns,
-        recorder.events(),
-        recorder.extrema(channels),
-        provenance,
-        outcome.status,
-        outcome.remedy,
-    )
+    extrema = recorder.extrema(channels)
+    status, remedy = outcome.status, outcome.remedy
+    provenance["invariants"], broken = _invariants(parameters, run, columns, events, extrema)
+    if broken and status == "success":
+        status = "invariant-violated"
+        remedy = f"{broken}; lower solver.exudyn.{'tolerance' if run.constraints is None else 'step'}"
+    provenance["status"] = status
+    return Result({"time": times} | columns, events, extrema, provenance, status, remedy)
+
+
+def _invariants(
+    parameters: Parameters,
+    run: _Run,
+    columns: dict[str, NDArray[np.float64]],
+    events: dict[str, NDArray[Any]],
+    extrema: dict[str, dict[str, float]],
+) -> tuple[dict[str, dict[str, Any]], str]:
+    """Judge a run by what it has left behind: see ``invariants``."""
+    integration = parameters.integration
+    seen = [*seen_in_contacts(run.contacts), seen_in_events(events)]
+    for name in CONSTRAINTS if run.constraints is not None else ():
+        amount, time_s = run.constraints[name], run.constraints[f"{name}_time_s"]
+        seen.append(Seen(f"constraint-{name}", amount, time_s, "a constraint"))
+    if integration.energy:
+        least, greatest = (extrema["energy_residual"][part] for part in ("min", "max"))
+        lost = float(columns["energy_damping"][-1] + columns["energy_friction"][-1])
+        base = max(lost, 0.0) or extrema["energy_kinetic"]["max"]
+        at = "max" if greatest > -least else "min"
+        seen.append(Seen("energy", max(greatest, -least) / base, extrema["energy_residual"][f"time_of_{at}"]))
+    contacts = run.contacts
+    step = run.settings.get("step_used", 0.0)
+    force = float(np.max(contacts["strongest"]))
+    scales = {
+        "one": 1.0,
+        "path": float(np.max(contacts["fastest"])) * step,
+        "force": force,
+        "power": force * float(np.max(contacts["fastest_slip"])),
+        "sphere_power": force
+        * sphere_friction(parameters.contact, extrema["slider_angle"], extrema["slider_omega"]),
+        "rounded_time": 64 * math.ulp(parameters.samples * parameters.sample_interval),
+    }
+    return judge(seen, integration.formulation, integration.method, scales)
 
 
 def _run_full(parameters: Parameters, progress: Callable[[float], None] | None) -> _Run:
@@ -162,11 +201,13 @@ def _run_full(parameters: Parameters, progress: Callable[[float], None] | None) 
     }
     if method == "generalized-alpha":
         settings["spectral_radius"] = solver.SPECTRAL_RADIUS
-    constraints = {"position": recorder.drift, "position_time_s": recorder.drift_time}
+    constraints = {}
+    for name, (amount, time_s) in recorder.drift.items():
+        constraints |= {name: amount, f"{name}_time_s": time_s}
     name = "redundant-coordinates"
     if parameters.integration.formulation == "native":
         name += ", native contact"
-    return _Run(name, settings, recorder, outcome, constraints)
+    return _Run(name, settings, recorder, model.contacts, outcome, constraints)
 
 
 def _run_tree(parameters: Parameters, progress: Callable[[float], None] | None) -> _Run:
@@ -180,4 +221,4 @@ def _run_tree(parameters: Parameters, progress: Callable[[float], None] | None) 
     recorder = TreeRecorder(model, parameters.sample_interval, parameters.samples, least)
     turns = parameters.drive.cycles
     outcome = tree_solver.solve(model.mbs, duration, turns, parameters.integration, recorder, progress)
-    return _Run(name, {"least_step": least}, recorder, outcome)
+    return _Run(name, {"least_step": least}, recorder, model.contacts, outcome)

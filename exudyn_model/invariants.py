@@ -1,0 +1,174 @@
+"""What no correct run can show: how far each run may go, and what is said of one that goes farther.
+
+Whatever is judged here was seen in accepted states (``watch``), in the table of contacts, in the audit of the
+energy and in the constraints, not where contacts are located and forces computed.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.point_contact import CONTACTS, CORNERS
+
+UNITS = {
+    "open-depth": "m",
+    "pull": "N",
+    "driving-friction": "W",
+    "leaving-start": "m/s",
+    "overlap": "s",
+    "energy": "1",
+    "constraint-position": "m",
+    "constraint-velocity": "m/s",
+}
+
+# What each says when it is broken
+_SENTENCES = {
+    "open-depth": "{place} is inside its wall outside a contact",
+    "pull": "the wall pulls {place}",
+    "driving-friction": "friction drives {place}",
+    "leaving-start": "a contact of {place} begins while it leaves",
+    "overlap": "two contacts of {place} overlap",
+    "energy": "the energy does not balance",
+    "constraint-position": "{place} is violated",
+    "constraint-velocity": "the rate of {place} is violated",
+}
+
+
+@dataclass(frozen=True)
+class Bound:
+    """How far a run may go.
+
+    Attributes
+    ----------
+    name : str
+        Of ``UNITS``.
+    formulations, methods : tuple of str
+        Where it holds; see ``solver_choice``.
+    factor : float
+        Bound over ``scale``.
+    scale : str
+        Of the run's: see :class:`Scales`.
+    """
+
+    name: str
+    formulations: tuple[str, ...]
+    methods: tuple[str, ...]
+    factor: float
+    scale: str
+
+
+_FIXED, _IMPLICIT = ("full", "native"), ("generalized-alpha", "trapezoidal-index2")
+_ALL, _ANY = ("tree", *_FIXED), ("dopri5", *_IMPLICIT)
+
+BOUNDS = (
+    # Touches are located until the gap is less than 2e-15 m; what is left is round-off
+    Bound("open-depth", ("tree",), _ANY, 1e-11, "one"),
+    # A corner that touches inside a step is no deeper at its end, where its contact begins
+    Bound("open-depth", _FIXED, _ANY, 1.0, "path"),
+    # The law is clipped at 0: a product and a sum are rounded
+    Bound("pull", _ALL, _ANY, 1e-13, "force"),
+    # Against the slip, whose sign can be wrong only where it is rounded
+    Bound("driving-friction", ("tree", "full"), _ANY, 1e-13, "power"),
+    Bound("driving-friction", ("native",), _ANY, 2.0, "sphere_power"),
+    Bound("leaving-start", ("tree",), _ANY, 1e-9, "one"),
+    Bound("leaving-start", _FIXED, _ANY, 1e-9, "one"),
+    # A contact ends before the next one begins, both times rounded
+    Bound("overlap", _ALL, _ANY, 1.0, "rounded_time"),
+    Bound("energy", _FIXED, ("trapezoidal-index2",), 1.0, "one"),
+    Bound("constraint-position", _FIXED, ("generalized-alpha",), 1e-8, "one"),
+    Bound("constraint-velocity", _FIXED, ("generalized-alpha",), 1e-8, "one"),
+    Bound("constraint-position", _FIXED, ("trapezoidal-index2",), 1e-8, "one"),
+    Bound("constraint-velocity", _FIXED, ("trapezoidal-index2",), 1e-8, "one"),
+)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """The worst of one kind in a run: its value, when (s) and where."""
+
+    name: str
+    value: float
+    time: float
+    place: str = ""
+
+
+def place_name(number: int) -> str:
+    """Name of one of ``CONTACTS`` in a sentence."""
+    return f"corner {CONTACTS[number]}" if number < len(CORNERS) else "the crank pin"
+
+
+def seen_in_contacts(contacts: NDArray[np.void]) -> list[Seen]:
+    """Return what ``watch`` has kept in the records of the contacts."""
+    found = []
+    for name, field in (
+        ("open-depth", "open_depth"),
+        ("pull", "pull"),
+        ("driving-friction", "driving"),
+        ("leaving-start", "leaving"),
+    ):
+        number = int(np.argmax(contacts[field]))
+        worst = contacts[number]
+        found.append(Seen(name, float(worst[field]), float(worst[f"{field}_time"]), place_name(number)))
+    return found
+
+
+def seen_in_events(events: Mapping[str, NDArray[Any]]) -> Seen:
+    """Return the longest overlap of two contacts of one corner; the table is sorted by start."""
+    worst = Seen("overlap", 0.0, 0.0)
+    for number, name in enumerate(CONTACTS):
+        chosen = events["corner"] == name
+        start, end = events["start"][chosen], events["end"][chosen]
+        if len(start) < 2:
+            continue
+        overlaps = np.maximum.accumulate(end)[:-1] - start[1:]
+        row = int(np.argmax(overlaps))
+        if overlaps[row] > worst.value:
+            worst = Seen("overlap", float(overlaps[row]), float(start[row + 1]), place_name(number))
+    return worst
+
+
+def judge(
+    seen: list[Seen], formulation: str, method: str, scales: Mapping[str, float]
+) -> tuple[dict[str, dict[str, Any]], str]:
+    """Compare what was seen with its bounds.
+
+    Parameters
+    ----------
+    seen : list of Seen
+    formulation, method : str
+        Of ``parameters.Integration``.
+    scales : mapping
+        Value of each scale that ``BOUNDS`` names.
+
+    Returns
+    -------
+    invariants : dict
+        Name to "value", "bound", "unit" and "time_s", for each that has a bound.
+    broken : str
+        In one line what is broken by the most; empty if nothing is.
+    """
+    invariants: dict[str, dict[str, Any]] = {}
+    worst, broken = 1.0, ""
+    for bound in BOUNDS:
+        if formulation not in bound.formulations or method not in bound.methods:
+            continue
+        limit = bound.factor * scales[bound.scale]
+        for one in seen:
+            if one.name != bound.name:
+                continue
+            unit = UNITS[one.name]
+            invariants[one.name] = {"value": one.value, "bound": limit, "unit": unit, "time_s": one.time}
+            excess = one.value / limit if limit > 0.0 else math.inf
+            if one.value > limit and excess > worst:
+                worst = excess
+                sentence = _SENTENCES[one.name].format(place=one.place)
+                measure = "" if unit == "1" else f" {unit}"
+                broken = (
+                    f"{one.name}: {sentence} by {one.value:.3g}{measure} at {one.time:.9g} s, "
+                    f"bound {limit:.3g}{measure}"
+                )
+    return invariants, broken
