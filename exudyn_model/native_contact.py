@@ -48,21 +48,26 @@ def proportional_zone(contact: Guide) -> float:
     return contact.transition_speed
 
 
-def sphere_friction(contact: Guide, angle: Mapping[str, float], omega: Mapping[str, float]) -> float:
-    """Power (W) that friction can bring in for each newton of normal force, where slips differ in sign.
+def sphere_friction(contact: Guide, extrema: Mapping[str, Mapping[str, float]], slip: float) -> float:
+    """Bound the power (W) that the force along the wall can bring in for each newton of normal force.
 
-    Exudyn's is the slip of the sphere's surface. A slider turned by ``angle`` has its corner's tip in another
-    place, by the radius times half the square of the angle, whose speed is ``omega`` times that at most.
+    Exudyn's friction is against the slip of the sphere's surface. A slider turned by an angle has its
+    corner's tip in another place, by the radius times half the square of the angle. And the normal is the
+    direction from the wall to the sphere's centre: coordinates near 1 m, rounded to 1e-16 m, over the radius.
 
     Parameters
     ----------
     contact : Guide
-    angle, omega : mapping
-        "min" and "max" over the run, rad and rad/s.
+    extrema : mapping
+        Of the run: "slider_angle" (rad) and "slider_omega" (rad/s), each with "min" and "max".
+    slip : float
+        Largest one, m/s.
     """
-    turned, spun = (max(-extremum["min"], extremum["max"]) for extremum in (angle, omega))
-    slip = 0.5 * RADIUS * turned * turned * spun
-    return contact.friction * slip * slip / proportional_zone(contact)
+    turned, spun = (
+        max(-extrema[name]["min"], extrema[name]["max"]) for name in ("slider_angle", "slider_omega")
+    )
+    wrong = RADIUS * turned * turned * spun
+    return contact.friction * wrong * wrong / proportional_zone(contact) + 1e-15 / RADIUS * slip
 
 
 def add_corner_contacts(

@@ -1,6 +1,5 @@
 """Run one scene from its plain mapping to a result."""
 
-import math
 import platform
 import time
 from collections.abc import Callable, Mapping
@@ -16,9 +15,15 @@ from exudyn_model import solver, tree_solver
 from exudyn_model.assembly import assemble
 from exudyn_model.drift import CONSTRAINTS, Constraints
 from exudyn_model.energy import ENERGIES, mass_diagonal
-from exudyn_model.invariants import Seen, judge, seen_in_contacts, seen_in_events
+from exudyn_model.invariants import (
+    Seen,
+    judge,
+    scales,
+    seen_in_contacts,
+    seen_in_energy,
+    seen_in_events,
+)
 from exudyn_model.mechanism import build
-from exudyn_model.native_contact import sphere_friction
 from exudyn_model.parameters import Parameters
 from exudyn_model.recording import Recorder
 from exudyn_model.rocker_tree import build_rocker_tree
@@ -163,25 +168,11 @@ def _invariants(
     for name in CONSTRAINTS if run.constraints is not None else ():
         amount, time_s = run.constraints[name], run.constraints[f"{name}_time_s"]
         seen.append(Seen(f"constraint-{name}", amount, time_s, "a constraint"))
-    if integration.energy:
-        least, greatest = (extrema["energy_residual"][part] for part in ("min", "max"))
-        lost = float(columns["energy_damping"][-1] + columns["energy_friction"][-1])
-        base = max(lost, 0.0) or extrema["energy_kinetic"]["max"]
-        at = "max" if greatest > -least else "min"
-        seen.append(Seen("energy", max(greatest, -least) / base, extrema["energy_residual"][f"time_of_{at}"]))
-    contacts = run.contacts
-    step = run.settings.get("step_used", 0.0)
-    force = float(np.max(contacts["strongest"]))
-    scales = {
-        "one": 1.0,
-        "path": float(np.max(contacts["fastest"])) * step,
-        "force": force,
-        "power": force * float(np.max(contacts["fastest_slip"])),
-        "sphere_power": force
-        * sphere_friction(parameters.contact, extrema["slider_angle"], extrema["slider_omega"]),
-        "rounded_time": 64 * math.ulp(parameters.samples * parameters.sample_interval),
-    }
-    return judge(seen, integration.formulation, integration.method, scales)
+    if integration.energy and parameters.contact.law != "paper-switching":
+        seen.append(seen_in_energy(columns, extrema))
+    step, tolerance = (run.settings.get(name, 0.0) for name in ("step_used", "newton_tolerance"))
+    found = scales(parameters, run.contacts, events, extrema, step, tolerance)
+    return judge(seen, integration.formulation, integration.method, found)
 
 
 def _run_full(parameters: Parameters, progress: Callable[[float], None] | None) -> _Run:
