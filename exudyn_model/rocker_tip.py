@@ -70,7 +70,8 @@ def tip_jerk(linkage: Any) -> float:
         if position > 1:
             change = max(change, abs(rise - rise_before))
         before, rise_before = acceleration, rise
-    return (mean + change) / interval
+    jerk: float = (mean + change) / interval
+    return jerk
 
 
 @kernel

@@ -3,7 +3,7 @@
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any, Protocol
 
 import exudyn as exu
@@ -13,16 +13,9 @@ from numpy.typing import NDArray
 
 from exudyn_model import solver, tree_solver
 from exudyn_model.assembly import assemble
-from exudyn_model.drift import CONSTRAINTS, Constraints
+from exudyn_model.drift import Constraints
 from exudyn_model.energy import ENERGIES, mass_diagonal
-from exudyn_model.invariants import (
-    Seen,
-    judge,
-    scales,
-    seen_in_contacts,
-    seen_in_energy,
-    seen_in_events,
-)
+from exudyn_model.invariants import judge, scales
 from exudyn_model.mechanism import build
 from exudyn_model.parameters import Parameters
 from exudyn_model.recording import Recorder
@@ -31,6 +24,7 @@ from exudyn_model.scene_reading import read_scene
 from exudyn_model.tables import ACCELERATIONS, CORNER_CHANNELS, REACTIONS, STATE
 from exudyn_model.tree import build_tree
 from exudyn_model.tree_recording import TreeRecorder
+from exudyn_model.watch import Seen, seen_in_contacts, seen_in_energy, seen_in_events, seen_in_samples
 
 
 class Recorded(Protocol):
@@ -50,7 +44,8 @@ class Recorded(Protocol):
 class _Run:
     """A run of either formulation: its name, its settings beside the scene's, what it left behind.
 
-    ``constraints`` is the largest violation of one (m, rad) at a sample, and when (s); a tree has none.
+    ``constraints`` is the largest violation of each kind (m, rad; m/s, rad/s) at a sample, and when (s); a
+    tree has none.
     """
 
     formulation: str
@@ -58,7 +53,7 @@ class _Run:
     recorder: Recorded
     contacts: NDArray[np.void]
     outcome: solver.Outcome
-    constraints: dict[str, float] | None = None
+    constraints: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -77,7 +72,8 @@ class Result:
     provenance : dict
         Model, settings, versions, counters, wall time, status; only what JSON can hold.
     status : str
-        "success", "newton-failed", "step-too-small", "work-limit", "out-of-range" or "non-finite".
+        "success", "newton-failed", "step-too-small", "work-limit", "out-of-range", "non-finite", or, of a run
+        that came to its end, "invariant-violated": see ``invariants``.
     remedy : str
         What to try after a failure, else empty.
     """
@@ -143,14 +139,16 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         "wall_time_s": time.perf_counter() - started,
         "status": outcome.status,
     }
-    if run.constraints is not None:
-        provenance["constraints"] = run.constraints
+    if run.constraints:
+        provenance["constraints"] = {name: value for name, (value, _) in run.constraints.items()} | {
+            f"{name}_time_s": time_s for name, (_, time_s) in run.constraints.items()
+        }
     extrema = recorder.extrema(channels)
     status, remedy = outcome.status, outcome.remedy
     provenance["invariants"], broken = _invariants(parameters, run, columns, events, extrema)
     if broken and status == "success":
         status = "invariant-violated"
-        remedy = f"{broken}; lower solver.exudyn.{'tolerance' if run.constraints is None else 'step'}"
+        remedy = f"{broken}; lower solver.exudyn.{'step' if run.constraints else 'tolerance'}"
     provenance["status"] = status
     return Result({"time": times} | columns, events, extrema, provenance, status, remedy)
 
@@ -165,9 +163,12 @@ def _invariants(
     """Judge a run by what it has left behind: see ``invariants``."""
     integration = parameters.integration
     seen = [*seen_in_contacts(run.contacts), seen_in_events(events)]
-    for name in CONSTRAINTS if run.constraints is not None else ():
-        amount, time_s = run.constraints[name], run.constraints[f"{name}_time_s"]
-        seen.append(Seen(f"constraint-{name}", amount, time_s, "a constraint"))
+    if not parameters.mechanism.ideal_slider:
+        seen.append(seen_in_samples(columns, events, parameters))
+    seen += [
+        Seen(f"constraint-{name}", value, time_s, "a constraint")
+        for name, (value, time_s) in run.constraints.items()
+    ]
     if integration.energy and parameters.contact.law != "paper-switching":
         seen.append(seen_in_energy(columns, extrema))
     step, tolerance = (run.settings.get(name, 0.0) for name in ("step_used", "newton_tolerance"))
@@ -192,13 +193,10 @@ def _run_full(parameters: Parameters, progress: Callable[[float], None] | None) 
     }
     if method == "generalized-alpha":
         settings["spectral_radius"] = solver.SPECTRAL_RADIUS
-    constraints = {}
-    for name, (amount, time_s) in recorder.drift.items():
-        constraints |= {name: amount, f"{name}_time_s": time_s}
     name = "redundant-coordinates"
     if parameters.integration.formulation == "native":
         name += ", native contact"
-    return _Run(name, settings, recorder, model.contacts, outcome, constraints)
+    return _Run(name, settings, recorder, model.contacts, outcome, recorder.drift)
 
 
 def _run_tree(parameters: Parameters, progress: Callable[[float], None] | None) -> _Run:

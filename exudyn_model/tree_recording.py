@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from exudyn_model.compiled import direct, kernel
 from exudyn_model.contact_memory import EVENT, write_event
+from exudyn_model.gap_search import GAP_TOLERANCE
 from exudyn_model.mechanism import Model
 from exudyn_model.point_contact import CONTACTS
 from exudyn_model.tables import CHANNELS, event_table, extrema_table, new_extrema, widen
-from exudyn_model.touch_location import GAP_TOLERANCE, freeze, locate
+from exudyn_model.touch_location import freeze, locate
 from exudyn_model.tree_forces import complete
 from exudyn_model.tree_motion import MOTION, can_touch, contact_motion, interpolate, state_at
 from exudyn_model.tree_observation import WIDTH, observe, watch

@@ -1,16 +1,20 @@
-"""What is seen of each contact in every accepted state, for the invariants of a run: see ``invariants``.
+"""What is seen of a run's contacts and energy, for its invariants: see ``invariants``.
 
-Gaps, rates and slips are found here from the bodies' motion once more, so that a fault in the formulas that
-the run was computed with does not hide itself. What a contact has done worst is kept in its own record.
+Every accepted state is looked at. Gaps, rates and slips are found here from the bodies' motion once more, so
+that a fault in the formulas that the run was computed with does not hide itself. What a contact has done
+worst is kept in its own record.
 """
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.compiled import kernel
-from exudyn_model.point_contact import PIN
+from exudyn_model.parameters import Parameters
+from exudyn_model.point_contact import CONTACTS, CORNERS, PIN
 
 
 @kernel
@@ -138,3 +142,83 @@ def watch_pin(
         friction,
         contacts[PIN],
     )
+
+
+@dataclass(frozen=True)
+class Seen:
+    """The worst of one kind in a run: its value, when (s) and where."""
+
+    name: str
+    value: float
+    time: float
+    place: str = ""
+
+
+def place_name(number: int) -> str:
+    """Name of one of ``CONTACTS`` in a sentence."""
+    return f"corner {CONTACTS[number]}" if number < len(CORNERS) else "the crank pin"
+
+
+def seen_in_contacts(contacts: NDArray[np.void]) -> list[Seen]:
+    """Return what ``watch`` has kept in the records of the contacts."""
+    found = []
+    for name, field in (
+        ("open-depth", "open_depth"),
+        ("pull", "pull"),
+        ("driving-friction", "driving"),
+        ("leaving-start", "leaving"),
+    ):
+        number = int(np.argmax(contacts[field]))
+        worst = contacts[number]
+        found.append(Seen(name, float(worst[field]), float(worst[f"{field}_time"]), place_name(number)))
+    return found
+
+
+def seen_in_events(events: Mapping[str, NDArray[Any]]) -> Seen:
+    """Return the longest overlap of two contacts of one corner; the table is sorted by start."""
+    worst = Seen("overlap", 0.0, 0.0)
+    for number, name in enumerate(CONTACTS):
+        chosen = events["corner"] == name
+        start, end = events["start"][chosen], events["end"][chosen]
+        if len(start) < 2:
+            continue
+        overlaps = np.maximum.accumulate(end)[:-1] - start[1:]
+        row = int(np.argmax(overlaps))
+        if overlaps[row] > worst.value:
+            worst = Seen("overlap", float(overlaps[row]), float(start[row + 1]), place_name(number))
+    return worst
+
+
+def seen_in_energy(
+    columns: Mapping[str, NDArray[np.float64]], extrema: Mapping[str, Mapping[str, float]]
+) -> Seen:
+    """Return the largest residual, over all that was dissipated and the largest kinetic energy."""
+    residual = extrema["energy_residual"]
+    side = "max" if residual["max"] > -residual["min"] else "min"
+    base = extrema["energy_kinetic"]["max"]
+    base += max(float(columns["energy_damping"][-1] + columns["energy_friction"][-1]), 0.0)
+    return Seen("energy", abs(residual[side]) / base, residual[f"time_of_{side}"])
+
+
+def seen_in_samples(
+    columns: Mapping[str, NDArray[np.float64]], events: Mapping[str, NDArray[Any]], parameters: Parameters
+) -> Seen:
+    """Return the deepest corner at a sample that lies in no contact of the table.
+
+    The state at t = 0 is not looked at: Exudyn's own contact begins with the first step.
+    """
+    slider, worst = parameters.mechanism.slider, Seen("open-depth", 0.0, 0.0)
+    x, angle = (columns[name][1:] for name in ("slider_x", "slider_angle"))
+    times = np.arange(1, len(x) + 1) * parameters.sample_interval
+    for number, name in enumerate(CORNERS):
+        side, end = 2 * (number % 2) - 1, 2 * (number // 2) - 1
+        across = side * slider.width / 2 * np.cos(angle) - end * slider.length / 2 * np.sin(angle)
+        place = side * (x - parameters.mechanism.guide_x + across)
+        depths = place - slider.width / 2 - parameters.contact.clearance
+        chosen = events["corner"] == name
+        starts, ends = (np.append(-np.inf, events[column][chosen]) for column in ("start", "end"))
+        depths[times <= ends[np.searchsorted(starts, times, side="right") - 1]] = 0.0
+        row = int(np.argmax(depths)) if len(depths) else 0
+        if len(depths) and depths[row] > worst.value:
+            worst = Seen("open-depth", float(depths[row]), float(times[row]), place_name(number))
+    return worst

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 import exudyn_model
 from exudyn_model import mechanism, simulate
 from exudyn_model.contact_memory import EVENT
-from exudyn_model.invariants import UNITS, seen_in_contacts, seen_in_events
+from exudyn_model.invariants import UNITS
 from exudyn_model.point_contact import contact_states
-from exudyn_model.watch import watch_contact
+from exudyn_model.scene_reading import read_scene
+from exudyn_model.watch import seen_in_contacts, seen_in_events, seen_in_samples, watch_contact
 
 TREE = {"solver.exudyn.formulation": "tree", "solver.exudyn.method": "dopri5"}
 USUAL = {
@@ -131,6 +132,18 @@ def test_overlapping_contacts_of_one_corner():
     assert seen_in_events(table).time == 0.2
     table["corner"] = np.array(["ll", "lr", "ul", "ll"])
     assert seen_in_events(table).value == 0.0
+
+
+def test_a_sample_inside_a_wall_lies_in_a_contact_of_the_table(make_scene):
+    scene = make_scene(USUAL["tree"] | {"drive.cycles": 0.1, "output.samples_per_cycle": 20_000})
+    result, parameters = simulate(scene), read_scene(scene)
+    assert seen_in_samples(result.columns, result.events, parameters).value < 1e-15
+    fewer = {name: np.delete(column, 1) for name, column in result.events.items()}
+    seen = seen_in_samples(result.columns, fewer, parameters)
+    # As deep as the row that is left out says, but for what lies between two samples
+    assert seen.value == pytest.approx(result.events["largest_depth"][1], rel=0.01)
+    assert seen.place == f"corner {result.events['corner'][1]}"
+    assert result.events["start"][1] < seen.time < result.events["end"][1]
 
 
 def test_a_joint_left_out_is_told_and_the_table_kept(make_scene, monkeypatch):

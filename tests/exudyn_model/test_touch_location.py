@@ -15,11 +15,12 @@ from exudyn_model.gap_acceleration import (
     rotation,
     slider_acceleration_bounds,
 )
+from exudyn_model.gap_search import GAP_TOLERANCE, gap_within, smooth_distance
 from exudyn_model.journal import journal_law, pin_motion
 from exudyn_model.point_contact import CONTACTS, PIN, contact_states
 from exudyn_model.rocker_tip import rocker_tip, tip_jerk
 from exudyn_model.scene_reading import read_scene
-from exudyn_model.touch_location import GAP_TOLERANCE, gap_within, locate, smooth_distance
+from exudyn_model.touch_location import locate
 from exudyn_model.tree_motion import MOTION, can_touch, driven_and_hung, interpolate
 
 LR = CONTACTS.index("lr")
