@@ -210,6 +210,7 @@ def seen_in_samples(
     slider, worst = parameters.mechanism.slider, Seen("open-depth", 0.0, 0.0)
     x, angle = (columns[name][1:] for name in ("slider_x", "slider_angle"))
     times = np.arange(1, len(x) + 1) * parameters.sample_interval
+    earlier = times * (1.0 - 1e-12)  # those of the table are rounded
     for number, name in enumerate(CORNERS):
         side, end = 2 * (number % 2) - 1, 2 * (number // 2) - 1
         across = side * slider.width / 2 * np.cos(angle) - end * slider.length / 2 * np.sin(angle)
@@ -217,7 +218,7 @@ def seen_in_samples(
         depths = place - slider.width / 2 - parameters.contact.clearance
         chosen = events["corner"] == name
         starts, ends = (np.append(-np.inf, events[column][chosen]) for column in ("start", "end"))
-        depths[times <= ends[np.searchsorted(starts, times, side="right") - 1]] = 0.0
+        depths[earlier <= ends[np.searchsorted(starts, times, side="right") - 1]] = 0.0
         row = int(np.argmax(depths)) if len(depths) else 0
         if len(depths) and depths[row] > worst.value:
             worst = Seen("open-depth", float(depths[row]), float(times[row]), place_name(number))
