@@ -20,7 +20,7 @@ from comparison.studies.campaign.adjudication import Run, adjudicate
 from comparison.studies.campaign.population import Case
 from comparison.studies.campaign.screening import TIER, screen
 from comparison.studies.campaign.walls import breaches
-from comparison.studies.detection.tasks import summary
+from comparison.studies.detection.pairs import summary
 from comparison.table import Table, TableError
 from comparison.thresholds import thresholds
 from comparison.validation import levels
