@@ -10,9 +10,9 @@ from reference_model.contact import PAPER_SWITCHING
 from reference_model.forces import CONTACTS, FRICTION, GAP, MEMORY, NORMAL, SLIP, Array
 from reference_model.journal import JOURNAL
 
-OPEN_DEPTH, PULL, DRIVING_FRICTION, LEAVING_START, ENERGY, LARGEST_FORCE = range(6)
-"""Rows of the watch; the largest normal force is no invariant, but the measure of two."""
-WATCHED = 6
+OPEN_DEPTH, PULL, DRIVING_FRICTION, LEAVING_START, ENERGY, LARGEST_FORCE, LARGEST_ENERGY = range(7)
+"""Rows of the watch; the largest normal force and energy are no invariants, but the measures of others."""
+WATCHED = 7
 WORST, TIME, CONTACT = 0, 1, 2
 """Columns of the watch."""
 
@@ -64,10 +64,12 @@ def watch_start(rate: float, t: float, contact: int, watch: Array) -> None:
 def watch_energy(c: Constants, energies: Array, start: Array, t: float, watch: Array) -> None:
     """Note the relative residual of the balance of `reference_model.energy`, where there is a potential.
 
-    Relative to the largest of what damping and friction have taken so far, the kinetic energy and the work of
+    Relative to the largest so far of what damping and friction have taken, the kinetic energy and the work of
     gravity: where nothing is lost the balance is no more accurate than what flows through it.
     """
     if c.law == PAPER_SWITCHING:
         return
-    scale = max(energies[4] + energies[5], start[0], energies[2], abs(energies[1]))
-    _note(watch, ENERGY, abs(energies[6]) / scale, t, -1)
+    _note(
+        watch, LARGEST_ENERGY, max(energies[4] + energies[5], start[0], energies[2], abs(energies[1])), t, -1
+    )
+    _note(watch, ENERGY, abs(energies[6]) / watch[LARGEST_ENERGY, WORST], t, -1)
