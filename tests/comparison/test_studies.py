@@ -28,6 +28,7 @@ from comparison.studies import (
     reliability,
     verdicts,
 )
+from comparison.studies.campaign import population
 from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
 from comparison.studies.detection import alarms, cross_model, faults, limits, rounding, study
 from comparison.studies.errors import Peak
@@ -92,6 +93,7 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(scenes, "SPEEDS", (100.0, 200.0))
     monkeypatch.setattr(scenes, "CLEARANCES", (1e-4, 2e-4))
     monkeypatch.setattr(controls, "PERIODS", 110)
+    monkeypatch.setattr(population, "COUNT", 5)
     monkeypatch.setattr(plan, "SAMPLES", 40)
     monkeypatch.setattr(plan, "RUNS", 60)
     monkeypatch.setattr(plan, "PLANE", 30)
