@@ -316,7 +316,7 @@ def test_the_bound_of_the_pins_acceleration_is_met_where_the_bearing_moves_along
     bends = np.diff(gaps - 0.5 * gaps**2 / 2e-4, 2) * 32**2 / end["time"] ** 2
     assert np.min(gaps) > 0.0
     assert least <= np.min(bends)
-    # 4e4 m/s^2; e is 0.5 % shorter than the clearance, and the rate's square over the clearance is 0.5 % of it
+    # 4e4 m/s^2; e is 0.5 % shorter than the clearance, the rate's square over the clearance 0.5 % of it
     assert 0.98 * greatest < np.max(bends) <= greatest
 
 
