@@ -22,10 +22,6 @@ GAP_TOLERANCE = 2e-15
 # over a step of free flight takes some 100
 _SEARCH_LIMIT = 1000
 
-# Crossings of one step located one before the other, after which a shorter step is asked for: a gap turns
-# round two or three times in a step
-_CROSSINGS_LIMIT = 10
-
 
 @kernel
 def gap_within(
@@ -86,7 +82,6 @@ def passed_within(
     sign: float,
     first: float,
     last: float,
-    limit: float,
     bend: float,
     start: Any,
     end: Any,
@@ -94,7 +89,7 @@ def passed_within(
     law: Any,
     pin_law: Any,
 ) -> float:
-    """Share of the step at which the distance has passed through zero; 2 if it never does, nan if unsure.
+    """Share of the step at which the distance is below zero; 2 if it never is, nan if unsure.
 
     The distance is :func:`smooth_distance` times ``sign``: -1 for a contact that leaves.
 
@@ -102,27 +97,26 @@ def passed_within(
     ----------
     number : int
         One of ``CONTACTS``.
-    sign, first, last : float
-        The distances (m) at the step's start and at the share ``limit`` of it.
-    limit : float
-        Where the search ends.
+    sign : float
+    first, last : float
+        The distances at the step's start and end, m.
     bend : float
         Greatest second derivative of the distance, times the square of the step, m.
     start, end, linkage, law, pin_law : record
     """
     if last < -GAP_TOLERANCE:
-        return limit
-    low, width, at_low, at_high = 0.0, limit, first, last
+        return 1.0
+    low, width, at_low, at_high = 0.0, 1.0, first, last
     for _ in range(_SEARCH_LIMIT):
         if least_between(at_low, at_high, bend * width * width) >= -GAP_TOLERANCE:
-            if low + width >= limit:
+            if low + width >= 1.0:
                 return 2.0
             low, at_low = low + width, at_high
-            width = min(2.0 * width, limit - low)
+            width = min(2.0 * width, 1.0 - low)
         else:
             width *= 0.5
         at_high = last
-        if low + width < limit:
+        if low + width < 1.0:
             gap, _ = gap_within(number, start, end, low + width, linkage, law, pin_law)
             at_high = sign * smooth_distance(number, gap, pin_law)
             if at_high < -GAP_TOLERANCE:
@@ -143,10 +137,10 @@ def change_within(
     law: Any,
     pin_law: Any,
 ) -> float:
-    """Share of the step at which a contact first touches or, where it is closed, leaves; 2 if it does not.
+    """Share of the step at which a contact touches or, where it is closed, leaves; 2 if it never does.
 
-    0 if it was at the wall all the time from the start on until it passed; nan if a shorter step is needed
-    to be sure.
+    Perhaps not the first one in the step; the step up to there, tried again, will tell. 0 if it was at the
+    wall all the time from the start on until it passed; nan if a shorter step is needed to be sure.
 
     Parameters
     ----------
@@ -169,21 +163,17 @@ def change_within(
         if sign > 0.0:
             return 0.0
         first = 0.0  # what touches within `least` is frozen before it does
-    last, limit, found = sign * smooth_distance(number, gap, pin_law), 1.0, 2.0
-    for _ in range(_CROSSINGS_LIMIT):
-        passed = passed_within(number, sign, first, last, limit, bend, start, end, linkage, law, pin_law)
-        if passed == 2.0 or np.isnan(passed):
-            return found if passed == 2.0 else passed
-        low = 0.0
-        if first <= GAP_TOLERANCE:
-            # At the wall at the start. It has to part from there before it can cross
-            low, apart = passed, 0.0
-            while apart <= GAP_TOLERANCE:
-                low *= 0.5
-                if low == 0.0:
-                    return 0.0
-                apart = sign * gap_within(number, start, end, low, linkage, law, pin_law)[0]
-        # Between both a crossing, perhaps not the first
-        limit = found = crossing_within(number, start, end, low, passed, linkage, law, pin_law)
-        last = 0.0
-    return np.nan
+    last = sign * smooth_distance(number, gap, pin_law)
+    passed = passed_within(number, sign, first, last, bend, start, end, linkage, law, pin_law)
+    if passed == 2.0 or np.isnan(passed):
+        return passed
+    low = 0.0
+    if first <= GAP_TOLERANCE:
+        # At the wall at the start. It has to part from there before it can cross
+        low, apart = passed, 0.0
+        while apart <= GAP_TOLERANCE:
+            low *= 0.5
+            if low < 1e-16:
+                return 0.0
+            apart = sign * gap_within(number, start, end, low, linkage, law, pin_law)[0]
+    return crossing_within(number, start, end, low, passed, linkage, law, pin_law)

@@ -8,11 +8,12 @@ import pytest
 from exudyn_model import simulate
 from exudyn_model.accelerations import linkage_record
 from exudyn_model.contact import contact_law
-from exudyn_model.journal import journal_law
+from exudyn_model.gap_acceleration import pin_acceleration_bounds, rotation
+from exudyn_model.journal import journal_law, pin_motion
 from exudyn_model.point_contact import PIN, contact_states
 from exudyn_model.scene_reading import read_scene
 from exudyn_model.touch_location import locate
-from exudyn_model.tree_motion import MOTION, contact_motion, interpolate
+from exudyn_model.tree_motion import MOTION, contact_motion, driven_and_hung, interpolate
 
 SCENES = {
     "crank pin": {"joints.crank_pin": "clearance", "joints.slider": "ideal"},
@@ -294,6 +295,29 @@ def test_a_journal_that_touches_and_leaves_inside_a_step_is_located(make_scene):
         # 16 s (1 - s) = 1, and a bearing that turns on an arm of 0.29 m
         expected = 0.5 - np.sqrt(0.25 - 1 / 16) if touches else 1.0
         assert share == pytest.approx(expected, rel=1e-3)
+
+
+def test_the_bound_of_the_pins_acceleration_is_met_where_the_bearing_moves_along_the_eccentricity(make_scene):
+    """Towards the wall by 0.5 um in 5 us, and back; rod 2 alone moves, by its length times its angle."""
+    ends, laws, theta2 = pin_step(make_scene, -1.99e-4j * cmath.exp(0.3j), -5e-7)
+    assert theta2 == 0.3
+    start, end = ends
+    turn2, turn3 = (
+        rotation(*(side[part + body] for side in ends for part in ("theta", "w", "a")), end["time"])
+        for body in "23"
+    )
+    gap, rate, slip, _, _ = pin_motion(driven_and_hung(interpolate(*ends, 1.0), *laws[::2]), laws[2])
+    w2 = end["w2"]
+    least, greatest = pin_acceleration_bounds(
+        gap, rate, slip, end["time"], turn2, turn3, w2, laws[0], laws[2]
+    )
+    shares = np.linspace(0.0, 1.0, 33)
+    gaps = np.array([contact_motion(PIN, interpolate(start, end, share), *laws)[0] for share in shares])
+    bends = np.diff(gaps - 0.5 * gaps**2 / 2e-4, 2) * 32**2 / end["time"] ** 2
+    assert np.min(gaps) > 0.0
+    assert least <= np.min(bends)
+    # 4e4 m/s^2; e is 0.5 % shorter than the clearance, the rate's square over the clearance 0.5 % of it
+    assert 0.98 * greatest < np.max(bends) <= greatest
 
 
 def test_failures_are_told(tree_scene, capfd):

@@ -10,6 +10,7 @@ from exudyn_model.accelerations import linkage_record
 from exudyn_model.assembly import assemble
 from exudyn_model.contact import contact_law
 from exudyn_model.gap_acceleration import (
+    carried,
     corner_acceleration_bounds,
     pin_acceleration_bounds,
     rotation,
@@ -250,6 +251,23 @@ def test_no_crossing_stays_inside_an_accepted_step(presses, pin, exponent, numbe
     assert np.min(found[shares < share]) >= -GAP_TOLERANCE - 1e-15
     if share == 1.0:
         assert np.min(found) >= -GAP_TOLERANCE - 1e-15
+
+
+@pytest.mark.parametrize("w0", [0.0, 30.0, -4.0])
+def test_what_is_carried_bends_within_the_bounds_of_a_wide_turn(w0):
+    """A constant acceleration, for which the bounds of the angle's own motion leave nothing to spare."""
+    acceleration, step = 100.0, 0.05
+    end = 0.4 + w0 * step + acceleration * step**2 / 2
+    turn = rotation(0.4, w0, acceleration, end, w0 + acceleration * step, acceleration, step)
+    assert turn[:2] == pytest.approx((acceleration, acceleration))
+    times = np.linspace(0.0, step, 101)
+    w, angle = w0 + acceleration * times, 0.4 + w0 * times + acceleration * times**2 / 2
+    for along, across in ((0.24, 0.0), (0.0, 0.05), (-0.1, 0.2)):
+        least, greatest = carried(along, across, end, turn)
+        bends = acceleration * (across * np.cos(angle) - along * np.sin(angle))
+        bends -= w**2 * (along * np.cos(angle) + across * np.sin(angle))
+        assert least <= np.min(bends)
+        assert np.max(bends) <= greatest
 
 
 def test_the_jerk_of_the_rockers_tip_is_bounded(make_scene):
