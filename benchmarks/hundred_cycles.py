@@ -117,11 +117,11 @@ def _steps(
     modes: np.ndarray,
     k: np.ndarray,
     y1: np.ndarray,
-    contacts: np.ndarray,
+    stages: np.ndarray,
     table: np.ndarray,
 ) -> None:
     for i in range(n):
-        take_step(c, t + 1e-9 * i, 1e-6, y, modes, k, y1, contacts, table)
+        take_step(c, t + 1e-9 * i, 1e-6, y, modes, k, y1, stages, table)
         y[0] += 1e-30 * y1[2]
 
 
@@ -170,7 +170,8 @@ def profile(total: float) -> None:
     tip = nanoseconds(_tips, c, t)
     contact = nanoseconds(_contacts, c, modes, contacts)
     equations = nanoseconds(_equations, c, t, y, modes, dy, contacts)
-    step = nanoseconds(_steps, c, t, y, modes, k, y1, contacts, np.empty((DRIVEN, STAGES)))
+    stages = np.zeros((STAGES + 1, *contacts.shape))
+    step = nanoseconds(_steps, c, t, y, modes, k, y1, stages, np.empty((DRIVEN, STAGES)))
     interpolant = nanoseconds(_interpolants, c, t, y, y1, modes, k, scratch, contacts, f)
     observing = nanoseconds(
         _observations, c, t, y, modes, dy, contacts, progress.start, out, progress.extrema,

@@ -32,6 +32,7 @@ def validate(
     """Run scenes by two models, each with a finer run and twins, compare them, and write a report."""
     from comparison.engines import pair
     from comparison.files import check_folder, write_json
+    from comparison.recorded import departures
     from comparison.run import MODELS
     from comparison.scene import SceneError, load_scene, shipped_scenes
     from comparison.summary import EXIT_CODES, as_mapping, exit_code, scene_lines
@@ -80,8 +81,11 @@ def validate(
         folder / "summary.json",
     )
     _write_for_ci(comparisons, folder, command)
-    for line in (*scene_lines(comparisons), *kept, str(page)):
+    for line in (*scene_lines(comparisons), *kept):
         typer.echo(line)
+    if both == MODELS and accuracy is None and (told := departures(loaded, comparisons)):
+        typer.echo(told)
+    typer.echo(str(page))
     return code
 
 

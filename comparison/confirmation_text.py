@@ -33,7 +33,7 @@ def sentence(found: Confirmation, labels: tuple[str, str], why: str = "") -> str
 
 
 def _confirmed(found: Confirmation, labels: tuple[str, str], since: str) -> str:
-    each = "each model's run is outside the other's"
+    each = "each model's run is outside those of the other"
     if 0 in found.members:
         host, guest = labels if found.members[0] else labels[::-1]
         each = f"the {guest} run is outside those of {host}"

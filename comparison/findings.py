@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import nan
+from math import isnan, nan
 from typing import Any
 
 import numpy as np
@@ -185,6 +185,12 @@ class SceneComparison:
     """Of a verdict that was "differ" before it; None where the models agreed, or for foreign tables."""
 
     @property
+    def coverage(self) -> float:
+        """Share of predictable samples (`scene_coverage`); nan where no table carries uncertainties."""
+        known = any(channel.u is not None for channel in self.channels.values())
+        return scene_coverage(self.channels) if known else nan
+
+    @property
     def why(self) -> str:
         """The reason of the verdict, after what its confirmation found where there was one."""
         return self.reason if self.confirmation is None else f"{self.confirmation.sentence}. {self.reason}"
@@ -212,6 +218,18 @@ class SceneComparison:
                 if channel is not None and channel.u is not None
             },
         )
+
+
+def scene_coverage(channels: Mapping[str, ChannelComparison]) -> float:
+    """Return a scene's share of predictable samples: the mean over its excited channels; nan without one.
+
+    The one number for a scene, which its verdict holds against the floor. A channel without a sample to judge
+    covers nothing, however many samples are predictably zero: a corner that touches only where nothing can be
+    predicted.
+    """
+    excited = [channel for channel in channels.values() if channel.verdict != "unexcited"]
+    judged = [0.0 if isnan(channel.explained) else channel.coverage for channel in excited]
+    return sum(judged) / len(judged) if judged else nan
 
 
 def no_comparison(

@@ -36,6 +36,11 @@ def versions() -> dict[str, str]:
     }
 
 
+def made_on() -> str:
+    """Return machine and versions in one line, to stand below numbers that rest on them."""
+    return f"{platform_name()}; {', '.join(f'{name} {number}' for name, number in versions().items())}"
+
+
 def _processor(cpuinfo: Path) -> str:
     """Name the processor: its model, family and number, and what it can do; as Linux tells it."""
     try:

@@ -9,6 +9,7 @@ uncertainty is small against what the channel means (the predictable ones).
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import floor as floor_of
 from math import nan
 from typing import Any, NamedTuple
 
@@ -16,7 +17,7 @@ import numpy as np
 
 from comparison.arrays import Array, BoolArray
 from comparison.channels import Channel
-from comparison.findings import ChannelComparison
+from comparison.findings import ChannelComparison, scene_coverage
 from comparison.measures.metrics import maximum, rms, scaled
 from comparison.thresholds import Thresholds
 from comparison.uncertainty import combined
@@ -188,10 +189,9 @@ def _beyond_all(
 def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> tuple[str, str]:
     """Verdict of a scene and its reason, by the rule of a channel applied to all excited ones together.
 
-    One channel that differs makes the scene differ. Else its coverage, the share of predictable samples among
-    those of all excited channels, is held against the same floor as a channel's. Channels that are by
-    themselves indeterminate are named in the reason. A scene without an excited channel is indeterminate:
-    nothing was compared.
+    One channel that differs makes the scene differ. Else its coverage (`comparison.findings.scene_coverage`)
+    is held against the same floor as a channel's. Channels that are by themselves indeterminate are named in
+    the reason. A scene without an excited channel is indeterminate: nothing was compared.
 
     Parameters
     ----------
@@ -212,9 +212,7 @@ def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> tup
         )
     unsettled = [result for result in excited if result.verdict == "indeterminate"]
     agreeing = [result for result in excited if result.verdict == "agree"]
-    # A channel without a sample to judge covers nothing, however many are predictably zero.
-    judged = [0.0 if np.isnan(result.explained) else result.coverage for result in excited]
-    coverage = sum(judged) / len(excited)
+    coverage = scene_coverage(results)
     if not agreeing or coverage < floor:
         worst = min(unsettled, key=lambda result: result.coverage)
         return (
@@ -224,7 +222,8 @@ def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> tup
         )
     worst = min(agreeing, key=lambda result: result.explained)
     reason = f"{len(agreeing)} of {len(excited)} excited channels agree, least of all {worst.channel}: "
-    reason += f"{worst.reason}; {coverage:.1%} of all samples are predictable"
+    # Cut off, as in the tables, where the same number stands.
+    reason += f"{worst.reason}; {floor_of(1e4 * coverage) / 1e4:.2%} of all samples are predictable"
     if unsettled:
         names = ", ".join(f"{result.channel} ({result.reason})" for result in unsettled)
         reason += f"; by itself indeterminate: {names}"

@@ -24,6 +24,9 @@ knowledge of ``reference_model``; the two share only the scene's numbers. Where 
 - ``tree_motion``, ``tree_forces``, ``tree_observation``: state of either tree within a step, the forces and
   accelerations in it, all channels. ``touch_location``, ``tree_recording``, ``tree_solver``: steps with error
   control, which end where a contact begins or ends, and what is kept of them.
+- ``gap_acceleration``, ``gap_search``: how far a gap can bend within a step of a tree, and where it passes
+  through zero, so that no contact is missed.
+- ``watch``, ``invariants``: what no correct run can show, looked at in every run; bounds with their reasons.
 - ``simulation``: from the scene's mapping to the result.
 - ``compiled``: numba with a cache that notices every change of this package.
 """

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from exudyn_model.compiled import kernel
 from exudyn_model.parameters import Parameters
+from exudyn_model.rocker_tip import tip_jerk
 
 _LINKAGE = np.dtype(
     [
@@ -39,6 +40,7 @@ _LINKAGE = np.dtype(
             "rocker_branch",
             "crank_angle",
             "omega",
+            "tip_jerk",
         )
     ]
     + [("ideal_slider", np.bool_), ("ideal_pin", np.bool_)]
@@ -70,6 +72,8 @@ def linkage_record(parameters: Parameters) -> NDArray[np.void]:
     linkage["omega"] = parameters.drive.omega
     linkage["ideal_slider"] = mechanism.ideal_slider
     linkage["ideal_pin"] = parameters.journal is None
+    if parameters.journal is None:
+        linkage["tip_jerk"] = tip_jerk(linkage[0])
     return linkage
 
 

@@ -3,8 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.assembly import CRANK, FRAME, SLIDER, Pin, pins
+from exudyn_model.assembly import CRANK, FRAME, SLIDER, pins
 from exudyn_model.parameters import Parameters
+
+CONSTRAINTS = ("position", "velocity")
+
+# m, and its rate, m/s
+_PointAndRate = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class Constraints:
@@ -20,32 +25,40 @@ class Constraints:
         self._mechanism, self._drive = parameters.mechanism, parameters.drive
         self._pins = [pin for pin in pins(self._mechanism) if pin.name != "A" or parameters.journal is None]
 
-    def violation(self, time: float, q: NDArray[np.float64]) -> float:
-        """Return the largest violation, m and rad alike.
+    def violation(self, time: float, q: NDArray[np.float64], v: NDArray[np.float64]) -> tuple[float, float]:
+        """Return the largest violation, m and rad alike, and that of a rate, m/s and rad/s alike.
 
         Parameters
         ----------
         time : float
             s.
-        q : ndarray, shape (15,)
-            Coordinates of the five bodies, the slider's x from the guide's centre line.
+        q, v : ndarray, shape (15,)
+            Coordinates of the five bodies, the slider's x from the guide's centre line, and their rates.
         """
         places = q.reshape(5, 3) + np.array([[0.0] * 3] * SLIDER + [[self._mechanism.guide_x, 0.0, 0.0]])
-        gaps = [_gap(pin, places) for pin in self._pins]
+        rates = v.reshape(5, 3)
+        gaps, speeds = [], []
+        for pin in self._pins:
+            first, first_rate = _point(places, rates, pin.first, pin.first_point)
+            second, second_rate = _point(places, rates, pin.second, pin.second_point)
+            gaps.append(np.abs(second - first).max())
+            speeds.append(np.abs(second_rate - first_rate).max())
         gaps.append(abs(places[CRANK, 2] - self._mechanism.crank_angle - self._drive.omega * time))
+        speeds.append(abs(rates[CRANK, 2] - self._drive.omega))
         if self._mechanism.ideal_slider:
             gaps += [abs(q[3 * SLIDER] - self._mechanism.reference_offset), abs(q[3 * SLIDER + 2])]
-        return float(max(gaps))
+            speeds += [abs(v[3 * SLIDER]), abs(v[3 * SLIDER + 2])]
+        return float(max(gaps)), float(max(speeds))
 
 
-def _gap(pin: Pin, places: NDArray[np.float64]) -> float:
-    first = _point(places, pin.first, pin.first_point)
-    return float(np.abs(_point(places, pin.second, pin.second_point) - first).max())
-
-
-def _point(places: NDArray[np.float64], body: int, point: tuple[float, float]) -> NDArray[np.float64]:
+def _point(
+    places: NDArray[np.float64], rates: NDArray[np.float64], body: int, point: tuple[float, float]
+) -> _PointAndRate:
+    """Place and velocity of a body's point."""
     if body == FRAME:
-        return np.array(point)
+        return np.array(point), np.zeros(2)
     x, y, angle = places[body]
+    vx, vy, omega = rates[body]
     cosine, sine = np.cos(angle), np.sin(angle)
-    return np.array([x + cosine * point[0] - sine * point[1], y + sine * point[0] + cosine * point[1]])
+    along, across = cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
+    return np.array([x + along, y + across]), np.array([vx - omega * across, vy + omega * along])

@@ -28,7 +28,7 @@ PIN = 4
 
 # State of one contact at the start of the current step; impact_speed 0 means open. "regime" is that of the
 # friction, see `slip_regime`. The fields from "start" on accumulate the contact that is going on (times in s
-# from t = 0).
+# from t = 0), those from "known_start" on belong to `watch`.
 _STATE = np.dtype(
     [
         (name, np.float64)
@@ -43,6 +43,19 @@ _STATE = np.dtype(
             "impulse",
             "peak",
             "depth",
+            "known_start",
+            "known_rate",
+            "fastest",
+            "fastest_slip",
+            "strongest",
+            "open_depth",
+            "open_depth_time",
+            "pull",
+            "pull_time",
+            "driving",
+            "driving_time",
+            "leaving",
+            "leaving_time",
         )
     ]
 )

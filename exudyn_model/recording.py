@@ -9,14 +9,15 @@ from numpy.typing import NDArray
 from exudyn_model.accelerations import slider_acceleration
 from exudyn_model.compiled import direct, kernel
 from exudyn_model.contact_memory import EVENT, renew_corners
-from exudyn_model.drift import Constraints
+from exudyn_model.drift import CONSTRAINTS, Constraints
 from exudyn_model.energy import ENERGIES, audit_energy, new_audit
 from exudyn_model.journal import renew_pin
 from exudyn_model.loose_pin import loose_pin_acceleration
 from exudyn_model.mechanism import Model
 from exudyn_model.native_contact import RADIUS, deepest, renew_native_corners
-from exudyn_model.point_contact import CONTACTS
+from exudyn_model.point_contact import CONTACTS, PIN
 from exudyn_model.tables import CHANNELS, event_table, extrema_table, new_extrema, widen
+from exudyn_model.watch import watch_corners, watch_pin
 
 _NOT_NATIVE = np.zeros((0, 4))
 
@@ -65,10 +66,14 @@ def _observe(
             q, v, pin_x, pin_y, pin_moment, fx, fy, moment, constants
         )
         values[21 + len(multipliers)], values[22 + len(multipliers)] = pin_x, pin_y
+        _watch_pin(index * law[0].step, q, v, pin_law[0], contacts)
     for number in range(4):
         values[9 + 3 * number] = contacts[number].gap
         values[10 + 3 * number] = contacts[number].normal
         values[11 + 3 * number] = contacts[number].friction
+    # Exudyn's own contact begins with the first step, whatever is closed before
+    if not constants.ideal_slider and (index > 0 or len(native) == 0):
+        watch_corners(index * law[0].step, q[12], q[14], v[12], v[13], v[14], values, law[0], contacts)
     for row in range(len(multipliers)):
         values[21 + row] = -multipliers[row]
     if len(masses) > 0:
@@ -76,6 +81,28 @@ def _observe(
         audit_energy(index, q, v, torque, masses, constants, law[0], pin_law[0], contacts, audit[0], energies)
     widen(extrema, values, index * law[0].step)
     return event_count
+
+
+@kernel
+def _watch_pin(
+    time: float, q: NDArray[np.float64], v: NDArray[np.float64], law: Any, contacts: NDArray[np.void]
+) -> None:
+    """Watch the crank pin from the coordinates of all bodies: see ``watch``."""
+    x1, y1 = law.crank_to_tip * np.cos(q[2]), law.crank_to_tip * np.sin(q[2])
+    x2, y2 = law.rod2_centroid * np.cos(q[5]), law.rod2_centroid * np.sin(q[5])
+    watch_pin(
+        time,
+        q[0] + x1 - q[3] + x2,
+        q[1] + y1 - q[4] + y2,
+        v[0] - v[2] * y1 - v[3] - v[5] * y2,
+        v[1] + v[2] * x1 - v[4] + v[5] * x2,
+        v[2],
+        v[5],
+        contacts[PIN].normal,
+        contacts[PIN].friction,
+        law,
+        contacts,
+    )
 
 
 class Recorder:
@@ -98,8 +125,9 @@ class Recorder:
     ----------
     accepted : int
         States so far.
-    drift, drift_time : float
-        Largest violation of a constraint at a sample (m, rad) and its time (s).
+    drift : dict
+        For each of ``drift.CONSTRAINTS`` the largest violation at a sample (m, rad; m/s, rad/s) and its time
+        (s).
     """
 
     def __init__(
@@ -111,7 +139,7 @@ class Recorder:
         constraints: Constraints,
     ) -> None:
         self.accepted = 0
-        self.drift = self.drift_time = 0.0
+        self.drift = dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
         self._constraints = constraints
         self._linkage, self._contacts = model.linkage, model.contacts
         self._law, self._pin_law = model.law, model.pin_law
@@ -160,7 +188,7 @@ class Recorder:
             if places != self._followed:
                 raise AssertionError("Exudyn has moved its state")
             return
-        self._followed, self._q = places, q
+        self._followed, self._q, self._v = places, q, v
         fixed = (
             q,
             v,
@@ -196,9 +224,11 @@ class Recorder:
         if is_sample:
             self._samples[self.accepted // self._steps_per_sample] = self._values
             time = self.accepted * float(self._law[0]["step"])
-            drift = self._constraints.violation(time, self._q)
-            if not drift <= self.drift:  # also where it is not a number
-                self.drift, self.drift_time = drift, time
+            for name, amount in zip(
+                CONSTRAINTS, self._constraints.violation(time, self._q, self._v), strict=True
+            ):
+                if not amount <= self.drift[name][0]:  # also where it is not a number
+                    self.drift[name] = amount, time
         self.accepted += 1
         return is_sample
 

@@ -6,6 +6,9 @@ import numpy as np
 
 from exudyn_model.compiled import kernel
 
+# Crank positions in a cycle
+_POSITIONS = 3600
+
 
 @kernel
 def rocker_tip(time: float, linkage: Any) -> tuple[float, float, float, float, float, float]:
@@ -48,6 +51,27 @@ def rocker_tip(time: float, linkage: Any) -> tuple[float, float, float, float, f
         -length * (alpha3 * s3 + w3 * w3 * c3),
         length * (alpha3 * c3 - w3 * w3 * s3),
     )
+
+
+@kernel
+def tip_jerk(linkage: Any) -> float:
+    """Bound the rate (m/s^3) at which joint C's acceleration along x changes, over a cycle of the crank.
+
+    From accelerations 0.1 degrees apart, where the linkage hardly changes (``assembly``): the mean over an
+    interval, and as much again as that changes from one interval to the next.
+    """
+    interval = 2.0 * np.pi / (_POSITIONS * abs(linkage.omega))
+    mean, change, before, rise_before = 0.0, 0.0, 0.0, 0.0
+    for position in range(_POSITIONS + 2):
+        acceleration = rocker_tip(position * interval, linkage)[4]
+        rise = acceleration - before
+        if position > 0:
+            mean = max(mean, abs(rise))
+        if position > 1:
+            change = max(change, abs(rise - rise_before))
+        before, rise_before = acceleration, rise
+    jerk: float = (mean + change) / interval
+    return jerk
 
 
 @kernel

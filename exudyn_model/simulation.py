@@ -3,7 +3,7 @@
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any, Protocol
 
 import exudyn as exu
@@ -15,6 +15,7 @@ from exudyn_model import solver, tree_solver
 from exudyn_model.assembly import assemble
 from exudyn_model.drift import Constraints
 from exudyn_model.energy import ENERGIES, mass_diagonal
+from exudyn_model.invariants import judge, scales
 from exudyn_model.mechanism import build
 from exudyn_model.parameters import Parameters
 from exudyn_model.recording import Recorder
@@ -23,6 +24,7 @@ from exudyn_model.scene_reading import read_scene
 from exudyn_model.tables import ACCELERATIONS, CORNER_CHANNELS, REACTIONS, STATE
 from exudyn_model.tree import build_tree
 from exudyn_model.tree_recording import TreeRecorder
+from exudyn_model.watch import Seen, seen_in_contacts, seen_in_energy, seen_in_events, seen_in_samples
 
 
 class Recorded(Protocol):
@@ -42,14 +44,16 @@ class Recorded(Protocol):
 class _Run:
     """A run of either formulation: its name, its settings beside the scene's, what it left behind.
 
-    ``constraints`` is the largest violation of one (m, rad) at a sample, and when (s); a tree has none.
+    ``constraints`` is the largest violation of each kind (m, rad; m/s, rad/s) at a sample, and when (s); a
+    tree has none.
     """
 
     formulation: str
     settings: dict[str, Any]
     recorder: Recorded
+    contacts: NDArray[np.void]
     outcome: solver.Outcome
-    constraints: dict[str, float] | None = None
+    constraints: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -68,7 +72,8 @@ class Result:
     provenance : dict
         Model, settings, versions, counters, wall time, status; only what JSON can hold.
     status : str
-        "success", "newton-failed", "step-too-small", "work-limit", "out-of-range" or "non-finite".
+        "success", "newton-failed", "step-too-small", "work-limit", "out-of-range", "non-finite", or, of a run
+        that came to its end, "invariant-violated": see ``invariants``.
     remedy : str
         What to try after a failure, else empty.
     """
@@ -104,6 +109,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     parameters = read_scene(scene)
     run = (_run_tree if parameters.integration.formulation == "tree" else _run_full)(parameters, progress)
     recorder, outcome = run.recorder, run.outcome
+    events = recorder.events()
     channels: tuple[str, ...] = STATE
     if parameters.integration.accelerations:
         channels += ACCELERATIONS
@@ -133,16 +139,41 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         "wall_time_s": time.perf_counter() - started,
         "status": outcome.status,
     }
-    if run.constraints is not None:
-        provenance["constraints"] = run.constraints
-    return Result(
-        {"time": times} | columns,
-        recorder.events(),
-        recorder.extrema(channels),
-        provenance,
-        outcome.status,
-        outcome.remedy,
-    )
+    if run.constraints:
+        provenance["constraints"] = {name: value for name, (value, _) in run.constraints.items()} | {
+            f"{name}_time_s": time_s for name, (_, time_s) in run.constraints.items()
+        }
+    extrema = recorder.extrema(channels)
+    status, remedy = outcome.status, outcome.remedy
+    provenance["invariants"], broken = _invariants(parameters, run, columns, events, extrema)
+    if broken and status == "success":
+        status = "invariant-violated"
+        remedy = f"{broken}; lower solver.exudyn.{'step' if run.constraints else 'tolerance'}"
+    provenance["status"] = status
+    return Result({"time": times} | columns, events, extrema, provenance, status, remedy)
+
+
+def _invariants(
+    parameters: Parameters,
+    run: _Run,
+    columns: dict[str, NDArray[np.float64]],
+    events: dict[str, NDArray[Any]],
+    extrema: dict[str, dict[str, float]],
+) -> tuple[dict[str, dict[str, Any]], str]:
+    """Judge a run by what it has left behind: see ``invariants``."""
+    integration = parameters.integration
+    seen = [*seen_in_contacts(run.contacts), seen_in_events(events)]
+    if not parameters.mechanism.ideal_slider:
+        seen.append(seen_in_samples(columns, events, parameters))
+    seen += [
+        Seen(f"constraint-{name}", value, time_s, "a constraint")
+        for name, (value, time_s) in run.constraints.items()
+    ]
+    if integration.energy and parameters.contact.law != "paper-switching":
+        seen.append(seen_in_energy(columns, extrema))
+    step, tolerance = (run.settings.get(name, 0.0) for name in ("step_used", "newton_tolerance"))
+    found = scales(parameters, run.contacts, events, extrema, step, tolerance)
+    return judge(seen, integration.formulation, integration.method, found)
 
 
 def _run_full(parameters: Parameters, progress: Callable[[float], None] | None) -> _Run:
@@ -162,11 +193,10 @@ def _run_full(parameters: Parameters, progress: Callable[[float], None] | None) 
     }
     if method == "generalized-alpha":
         settings["spectral_radius"] = solver.SPECTRAL_RADIUS
-    constraints = {"position": recorder.drift, "position_time_s": recorder.drift_time}
     name = "redundant-coordinates"
     if parameters.integration.formulation == "native":
         name += ", native contact"
-    return _Run(name, settings, recorder, outcome, constraints)
+    return _Run(name, settings, recorder, model.contacts, outcome, recorder.drift)
 
 
 def _run_tree(parameters: Parameters, progress: Callable[[float], None] | None) -> _Run:
@@ -180,4 +210,4 @@ def _run_tree(parameters: Parameters, progress: Callable[[float], None] | None) 
     recorder = TreeRecorder(model, parameters.sample_interval, parameters.samples, least)
     turns = parameters.drive.cycles
     outcome = tree_solver.solve(model.mbs, duration, turns, parameters.integration, recorder, progress)
-    return _Run(name, {"least_step": least}, recorder, outcome)
+    return _Run(name, {"least_step": least}, recorder, model.contacts, outcome)

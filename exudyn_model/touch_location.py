@@ -1,7 +1,4 @@
-"""Where in a step of a tree a contact touches or leaves: located, so that a step ends there.
-
-The gap is that of the interpolated state (``tree_motion``), not a polynomial of its own.
-"""
+"""Where in a step of a tree a contact touches or leaves: located, so that a step ends there."""
 
 from typing import Any
 
@@ -9,75 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.compiled import kernel
-from exudyn_model.point_contact import CONTACTS
-from exudyn_model.tree_motion import can_touch, contact_motion, interpolate
+from exudyn_model.contact import corner_motion
+from exudyn_model.gap_acceleration import (
+    corner_acceleration_bounds,
+    pin_acceleration_bounds,
+    rotation,
+    slider_acceleration_bounds,
+)
+from exudyn_model.gap_search import GAP_TOLERANCE, change_within
+from exudyn_model.journal import pin_motion
+from exudyn_model.point_contact import CORNERS, PIN
+from exudyn_model.rocker_tip import rocker_tip
+from exudyn_model.tree_motion import driven_and_hung, interpolate, slider_motion
 
-_COUNT = len(CONTACTS)
-
-# A gap (m) that counts as none: some roundings of the sums of lengths near 0.6 m that it comes from. The
-# second corner of a side rests at 1e-11 m under the "strip" law, and far less where it bears little
-GAP_TOLERANCE = 2e-15
-
-
-@kernel
-def gap_within(
-    number: int, start: Any, end: Any, share: float, linkage: Any, law: Any, pin_law: Any
-) -> tuple[float, float]:
-    """Gap (m) of one of ``CONTACTS`` and its rate (m/s) at a share of the step."""
-    return contact_motion(number, interpolate(start, end, share), linkage, law, pin_law)
-
-
-@kernel
-def crossing_within(
-    number: int, start: Any, end: Any, low: float, high: float, linkage: Any, law: Any, pin_law: Any
-) -> float:
-    """Share of the step at which the gap is zero; its signs at ``low`` and ``high`` must differ.
-
-    Newton's method, safeguarded by bisection.
-    """
-    step = end.time - start.time
-    open_at_low = gap_within(number, start, end, low, linkage, law, pin_law)[0] > 0.0
-    share = 0.5 * (low + high)
-    for _ in range(100):
-        gap, rate = gap_within(number, start, end, share, linkage, law, pin_law)
-        if (gap > 0.0) == open_at_low:
-            low = share
-        else:
-            high = share
-        change = -gap / (step * rate) if rate != 0.0 else 2.0
-        if not low < share + change < high:
-            change = 0.5 * (low + high) - share
-        share += change
-        if abs(change) < 1e-14 or abs(gap) < 1e-16:
-            break
-    return share
-
-
-@kernel
-def touch_within(
-    number: int, contact: Any, start: Any, end: Any, linkage: Any, law: Any, pin_law: Any
-) -> float:
-    """Share of the step at which an open contact touches, 2 if it does not.
-
-    Also where it comes and goes inside the step: then the gap has a minimum between.
-    """
-    gap, rate = gap_within(number, start, end, 1.0, linkage, law, pin_law)
-    high = 1.0
-    if gap >= -GAP_TOLERANCE:
-        if not contact.rate < 0.0 < rate:
-            return 2.0
-        low = 0.0
-        for _ in range(50):
-            middle = 0.5 * (low + high)
-            if gap_within(number, start, end, middle, linkage, law, pin_law)[1] < 0.0:
-                low = middle
-            else:
-                high = middle
-        if gap_within(number, start, end, high, linkage, law, pin_law)[0] >= -GAP_TOLERANCE:
-            return 2.0
-    if contact.gap <= GAP_TOLERANCE:
-        return 0.0  # at the wall already
-    return crossing_within(number, start, end, 0.0, high, linkage, law, pin_law)
+_CORNERS = len(CORNERS)
 
 
 @kernel
@@ -96,29 +38,51 @@ def locate(
     is frozen here, and the step is to be tried again with it. Leaving, its force is 0 already but has a kink,
     across which no interpolation is accurate.
     """
-    first, step = 2.0, end.time - start.time
-    laws = linkage[0], law[0], pin_law[0]
-    for number in range(_COUNT):
-        contact = contacts[number]
-        if not can_touch(number, linkage[0]):
-            continue
-        if contact.impact_speed > 0.0:
-            gap = gap_within(number, start, end, 1.0, *laws)[0]
-            if contact.gap < -GAP_TOLERANCE and gap > GAP_TOLERANCE:
-                share = crossing_within(number, start, end, 0.0, 1.0, *laws)
-                if share * step >= least:
-                    first = min(first, share)
-        else:
-            share = touch_within(number, contact, start, end, *laws)
-            if share * step < least:
-                # Exudyn calls back before it judges a step's error: the end of one far too long may be any,
-                # and only the start says what is at the wall
-                if contact.gap <= GAP_TOLERANCE - 2.0 * least * contact.rate:
-                    freeze(contact, start.time, law[0])
-                first = min(first, 0.5)
-            else:
-                first = min(first, share)
-    return min(first, 1.0)
+    constants, step = linkage[0], end.time - start.time
+    laws = constants, law[0], pin_law[0]
+    state = interpolate(start, end, 1.0)
+    turn3 = rotation(start.theta3, start.w3, start.a3, end.theta3, end.w3, end.a3, step)
+    first = 1.0
+    if not constants.ideal_slider:
+        turn4 = rotation(start.theta4, start.w4, start.a4, end.theta4, end.w4, end.a4, step)
+        turn5 = rotation(start.theta5, start.w5, start.a5, end.theta5, end.w5, end.a5, step)
+        tip_ax = rocker_tip(state.time, constants)[4] if constants.ideal_pin else 0.0
+        x_least, x_greatest = slider_acceleration_bounds(tip_ax, step, state, turn3, turn4, constants)
+        x, _, vx, vy = slider_motion(state, constants)
+        for number in range(_CORNERS):
+            gap = corner_motion(number, x, state.theta5, vx, vy, state.w5, law[0])[0]
+            bounds = corner_acceleration_bounds(number, x_least, x_greatest, state.theta5, turn5, law[0])
+            share = change_within(number, contacts[number], gap, *bounds, start, end, *laws)
+            first = min(first, accepted_share(contacts[number], gap, share, start, step, least, law[0]))
+    if not constants.ideal_pin:
+        turn2 = rotation(start.theta2, start.w2, start.a2, end.theta2, end.w2, end.a2, step)
+        gap, rate, slip, _, _ = pin_motion(driven_and_hung(state, constants, pin_law[0]), pin_law[0])
+        bounds = pin_acceleration_bounds(gap, rate, slip, step, turn2, turn3, state.w2, constants, pin_law[0])
+        share = change_within(PIN, contacts[PIN], gap, *bounds, start, end, *laws)
+        first = min(first, accepted_share(contacts[PIN], gap, share, start, step, least, pin_law[0]))
+    return first
+
+
+@kernel
+def accepted_share(
+    contact: Any, gap: float, share: float, start: Any, step: float, least: float, law: Any
+) -> float:
+    """Share of the step up to which one contact lets it be accepted: see :func:`locate`.
+
+    ``share`` is from :func:`change_within`, ``gap`` (m) that at the step's end.
+    """
+    if np.isnan(share):
+        return 0.5
+    if share * step >= least:
+        return min(share, 1.0)
+    if contact.impact_speed > 0.0:
+        # It leaves at once. What comes back is another contact: the step must end before
+        return 1.0 if gap > GAP_TOLERANCE else 0.5
+    # Exudyn calls back before it judges a step's error: the end of one far too long may be any, and only the
+    # start says what is at the wall
+    if contact.gap <= GAP_TOLERANCE - 2.0 * least * contact.rate:
+        freeze(contact, start.time, law)
+    return 0.5
 
 
 @kernel

@@ -13,6 +13,7 @@ from exudyn_model.side_law import side_normals
 from exudyn_model.tables import CHANNELS
 from exudyn_model.tree_forces import Forces, angular_accelerations, slider_acceleration
 from exudyn_model.tree_motion import TreeState, driven_and_hung, slider_motion
+from exudyn_model.watch import watch_corners, watch_pin
 
 # The channels, then the pin's gap, normal force and friction, after those of the corners
 WIDTH = len(CHANNELS) + 3
@@ -67,3 +68,38 @@ def observe(
     values[3], values[4], values[5] = vx, vy, w5
     values[6], values[7] = slider_acceleration(state, alpha3, alpha4, linkage)
     values[8] = alpha5
+
+
+@kernel
+def watch(
+    state: TreeState,
+    values: NDArray[np.float64],
+    linkage: Any,
+    law: Any,
+    pin_law: Any,
+    contacts: NDArray[np.void],
+) -> None:
+    """Watch all contacts in a state whose ``values`` are from :func:`observe`: see ``watch``."""
+    if not linkage.ideal_slider:
+        x = values[0] - linkage.guide_x
+        watch_corners(state.time, x, values[2], values[3], values[4], values[5], values, law, contacts)
+    if not linkage.ideal_pin:
+        # From the crank's tip back over rod 2 and rocker to H
+        angle1 = linkage.crank_angle + linkage.omega * state.time
+        x1, y1 = linkage.crank_length * np.cos(angle1), linkage.crank_length * np.sin(angle1)
+        x2, y2 = linkage.rod2_length * np.cos(state.theta2), linkage.rod2_length * np.sin(state.theta2)
+        x3, y3 = linkage.rocker_to_b * np.cos(state.theta3), linkage.rocker_to_b * np.sin(state.theta3)
+        w1, w2, w3 = linkage.omega, state.w2, state.w3
+        watch_pin(
+            state.time,
+            x1 + x2 - x3 - linkage.pivot_x,
+            y1 + y2 - y3 - linkage.pivot_y,
+            w3 * y3 - w2 * y2 - w1 * y1,
+            w1 * x1 + w2 * x2 - w3 * x3,
+            w1,
+            w2,
+            values[22],
+            values[23],
+            pin_law,
+            contacts,
+        )

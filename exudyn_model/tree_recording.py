@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from exudyn_model.compiled import direct, kernel
 from exudyn_model.contact_memory import EVENT, write_event
+from exudyn_model.gap_search import GAP_TOLERANCE
 from exudyn_model.mechanism import Model
 from exudyn_model.point_contact import CONTACTS
 from exudyn_model.tables import CHANNELS, event_table, extrema_table, new_extrema, widen
-from exudyn_model.touch_location import GAP_TOLERANCE, freeze, locate
+from exudyn_model.touch_location import freeze, locate
 from exudyn_model.tree_forces import complete
 from exudyn_model.tree_motion import MOTION, can_touch, contact_motion, interpolate, state_at
-from exudyn_model.tree_observation import WIDTH, observe
+from exudyn_model.tree_observation import WIDTH, observe, watch
 
 # Parts of a step, an even number: Simpson's rule takes them in pairs
 _POINTS = 4
@@ -27,6 +28,7 @@ _COUNT = len(CONTACTS)
 
 @kernel
 def _renew_contacts(
+    start: Any,
     end: Any,
     linkage: Any,
     law: Any,
@@ -44,7 +46,8 @@ def _renew_contacts(
         gap, rate = contact_motion(number, state, linkage, law, pin_law)
         # What has just touched may still be open by round-off, but it approaches
         if contact.impact_speed > 0.0 and (gap > GAP_TOLERANCE or (gap >= -GAP_TOLERANCE and rate > 0.0)):
-            write_event(events[event_count], number, contact, end.time)
+            # An accepted step has a contact that leaves at one of its ends: see `locate`
+            write_event(events[event_count], number, contact, end.time if gap < -contact.gap else start.time)
             event_count += 1
             contact.impact_speed = 0.0
         contact.gap, contact.rate = gap, rate
@@ -93,7 +96,8 @@ def _accept(
             contact.impulse += weight * contact.normal
             contact.peak = max(contact.peak, contact.normal)
             contact.depth = max(contact.depth, -values[9 + 3 * number])
-    event_count = _renew_contacts(end, *laws, contacts, events, event_count)
+        watch(state, values, *laws, contacts)
+    event_count = _renew_contacts(start, end, *laws, contacts, events, event_count)
     return event_count, next_sample
 
 
@@ -183,13 +187,14 @@ class TreeRecorder:
         linkage, law, pin_law = self._laws
         start, constants = self._start[0], (linkage[0], law[0], pin_law[0])
         _fill(start, 0.0, q, v, linkage[0])
-        _renew_contacts(start, *constants, self._contacts, self._events, 0)
+        _renew_contacts(start, start, *constants, self._contacts, self._events, 0)
         for contact in self._contacts:
             if contact["gap"] < 0 and contact["impact_speed"] == 0:  # penetrates, but does not approach
                 freeze(contact, 0.0, law[0])
         complete(start, *self._laws, self._contacts)
         observe(state_at(start), *constants, self._contacts, self._samples[0])
         widen(self._extrema, self._samples[0], 0.0)
+        watch(state_at(start), self._samples[0], *constants, self._contacts)
         for number, contact in enumerate(self._contacts):
             contact["normal"] = contact["peak"] = self._samples[0, 10 + 3 * number]
             contact["depth"] = max(-contact["gap"], 0.0)

@@ -12,6 +12,8 @@
 | Eqs. 15-21 | coordinates and multipliers, Baumgarte | `multiplier` |
 | their projections | the fewest coordinates | `minimal` (slider), `chain` (crank pin, both) |
 | the paper's ode15s | scipy's BDF and others, same equations and events | `by_scipy`, `dense_events` |
+| - | where a mode ends | `switching`; most steps hold no end: `step_bounds`; search: `isolation`, `events` |
+| - | what no correct run can show | `watch`, judged by `invariants` |
 
 The way of a run: `simulation` > `start` > `integrate` (steps of `dop853`, ended by `events`) > `observation`
 (with `reactions` and `energy` where a scene asks for them). `formulations` binds one set of equations to it.

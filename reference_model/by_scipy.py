@@ -13,8 +13,8 @@ from scipy.integrate import BDF, DOP853, LSODA, OdeSolver, Radau
 from scipy.optimize import minimize_scalar
 
 from reference_model.constants import Constants
-from reference_model.dense_events import Dense, first_switch, margin, zero
-from reference_model.events import step_may_switch
+from reference_model.dense_events import Dense, first_switch, turning_time
+from reference_model.energy import ENERGIES
 from reference_model.forces import CONTACTS, GAP, MEMORY, NORMAL, RATE, Array, no_contacts
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.integrate import (
@@ -29,9 +29,10 @@ from reference_model.integrate import (
     first_step_in_contact,
 )
 from reference_model.jacobian import jacobian
-from reference_model.observation import CHANNELS, note_forces, observe, widen
+from reference_model.observation import CHANNELS, audit, note_forces, observe, widen
 from reference_model.progress import BUFFERED, ENDED, EVENT_BUFFER, SAMPLES, STEPS, SWITCHES, Progress, switch
 from reference_model.recording import Samples, force_turn, has_peak, keep
+from reference_model.watch import watch_contacts, watch_energy
 
 SOLVERS: dict[str, type[OdeSolver]] = {"BDF": BDF, "Radau": Radau, "LSODA": LSODA, "scipy-DOP853": DOP853}
 """By the name of the method in a scene: scipy's, but for the one that has a compiled namesake."""
@@ -109,7 +110,16 @@ class ByScipy:
         # states may overflow before the step is shortened.
         with np.errstate(invalid="ignore", over="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
-            return self._advance(t_stop, step_limit)
+            status = self._advance(t_stop, step_limit)
+            self._watch_energy()
+        return status
+
+    def _watch_energy(self) -> None:
+        """Note the residual of the energy balance in the present state."""
+        c, p, energies = self._c, self._p, np.empty(len(ENERGIES))
+        right_hand_side(c, p.clock[0], p.y, p.modes, self._rate, self._contacts)
+        audit(c, p.clock[0], p.y, p.modes, self._rate, self._contacts, p.start, energies)
+        watch_energy(c, energies, p.start, p.clock[0], p.watch)
 
     def _advance(self, t_stop: float, step_limit: int) -> int:
         c, p, before, after = self._c, self._p, self._before, self._after
@@ -130,9 +140,7 @@ class ByScipy:
             if not np.isfinite(dense(0.5 * (t + end))).all():
                 return NOT_FINITE
             right_hand_side(c, end, y, p.modes, self._rate, after)
-            found = None
-            if step_may_switch(c, p.modes, before, after):
-                found = first_switch(c, p.modes, before, after, t, end, dense)
+            found = first_switch(c, p.modes, after, t, end, dense, self._tolerance)
             if found is not None:
                 end, y = found[0], dense(found[0])
             if end > t:
@@ -174,6 +182,7 @@ class ByScipy:
         p.counters[SAMPLES] = count
         self._observe(end, y, self._after, self._observed)
         note_forces(p.modes, self._after, p.open_contacts)
+        watch_contacts(p.modes, self._after, end, p.watch)
         if has_peak(self._c, p.modes, end - t, self._before, self._after):
             self._note_peaks(t, end, dense)
 
@@ -186,7 +195,7 @@ class ByScipy:
             if speed == 0.0:
                 continue
             if before[RATE, k] < 0.0 < after[RATE, k]:
-                self._note_peak(zero(margin(c, p.modes, dense, RATE, k, -1.0), t, end), dense)
+                self._note_peak(turning_time(c, p.modes, k, t, end, dense), dense)
             if force_turn(c, k, speed, h, before, after) > 0.0:
                 share = minimize_scalar(
                     lambda share, k=k: -self._force(k, t + share * h, dense),

@@ -1,28 +1,87 @@
-"""The same ends of modes as `reference_model.events`, located on the dense output of any integrator."""
+"""The same ends of modes as `reference_model.events`, on the dense output of any integrator.
+
+Such a step has no stages to settle it by: its dense output is evaluated at the nine points of
+`reference_model.isolation` at once, and what they leave open is followed as there. The dense output of
+LSODA or BDF is no more accurate than the tolerance: dips within it are none, and a margin that is negative
+at the step's end has ended in it however little.
+"""
 
 from collections.abc import Callable
 
 import numpy as np
 from scipy.optimize import brentq
 
+from reference_model.compiled import kernel
 from reference_model.constants import Constants
-from reference_model.events import HALVINGS, PULL, ROUNDING, switching_value
-from reference_model.forces import CLIPPED, CONTACTS, GAP, MEMORY, RATE, REGIME, SLIP, Array
-from reference_model.friction import regime_bounds
+from reference_model.events import ROUNDING
+from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, SLIP, Array
+from reference_model.integrate import VELOCITY_TIME
+from reference_model.isolation import (
+    BELOW,
+    CROSSES,
+    NARROWEST,
+    NODES,
+    POINTS,
+    RESOLUTION,
+    SETTLED,
+    UNCLEAR,
+    classify,
+    last_positive,
+)
+from reference_model.switching import MARGINS, NONE, contact_state, margin_of, margin_value
 
-Dense = Callable[[float], Array]
-"""Time (s) -> state."""
+Dense = Callable[[Array | float], Array]
+"""Times (s), shape () or (n,) -> states, shape (size,) or (size, n)."""
 Margin = Callable[[float], float]
 """Time (s) -> what is positive before an end or a turn, and negative after it: m or m/s."""
+
+HALVINGS = 50
+"""Down to the rounding of a step."""
 
 _ROUND_OFF = 4.0 * np.finfo(np.float64).eps
 
 
+@kernel
+def _margin_at(
+    c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float, t: float, y: Array
+) -> float:
+    gap, rate, slip = contact_state(c, k, t, y)
+    return margin_value(c, modes, k, kind, sign, bound, gap, rate, slip)
+
+
+@kernel
+def _unsettled(
+    c: Constants, modes: Array, after: Array, times: Array, states: Array, tolerance: float
+) -> Array:
+    """Return contact and number of each margin that does not certainly last; shape (n, 2)."""
+    found, count = np.empty((CONTACTS * MARGINS, 2)), 0
+    observed, values = np.empty((3, POINTS)), np.empty(POINTS)
+    for k in range(CONTACTS):
+        if after[GAP, k] == np.inf:
+            continue
+        for j in range(POINTS):
+            observed[0, j], observed[1, j], observed[2, j] = contact_state(c, k, times[j], states[j])
+        for number in range(MARGINS if modes[MEMORY, k] > 0.0 else 1):
+            kind, sign, bound = margin_of(c, modes, k, number)
+            if kind == NONE:
+                continue
+            for j in range(POINTS):
+                values[j] = margin_value(
+                    c, modes, k, kind, sign, bound, observed[0, j], observed[1, j], observed[2, j]
+                )
+            end = margin_value(c, modes, k, kind, sign, bound, after[GAP, k], after[RATE, k], after[SLIP, k])
+            resolution = tolerance if kind == GAP else tolerance / VELOCITY_TIME
+            if end < 0.0 or classify(values, values[0] <= ROUNDING, resolution) != SETTLED:
+                found[count, 0], found[count, 1] = k, number
+                count += 1
+    return found[:count]
+
+
 def margin(
-    c: Constants, modes: Array, dense: Dense, kind: int, contact: int, side: float, bound: float = 0.0
+    c: Constants, modes: Array, dense: Dense, kind: int, contact: int, sign: float, bound: float = 0.0
 ) -> Margin:
-    """Return side * (switching function) of one contact along the dense output."""
-    return lambda t: side * float(switching_value(c, kind, contact, bound, t, dense(t), modes))
+    """Return sign * (switching function - bound) of one contact along the dense output."""
+    return lambda t: float(_margin_at(c, modes, contact, kind, sign, bound, t, dense(t)))
 
 
 def zero(value: Margin, lo: float, hi: float) -> float:
@@ -43,7 +102,7 @@ def zero(value: Margin, lo: float, hi: float) -> float:
 def departure(value: Margin, start: float, reach: float) -> float:
     """Return the time (s) from `start` at which `value` turns negative; at `reach` it is.
 
-    By the rule of `events.departure`: what starts within rounding must first turn right before it ends.
+    What starts within rounding must first turn right before it ends: then a right point is sought by halving.
     """
     if value(start) > ROUNDING:
         return zero(value, start, reach)
@@ -55,34 +114,57 @@ def departure(value: Margin, start: float, reach: float) -> float:
     return start
 
 
+def end_of_mode(value: Margin, start: float, end: float, resolution: float) -> float | None:
+    """Return the time (s) at which `value` first turns negative, by the rule of `events.end_of_mode`."""
+    lo, width = 0.0, 1.0
+    length = end - start
+    while lo < 1.0:
+        hi = min(1.0, lo + width)
+        times = start + (lo + (hi - lo) * NODES) * length
+        values = np.array([value(t) for t in times])
+        found = classify(values, lo == 0.0 and values[0] <= ROUNDING, resolution)
+        if found == CROSSES:
+            return zero(value, times[last_positive(values, resolution)], times[-1])
+        if found == BELOW:
+            return float(times[0])
+        if found == UNCLEAR and width > NARROWEST:
+            width *= 0.5
+        else:
+            lo, width = hi, 2.0 * width
+    return None
+
+
 def first_switch(
-    c: Constants, modes: Array, before: Array, after: Array, t0: float, t1: float, dense: Dense
+    c: Constants, modes: Array, after: Array, t0: float, t1: float, dense: Dense, tolerance: float
 ) -> tuple[float, int, int] | None:
     """Return time (s), kind and contact of the first end of a mode in the step from `t0` to `t1`, if any.
 
-    `before`, `after`: the contacts at its ends, shape (5, CONTACTS).
+    Parameters
+    ----------
+    c, modes
+        Constants; modes, shape (3, CONTACTS).
+    after
+        The contacts at the step's end, shape (5, CONTACTS).
+    t0, t1, dense
+        s; the step's dense output.
+    tolerance
+        Of the coordinates, m and rad.
     """
+    times = t0 + (t1 - t0) * NODES
+    states = np.ascontiguousarray(dense(times).T)
+    tolerance = max(tolerance, RESOLUTION)
     found = []
-    for k in range(CONTACTS):
-        active = modes[MEMORY, k] > 0.0
-        side = -1.0 if active else 1.0  # in contact the gap is negative
-        gap = margin(c, modes, dense, GAP, k, side)
-        if side * after[GAP, k] < 0.0:
-            found.append((departure(gap, t0, t1), GAP, k))
-        elif side * before[RATE, k] < 0.0 < side * after[RATE, k]:
-            turn = zero(margin(c, modes, dense, RATE, k, -side), t0, t1)
-            # What stays within rounding is no dip.
-            if gap(turn) < -ROUNDING:
-                found.append((departure(gap, t0, turn), GAP, k))
-        if not active:
-            continue
-        pulling = modes[MEMORY, k] - c.C * after[RATE, k] < 0.0
-        if pulling != (modes[CLIPPED, k] > 0.0):
-            pull = margin(c, modes, dense, PULL, k, 1.0 if pulling else -1.0)
-            found.append((departure(pull, t0, t1), PULL, k))
-        lower, upper = regime_bounds(c, int(modes[REGIME, k]))
-        if not lower <= after[SLIP, k] <= upper:
-            above = after[SLIP, k] > upper
-            slip = margin(c, modes, dense, SLIP, k, -1.0 if above else 1.0, upper if above else lower)
-            found.append((departure(slip, t0, t1), SLIP, k))
+    for contact, number in _unsettled(c, modes, after, times, states, tolerance).astype(int):
+        kind, sign, bound = margin_of(c, modes, contact, number)
+        value = margin(c, modes, dense, kind, contact, sign, bound)
+        at = end_of_mode(value, t0, t1, tolerance if kind == GAP else tolerance / VELOCITY_TIME)
+        if at is None and margin_value(c, modes, contact, kind, sign, bound, *after[:3, contact]) < 0.0:
+            at = departure(value, t0, t1)
+        if at is not None:
+            found.append((at, int(kind), int(contact)))
     return min(found, default=None)
+
+
+def turning_time(c: Constants, modes: Array, contact: int, t0: float, t1: float, dense: Dense) -> float:
+    """Return when (s) within a step the depth of a closed contact is largest: its gap turns from closing."""
+    return zero(margin(c, modes, dense, RATE, contact, -1.0), t0, t1)

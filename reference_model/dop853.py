@@ -22,7 +22,8 @@ ROWS = 16
 # The weights are the last row: the derivative at the step's end is the next step's first stage.
 _A = np.zeros((STAGES + 1, STAGES))
 _A[:STAGES], _A[STAGES] = DOP853.A, DOP853.B
-_C = np.append(DOP853.C, 1.0)
+STAGE_SHARES = np.append(DOP853.C, 1.0)
+"""Shares of the step at which the stages lie, its end last."""
 _A_EXTRA = np.array(DOP853.A_EXTRA)
 _C_EXTRA = np.array(DOP853.C_EXTRA)
 _D = np.array(DOP853.D)
@@ -32,7 +33,7 @@ _E5 = np.array(DOP853.E5)
 
 @kernel
 def take_step(
-    c: Constants, t: float, h: float, y: Array, modes: Array, k: Array, y1: Array, contacts: Array,
+    c: Constants, t: float, h: float, y: Array, modes: Array, k: Array, y1: Array, stages: Array,
     table: Array,
 ) -> None:  # fmt: skip
     """Advance `y` by `h` in frozen modes.
@@ -45,20 +46,21 @@ def take_step(
         Stage derivatives, shape (ROWS, state_size): row 0 holds the derivative at `t`; rows 1-12 are written.
     y1
         Written: the state at t + h.
-    contacts
-        Written: states of the contacts at t + h, shape (5, CONTACTS).
+    stages
+        Written but for row 0: states of the contacts at the stages, at t + h in the last row, shape
+        (STAGES + 1, 5, CONTACTS).
     table
         Overwritten, shape (DRIVEN, STAGES).
     """
     n = free(c)
-    tabulate_driven(c, t, h, _C[1:], table)
+    tabulate_driven(c, t, h, STAGE_SHARES[1:], table)
     for i in range(1, STAGES + 1):
         for m in range(n if i < STAGES else y.size):
             s = 0.0
             for j in range(i):
                 s += _A[i, j] * k[j, m]
             y1[m] = y[m] + h * s
-        derivative(c, t + _C[i] * h, driven_of(c, table, i - 1), y1, modes, k[i], contacts)
+        derivative(c, t + STAGE_SHARES[i] * h, driven_of(c, table, i - 1), y1, modes, k[i], stages[i])
 
 
 @bare

@@ -1,70 +1,61 @@
 """Where a mode ends: first touch, separation, a force that would turn to a pull, a kink of the friction.
 
-Each is a zero of a switching function of one contact. A step is checked at its end, and for the gap also
-at the extremum in between, so that a contact that dips into the wall and out again within one step is seen.
+Each is the zero of a margin (`reference_model.switching`). Which steps have to be searched at all
+`reference_model.step_bounds` says; here every margin that it leaves open is followed through the step on the
+dense output, in intervals on which it either certainly keeps its sign or certainly changes it once
+(`reference_model.isolation`), and that zero is located.
 """
-
-import math
 
 import numpy as np
 
 from reference_model.compiled import bare, kernel
 from reference_model.constants import Constants
-from reference_model.contact import corner_arm, corner_gap, inward
 from reference_model.dop853 import dense
-from reference_model.forces import CLIPPED, CONTACTS, GAP, MEMORY, RATE, REGIME, SLIP, Array
-from reference_model.formulations import bearing_motion, free, slider_motion
+from reference_model.forces import CONTACTS, GAP, MEMORY, Array
+from reference_model.formulations import free
 from reference_model.friction import regime_bounds
-from reference_model.journal import JOURNAL
-
-PULL = 5
-"""Kind of switching function, beside GAP and SLIP; RATE only serves to find the extremum of the gap."""
+from reference_model.isolation import (
+    BELOW,
+    CROSSES,
+    NARROWEST,
+    NODES,
+    POINTS,
+    RESOLUTION,
+    UNCLEAR,
+    classify,
+    last_positive,
+)
+from reference_model.step_bounds import is_settled
+from reference_model.switching import MARGINS, NONE, contact_state, margin_of, margin_value
 
 ROUNDING = 1.0e-15
 """m or m/s; gaps are differences of coordinates near 0.55 m and round at 1e-16 m, slips of some m/s too."""
-HALVINGS = 50
-"""Down to the rounding of a step."""
+MOST_INTERVALS = 1000
+"""A margin that is still not settled then is nothing but rounding: its mode ends. Usual are 1 to 10."""
 
 
 @bare
-def contact_state(c: Constants, k: int, t: float, y: Array) -> tuple[float, float, float]:
-    """Return gap (m), its rate and the slip (m/s) of contact `k` in a state."""
-    if k == JOURNAL:
-        bearing = bearing_motion(c, t, y)
-        return bearing.gap, bearing.rate, bearing.slip
-    x5, _, angle, vx5, vy5, w5 = slider_motion(c, t, y)
-    rx, ry = corner_arm(c, k, math.cos(angle), math.sin(angle))
-    return corner_gap(c, k, x5 + rx), inward(k) * (vx5 - w5 * ry), vy5 + w5 * rx
-
-
-@bare
-def switching_value(
-    c: Constants, kind: int, contact: int, bound: float, t: float, y: Array, modes: Array
-) -> float:
-    """Return one switching function in state `y`: m for GAP, m/s for the others."""
-    gap, rate, slip = contact_state(c, contact, t, y)
-    if kind == GAP:
-        return gap
-    if kind == RATE:
-        return rate
-    if kind == PULL:  # 1 + C depth_rate / impact_speed, times the impact speed
-        return float(modes[MEMORY, contact]) - c.C * rate
-    return slip - bound
+def margin_within(
+    c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float, x: float,
+    t: float, h: float, y: Array, f: Array, state: Array,
+) -> float:  # fmt: skip
+    """Return a margin (m or m/s) at the share `x` of a step, by its dense output; `state` is overwritten."""
+    dense(y, f, x, free(c), state)
+    gap, rate, slip = contact_state(c, k, t + x * h, state)
+    return margin_value(c, modes, k, kind, sign, bound, gap, rate, slip)
 
 
 @bare
 def locate(
-    c: Constants, kind: int, contact: int, bound: float, lo: float, hi: float,
-    t: float, h: float, y: Array, f: Array, modes: Array, state: Array,
+    c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float, lo: float, hi: float,
+    t: float, h: float, y: Array, f: Array, state: Array,
 ) -> float:  # fmt: skip
-    """Return the share of the step, in (lo, hi], at which a switching function changes sign.
+    """Return the share of the step, in (lo, hi], at which a margin changes its sign.
 
-    The regula falsi in its Illinois form on the dense output; `hi` where the ends have the same sign.
+    The regula falsi in its Illinois form; `hi` where the ends have the same sign.
     """
-    dense(y, f, lo, free(c), state)
-    f_lo = switching_value(c, kind, contact, bound, t + lo * h, state, modes)
-    dense(y, f, hi, free(c), state)
-    f_hi = switching_value(c, kind, contact, bound, t + hi * h, state, modes)
+    f_lo = margin_within(c, modes, k, kind, sign, bound, lo, t, h, y, f, state)
+    f_hi = margin_within(c, modes, k, kind, sign, bound, hi, t, h, y, f, state)
     if f_lo * f_hi > 0.0:
         return hi
     side = 0
@@ -72,8 +63,7 @@ def locate(
         if f_hi == 0.0 or hi - lo <= 4.0e-16 * (1.0 + t / h):
             break
         x = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
-        dense(y, f, x, free(c), state)
-        value = switching_value(c, kind, contact, bound, t + x * h, state, modes)
+        value = margin_within(c, modes, k, kind, sign, bound, x, t, h, y, f, state)
         if value * f_hi > 0.0:
             hi, f_hi = x, value
             if side == 1:
@@ -90,89 +80,68 @@ def locate(
 
 
 @bare
-def step_may_switch(c: Constants, modes: Array, before: Array, after: Array) -> bool:
-    """Return whether any mode can have ended in a step, from the contacts' states at its ends."""
-    for k in range(CONTACTS):
-        side = -1.0 if modes[MEMORY, k] > 0.0 else 1.0  # in contact the gap is negative
-        if side * after[GAP, k] < 0.0 or (side * before[RATE, k] < 0.0 < side * after[RATE, k]):
-            return True
-        if modes[MEMORY, k] > 0.0:
-            pulling = modes[MEMORY, k] - c.C * after[RATE, k] < 0.0
-            if pulling != (modes[CLIPPED, k] > 0.0):
-                return True
-            lower, upper = regime_bounds(c, int(modes[REGIME, k]))
-            if not lower <= after[SLIP, k] <= upper:
-                return True
-    return False
-
-
-@bare
-def departure(
-    c: Constants, kind: int, contact: int, bound: float, side: float, reach: float,
-    t: float, h: float, y: Array, f: Array, modes: Array, state: Array,
+def end_of_mode(
+    c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float,
+    t: float, h: float, y: Array, f: Array, state: Array, values: Array,
 ) -> float:  # fmt: skip
-    """Return the share of the step, below `reach`, at which side * (switching function) turns negative.
+    """Return the share of the step at which a margin first turns negative; 2.0: it does not.
 
-    At `reach` it is. A mode that has just begun starts at zero but for rounding, and can turn right before it
-    ends: then a right point is sought by halving. Where there is none the mode ends at once.
+    A mode that has just begun starts at zero but for rounding, and can turn right before it ends; where it
+    does not, it ends at once, at 0.0. `state` and `values`, shape (POINTS,), are overwritten.
     """
-    lo = 0.0
-    dense(y, f, lo, free(c), state)
-    if side * switching_value(c, kind, contact, bound, t, state, modes) <= ROUNDING:
-        lo = reach
-        for _ in range(HALVINGS):
-            lo *= 0.5
-            dense(y, f, lo, free(c), state)
-            if side * switching_value(c, kind, contact, bound, t + lo * h, state, modes) > ROUNDING:
-                return locate(c, kind, contact, bound, lo, 2.0 * lo, t, h, y, f, modes, state)
-        return 0.0
-    return locate(c, kind, contact, bound, lo, reach, t, h, y, f, modes, state)
+    lo, width = 0.0, 1.0
+    for _ in range(MOST_INTERVALS):
+        hi = min(1.0, lo + width)
+        for j in range(POINTS):
+            x = lo + (hi - lo) * NODES[j]
+            values[j] = margin_within(c, modes, k, kind, sign, bound, x, t, h, y, f, state)
+        # What a mode that begins within rounding does first is no matter of sign.
+        found = classify(values, lo == 0.0 and values[0] <= ROUNDING, RESOLUTION)
+        if found == CROSSES:
+            lo += (hi - lo) * NODES[last_positive(values, RESOLUTION)]
+            return locate(c, modes, k, kind, sign, bound, lo, hi, t, h, y, f, state)
+        if found == BELOW:
+            return lo
+        if found == UNCLEAR and width > NARROWEST:
+            width *= 0.5
+        else:
+            if hi >= 1.0:
+                return 2.0
+            lo = hi
+            width *= 2.0
+    return lo
 
 
 @bare
 def first_switch(
-    c: Constants,
-    t: float,
-    h: float,
-    y: Array,
-    f: Array,
-    modes: Array,
-    before: Array,
-    after: Array,
-    state: Array,
-) -> tuple[float, int, int]:
-    """Return share of the step (2.0: none), kind and contact of the first end of a mode in a step."""
-    best, best_kind, best_contact = 2.0, -1, -1
-    # As numbers: for each constant numba would compile all that it is handed to once more.
-    gap, rate, pull, slip = int(GAP), int(RATE), int(PULL), int(SLIP)
+    c: Constants, t: float, h: float, y: Array, f: Array, modes: Array, before: Array, stages: Array,
+    state: Array, values: Array,
+) -> tuple[float, int, int]:  # fmt: skip
+    """Return share of the step, contact and number of the margin that first turns negative; NONE: no such.
+
+    Parameters
+    ----------
+    c, t, h, y, modes
+        Constants, start (s) and length (s) of the step, state at its start, modes (3, CONTACTS).
+    f
+        Coefficients of the dense output, shape (7, state_size).
+    before, stages
+        States of the contacts at the start, shape (5, CONTACTS), and at the stages (STAGES + 1, 5, CONTACTS).
+    state, values
+        Overwritten, shapes (state_size,) and (POINTS,).
+    """
+    best, contact, which = 2.0, NONE, NONE
     for k in range(CONTACTS):
-        active = modes[MEMORY, k] > 0.0
-        side = -1.0 if active else 1.0
-        x = 2.0
-        if side * after[GAP, k] < 0.0:
-            x = departure(c, gap, k, 0.0, side, 1.0, t, h, y, f, modes, state)
-        elif side * before[RATE, k] < 0.0 < side * after[RATE, k]:
-            turn = locate(c, rate, k, 0.0, 0.0, 1.0, t, h, y, f, modes, state)
-            dense(y, f, turn, free(c), state)
-            # What stays within rounding is no dip: there contact and flight would hand over for ever.
-            if side * switching_value(c, gap, k, 0.0, t + turn * h, state, modes) < -ROUNDING:
-                x = departure(c, gap, k, 0.0, side, turn, t, h, y, f, modes, state)
-        if x < best:
-            best, best_kind, best_contact = x, GAP, k
-        if active:
-            pulling = modes[MEMORY, k] - c.C * after[RATE, k] < 0.0
-            if pulling != (modes[CLIPPED, k] > 0.0):
-                x = departure(c, pull, k, 0.0, 1.0 if pulling else -1.0, 1.0, t, h, y, f, modes, state)
-                if x < best:
-                    best, best_kind, best_contact = x, PULL, k
-            lower, upper = regime_bounds(c, int(modes[REGIME, k]))
-            if not lower <= after[SLIP, k] <= upper:
-                above = after[SLIP, k] > upper
-                bound = upper if above else lower
-                x = departure(c, slip, k, bound, -1.0 if above else 1.0, 1.0, t, h, y, f, modes, state)
-                if x < best:
-                    best, best_kind, best_contact = x, SLIP, k
-    return best, best_kind, best_contact
+        if before[GAP, k] == np.inf:
+            continue
+        for number in range(MARGINS if modes[MEMORY, k] > 0.0 else 1):
+            kind, sign, bound = margin_of(c, modes, k, number)
+            if kind == NONE or is_settled(c, modes, k, kind, sign, bound, h, before, stages):
+                continue
+            x = end_of_mode(c, modes, k, kind, sign, bound, t, h, y, f, state, values)
+            if x < best:
+                best, contact, which = x, k, number
+    return best, contact, which
 
 
 @kernel

@@ -13,11 +13,12 @@ import numpy as np
 from reference_model.compiled import kernel
 from reference_model.constants import Constants
 from reference_model.dop853 import ROWS, STAGES, error_norm, prepare_dense, take_step
-from reference_model.events import first_switch, step_may_switch
+from reference_model.events import first_switch
 from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array, no_contacts
 from reference_model.formulations import DRIVEN, free, right_hand_side, state_size
+from reference_model.isolation import POINTS
 from reference_model.journal import JOURNAL
-from reference_model.observation import CHANNELS
+from reference_model.observation import CHANNELS, audit
 from reference_model.progress import (
     BUFFERED,
     EVALUATIONS,
@@ -32,6 +33,9 @@ from reference_model.progress import (
     turn_start,
 )
 from reference_model.recording import Samples, note_step
+from reference_model.step_bounds import has_ended, step_may_switch
+from reference_model.switching import NONE, margin_of
+from reference_model.watch import watch_energy
 
 REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT, CHATTER = range(6)
 """Why the kernel returned."""
@@ -45,6 +49,8 @@ _FIRST_SHARE = 0.1
 _FIRST_ERROR = 2.0
 # Short of the opening, where the force is not smooth; 0.5 costs 4 to 16 % more evaluations (1e-10 to 1e-7).
 _EXIT_SHARE = 0.8
+# Once on the step as tried, once on the step that ends there; seldom once more, after loose tolerances.
+_LOCATIONS = 10
 SWITCHES_AT_ONCE = 100
 """At one instant; each contact can open or close and change its friction once."""
 
@@ -121,8 +127,11 @@ def advance(
     k, f = np.zeros((ROWS, size)), np.empty((7, size))
     y1, state, dy = np.empty(size), np.empty(size), np.empty(size)
     table = np.empty((DRIVEN, STAGES))
-    before, after, contacts = no_contacts(), no_contacts(), no_contacts()
-    observed = np.zeros(CHANNELS)
+    before, contacts = no_contacts(), no_contacts()
+    stages = np.zeros((STAGES + 1, *contacts.shape))
+    stages[:, GAP] = np.inf
+    after = stages[STAGES]
+    observed, values = np.zeros(CHANNELS), np.empty(POINTS)
     weights = np.full(free(c), 1.0 / tolerance)
     # In a loop: for the same in one line numba compiles how to put its error into words, for over a second.
     for i in range(free(c) // 2, free(c)):
@@ -142,7 +151,7 @@ def advance(
         final = h >= remaining
         if final:
             h = remaining
-        take_step(c, t, h, p.y, p.modes, k, y1, after, table)
+        take_step(c, t, h, p.y, p.modes, k, y1, stages, table)
         p.counters[EVALUATIONS] += STAGES
         error = error_norm(h, k, weights)
         if not error <= 1.0:
@@ -157,25 +166,40 @@ def advance(
             status = CHATTER
             break
         next_h = min(max_step, h * (_GROW if error == 0.0 else min(_GROW, _SAFETY * error**_EXPONENT)))
-        kind, contact = -1, -1
-        if step_may_switch(c, p.modes, before, after):
+        contact, number = NONE, NONE
+        for _ in range(_LOCATIONS):
+            if not step_may_switch(c, p.modes, h, before, stages):
+                break
             prepare_dense(c, t, h, p.y, y1, p.modes, k, free(c), state, contacts, f)
-            share, kind, contact = first_switch(c, t, h, p.y, f, p.modes, before, after, state)
             p.counters[EVALUATIONS] += 3
-            if kind >= 0 and share < 1.0:
-                final = False
-                h *= share
-                if t + h > t:
-                    # Tested like any other: the shorter step could meet what the longer one stepped over.
-                    take_step(c, t, h, p.y, p.modes, k, y1, after, table)
-                    p.counters[EVALUATIONS] += STAGES
-                    if not error_norm(h, k, weights) <= 1.0:
-                        p.counters[REJECTED] += 1
-                        h *= _SHRINK
-                        continue
+            share, ends, by = first_switch(c, t, h, p.y, f, p.modes, before, stages, state, values)
+            if ends == NONE:
+                break
+            contact, number = ends, by
+            if share >= 1.0:
+                break
+            final = False
+            h *= share
+            if t + h == t:
+                break
+            # Tested and searched like any other: the shorter step errs less, and could meet what the longer
+            # one stepped over.
+            take_step(c, t, h, p.y, p.modes, k, y1, stages, table)
+            p.counters[EVALUATIONS] += STAGES
+            error = error_norm(h, k, weights)
+            if not error <= 1.0:
+                break
+        if not error <= 1.0:
+            p.counters[REJECTED] += 1
+            h *= _SHRINK
+            continue
         if nothing_touches(p.modes):
             p.clock[2] = next_h
         if t + h > t:
+            # Taken again, a step that is coarse for what it meets may end short of it: it goes on from there.
+            if contact != NONE and not has_ended(c, p.modes, contact, number, after):
+                contact = NONE
+                next_h = min(next_h, h)
             p.counters[STEPS] += 1
             note_step(c, p, t, h, y1, k, f, before, after, samples, state, dy, contacts, observed)
             t = t_end if final else t + h
@@ -187,7 +211,8 @@ def advance(
             for i in range(before.size):
                 before.flat[i] = after.flat[i]
         h = next_h
-        if kind >= 0:
+        if contact != NONE:
+            kind, _, _ = margin_of(c, p.modes, contact, number)
             was_free = nothing_touches(p.modes)
             switch(c, turn + t, kind, contact, before, p)
             if kind == GAP:
@@ -198,4 +223,7 @@ def advance(
             right_hand_side(c, t, p.y, p.modes, k[0], before)
             p.counters[EVALUATIONS] += 1
     p.clock[0], p.clock[1] = t, h
+    energies = observed[:7]
+    audit(c, t, p.y, p.modes, k[0], before, p.start, energies)
+    watch_energy(c, energies, p.start, turn + t, p.watch)
     return status

@@ -87,9 +87,9 @@ def _observe_bodies(
     out: Array,
 ) -> None:  # fmt: skip
     """Write what needs the motion of all bodies: reactions and energies."""
-    bodies = np.empty((5, 9))
-    fill_bodies(c, t, y, dy, bodies)
     if what & WITH_JOINTS:
+        bodies = np.empty((5, 9))
+        fill_bodies(c, t, y, dy, bodies)
         Fx = Fy = 0.0
         for k in range(4):
             Fx += contacts[NORMAL, k] if k % 2 == 0 else -contacts[NORMAL, k]
@@ -99,8 +99,17 @@ def _observe_bodies(
         G = (normal * b.nx - drag * b.ny, normal * b.ny + drag * b.nx, b.Px, b.Py)
         reactions(c, bodies, Fx, Fy, ideal_slider(c), ideal_pin(c), G, out[REACTIONS_FROM:ENERGIES_FROM])
     if what & WITH_ENERGY:
-        works = y[free(c) + CONTACTS :]
-        balance(c, bodies, modes, contacts, works, driven_bodies(c), start, out[ENERGIES_FROM:DRIFT])
+        audit(c, t, y, modes, dy, contacts, start, out[ENERGIES_FROM:DRIFT])
+
+
+@kernel
+def audit(
+    c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array, start: Array, out: Array
+) -> None:
+    """Write the energies of a state in the order of `ENERGIES`, shape (7,); arguments as of `observe`."""
+    bodies = np.empty((5, 9))
+    fill_bodies(c, t, y, dy, bodies)
+    balance(c, bodies, modes, contacts, y[free(c) + CONTACTS :], driven_bodies(c), start, out)
 
 
 @kernel

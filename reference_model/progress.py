@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 
 from reference_model.compiled import kernel
 from reference_model.constants import Constants
-from reference_model.events import PULL, next_regime, touching
+from reference_model.events import next_regime, touching
 from reference_model.forces import CLIPPED, CONTACTS, GAP, MEMORY, RATE, REGIME, SLIP, Array
 from reference_model.formulations import crank_coordinate, free, right_hand_side, state_size
 from reference_model.friction import friction_regime
 from reference_model.observation import CHANNELS, note_forces, note_start
+from reference_model.switching import PULL
+from reference_model.watch import WATCHED, watch_start
 
 STEPS, REJECTED, EVALUATIONS, SWITCHES, ENDED, BUFFERED, SAMPLES = range(7)
 """What `Progress.counters` counts; ENDED: contacts."""
@@ -44,6 +46,8 @@ class Progress(NamedTuple):
     """(CHANNELS, 4): minimum, its time, maximum, its time."""
     start: Array
     """(5,): energies at t = 0 (`reference_model.energy`)."""
+    watch: Array
+    """(WATCHED, 3): the worst value of each invariant, its time and contact (`reference_model.watch`)."""
 
 
 def begin(c: Constants, y0: Array, first_step: float) -> Progress:
@@ -62,6 +66,7 @@ def begin(c: Constants, y0: Array, first_step: float) -> Progress:
         counters=np.zeros(7, dtype=np.int64),
         extrema=np.tile([np.inf, 0.0, -np.inf, 0.0], (CHANNELS, 1)),
         start=np.zeros(5),
+        watch=np.zeros((WATCHED, 3)),
     )
     close_at_start(c, progress)
     return progress
@@ -113,6 +118,7 @@ def close_at_start(c: Constants, p: Progress) -> None:
 @kernel
 def start_contact(c: Constants, k: int, t: float, contacts: Array, p: Progress) -> None:
     """Freeze the impact speed of contact `k` and open its row of the event table."""
+    watch_start(contacts[RATE, k], t, k, p.watch)
     speed = max(-contacts[RATE, k], c.speed_floor)
     p.modes[MEMORY, k] = speed
     p.modes[REGIME, k] = friction_regime(c, contacts[SLIP, k])

@@ -39,6 +39,7 @@ from reference_model.progress import (
     turn_time,
 )
 from reference_model.reactions import REACTIONS
+from reference_model.watch import watch_contacts
 
 
 class Samples(NamedTuple):
@@ -167,7 +168,7 @@ def note_step(
             if speed == 0.0:
                 continue
             if before[RATE, i] < 0.0 < after[RATE, i]:
-                share = locate(c, int(RATE), i, 0.0, 0.0, 1.0, t, h, p.y, f, p.modes, state)
+                share = locate(c, p.modes, i, int(RATE), -1.0, 0.0, 0.0, 1.0, t, h, p.y, f, state)
                 note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
                 note_forces(p.modes, contacts, p.open_contacts)
             share = force_turn(c, i, speed, h, before, after)
@@ -176,6 +177,7 @@ def note_step(
                 note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
                 note_forces(p.modes, contacts, p.open_contacts)
     note_forces(p.modes, after, p.open_contacts)
+    watch_contacts(p.modes, after, turn + t + h, p.watch)
     observe(c, t + h, y1, p.modes, k[STAGES], after, samples.what, p.start, observed)
     widen(p.extrema, samples.wanted, turn + t + h, observed)
 
@@ -193,6 +195,7 @@ def note_inside(
     dense(p.y, f, share, size, state)
     if forces or samples.what != MOTION_ONLY:
         right_hand_side(c, at, state, p.modes, dy, contacts)
+        watch_contacts(p.modes, contacts, turn_start(c, p) + at, p.watch)
     observe(c, at, state, p.modes, dy, contacts, samples.what, p.start, observed)
     widen(p.extrema, samples.wanted, turn_start(c, p) + at, observed)
 

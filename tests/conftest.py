@@ -1,16 +1,48 @@
-"""Scenes for the tests of the models, straight from the printed numbers."""
+"""Scenes for the tests of the models, straight from the printed numbers; what holds on any machine."""
 
+import sys
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+# How long an example takes says how busy the machine is.
+settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("any machine")
 
 pytest_plugins = "pytester"  # pytest inside pytest; pytest takes it from the topmost conftest.py only
 
 PAPER = Path(__file__).parents[1] / "comparison" / "scenes" / "paper.toml"
 Scene = dict[str, Any]
+
+
+@pytest.fixture
+def lines_run() -> Callable[[Callable[[], object]], int]:
+    """Return what counts the lines of Python that a call runs: on any machine what a time would say on one.
+
+    Work in compiled code does not count; a loop over samples does, once a sample.
+    """
+
+    def count(call: Callable[[], object]) -> int:
+        lines = 0
+
+        def trace(_frame: object, event: str, _argument: object) -> Any:
+            nonlocal lines
+            lines += event == "line"
+            return trace
+
+        before = sys.gettrace()
+        sys.settrace(trace)
+        try:
+            call()
+        finally:
+            sys.settrace(before)
+        return lines
+
+    return count
 
 
 @pytest.fixture(scope="session")

@@ -144,7 +144,7 @@ def _tier(scene: SceneComparison) -> dict[str, Any]:
         "confirmation": scene.confirmation,
         "labels": scene.labels,
         "attribution": attribution_words(scene.attribution) if scene.attribution else [],
-        "coverage": percent(summary.coverage(scene)),
+        "coverage": percent(scene.coverage),
         "explained": percent(explained),
         "channels": [
             tables.channel_row(channel, scene.time, rule.beyond(channel))

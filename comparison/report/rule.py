@@ -40,8 +40,9 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
         f"Coverage is their share; below {floor} the channel is indeterminate.",
         f"Agree: |difference| ≤ {fixed.k:g} u on at least {fixed.share:.0%} of the predictable samples "
         "(explained); samples at which both models are exactly zero count for nothing. Differ: on fewer. "
-        "A scene differs if one channel does; else its coverage is the mean over its excited channels, held "
-        "against the same floor: below it is indeterminate, at or above it agrees.",
+        "A scene differs if one channel does; else its coverage, the mean over its excited channels (one "
+        "without a sample to judge counts as zero), is held against the same floor: below it is "
+        "indeterminate, at or above it agrees.",
     ]
     if any(channel.u is not None for scene in comparisons for channel in scene.channels.values()):
         lines.append(

@@ -83,13 +83,6 @@ def _of_tier(comparisons: Sequence[SceneComparison]) -> str:
     return f"all {said}" if len(words) == 1 else f"of {len(comparisons)} scenes {said}"
 
 
-def coverage(scene: SceneComparison) -> float:
-    """Return the share of predictable samples, the mean over the excited channels; nan where unknown."""
-    excited = [channel for channel in scene.channels.values() if channel.verdict != "unexcited"]
-    known = [channel.coverage for channel in excited if channel.u is not None]
-    return float(np.mean(known)) if known else math.nan
-
-
 def worst_channel(scene: SceneComparison) -> ChannelComparison | None:
     """Return the channel with the worst verdict and, of several, the one that is furthest on the wrong side.
 

@@ -22,6 +22,7 @@ STUDIES = {
     "nonlinear": "Whether the press is chaotic: exponents, sections, bifurcations.",
     "random-inputs": "Reliability where the inputs are random.",
     "detection": "False alarms of the verdict, and which errors in a model it finds; an hour on two cores.",
+    "campaign": "Random scenes through both models, and who errs where they differ; an hour on two cores.",
     "tradeoff": "Speed against accuracy of every formulation and integrator; 6 minutes.",
     "extremes": "Where the models break down, and how they tell; half an hour on two cores.",
 }

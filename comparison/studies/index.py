@@ -13,10 +13,13 @@ from comparison.console import progress
 from comparison.files import replacing
 from comparison.report.markdown import table
 from comparison.studies import NAMES, write_study
+from comparison.studies.verdicts import RECORD
 from comparison.workers import cpus
 
 BEGIN, END = "<!-- verdicts: generated, do not edit -->", "<!-- end of verdicts -->"
 REPORTS = Path("reports")
+PACKAGE = Path("comparison")
+"""Of the working tree whose README this is, which need not be the installed one."""
 SHOWN = (
     "scene",
     "standard tier",
@@ -37,12 +40,13 @@ def index(readmes: dict[str, str]) -> str:
 
 
 def table_of(text: str) -> str:
-    """Return the table in a Markdown text, of its columns those that the README shows."""
-    head, _, *rows = (
-        [cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line[:1] == "|"
-    )
+    """Return the table in a Markdown text, with the columns that the README shows, and what follows it."""
+    lines = text.splitlines()
+    of_table = [number for number, line in enumerate(lines) if line[:1] == "|"]
+    head, _, *rows = ([cell.strip() for cell in lines[number].split("|")[1:-1]] for number in of_table)
     kept = [head.index(name) for name in SHOWN]
-    return table(SHOWN, [[row[k] for k in kept] for row in rows])
+    shown = table(SHOWN, [[row[k] for k in kept] for row in rows])
+    return "\n".join([shown, *lines[of_table[-1] + 1 :]])
 
 
 def with_table(readme: str, verdicts: str) -> str:
@@ -69,6 +73,7 @@ def main() -> None:
     readme = Path("README.md")
     _write(index(written), REPORTS / "README.md")
     _write(with_table(readme.read_text("utf-8"), table_of(written["verdicts"])), readme)
+    _write((REPORTS / "verdicts" / RECORD).read_text("utf-8"), PACKAGE / RECORD)
 
 
 def _write(text: str, path: Path) -> None:

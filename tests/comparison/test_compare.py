@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -140,7 +138,7 @@ def test_the_scene_is_found_beside_two_tables_unless_they_are_of_different_ones(
     assert recorded_scene(recorded(), make_table()) == (None, ())
 
 
-def test_a_million_rows_of_nine_channels_take_seconds():
+def test_a_million_rows_of_nine_channels_are_not_looped_over(lines_run):
     names = list(channels())[:9]
     rng = np.random.default_rng(0)
     t = np.arange(1_000_000) * 1e-5
@@ -152,10 +150,11 @@ def test_a_million_rows_of_nine_channels_take_seconds():
         return Table(frame + 1e-9 * rng.normal(size=frame.shape) * (frame.columns != "time"))
 
     a, b = (Runs(*(noisy() for _ in range(3))) for _ in range(2))
-    start = time.perf_counter()
-    assert len(compare(a, b, scene=scene).channels) == 9
-    # 1.3 s on the machine it was written on; an implementation that loops over samples takes minutes.
-    assert time.perf_counter() - start < 15
+    found = []
+    lines = lines_run(lambda: found.append(compare(a, b, scene=scene)))
+    assert len(found[0].channels) == 9
+    # 65,000; one loop over the samples of one channel is a million.
+    assert lines < 200_000
 
 
 @pytest.mark.parametrize(("tolerance", "verdict"), [(1e-10, "differ"), (1e-3, "agree")])
@@ -273,7 +272,7 @@ def test_samples_that_follow_from_nothing_are_not_judged_and_the_reader_is_told(
 FAULTS = ("nan", "inf", "truncated", "missing", "duplicated time", "zero force", "unexcited", "unexpected")
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(
     fault=st.sampled_from(FAULTS),
     channel=st.integers(0, 20),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
@@ -64,18 +64,16 @@ def test_without_the_floor_errors_that_moved_starts_do_not_show_would_count():
     assert of_members.max() < 1.0
 
 
-# Distances well above round-off, so that equal ones compare as equal.
-VALUES = st.lists(st.integers(-1000, 1000).map(float), min_size=19, max_size=30)
-
-
-@given(base=st.integers(-1000, 1000), other=st.integers(-5000, 5000), members=VALUES)
-def test_what_an_ensemble_does_not_exclude_its_uncertainty_explains(base, other, members):
-    """With u the ensemble's, a run beyond k u is farther out than every member: nothing is left between."""
-    ensemble = np.array(members)[:, None]
+@example(members=[1000.0] * 18 + [-1000.0], side=1.0)  # the closest case: all but one on the run's side
+@given(
+    members=st.lists(st.floats(-1000.0, 1000.0), min_size=19, max_size=30), side=st.sampled_from([-1.0, 1.0])
+)
+def test_what_an_ensemble_does_not_exclude_its_uncertainty_explains(members, side):
+    """A run just beyond k u from the base, u the ensemble's, is farther out than every member left out."""
+    base, ensemble = 0.0, np.array(members)[:, None]
     u = np.maximum(ENSEMBLE_FACTOR * np.abs(ensemble - base).max(axis=0), 1e-3)
-    of_members, of_run = distances(ensemble, np.array([float(other)]), u)
-    if abs(other - base) > thresholds().k * u[0]:
-        assert of_run > of_members.max() * (1 - 1e-12)
+    of_members, of_run = distances(ensemble, base + side * thresholds().k * u, u)
+    assert of_run >= of_members.max() * (1 - 1e-12)
 
 
 def test_two_families_are_clusters_and_errors_over_six_decades_are_not():

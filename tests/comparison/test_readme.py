@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
 
-from comparison.scene import shipped_scenes
+from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
 from comparison.studies.index import BEGIN, END, index, table_of, with_table
 from comparison.thresholds import thresholds
+from comparison.tiers import TIERS
 from comparison.uncertainty import TWIN_SHIFT
 
 ROOT = Path(__file__).parents[2]
@@ -31,8 +33,20 @@ def test_the_five_lines_of_python_run(capsys):
 
 def test_the_verdicts_are_those_of_the_reports():
     verdicts = table_of((REPORTS / "verdicts" / "README.md").read_text("utf-8"))
-    assert verdicts.count("\n") == 1 + len(shipped_scenes())  # a heading and a rule before them
+    assert sum(line[:1] == "|" for line in verdicts.splitlines()) == 2 + len(shipped_scenes())
     assert with_table(README, verdicts) == README
+
+
+def test_the_verdicts_on_record_are_those_of_the_reports():
+    recorded = tomllib.loads((ROOT / "comparison" / "verdicts.toml").read_text("utf-8"))["scenes"]
+    assert list(recorded) == shipped_scenes()
+    text = (REPORTS / "verdicts" / "README.md").read_text("utf-8")
+    rows = {line.split(" | ")[0].removeprefix("| "): line for line in text.splitlines() if line[:1] == "|"}
+    for name, known in recorded.items():
+        scene = load_scene(name)
+        assert known["hash"] == scene.hash
+        told = re.findall(r"\*\*(.+?)\*\*", rows[scene.title])
+        assert told == [known[tier] for tier in TIERS]
 
 
 def test_the_list_of_the_studies_is_that_of_their_reports():

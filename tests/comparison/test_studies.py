@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from comparison.cli import main
 from comparison.compare import Runs, compare
+from comparison.machine import platform_name
 from comparison.report.markdown import table
 from comparison.run import Outcome
+from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import (
     NAMES,
     contact_laws,
@@ -24,6 +28,7 @@ from comparison.studies import (
     reliability,
     verdicts,
 )
+from comparison.studies.campaign import population
 from comparison.studies.crank_pin_peaks import Case, met, peaks_table, powers
 from comparison.studies.detection import alarms, cross_model, faults, limits, rounding, study
 from comparison.studies.errors import Peak
@@ -88,6 +93,7 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(scenes, "SPEEDS", (100.0, 200.0))
     monkeypatch.setattr(scenes, "CLEARANCES", (1e-4, 2e-4))
     monkeypatch.setattr(controls, "PERIODS", 110)
+    monkeypatch.setattr(population, "COUNT", 5)
     monkeypatch.setattr(plan, "SAMPLES", 40)
     monkeypatch.setattr(plan, "RUNS", 60)
     monkeypatch.setattr(plan, "PLANE", 30)
@@ -162,7 +168,8 @@ def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(n
 
 @pytest.mark.usefixtures("small")
 def test_all_studies_their_list_and_the_table_of_the_readme(tmp_path):
-    (tmp_path / "README.md").write_text(f"before {index.BEGIN} old {index.END} after", "utf-8")
+    (tmp_path / "README.md").write_text(f"before {index.BEGIN} formerly {index.END} after", "utf-8")
+    (tmp_path / "comparison").mkdir()
     index.main()
     listed = (tmp_path / "reports" / "README.md").read_text("utf-8")
     links = re.findall(r"^- \[.+\]\((.+)\)$", listed, re.MULTILINE)
@@ -170,7 +177,17 @@ def test_all_studies_their_list_and_the_table_of_the_readme(tmp_path):
     assert all((tmp_path / "reports" / link).is_file() for link in links)
     readme = (tmp_path / "README.md").read_text("utf-8")
     assert "| 150 rpm, 0.2 mm clearance | **agree** | 100\u00a0% |" in readme
-    assert "old" not in readme
+    assert "formerly" not in readme
+    # Machine, versions and date stand below the table in both, and with the verdicts on record.
+    made = next(line for line in readme.splitlines() if line.startswith("Made on "))
+    assert made in (tmp_path / "reports" / "verdicts" / "README.md").read_text("utf-8")
+    assert platform_name() in made
+    assert f"numpy {np.__version__}" in made
+    recorded = tomllib.loads((tmp_path / "comparison" / "verdicts.toml").read_text("utf-8"))
+    assert made == f"Made on {recorded['made']['machine']}; {recorded['made']['date']}."
+    known = recorded["scenes"]["150rpm-0.2mm"]
+    assert known == {"hash": load_scene("150rpm-0.2mm").hash, "standard": "agree", "tight": "agree"}
+    assert list(recorded["scenes"]) == shipped_scenes()
 
 
 def test_an_unknown_study_is_refused_with_the_known_ones(small, capsys):
@@ -246,6 +263,9 @@ def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make
     assert line["tight tier"] == line["standard tier"] == "**agree**"
     # 1e-7 (1 + cos) sin of a clearance of 0.2 mm, at most 1.3 where the angle is 60 degrees.
     assert line["largest difference of x, tight, predictable samples"] == "2.6e-11 m"
+    # Two errors of some 1e-5 of the clearance of 2e-4 m.
+    far = verdicts.row(replace(usual, tight=compared("tight", 1e-5)))[-1]
+    assert re.fullmatch(r"\S+e-09 m †", far)
     assert line["largest difference of x, whole run"] == "2.6e-10 m"
     assert line["samples predictable"] == line["of these explained, tight"] == "100\u00a0%"
     refused = replace(usual, verdict="cannot compare", channels={}, attribution=None)
@@ -253,6 +273,20 @@ def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make
         shown = verdicts.row(replace(usual, tight=tight))
         assert shown[-4:] == [told, "n/a", "n/a", "n/a"]
         assert len(verdicts.row(replace(refused, tight=tight))) == len(verdicts.HEADINGS)
+
+
+def test_what_the_mark_means_stands_below_the_table_where_there_is_one(scene, make_table):
+    sides = [Runs(*(make_table(part * error) for part in (1, 0.25, 4, 4, 4))) for error in (1e-8, 2e-8)]
+    near = compare(*sides, scene=scene, labels=("reference", "exudyn"))
+    far = replace(near, channels={"slider_x": replace(near.channels["slider_x"], difference=near.time)})
+    made = {"machine": "a machine", "date": "2030-01-01"}
+    for tight, marked in ((None, False), (near, False), (far, True)):
+        text = verdicts.text([replace(near, tight=tight)], made)
+        assert ("† above the 1e-09 m" in text) == marked
+        assert text.endswith("\nMade on a machine; 2030-01-01.\n")
+        shown = index.table_of(text)
+        assert shown.endswith("\nMade on a machine; 2030-01-01.")
+        assert shown.count("†") == text.count("†") == 2 * marked
 
 
 def test_a_bar_in_a_cell_does_not_end_it():

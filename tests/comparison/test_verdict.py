@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from comparison.channels import Channel, channels
+from comparison.findings import scene_coverage
 from comparison.scene import load_scene
 from comparison.thresholds import thresholds
 from comparison.verdict import compare_channel, scene_verdict
@@ -235,6 +236,9 @@ def test_the_scene_takes_the_worst_verdict_and_nothing_excited_is_not_agreement(
     verdict, reason = scene_verdict({"a": agree, "b": agree, "o": open_}, 0.5)
     assert verdict == "agree"
     assert "by itself indeterminate" in reason
+    # The third has no uncertainty to judge by: it covers nothing.
+    assert "66.66% of all samples are predictable" in reason
+    assert scene_coverage({"a": agree, "b": agree, "o": open_, "q": quiet}) == pytest.approx(2 / 3)
     verdict, reason = scene_verdict({"q": quiet}, 0.5)
     assert verdict == "indeterminate"
     assert "nothing was compared" in reason

@@ -1,7 +1,6 @@
 """The page: complete, honest, safe, small, the same every time."""
 
 import re
-import time
 from collections import Counter
 from dataclasses import replace
 from html import escape as html_escape
@@ -270,13 +269,8 @@ def test_a_failed_report_leaves_the_old_one_and_no_litter(
     assert list(written.parent.iterdir()) == [written]
 
 
-def test_a_scene_is_small_and_drawn_soon(scene: SceneComparison) -> None:
-    start = time.process_time()
-    size = len(page(scene).encode())
-    seconds = time.process_time() - start
-    assert size < 5e6 / 8  # eight scenes in 5 MB
-    # 1.0 s here; eight scenes in 20 s, with as much again for a slower machine.
-    assert seconds < 5.0
+def test_a_scene_is_small(scene: SceneComparison) -> None:
+    assert len(page(scene).encode()) < 5e6 / 8  # eight scenes in 5 MB
 
 
 @pytest.mark.parametrize("times", [50, 100, 500])

@@ -11,47 +11,64 @@ from exudyn_model.scene_reading import read_scene
 
 def assembled(make_scene, changes):
     parameters = read_scene(make_scene(changes))
-    q = assemble(parameters).positions.ravel()
+    state = assemble(parameters)
+    q, v = state.positions.ravel(), state.velocities.ravel()
     q[12] -= parameters.mechanism.guide_x
-    return Constraints(parameters), q, parameters
+    constraints = Constraints(parameters)
+
+    def violation(time, q, off=0.0):
+        return constraints.violation(time, q, v + off)
+
+    return violation, q, parameters
 
 
 @pytest.mark.parametrize("ideal", ["clearance", "ideal"])
 def test_an_assembled_mechanism_violates_nothing(make_scene, ideal):
-    constraints, q, _ = assembled(make_scene, {"joints.slider": ideal})
-    assert constraints.violation(0.0, q) < 1e-15  # coordinates of some 0.5 m, rounded
+    violation, q, _ = assembled(make_scene, {"joints.slider": ideal})
+    position, velocity = violation(0.0, q)
+    assert position < 1e-15  # coordinates of some 0.5 m, rounded
+    assert velocity < 1e-14  # by a linear solve
+
+
+@pytest.mark.parametrize("coordinate", range(15))
+def test_a_rate_that_does_not_fit_violates_as_much_as_it_opens_in_time(make_scene, coordinate):
+    violation, q, _ = assembled(make_scene, {})
+    unit, interval = np.eye(15)[coordinate], 1e-6
+    opened = violation(0.0, q + 1e-3 * interval * unit)[0]
+    # The joints turn on by 1e-9 rad times the square of the rate
+    assert violation(0.0, q, 1e-3 * unit)[1] == pytest.approx(opened / interval, rel=1e-6, abs=1e-9)
 
 
 @pytest.mark.parametrize("body", range(5))
 @pytest.mark.parametrize("coordinate", [0, 1])
 def test_a_body_out_of_place_opens_its_joints_by_as_much(make_scene, body, coordinate):
-    constraints, q, _ = assembled(make_scene, {})
+    violation, q, _ = assembled(make_scene, {})
     q[3 * body + coordinate] += 1e-6
-    assert constraints.violation(0.0, q) == pytest.approx(1e-6, rel=1e-9)
+    assert violation(0.0, q)[0] == pytest.approx(1e-6, rel=1e-9)
 
 
 def test_the_drive_counts_in_radians_and_an_ideal_slider_keeps_its_line(make_scene):
-    constraints, q, parameters = assembled(make_scene, {})
+    violation, q, parameters = assembled(make_scene, {})
     # The crank stays where it was while the drive has gone on
-    assert constraints.violation(1e-6, q) == pytest.approx(1e-6 * parameters.drive.omega, rel=1e-9)
+    assert violation(1e-6, q)[0] == pytest.approx(1e-6 * parameters.drive.omega, rel=1e-9)
     q[14] += 0.1  # a loose slider may turn
-    assert constraints.violation(0.0, q) < 1e-15
-    constraints, q, _ = assembled(make_scene, {"joints.slider": "ideal"})
+    assert violation(0.0, q)[0] < 1e-15
+    violation, q, _ = assembled(make_scene, {"joints.slider": "ideal"})
     q[14] += 1e-3
-    assert constraints.violation(0.0, q) == pytest.approx(1e-3)
+    assert violation(0.0, q)[0] == pytest.approx(1e-3)
 
 
 @pytest.mark.parametrize("pin", ["ideal", "clearance"])
 def test_a_loose_pin_is_no_constraint(make_scene, pin):
     """Rod 2 turned about B leaves A alone."""
-    constraints, q, parameters = assembled(make_scene, {"joints.crank_pin": pin})
+    violation, q, parameters = assembled(make_scene, {"joints.crank_pin": pin})
     rod2, turn = parameters.mechanism.rod2, 1e-6
     along = np.array([np.cos(q[5]), np.sin(q[5])])
     q[3:5] += rod2.to_tip * turn * np.array([along[1], -along[0]])
     q[5] += turn
     opened = rod2.length * turn * np.abs([along[1], along[0]]).max()
     # The turn is taken as small: its square is 1e-12 of half a length
-    assert constraints.violation(0.0, q) == pytest.approx(0.0 if pin == "clearance" else opened, abs=3e-13)
+    assert violation(0.0, q)[0] == pytest.approx(0.0 if pin == "clearance" else opened, abs=3e-13)
 
 
 @pytest.mark.parametrize("method", ["generalized-alpha", "trapezoidal-index2"])
@@ -61,7 +78,9 @@ def test_a_run_tells_the_largest_violation(make_scene, method):
     for step in (8e-6, 4e-6):
         changes = {"drive.cycles": 0.1, "solver.exudyn.step": step, "solver.exudyn.method": method}
         told = simulate(make_scene(changes)).provenance["constraints"]
-        assert 0.0 <= told["position_time_s"] <= 0.04
+        for name in ("position", "velocity"):
+            assert 0.0 <= told[f"{name}_time_s"] <= 0.04
+            assert 0.0 < told[name] < 1e-8
         found.append(told["position"])
     assert max(found) < 1e-8
     assert min(found) > 0.0

@@ -11,7 +11,7 @@ from exudyn_model.contact import contact_law
 from exudyn_model.journal import journal_law
 from exudyn_model.point_contact import PIN, contact_states
 from exudyn_model.scene_reading import read_scene
-from exudyn_model.touch_location import locate, touch_within
+from exudyn_model.touch_location import locate
 from exudyn_model.tree_motion import MOTION, contact_motion, interpolate
 
 SCENES = {
@@ -285,12 +285,14 @@ def test_a_journal_that_touches_and_leaves_inside_a_step_is_located(make_scene):
     eccentricity = -1.99e-4j * cmath.exp(0.3j)
     for sign, touches in ((-1, False), (1, True)):
         ends, laws, _ = pin_step(make_scene, eccentricity, -sign * 4e-6)
-        contact = contact_states()[PIN]
+        laws[0]["ideal_slider"] = True  # the pin alone
+        contacts = contact_states()
+        contact = contacts[PIN]
         contact["gap"], contact["rate"] = contact_motion(PIN, interpolate(*ends, 0.0), *laws)
         assert contact["gap"] == pytest.approx(1e-6, rel=1e-6)
-        share = touch_within(PIN, contact, *ends, *laws)
+        share = locate(*ends, *(np.array([law]) for law in laws), contacts, 1e-12)
         # 16 s (1 - s) = 1, and a bearing that turns on an arm of 0.29 m
-        expected = 0.5 - np.sqrt(0.25 - 1 / 16) if touches else 2.0
+        expected = 0.5 - np.sqrt(0.25 - 1 / 16) if touches else 1.0
         assert share == pytest.approx(expected, rel=1e-3)
 
 

@@ -7,15 +7,11 @@ import pytest
 
 from exudyn_model import simulate
 from exudyn_model.accelerations import linkage_record
-from exudyn_model.assembly import assemble, place
-from exudyn_model.contact import contact_law
-from exudyn_model.journal import journal_law
-from exudyn_model.point_contact import CORNERS, contact_states
+from exudyn_model.assembly import place
 from exudyn_model.rocker_tip import rocker_tip
 from exudyn_model.scene_reading import read_scene
 from exudyn_model.solver_choice import choose_solver
-from exudyn_model.touch_location import gap_within, touch_within
-from exudyn_model.tree_motion import MOTION, quintic
+from exudyn_model.tree_motion import quintic
 
 TREE = {"solver.exudyn.formulation": "tree", "solver.exudyn.method": "dopri5", "solver.exudyn.step": 1e-4}
 
@@ -142,32 +138,6 @@ def test_no_contact_is_stepped_over(tree_scene):
     assert long.provenance["counters"]["steps"] < 1000
     assert list(long.events["corner"]) == list(tight.events["corner"])
     np.testing.assert_allclose(long.events["start"], tight.events["start"], rtol=0, atol=1e-5)
-
-
-def test_a_touch_that_comes_and_goes_inside_a_step_is_located(tree_scene):
-    """The slider turns out and back within 10 us, open at both ends; x hardly moves meanwhile."""
-    # Across both walls' distance: 1 um from the right one
-    parameters = read_scene(tree_scene(1e-10, {"initial.slider_offset": 1.99e-4}))
-    state = assemble(parameters)
-    linkage = linkage_record(parameters)[0]
-    law = contact_law(parameters.contact, parameters.mechanism.slider, np.nan)[0]
-    laws = linkage, law, journal_law(parameters, np.nan)[0]
-    step, turn = 1e-5, 40.0
-    ends = np.zeros(2, MOTION)
-    ends["time"] = 0.0, step
-    ends["w4"] = state.velocities[3, 2]
-    ends["theta4"] = state.positions[3, 2] + ends["w4"] * ends["time"]
-    ends["w5"] = turn, -turn
-    ends["a5"] = -2 * turn / step
-    found = {}
-    for number, corner in enumerate(contact_states()[:4]):
-        corner["gap"], corner["rate"] = gap_within(number, *ends, 0.0, *laws)
-        assert gap_within(number, *ends, 1.0, *laws)[0] > 0
-        found[CORNERS[number]] = touch_within(number, corner, *ends, *laws)
-    # Turned counter-clockwise, the lower right corner goes 0.035 m times the angle to the right:
-    # 0.035 turn step s (1 - s) = 1e-6
-    assert found.pop("lr") == pytest.approx(0.5 - math.sqrt(0.25 - 1e-6 / (0.035 * turn * step)), rel=1e-2)
-    assert set(found.values()) == {2.0}
 
 
 def test_samples_do_not_depend_on_the_largest_step(tree_scene):

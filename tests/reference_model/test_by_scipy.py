@@ -7,13 +7,13 @@ from scipy.integrate import DOP853, LSODA
 from reference_model import by_scipy, integrate, simulate
 from reference_model.by_scipy import SOLVERS
 from reference_model.constants import Formulation
-from reference_model.events import PULL
 from reference_model.forces import CONTACTS, MEMORY, no_contacts
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.jacobian import jacobian
 from reference_model.reactions import REACTIONS
 from reference_model.reading import read_parameters
 from reference_model.start import start
+from reference_model.switching import PULL
 
 MULTIPLIER = {"solver.reference.formulation": "multiplier"}
 QUARTER = {"drive.cycles": 0.25}
@@ -196,8 +196,7 @@ def test_modes_that_hand_over_to_each_other_do_not_hang(scene) -> None:
 
 def test_endless_switching_at_one_instant_is_given_up(scene, monkeypatch) -> None:
     """As in the compiled integrator: every step is said to end a mode at its very start."""
-    monkeypatch.setattr(by_scipy, "step_may_switch", lambda *_: True)
-    monkeypatch.setattr(by_scipy, "first_switch", lambda *step: (step[4], PULL, 0))
+    monkeypatch.setattr(by_scipy, "first_switch", lambda *step: (step[3], PULL, 0))
     result = simulate(scene({**QUARTER, **by("LSODA")}))
     assert result.status == "chatter"
     assert result.provenance["counters"]["steps"] == 0

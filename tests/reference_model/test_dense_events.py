@@ -1,19 +1,20 @@
-"""Ends of modes on any dense output: the rule of a departure, and that it is the compiled integrator's."""
+"""Ends of modes on any dense output: their rule, and that it is the compiled integrator's."""
 
 import numpy as np
 import pytest
 
 from reference_model import dense_events, integrate
 from reference_model.constants import Formulation
-from reference_model.dense_events import departure, zero
+from reference_model.dense_events import end_of_mode, zero
 from reference_model.dop853 import dense
-from reference_model.events import ROUNDING
 from reference_model.forces import GAP, SLIP
 from reference_model.formulations import free
+from reference_model.isolation import RESOLUTION
 from reference_model.progress import begin
 from reference_model.reading import read_parameters
 from reference_model.recording import samples_of
 from reference_model.start import start
+from reference_model.switching import margin_of
 
 
 def test_a_zero_is_met_from_behind() -> None:
@@ -29,18 +30,20 @@ def test_a_zero_beyond_the_ends_is_the_nearer_end(value, end) -> None:
 
 
 @pytest.mark.parametrize("offset", [-1e-16, 0.0, 1e-16, -1e-9])
-@pytest.mark.parametrize("flight", [0.9, 1e-3, 1e-6])
+@pytest.mark.parametrize("flight", [0.9, 1e-3, 1e-5])
 def test_what_starts_within_rounding_ends_where_it_comes_back(offset, flight) -> None:
     """A parabola that starts at `offset`, however wrong, and comes down again after a `flight`."""
-    found = departure(lambda s: offset + s * (flight - s), 0.0, 1.0)
+    found = end_of_mode(lambda s: offset + s * (flight - s), 0.0, 1.0, RESOLUTION)
     # The slope there is -flight; a zero is met within 12 epsilon. From too deep an offset it never rises.
     rises = 4.0 * offset > -(flight**2)
     assert found == (pytest.approx(flight, abs=2.0 * abs(offset) / flight + 3e-15) if rises else 0.0)
 
 
 def test_what_never_turns_right_ends_at_once() -> None:
-    assert departure(lambda s: -s, 0.25, 1.0) == 0.25
-    assert departure(lambda s: 0.9 * ROUNDING - (s - 0.25), 0.25, 1.0) == 0.25
+    assert end_of_mode(lambda s: -s, 0.25, 1.0, RESOLUTION) == 0.25
+    assert end_of_mode(lambda s: 0.9 * RESOLUTION - (s - 0.25), 0.25, 1.0, RESOLUTION) == pytest.approx(
+        0.25, abs=1e-12
+    )
 
 
 def test_switches_are_those_of_the_compiled_integrator(scene, monkeypatch) -> None:
@@ -49,21 +52,25 @@ def test_switches_are_those_of_the_compiled_integrator(scene, monkeypatch) -> No
     c, y0 = start(p, Formulation.SLIDER)
     compiled, kinds, late = integrate.first_switch, set(), []
 
-    def both(c, t, h, y, f, modes, before, after, state):
-        share, kind, contact = compiled(c, t, h, y, f, modes, before, after, state)
+    def both(c, t, h, y, f, modes, before, stages, state, values):
+        share, contact, number = compiled(c, t, h, y, f, modes, before, stages, state, values)
 
-        def output(at):
+        def state_at(time):
             out = np.zeros(y.size)
-            dense(y, f, (at - t) / h, free(c), out)
+            dense(y, f, (time - t) / h, free(c), out)
             return out
 
-        found = dense_events.first_switch(c, modes, before, after, t, t + h, output)
-        assert (found is None) == (kind < 0)
+        def output(at):
+            return np.transpose([state_at(time) for time in at]) if np.ndim(at) else state_at(at)
+
+        found = dense_events.first_switch(c, modes, stages[-1], t, t + h, output, 0.0)
+        assert (found is None) == (contact < 0)
         if found is not None:
+            kind, _, _ = margin_of(c, modes, contact, number)
             assert found[1:] == (kind, contact)
             kinds.add(kind)
             late.append(found[0] - (t + share * h))
-        return share, kind, contact
+        return share, contact, number
 
     monkeypatch.setattr(integrate, "first_switch", both)
     nothing, largest = samples_of((), np.empty(0)), p.period / 50

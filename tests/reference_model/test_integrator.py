@@ -10,7 +10,6 @@ import pytest
 from reference_model import integrate, simulate
 from reference_model.constants import Formulation
 from reference_model.dop853 import ROWS, STAGES, dense, prepare_dense, take_step
-from reference_model.events import PULL, contact_state
 from reference_model.forces import CONTACTS, no_contacts
 from reference_model.formulations import DRIVEN, right_hand_side, state_size
 from reference_model.integrate import CHATTER, REACHED, advance
@@ -19,6 +18,7 @@ from reference_model.progress import ENDED, SWITCHES, begin
 from reference_model.reading import read_parameters
 from reference_model.recording import samples_of
 from reference_model.start import start
+from reference_model.switching import contact_state
 
 HALF_TURN = 0.2
 """s, at 150 rpm."""
@@ -41,10 +41,10 @@ def free_flight(scene, steps):
         no_contacts(),
     )
     ends, middles = np.empty((2, steps, 4))
-    table = np.empty((DRIVEN, STAGES))
+    table, stages = np.empty((DRIVEN, STAGES)), np.zeros((STAGES + 1, *contacts.shape))
     for i in range(steps):
         right_hand_side(c, i * h, y, modes, k[0], contacts)
-        take_step(c, i * h, h, y, modes, k, y1, contacts, table)
+        take_step(c, i * h, h, y, modes, k, y1, stages, table)
         prepare_dense(c, i * h, h, y, y1, modes, k, 4, scratch, contacts, f)
         dense(y, f, 0.5, 4, state)
         ends[i], middles[i] = y1[:4], state[:4]
@@ -129,7 +129,7 @@ def test_a_gap_rounded_to_the_wrong_side_does_not_chatter(scene, side, speed) ->
 def test_endless_switching_at_one_instant_is_given_up(scene, monkeypatch) -> None:
     """Forced in the uncompiled kernel: every step is said to end a mode at its very start."""
     monkeypatch.setattr(integrate, "step_may_switch", lambda *_: True)
-    monkeypatch.setattr(integrate, "first_switch", lambda *_: (0.0, PULL, 0))
+    monkeypatch.setattr(integrate, "first_switch", lambda *_: (0.0, 0, 0))
     p = read_parameters(scene())
     c, y0 = start(p, Formulation.SLIDER)
     progress = begin(c, y0, 1e-6)

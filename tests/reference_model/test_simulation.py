@@ -9,7 +9,6 @@ from reference_model import simulate
 from reference_model.bodies import ideal_motion
 from reference_model.constants import Formulation, as_record
 from reference_model.contact import stored_energy
-from reference_model.events import contact_state
 from reference_model.forces import CONTACTS
 from reference_model.formulations import right_hand_side, state_size
 from reference_model.integrate import advance
@@ -18,6 +17,7 @@ from reference_model.progress import begin
 from reference_model.reading import read_parameters
 from reference_model.recording import samples_of
 from reference_model.start import start
+from reference_model.switching import contact_state
 
 SLOPE_TOLERANCES = 10.0 ** -np.arange(6.0, 12.1, 0.5)
 

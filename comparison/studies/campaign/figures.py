@@ -1,0 +1,141 @@
+"""The drawings of the campaign: distances between the models, coverage, and where the scenes lie."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
+
+from comparison.arrays import Array
+from comparison.ledger import Row
+from comparison.report import svg
+from comparison.studies.campaign.population import CLEARANCE, SPEED_RPM, Case
+from comparison.studies.campaign.screening import LIMIT, TIER, clearance
+from comparison.studies.campaign.stages import (
+    AGREE,
+    BROKEN,
+    DIFFER,
+    FAILED,
+    NOT_DECIDED,
+    UNDERESTIMATED,
+)
+from comparison.thresholds import thresholds
+
+_SIZE = (5.56, 2.9)
+_DECADES = np.arange(-15.0, -2.9, 0.5)
+_SHARES = np.linspace(0.0, 1.0, 21)
+_MARKS: dict[str, dict[str, Any]] = {
+    AGREE: {"marker": ".", "color": svg.FIRST, "markersize": 3},
+    NOT_DECIDED: {"marker": "o", "color": svg.THRESHOLD, "markerfacecolor": "none", "markersize": 4},
+    FAILED: {"marker": "x", "color": svg.INK, "markersize": 4},
+    UNDERESTIMATED: {"marker": "s", "color": svg.DIFFERENCE, "markerfacecolor": "none", "markersize": 5},
+    BROKEN: {"marker": "^", "color": svg.BEYOND, "markersize": 5},
+    DIFFER: {"marker": "D", "color": svg.SECOND, "markersize": 5},
+}
+"""By outcome; the rare ones last, so that they lie on top."""
+
+
+def draw_distances(cases: Sequence[Case], rows: Sequence[Row], path: Path) -> None:
+    """Draw how many scenes have which largest distance between the single runs, and which coverage.
+
+    Parameters
+    ----------
+    cases, rows
+        The scenes and what was found, in one order.
+    path
+        Of the SVG file.
+    """
+    with svg.style():
+        figure = Figure(figsize=_SIZE)
+        left, right = figure.subplots(1, 2)
+        groups = (
+            ("agree", svg.FIRST, {AGREE, UNDERESTIMATED}),
+            ("differ or broken", svg.SECOND, {DIFFER, BROKEN}),
+        )
+        screened = [
+            (row["outcome"], row["screening"], case)
+            for case, row in zip(cases, rows, strict=True)
+            if row["screening"] is not None
+        ]
+        for label, colour, outcomes in (*groups, ("not decided", svg.THRESHOLD, {NOT_DECIDED})):
+            own = [found for outcome, found, _ in screened if outcome in outcomes]
+            distances = np.log10(np.maximum([found["distance"] for found in own], 10.0 ** _DECADES[0]))
+            _outline(left, distances, _DECADES, label, colour)
+            _outline(right, np.array([found["coverage"] for found in own]), _SHARES, label, colour)
+        left.axvline(np.log10(LIMIT), color=svg.LIMIT, dashes=(4, 2))
+        right.axvline(thresholds(TIER).coverage, color=svg.LIMIT, dashes=(4, 2))
+        ticks = np.arange(-15, -2, 3)
+        left.set_xticks(ticks, [f"$10^{{{tick}}}$" for tick in ticks])
+        left.set_xlabel("largest distance, scaled to x (m)")
+        right.set_xlabel("share of samples predictable")
+        left.set_ylabel("scenes")
+        for axes in (left, right):
+            axes.set_yscale("log")
+            axes.set_ylim(0.7, 1.2 * len(rows))
+            _plain(axes.yaxis, (1, 10, 100, 1000))
+            axes.spines[["top", "right"]].set_visible(False)
+        left.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, handlelength=1.2)
+        figure.subplots_adjust(left=0.1, right=0.96, bottom=0.17, top=0.88, wspace=0.22)
+        svg.write_svg(figure, path)
+
+
+def _outline(axes: Axes, values: Array, edges: Array, label: str, colour: str) -> None:
+    if values.size:
+        axes.hist(
+            np.clip(values, edges[0], edges[-1]), edges.tolist(), histtype="step", color=colour, label=label
+        )
+
+
+def draw_places(cases: Sequence[Case], rows: Sequence[Row], path: Path) -> None:
+    """Draw where the scenes lie in speed, clearance and restitution, by what was found.
+
+    Parameters
+    ----------
+    cases, rows
+        The scenes and what was found, in one order.
+    path
+        Of the SVG file.
+    """
+    with svg.style():
+        figure = Figure(figsize=_SIZE)
+        left, right = figure.subplots(1, 2, sharex=True)
+        for outcome, mark in _MARKS.items():
+            own = [case.scene for case, row in zip(cases, rows, strict=True) if row["outcome"] == outcome]
+            speeds = [abs(scene.data["drive"]["speed_rpm"]) for scene in own]
+            values = ([1e3 * clearance(scene) for scene in own], [_restitution(scene.data) for scene in own])
+            for axes, of in zip((left, right), values, strict=True):
+                axes.plot(speeds, of, linestyle="none", label=outcome, **mark)
+        left.set_yscale("log")
+        left.set_ylim(0.8e3 * CLEARANCE[0], 1.2e3 * CLEARANCE[1])
+        _plain(left.yaxis, (0.05, 0.1, 0.2, 0.5, 1.0))
+        left.set_ylabel("clearance (mm)")
+        right.set_ylim(-0.03, 1.03)
+        right.set_ylabel("restitution")
+        for axes in (left, right):
+            axes.set_xscale("log")
+            axes.set_xlim(0.9 * SPEED_RPM[0], 1.1 * SPEED_RPM[1])
+            _plain(axes.xaxis, (10, 30, 100, 300, 1000))
+            axes.set_xlabel("speed (rpm)")
+            axes.spines[["top", "right"]].set_visible(False)
+        left.legend(
+            loc="lower left", bbox_to_anchor=(-0.05, 1.0), ncols=3, handlelength=0.8, columnspacing=1.0
+        )
+        figure.subplots_adjust(left=0.1, right=0.96, bottom=0.17, top=0.82, wspace=0.26)
+        svg.write_svg(figure, path)
+
+
+def _plain(axis: Axis, ticks: Sequence[float]) -> None:
+    """Label a logarithmic axis with plain numbers, those within its limits."""
+    low, high = axis.get_view_interval()
+    shown = [tick for tick in ticks if low <= tick <= high]
+    axis.set_ticks(shown, [f"{tick:g}" for tick in shown])
+    axis.set_ticks([], minor=True)
+
+
+def _restitution(scene: dict[str, Any]) -> float:
+    return float(scene["contact"]["restitution"])

@@ -1,0 +1,200 @@
+"""One scene through the stages: the cheap look, both families of runs, confirmation, third opinions.
+
+Each stage is entered only if the one before asks for it. A row says how far the scene came and what was
+found.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+
+from comparison.accuracy import refinement
+from comparison.compare import Runs, compare
+from comparison.findings import SceneComparison
+from comparison.ledger import Row
+from comparison.run import MODELS, Outcome
+from comparison.scene import Scene
+from comparison.studies.campaign.adjudication import Run, adjudicate
+from comparison.studies.campaign.population import Case
+from comparison.studies.campaign.screening import TIER, screen
+from comparison.studies.campaign.walls import breaches
+from comparison.studies.detection.pairs import summary
+from comparison.table import Table, TableError
+from comparison.thresholds import thresholds
+from comparison.validation import levels
+
+Confirm = Callable[[SceneComparison, tuple[Runs, Runs], Scene, Run], SceneComparison]
+"""Confirms a verdict "differ" by ensembles: a comparison, the runs, what they ran, who runs it."""
+
+SCREENED, COMPARED = "single runs", "families"
+"""How far a scene came."""
+AGREE, UNDERESTIMATED, DIFFER = "agree", "underestimated", "differ"
+BROKEN, NOT_DECIDED, FAILED = "broken invariant", "not decided", "cannot compare"
+OUTCOMES = (AGREE, UNDERESTIMATED, DIFFER, BROKEN, NOT_DECIDED, FAILED)
+VIOLATED = "invariant-violated"
+"""Status of a run that found out by itself."""
+
+
+class _FailedError(Exception):
+    """A run without which there is nothing to compare."""
+
+
+class _Scene:
+    """The runs of one scene, each made when it is first asked for.
+
+    Attributes
+    ----------
+    failures
+        Of runs whose status is not "success".
+    """
+
+    def __init__(self, scene: Scene, run: Run) -> None:
+        self.scene, self.failures = scene, list[Row]()
+        self._run = run
+        self._levels = {model: levels(scene, model) for model in MODELS}
+        self._outcomes: dict[tuple[str, str], Outcome] = {}
+
+    def base(self, model: str) -> Table | None:
+        """Run a model at the scene's settings; None if that fails."""
+        return self._outcome(model, "base").table
+
+    def family(self, model: str) -> Runs:
+        """Run a model at all its levels.
+
+        Raises
+        ------
+        _FailedError
+            If a run fails.
+        """
+        tables = {kind: self._outcome(model, kind).table for kind in self._levels[model]}
+        there = {kind: table for kind, table in tables.items() if table is not None}
+        if len(there) < len(tables):
+            raise _FailedError
+        return Runs(refinement=refinement(model, self.scene), **there)
+
+    def _outcome(self, model: str, kind: str) -> Outcome:
+        if (model, kind) not in self._outcomes:
+            outcome = self._run(self._levels[model][kind], model)
+            self._outcomes[model, kind] = outcome
+            if outcome.table is None:
+                self.failures.append(
+                    {
+                        "model": model,
+                        "kind": kind,
+                        "status": outcome.status,
+                        "message": outcome.message,
+                        "invariants": broken(outcome.partial),
+                    }
+                )
+        return self._outcomes[model, kind]
+
+
+def broken(table: Table | None) -> list[str]:
+    """Return the names of the invariants that a run says it broke."""
+    found = {} if table is None else table.provenance.get("invariants", {})
+    return [name for name, of in found.items() if of["value"] > of["bound"]]
+
+
+def examine(case: Case, run: Run, confirm: Confirm) -> Row:
+    """Take a scene through the stages.
+
+    Parameters
+    ----------
+    case
+        The scene.
+    run
+        Runs a scene by a model.
+    confirm
+        See `Confirm`.
+
+    Returns
+    -------
+    row
+        ``outcome``, one of `OUTCOMES`; ``reason``; ``stage``, `SCREENED` or `COMPARED`; ``screening``, as
+        `comparison.studies.campaign.screening.Screening`; ``coverage``; ``breaches`` by model, as
+        `comparison.studies.campaign.walls.Breach`; ``failures``; ``first``, the earliest sample of a
+        difference; ``confirmation`` and ``adjudication``, None where there was nothing to confirm;
+        ``seconds`` by stage.
+    """
+    runs = _Scene(case.scene, run)
+    row: Row = {"outcome": FAILED, "reason": "", "stage": SCREENED, "screening": None, "coverage": None} | {
+        "breaches": {}, "failures": runs.failures, "first": None, "confirmation": None, "adjudication": None,
+        "seconds": {},
+    }  # fmt: skip
+    try:
+        _into(row, case, runs, run, confirm)
+    except _FailedError:
+        first = runs.failures[0]
+        row["reason"] = f"{first['model']}, {first['kind']} run: {first['status']}"
+        if any(one["status"] == VIOLATED for one in runs.failures):
+            row["outcome"] = BROKEN
+    except TableError as error:
+        row["reason"] = str(error)
+    if row["outcome"] != DIFFER and any(row["breaches"].values()):
+        told = [f"{model}: {one['name']}" for model, of in row["breaches"].items() for one in of]
+        row |= {"outcome": BROKEN, "reason": "; ".join(dict.fromkeys(told))}
+    return row
+
+
+def _into(row: Row, case: Case, runs: _Scene, run: Run, confirm: Confirm) -> None:
+    """Go from stage to stage and note what is found in the row."""
+    clock = _Clock(row["seconds"])
+    bases = {model: runs.base(model) for model in MODELS}
+    shown = {model: [asdict(one) for one in breaches(table)] for model, table in bases.items() if table}
+    row["breaches"] = shown
+    reference, tree = runs.family(MODELS[0]), bases[MODELS[1]]
+    if tree is None:
+        raise _FailedError
+    found = screen(case.scene, reference, tree)
+    row |= {"screening": asdict(found), "coverage": found.coverage}
+    clock.lap("single runs")
+    if not (found.parted or case.family or any(shown.values())):
+        if found.coverage >= thresholds(TIER).coverage:
+            row["outcome"] = AGREE
+        else:
+            row |= {"outcome": NOT_DECIDED, "reason": f"{found.coverage:.1%} of the samples are predictable"}
+        return
+    row["stage"] = COMPARED
+    both = reference, runs.family(MODELS[1])
+    result = compare(*both, scene=case.scene, tier=TIER, labels=MODELS)
+    clock.lap("families")
+    if result.verdict == "differ":
+        result = confirm(result, both, case.scene, run)
+        confirmation = result.confirmation
+        row["confirmation"] = None if confirmation is None else asdict(confirmation)
+        clock.lap("confirmation")
+    told = summary(result)
+    row |= {"outcome": outcome_of(result), "reason": told["reason"], "first": told["first"]}
+    row["coverage"] = _coverage(result)
+    if result.verdict == "differ":
+        row["adjudication"] = adjudicate(result, (reference.base, tree), case.scene, run)
+        clock.lap("adjudication")
+
+
+class _Clock:
+    """Laps of processor time, s, into a mapping."""
+
+    def __init__(self, seconds: dict[str, float]) -> None:
+        self._seconds, self._last = seconds, time.process_time()
+
+    def lap(self, name: str) -> None:
+        """Note the time since the last lap."""
+        now = time.process_time()
+        self._seconds[name], self._last = now - self._last, now
+
+
+def outcome_of(result: SceneComparison) -> str:
+    """Return the outcome of a comparison whose difference, if it had one, went through confirmation."""
+    if result.verdict == "indeterminate":
+        return NOT_DECIDED
+    if result.verdict == "agree" and result.confirmation is not None:
+        return UNDERESTIMATED
+    return {"agree": AGREE, "differ": DIFFER}[result.verdict]
+
+
+def _coverage(result: SceneComparison) -> float:
+    """Return the least coverage of a position that is excited."""
+    positions = [result.channels[name] for name in ("slider_x", "slider_y")]
+    return min((one.coverage for one in positions if one.verdict != "unexcited"), default=0.0)

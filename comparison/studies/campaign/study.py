@@ -1,0 +1,140 @@
+"""What the campaign runs and writes."""
+
+from __future__ import annotations
+
+import tomllib
+from collections import Counter
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from comparison.files import replacing, write_json
+from comparison.ledger import Row
+from comparison.machine import platform_name, versions
+from comparison.report.quantity import percent, quantity
+from comparison.run import MODELS, Progress
+from comparison.studies.campaign import population, tables
+from comparison.studies.campaign.adjudication import OPEN
+from comparison.studies.campaign.figures import draw_distances, draw_places
+from comparison.studies.campaign.opinions import FINE_SAMPLES, SMALL_STEP
+from comparison.studies.campaign.population import Case
+from comparison.studies.campaign.screening import LIMIT, TIER
+from comparison.studies.campaign.stages import (
+    AGREE,
+    BROKEN,
+    DIFFER,
+    FAILED,
+    NOT_DECIDED,
+    UNDERESTIMATED,
+    VIOLATED,
+)
+from comparison.studies.campaign.tasks import run_cases
+from comparison.thresholds import thresholds
+
+NAMES = {"reference": "the reference errs", "exudyn": "Exudyn's tree errs", OPEN: "open"}
+
+
+def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
+    """Examine the population, and write README.md, campaign.json and the figures."""
+    cases = population.cases(population.COUNT, population.SEED)
+    report(folder, cases, run_cases(cases, n_jobs, on_progress), population.SEED)
+
+
+def report(folder: Path, cases: Sequence[Case], rows: Sequence[Row], seed: int) -> None:
+    """Write what was found of cases of a seed."""
+    found = list(zip(cases, rows, strict=True))
+    draw_distances(cases, rows, folder / "distances.svg")
+    draw_places(cases, rows, folder / "places.svg")
+    record = {"seed": seed, "machine": platform_name(), "versions": versions()}
+    scenes = [{"scene": case.number, "drawn": case.family, **row} for case, row in found]
+    write_json(record | {"scenes": scenes}, folder / "campaign.json")
+    template = files("comparison.studies.campaign").joinpath("campaign.md").read_text("utf-8")
+    text = template.format(
+        outcome=outcome(rows),
+        seed=seed,
+        machine=platform_name(),
+        versions=", ".join(f"{name} {version}" for name, version in versions().items()),
+        counts=tables.counts(found),
+        floor=percent(thresholds(TIER).coverage),
+        differences=tables.differences(found),
+        opinions=tables.opinions(found),
+        underestimated=tables.underestimated(found),
+        breaches=tables.breaches(found),
+        failures=tables.failures(found),
+        failed=tables.not_decided(found, FAILED),
+        not_decided=tables.not_decided(found, NOT_DECIDED),
+        mended="\n\n".join(_entry(fault) for fault in mended()),
+        limit=quantity(LIMIT, "m"),
+        drawn=tables.drawn(found),
+        fine=FINE_SAMPLES,
+        step=quantity(SMALL_STEP, "s"),
+        seconds=tables.seconds(found),
+        ranges=ranges(),
+        shipped=", ".join(population.SHIPPED),
+        moved=f"{population.MOVED:.0%}",
+    )
+    with replacing(folder / "README.md") as file:
+        file.write_text(text, "utf-8")
+
+
+def outcome(rows: Sequence[Row]) -> str:
+    """Return what came of it in one paragraph."""
+    count = Counter(row["outcome"] for row in rows)
+    decided = count[AGREE] + count[UNDERESTIMATED] + count[DIFFER]
+    errs = Counter(NAMES[row["adjudication"]["errs"]] for row in rows if row["outcome"] == DIFFER)
+    who = ", ".join(f"{errs[words]} {words}" for words in NAMES.values())
+    broken = Counter(model for row in rows for model in _broken(row))
+    broke = " and ".join(f"{broken[model]} of the {model} model" for model in MODELS)
+    runs = Counter(one["model"] for row in rows for one in row["failures"])
+    failed = " and ".join(f"{runs[model]} of the {model} model" for model in MODELS)
+    return (
+        f"**Of {len(rows)} random scenes of {population.CYCLES:g} cycles {decided} are decided: "
+        f"{count[AGREE]} agree, in {count[UNDERESTIMATED]} the uncertainty had been underestimated, "
+        f"{count[DIFFER]} differ ({who}).** In {count[BROKEN]} others a run breaks an invariant (of all "
+        f"scenes: {broke}). {count[NOT_DECIDED]} are not decided for want of predictable "
+        f"samples, {count[FAILED]} cannot be compared; runs that did not succeed: {failed}."
+    )
+
+
+def _broken(row: Row) -> set[str]:
+    """Return the models of which a run of this scene breaks an invariant."""
+    shown = {model for model, of in row["breaches"].items() if of}
+    return shown | {one["model"] for one in row["failures"] if one["status"] == VIOLATED}
+
+
+def mended() -> list[dict[str, Any]]:
+    """Return the faults on record, see ``mended.toml``."""
+    text = files("comparison.studies.campaign").joinpath("mended.toml").read_text("utf-8")
+    faults: list[dict[str, Any]] = tomllib.loads(text)["fault"]
+    return faults
+
+
+def _entry(fault: dict[str, Any]) -> str:
+    return (
+        f"- **The {fault['model']} model {fault['fault']}.** How often: {fault['share']}. What told it: "
+        f"{fault['seen']}. Mended: {fault['mended']}."
+    )
+
+
+def ranges() -> str:
+    """Return what is drawn between which limits, in words."""
+    spans = (
+        ("speed", population.SPEED_RPM, 1.0, " rpm in either sense"),
+        ("clearances", population.CLEARANCE, 1e3, " mm"),
+        ("Young's modulus", population.MODULUS, 1e-9, " GPa"),
+        ("corner radius", population.CORNER_RADIUS, 1e3, " mm"),
+        ("Poisson's ratio", population.POISSON, 1.0, ""),
+        ("restitution", population.RESTITUTION, 1.0, ""),
+        ("of every second scene", population.BOUNCY, 1.0, ""),
+        ("friction", population.FRICTION, 1.0, ""),
+        ("gravity, where it is not the usual", population.GRAVITY_RANGE, 1.0, " m/s²"),
+    )
+    told = [f"{name} {low * by:g} to {high * by:g}{unit}" for name, (low, high), by, unit in spans]
+    joints = ", ".join(f"{share:.0%} at the {name}" for name, share in population.JOINTS.items())
+    return (
+        "; ".join(told)
+        + "; any crank angle and any start between the walls; clearance "
+        + joints.replace("the both", "both")
+        + f"; {population.STRIP_SHARE:.0%} with the strip law and a soft guide"
+    )

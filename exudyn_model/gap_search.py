@@ -1,0 +1,189 @@
+"""Where in a step of a tree a gap passes through zero: found for certain, however often it turns round there.
+
+The gap is that of the interpolated state (``tree_motion``), not a polynomial of its own. That it does not
+change its sign follows from a bound of its second derivative (``gap_acceleration``): between two points a gap
+is nowhere smaller than the parabola through both with that second derivative. Most steps are settled by their
+ends alone; else the step is searched from its start on, in parts short enough to be settled each.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from exudyn_model.compiled import kernel
+from exudyn_model.point_contact import PIN
+from exudyn_model.tree_motion import contact_motion, interpolate
+
+# A gap (m) that counts as none: some roundings of the sums of lengths near 0.6 m that it comes from. The
+# second corner of a side rests at 1e-11 m under the "strip" law, and far less where it bears little
+GAP_TOLERANCE = 2e-15
+
+# Gaps evaluated in the search of one step, after which a shorter step is asked for. A gap of 1e-13 m at rest
+# over a step of free flight takes some 100
+_SEARCH_LIMIT = 1000
+
+# Crossings of one step located one before the other, after which a shorter step is asked for: a gap turns
+# round two or three times in a step
+_CROSSINGS_LIMIT = 10
+
+
+@kernel
+def gap_within(
+    number: int, start: Any, end: Any, share: float, linkage: Any, law: Any, pin_law: Any
+) -> tuple[float, float]:
+    """Gap (m) of one of ``CONTACTS`` and its rate (m/s) at a share of the step."""
+    return contact_motion(number, interpolate(start, end, share), linkage, law, pin_law)
+
+
+@kernel
+def crossing_within(
+    number: int, start: Any, end: Any, low: float, high: float, linkage: Any, law: Any, pin_law: Any
+) -> float:
+    """Share of the step at which the gap is zero; its signs at ``low`` and ``high`` must differ.
+
+    Newton's method, safeguarded by bisection.
+    """
+    step = end.time - start.time
+    open_at_low = gap_within(number, start, end, low, linkage, law, pin_law)[0] > 0.0
+    share = 0.5 * (low + high)
+    for _ in range(100):
+        gap, rate = gap_within(number, start, end, share, linkage, law, pin_law)
+        if (gap > 0.0) == open_at_low:
+            low = share
+        else:
+            high = share
+        change = -gap / (step * rate) if rate != 0.0 else 2.0
+        if not low < share + change < high:
+            change = 0.5 * (low + high) - share
+        share += change
+        if abs(change) < 1e-14 or abs(gap) < 1e-16:
+            break
+    return share
+
+
+@kernel
+def smooth_distance(number: int, gap: float, pin_law: Any) -> float:
+    """Gap (m) of a corner; of the pin (c^2 - e^2) / (2 c), which is as much near 0 and smooth at e = 0."""
+    return gap - 0.5 * gap * gap / pin_law.clearance if number == PIN else gap
+
+
+@kernel
+def least_between(first: float, last: float, bend: float) -> float:
+    """Bound a function on an interval from below, by its values at both ends.
+
+    ``bend`` is the greatest value of its second derivative times the square of the interval's length: the
+    function lies above the parabola through both ends with that second derivative; its least value is found.
+    """
+    rise = last - first
+    if abs(rise) >= 0.5 * bend:
+        return min(first, last)
+    return 0.5 * (first + last) - 0.125 * bend - 0.5 * rise * rise / bend
+
+
+@kernel
+def passed_within(
+    number: int,
+    sign: float,
+    first: float,
+    last: float,
+    limit: float,
+    bend: float,
+    start: Any,
+    end: Any,
+    linkage: Any,
+    law: Any,
+    pin_law: Any,
+) -> float:
+    """Share of the step at which the distance has passed through zero; 2 if it never does, nan if unsure.
+
+    The distance is :func:`smooth_distance` times ``sign``: -1 for a contact that leaves.
+
+    Parameters
+    ----------
+    number : int
+        One of ``CONTACTS``.
+    sign, first, last : float
+        The distances (m) at the step's start and at the share ``limit`` of it.
+    limit : float
+        Where the search ends.
+    bend : float
+        Greatest second derivative of the distance, times the square of the step, m.
+    start, end, linkage, law, pin_law : record
+    """
+    if last < -GAP_TOLERANCE:
+        return limit
+    low, width, at_low, at_high = 0.0, limit, first, last
+    for _ in range(_SEARCH_LIMIT):
+        if least_between(at_low, at_high, bend * width * width) >= -GAP_TOLERANCE:
+            if low + width >= limit:
+                return 2.0
+            low, at_low = low + width, at_high
+            width = min(2.0 * width, limit - low)
+        else:
+            width *= 0.5
+        at_high = last
+        if low + width < limit:
+            gap, _ = gap_within(number, start, end, low + width, linkage, law, pin_law)
+            at_high = sign * smooth_distance(number, gap, pin_law)
+            if at_high < -GAP_TOLERANCE:
+                return low + width
+    return np.nan
+
+
+@kernel
+def change_within(
+    number: int,
+    contact: Any,
+    gap: float,
+    least_acceleration: float,
+    greatest_acceleration: float,
+    start: Any,
+    end: Any,
+    linkage: Any,
+    law: Any,
+    pin_law: Any,
+) -> float:
+    """Share of the step at which a contact first touches or, where it is closed, leaves; 2 if it does not.
+
+    0 if it was at the wall all the time from the start on until it passed; nan if a shorter step is needed
+    to be sure.
+
+    Parameters
+    ----------
+    number : int
+        One of ``CONTACTS``.
+    contact : record
+        Its state at the step's start.
+    gap : float
+        At the step's end, m.
+    least_acceleration, greatest_acceleration : float
+        Bounds of the second derivative of :func:`smooth_distance` over the step, m/s^2.
+    start, end, linkage, law, pin_law : record
+    """
+    step = end.time - start.time
+    sign, bend = 1.0, greatest_acceleration * step * step
+    if contact.impact_speed > 0.0:
+        sign, bend = -1.0, -least_acceleration * step * step
+    first = sign * smooth_distance(number, contact.gap, pin_law)
+    if first < -GAP_TOLERANCE:
+        if sign > 0.0:
+            return 0.0
+        first = 0.0  # what touches within `least` is frozen before it does
+    last, limit, found = sign * smooth_distance(number, gap, pin_law), 1.0, 2.0
+    for _ in range(_CROSSINGS_LIMIT):
+        passed = passed_within(number, sign, first, last, limit, bend, start, end, linkage, law, pin_law)
+        if passed == 2.0 or np.isnan(passed):
+            return found if passed == 2.0 else passed
+        low = 0.0
+        if first <= GAP_TOLERANCE:
+            # At the wall at the start. It has to part from there before it can cross
+            low, apart = passed, 0.0
+            while apart <= GAP_TOLERANCE:
+                low *= 0.5
+                if low == 0.0:
+                    return 0.0
+                apart = sign * gap_within(number, start, end, low, linkage, law, pin_law)[0]
+        # Between both a crossing, perhaps not the first
+        limit = found = crossing_within(number, start, end, low, passed, linkage, law, pin_law)
+        last = 0.0
+    return np.nan

@@ -1,0 +1,199 @@
+"""What no correct run can show: how far each run may go, and what is said of one that goes farther.
+
+What is judged here was seen in accepted states, in the table of contacts, in the audit of the energy
+(``watch``) and in the constraints (``drift``), not where contacts are located and forces computed.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.native_contact import sphere_friction
+from exudyn_model.parameters import Parameters
+from exudyn_model.watch import Seen
+
+UNITS = {
+    "open-depth": "m",
+    "pull": "N",
+    "driving-friction": "W",
+    "leaving-start": "m/s",
+    "overlap": "s",
+    "energy": "1",
+    "constraint-position": "m",
+    "constraint-velocity": "m/s",
+}
+
+# What each says when it is broken
+_SENTENCES = {
+    "open-depth": "{place} is inside its wall outside a contact",
+    "pull": "the wall pulls {place}",
+    "driving-friction": "friction drives {place}",
+    "leaving-start": "a contact of {place} begins while it leaves",
+    "overlap": "two contacts of {place} overlap",
+    "energy": "the energy does not balance",
+    "constraint-position": "{place} is violated",
+    "constraint-velocity": "the rate of {place} is violated",
+}
+
+
+@dataclass(frozen=True)
+class Bound:
+    """How far a run may go.
+
+    Attributes
+    ----------
+    name : str
+        Of ``UNITS``.
+    formulations, methods : tuple of str
+        Where it holds; see ``solver_choice``.
+    factor : float
+        Bound over ``scale``.
+    scale : str
+        What of the run: see :func:`scales`.
+    """
+
+    name: str
+    formulations: tuple[str, ...]
+    methods: tuple[str, ...]
+    factor: float
+    scale: str
+
+
+_FIXED, _IMPLICIT = ("full", "native"), ("generalized-alpha", "trapezoidal-index2")
+_ALL, _ANY = ("tree", *_FIXED), ("dopri5", *_IMPLICIT)
+
+BOUNDS = (
+    # Touches are located until the gap is less than 2e-15 m; what is left is round-off
+    Bound("open-depth", ("tree",), _ANY, 1e-11, "one"),
+    # A corner that touches inside a step is no deeper at its end, where its contact begins
+    Bound("open-depth", _FIXED, _ANY, 1.0, "normal_path"),
+    # The law is clipped at 0: a product and a sum are rounded
+    Bound("pull", _ALL, _ANY, 1e-13, "force"),
+    # Against the slip, whose sign is wrong only where it is rounded
+    Bound("driving-friction", ("tree", "full"), _ANY, 1e-13, "power"),
+    Bound("driving-friction", ("native",), _ANY, 1.0, "sphere_power"),
+    # What is located approaches, but for a contact that has just ended and is pressed back, by some
+    # 1e4 m/s^2, before it is 2e-15 m away: the root of twice their product
+    Bound("leaving-start", ("tree",), _ANY, 1e-5, "one"),
+    # A gap that falls below 0 in a step approaches at its start or at its end, but for the Newton iteration's
+    # error in positions over the step
+    Bound("leaving-start", _FIXED, _ANY, 1.0, "rounded_speed"),
+    # A contact ends before the next one begins, both times rounded
+    Bound("overlap", _ALL, _ANY, 1.0, "rounded_time"),
+    # The trapezoidal rule's error in the contacts
+    Bound("energy", _FIXED, ("trapezoidal-index2",), 1.0, "energy_order"),
+    # Part of the residual of the Newton iteration, of which the norm is a mean over up to 30 rows
+    Bound("constraint-position", _FIXED, ("generalized-alpha",), 10.0, "newton"),
+    Bound("constraint-velocity", _FIXED, ("trapezoidal-index2",), 10.0, "newton"),
+    # Not enforced: an error of second order in the step
+    Bound("constraint-velocity", _FIXED, ("generalized-alpha",), 1.0, "crank_speed_order"),
+    Bound("constraint-position", _FIXED, ("trapezoidal-index2",), 1.0, "drift_order"),
+)
+
+
+def scales(
+    parameters: Parameters,
+    contacts: NDArray[np.void],
+    events: Mapping[str, NDArray[Any]],
+    extrema: Mapping[str, Mapping[str, float]],
+    step: float,
+    tolerance: float,
+) -> dict[str, float]:
+    """Return what of a run the bounds are multiples of.
+
+    Parameters
+    ----------
+    parameters : Parameters
+    contacts : ndarray, shape (5,)
+        Watched: see ``watch``.
+    events, extrema : mapping
+        Of ``simulation.Result``.
+    step : float
+        The fixed step, s; 0 for a tree.
+    tolerance : float
+        Of the Newton iteration; 0 for a tree.
+    """
+    force, slip = float(np.max(contacts["strongest"])), float(np.max(contacts["fastest_slip"]))
+    omega, duration = parameters.drive.omega, parameters.samples * parameters.sample_interval
+    impulse = float(np.sum(events["impulse"]))
+    length = (
+        float(events["impulse"] @ (events["end"] - events["start"])) / impulse if impulse > 0.0 else math.inf
+    )
+    found = {
+        "one": 1.0,
+        "newton": tolerance,
+        "normal_path": float(np.max(contacts["fastest"])) * step,
+        "force": force,
+        "power": force * slip,
+        "sphere_power": force * sphere_friction(parameters.contact, extrema, slip),
+        "rounded_time": 64 * math.ulp(duration),
+    }
+    if step > 0.0:
+        # Positions are rounded to some 1e-15 m
+        rounded_speed, turn = 1e-13 / step, (omega * step) ** 2
+        cycles = parameters.drive.cycles
+        found |= {
+            "rounded_speed": rounded_speed,
+            "crank_speed_order": abs(omega) * parameters.mechanism.crank.length * (1e-4 + 10 * turn)
+            + rounded_speed,
+            "drift_order": 1e-7 + 10 * turn * (1 + cycles),
+            "energy_order": _energy_order(parameters, step, length),
+        }
+    return found
+
+
+def _energy_order(parameters: Parameters, step: float, length: float) -> float:
+    """Bound the energy's residual for contacts of this length (s): an error of second order in the step."""
+    # A loose pin's friction turns round within a step: measured 4e-6
+    order = (1e-6 if parameters.journal is None else 1e-4) + 10 * (step / length) ** 2
+    if parameters.contact.law == "strip":
+        # A surface of steel is stiffer than the steps resolve: measured 3e-3
+        squared = step**2 * parameters.contact.side_stiffness / parameters.mechanism.slider.mass
+        order += 0.05 * min(1.0, squared)
+    return order
+
+
+def judge(
+    seen: list[Seen], formulation: str, method: str, scales: Mapping[str, float]
+) -> tuple[dict[str, dict[str, Any]], str]:
+    """Compare what was seen with its bounds.
+
+    Parameters
+    ----------
+    seen : list of Seen
+    formulation, method : str
+        Of ``parameters.Integration``.
+    scales : mapping
+        Value of each scale that ``BOUNDS`` names.
+
+    Returns
+    -------
+    invariants : dict
+        Name to "value", "bound", "unit" and "time_s", for each that has a bound.
+    broken : str
+        In one line what is broken by the most; empty if nothing is.
+    """
+    invariants: dict[str, dict[str, Any]] = {}
+    worst, broken = 1.0, ""
+    for bound in BOUNDS:
+        if formulation not in bound.formulations or method not in bound.methods:
+            continue
+        limit = bound.factor * scales[bound.scale]
+        kind = [one for one in seen if one.name == bound.name]
+        if kind:
+            one, unit = max(kind, key=lambda one: one.value), UNITS[bound.name]
+            invariants[one.name] = {"value": one.value, "bound": limit, "unit": unit, "time_s": one.time}
+            excess = one.value / limit if limit > 0.0 else math.inf
+            if one.value > limit and excess > worst:
+                worst = excess
+                sentence = _SENTENCES[one.name].format(place=one.place)
+                measure = "" if unit == "1" else f" {unit}"
+                broken = (
+                    f"{one.name}: {sentence} by {one.value:.3g}{measure} at {one.time:.9g} s, "
+                    f"bound {limit:.3g}{measure}"
+                )
+    return invariants, broken

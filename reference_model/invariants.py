@@ -1,0 +1,148 @@
+"""Whether a run kept what every correct run keeps: its invariants, their worst values and their bounds.
+
+`reference_model.watch` notes the values while the run goes on; the bounds are those of its law, formulation
+and settings.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from reference_model.contact import CORNERS, PAPER_SWITCHING
+from reference_model.forces import Array
+from reference_model.integrate import VELOCITY_TIME
+from reference_model.parameters import Parameters
+from reference_model.step_bounds import LOCATED_SPEED
+from reference_model.watch import (
+    DRIVING_FRICTION,
+    ENERGY,
+    LARGEST_FORCE,
+    LEAVING_START,
+    OPEN_DEPTH,
+    PULL,
+    WORST,
+)
+
+VIOLATED = "invariant-violated"
+CONTACT_NAMES = (*CORNERS, "pin")
+
+_WHAT = {
+    "open-depth": "is inside its wall outside a contact",
+    "pull": "is pulled by its wall",
+    "driving-friction": "is driven by friction",
+    "leaving-start": "begins a contact while it leaves its wall",
+    "overlap": "has two contacts at once",
+    "energy": "spurious energy, relative to what was lost, moves or came from gravity",
+    "constraint-position": "the constraints are violated",
+    "constraint-velocity": "the constraints' rates are violated",
+}
+LEAVING = 1e-3
+"""m/s. A touch so slow that its location, 2e-12 m, takes longer than the approach lasts may be past the turn:
+at a relative acceleration of 1e5 m/s^2 that is 6e-4 m/s."""
+ENERGY_BOUND = 1e-4
+"""At a usual tolerance, proportional to it beyond."""
+USUAL_TOLERANCE = 1e-8
+DRIFT = 1e-6
+"""m, with Baumgarte's terms and a controlled local error."""
+UNCONTROLLED_DRIFT = 1e-3
+"""m, where the scene asks for no stabilization, for gains that are stiff themselves, or for scipy's solvers:
+then the drift is what its settings make of it, but still no more than the parts' clearances."""
+STIFF_GAIN = 1e3
+"""1/s."""
+REMEDY = (
+    "lower solver.reference.tolerance; if that does not help, this is a fault of the model: please report it"
+)
+
+
+class Invariant(NamedTuple):
+    """The worst value of one invariant in a run, and what it may be."""
+
+    value: float
+    bound: float
+    unit: str
+    time_s: float
+    place: str = ""
+    """The contact; empty where it is none's."""
+
+
+def check(p: Parameters, watch: Array, events: Array, drift: dict[str, float] | None) -> dict[str, Invariant]:
+    """Return all invariants that apply to a run, by name.
+
+    Parameters
+    ----------
+    p
+        Parameters of the run.
+    watch
+        Shape (WATCHED, 3), see `reference_model.watch`.
+    events
+        One row a contact: number, start, end, ...; shape (n, 7).
+    drift
+        Largest violation of the constraints; None where there are none.
+    """
+    force = float(watch[LARGEST_FORCE, WORST])
+    scipy = p.method != "dop853"
+    # What a speed may be beyond where a mode ends, m/s: located to that, or as far as the dense output of
+    # scipy's LSODA is from the ends of its steps.
+    beyond = 10.0 * (p.tolerance / VELOCITY_TIME if scipy else LOCATED_SPEED)
+    c = p.constants
+    ramp = c.c_f * force * beyond / (c.v1 - c.v0)
+    bounds = {
+        # Located to 2e-12 m; by scipy's solvers as accurately as they end their steps.
+        "open-depth": (OPEN_DEPTH, max(1e-11, 10.0 * p.tolerance if scipy else 0.0), "m"),
+        # The share of the force by which the damping factor 1 + C d'/v is then below zero.
+        "pull": (PULL, force * c.C * beyond / c.speed_floor, "N"),
+        # Friction rises from zero at v0; beyond it, it would drive with that much force.
+        "driving-friction": (DRIVING_FRICTION, ramp * (c.v0 + beyond), "W"),
+        "leaving-start": (
+            LEAVING_START,
+            LEAVING * (max(1.0, np.sqrt(p.tolerance / 1e-9)) if scipy else 1.0),
+            "m/s",
+        ),
+    }
+    # The paper's surface contact has no potential; scipy's solvers do not control the error of the works.
+    if c.law != PAPER_SWITCHING and not scipy:
+        bounds["energy"] = (ENERGY, ENERGY_BOUND * max(1.0, p.tolerance / USUAL_TOLERANCE), "1")
+    found = {}
+    for name, (row, bound, unit) in bounds.items():
+        value, time, contact = watch[row]
+        place = "" if value == 0.0 or contact < 0 else CONTACT_NAMES[int(contact)]
+        found[name] = Invariant(float(value), float(bound), unit, float(time), place)
+    found["overlap"] = _overlap(events, p.cycles * p.period)
+    if drift is not None:
+        controlled = not scipy and min(c.alpha, c.beta) > 0.0 and max(c.alpha, c.beta) <= STIFF_GAIN
+        most = DRIFT if controlled else UNCONTROLLED_DRIFT
+        for part, unit, bound in (("position", "m", most), ("velocity", "m/s", most / VELOCITY_TIME)):
+            found[f"constraint-{part}"] = Invariant(drift[part], bound, unit, drift[f"{part}_time_s"])
+    return found
+
+
+def _overlap(events: Array, duration: float) -> Invariant:
+    """Return by how much contacts of one corner overlap, s."""
+    order = np.lexsort((events[:, 1], events[:, 0]))
+    contact, start, end = events[order, 0], events[order, 1], events[order, 2]
+    both = np.where(contact[1:] == contact[:-1], end[:-1] - start[1:], 0.0)
+    # Times add up to the duration by rounding.
+    bound = 4.0 * float(np.spacing(duration))
+    if not both.size or both.max() <= 0.0:
+        return Invariant(0.0, bound, "s", 0.0)
+    worst = int(both.argmax())
+    return Invariant(
+        float(both[worst]), bound, "s", float(start[1:][worst]), CONTACT_NAMES[int(contact[worst])]
+    )
+
+
+def violation(found: dict[str, Invariant]) -> str:
+    """Return the remedy of a run in one line: what is violated, where, by how much; empty if nothing is."""
+    for name, it in found.items():
+        if not it.value <= it.bound:
+            where = f"{it.place} " if it.place else ""
+            return (
+                f"{name}: {where}{_WHAT[name]}: {it.value:.2g} {it.unit} at t = {it.time_s:.6g} s, where at "
+                f"most {it.bound:.2g} {it.unit} is rounding; {REMEDY}"
+            )
+    return ""
+
+
+def as_mapping(found: dict[str, Invariant]) -> dict[str, Any]:
+    """Return the invariants as the provenance holds them."""
+    return {name: it._asdict() for name, it in found.items()}

@@ -1,0 +1,90 @@
+"""Whether a smooth function turns negative within an interval, from nine of its values: for certain.
+
+The values at the Chebyshev-Lobatto points determine the interpolant of degree 8. Its last two Chebyshev
+coefficients say how far the function may be from it; its Bernstein coefficients bound it from below, and
+their changes of sign bound the number of its zeros (Descartes' rule; G. Farin, "Curves and Surfaces for
+CAGD", 5th ed., Sec. 5.2-5.3). An interval on which that settles nothing is to be halved.
+"""
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from scipy.special import comb
+
+from reference_model.compiled import bare
+from reference_model.forces import Array
+
+DEGREE = 8
+POINTS = DEGREE + 1
+NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(POINTS) / DEGREE)
+"""Shares of the interval, ascending, both ends included."""
+
+RESOLUTION = 1.0e-13
+"""m or m/s. What stays within it counts as zero. Gaps are differences of coordinates near 0.55 m and round at
+1e-16 m, slips of some m/s alike; the Bernstein coefficients multiply that by up to 300."""
+NARROWEST = 2.0**-40
+"""Of a step, below which nothing is halved any more: a step's coordinates change by less than they round."""
+
+SETTLED, CROSSES, BELOW, UNCLEAR = range(4)
+"""Not negative; turns negative exactly once; nowhere positive; nothing is certain."""
+
+_POWERS = np.arange(POINTS)
+_BERNSTEIN = comb(DEGREE, _POWERS) * NODES[:, None] ** _POWERS * (1.0 - NODES[:, None]) ** (DEGREE - _POWERS)
+_TO_BERNSTEIN = np.linalg.inv(_BERNSTEIN)
+_TO_LAST = np.linalg.inv(chebyshev.chebvander(2.0 * NODES - 1.0, DEGREE))[-2:]
+
+
+@bare
+def classify(values: Array, starting: bool, resolution: float) -> int:
+    """Return SETTLED, CROSSES, BELOW or UNCLEAR.
+
+    Parameters
+    ----------
+    values
+        The function at `NODES`, shape (POINTS,), m or m/s.
+    starting
+        Whether the mode starts at the interval's start: it does so at zero but for rounding or the error of
+        its location, and may turn right first.
+    resolution
+        What stays within it counts as zero, m or m/s: at least RESOLUTION.
+    """
+    error = 0.0
+    for i in range(2):
+        last = 0.0
+        for j in range(POINTS):
+            last += _TO_LAST[i, j] * values[j]
+        error += abs(last)
+    least, sign, first, changes = np.inf, 0.0, 0.0, 0
+    for i in range(POINTS):
+        b = 0.0
+        for j in range(POINTS):
+            b += _TO_BERNSTEIN[i, j] * values[j]
+        least = min(least, b)
+        if abs(b) > resolution:
+            here = 1.0 if b > 0.0 else -1.0
+            if first == 0.0:
+                first = here
+            elif here != sign:
+                changes += 1
+            sign = here
+    if not error <= resolution:
+        return SETTLED if least > error else UNCLEAR
+    if least >= -resolution or (starting and first < 0.0 and changes == 1):
+        return SETTLED
+    if changes == 0 and first < 0.0 and values[0] <= resolution:
+        # A mode that was located a little too early comes right.
+        return SETTLED if starting and values[POINTS - 1] > values[0] else BELOW
+    if changes == 1 and first > 0.0 and values[POINTS - 1] < 0.0 and last_positive(values, resolution) >= 0:
+        return CROSSES
+    return UNCLEAR
+
+
+@bare
+def last_positive(values: Array, resolution: float) -> int:
+    """Return the last point at which a function is certainly positive; -1: there is none.
+
+    Where it crosses zero once it does so behind that point. At the interval's start itself it can be zero.
+    """
+    for j in range(POINTS - 1, -1, -1):
+        if values[j] > resolution:
+            return j
+    return -1

@@ -1,0 +1,108 @@
+"""The checker of located contacts, `benchmarks/corner_depths.py`, and a small share of its runs."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparison.scene import load_scene
+from reference_model import simulate
+from reference_model.forces import CONTACTS, GAP, MEMORY, no_contacts
+from reference_model.formulations import right_hand_side, state_size
+from reference_model.reading import read_parameters
+from reference_model.start import formulation, start
+
+sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
+import corner_depth_steps as steps
+import corner_depths as depths
+
+SHORT = {"drive.cycles": 0.05, "initial.slider_omega": 0.2, "initial.slider_angle": 1e-4}
+VARIANTS = pytest.mark.parametrize("variant", depths.FORMULATIONS)
+
+
+@VARIANTS
+def test_gaps_are_those_of_the_equations_of_motion(variant) -> None:
+    """In random states near the start, 1e-4 rad and m apart; of coordinates of 0.5 m, rounded at 1e-16 m."""
+    scene = load_scene("paper", depths.FORMULATIONS[variant])
+    p = read_parameters(scene.data)
+    c, y0 = start(p, formulation(p))
+    g, y, dy, own = (
+        steps.geometry(scene),
+        np.zeros(state_size(c)),
+        np.empty(state_size(c)),
+        np.empty(CONTACTS),
+    )
+    rng = np.random.default_rng(1)
+    for t in rng.uniform(0.0, 1e-3, 50):
+        y[: y0.size] = y0 + 1e-4 * rng.normal(size=y0.size)
+        contacts = no_contacts()
+        right_hand_side(c, t, y, np.zeros((3, CONTACTS)), dy, contacts)
+        steps.gaps(g, t, y, own)
+        np.testing.assert_allclose(own, contacts[GAP], rtol=0.0, atol=2e-15)
+        assert np.isfinite(own).any()
+
+
+def test_depths_in_a_table_are_its_gaps() -> None:
+    scene = load_scene("paper", {**SHORT, "output.groups": ["corners"]})
+    columns = simulate(scene.data).columns
+    for corner, depth in depths.depths(scene, columns).items():
+        np.testing.assert_allclose(-depth, columns[f"corner_{corner}_gap"], rtol=0.0, atol=1e-15)
+
+
+@VARIANTS
+def test_one_attempt_at_a_time_is_the_same_run(variant) -> None:
+    """Up to rounding, which a few contacts magnify by a thousand; a step less would be off by 1e-10."""
+    scene = load_scene("paper", {**SHORT, **depths.FORMULATIONS[variant], "output.groups": ["joints"]})
+    whole = simulate(scene.data)
+    followed = steps.check(scene, 1e-11, 10**6)
+    counters = whole.provenance["counters"]
+    assert depths.STATUS[followed.status] == depths.FINISHED
+    assert followed.steps == pytest.approx(counters["steps"], rel=0.05)
+    assert followed.found[steps.INSIDE, steps.VIOLATIONS] == 0
+    assert whole.events["start"].size > 0
+    closed = int((followed.progress.modes[MEMORY] > 0.0).sum())
+    ended = int((whole.events["end"] < whole.columns["time"][-1]).sum())
+    assert whole.events["start"].size - ended == closed
+
+
+@VARIANTS
+def test_what_sinks_into_a_wall_is_seen(variant) -> None:
+    """Judged by a guide, or a bearing, that is narrower than the one of the run by a micrometre."""
+    values = {**SHORT, **depths.FORMULATIONS[variant]}
+    scene = load_scene("paper", values)
+    narrow = {
+        f"clearance.{joint}": scene.data["clearance"][joint] - 1e-6 for joint in ("slider", "crank_pin")
+    }
+    found = steps.check(scene, 1e-11, 10**6, judged=load_scene("paper", {**values, **narrow})).found
+    seen = found[[steps.OUTSIDE, steps.TOUCHING]]
+    assert seen[:, steps.VIOLATIONS].sum() > 0
+    assert seen[:, steps.WORST].max() == pytest.approx(1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("starts", "ends", "expected"),
+    [
+        ([], [], [False, False, False, False, False]),
+        ([1.0], [2.0], [False, True, True, False, False]),
+        ([1.0, 3.0], [1.5, 4.0], [False, True, False, True, True]),
+    ],
+)
+def test_samples_within_a_contact(starts, ends, expected) -> None:
+    times = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
+    assert depths.closed(times, np.array(starts), np.array(ends)).tolist() == expected
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("draws", "judge"),
+    [
+        (depths.grazing_runs(60, seed=1), depths.followed),
+        (depths.random_runs(60, seed=1), depths.followed),
+        (depths.scipy_runs(8, seed=1), depths.tabulated),
+    ],
+    ids=["grazing", "random", "scipy"],
+)
+def test_no_contact_is_missed(draws, judge) -> None:
+    wrong = {draw.number: found for draw in draws if (found := judge(draw)).too_deep}
+    assert wrong == {}

@@ -1,0 +1,134 @@
+"""What no correct run can show: each invariant is broken once, and none by random scenes."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from reference_model import integrate, invariants, simulate
+from reference_model.constants import Formulation
+from reference_model.forces import CONTACTS, FRICTION, GAP, MEMORY, NORMAL, SLIP, no_contacts
+from reference_model.invariants import VIOLATED, check, violation
+from reference_model.progress import begin
+from reference_model.reading import read_parameters
+from reference_model.recording import samples_of
+from reference_model.start import start
+from reference_model.watch import WATCHED, watch_contacts, watch_start
+
+
+@pytest.fixture
+def parameters(scene):
+    return read_parameters(scene())
+
+
+def broken(parameters, watch, events=None, drift=None) -> str:
+    events = np.empty((0, 7)) if events is None else np.array(events, dtype=float)
+    return violation(check(parameters, watch, events, drift)).partition(":")[0]
+
+
+def closed(contact: int, **values: float):
+    """Return modes and states of the contacts, one of them closed."""
+    modes, contacts = np.zeros((3, CONTACTS)), no_contacts()
+    modes[MEMORY, contact] = 0.01
+    contacts[GAP, contact] = -1e-6
+    rows = {"normal": NORMAL, "friction": FRICTION, "slip": SLIP}
+    for name, value in values.items():
+        contacts[rows[name], contact] = value
+    return modes, contacts
+
+
+def test_a_step_that_is_not_searched_flies_through_the_wall(scene, monkeypatch) -> None:
+    """The fault of an integrator that looks for events nowhere: the corner's depth is noted."""
+    p = read_parameters(scene())
+    c, y0 = start(p, Formulation.SLIDER)
+    progress = begin(c, y0, 1e-6)
+    nothing = samples_of((), np.empty(0))
+    monkeypatch.setattr(integrate, "step_may_switch", lambda *_: False)
+    integrate.advance.py_func(c, progress, 0.05, 0.05, 1e-9, p.period / 50, 10**5, nothing)
+    assert broken(p, progress.watch) == "open-depth"
+
+
+def test_a_wall_that_pulls(parameters) -> None:
+    watch = np.zeros((WATCHED, 3))
+    watch_contacts(*closed(2, normal=50.0), 0.1, watch)
+    assert broken(parameters, watch) == ""
+    watch_contacts(*closed(2, normal=-0.1), 0.2, watch)
+    assert broken(parameters, watch) == "pull"
+
+
+@pytest.mark.parametrize(("contact", "sign"), [(0, 1.0), (4, -1.0)], ids=["corner", "journal"])
+def test_friction_that_drives(parameters, contact, sign) -> None:
+    """Of a corner the force on the slider is noted, of the journal the drag on the bearing."""
+    watch = np.zeros((WATCHED, 3))
+    watch_contacts(*closed(contact, normal=50.0, friction=-sign * 7.5, slip=1.0), 0.1, watch)
+    assert broken(parameters, watch) == ""
+    watch_contacts(*closed(contact, normal=50.0, friction=sign * 7.5, slip=1.0), 0.2, watch)
+    assert broken(parameters, watch) == "driving-friction"
+
+
+def test_a_contact_that_begins_while_leaving(parameters) -> None:
+    """What is inside its wall at t = 0 may leave."""
+    watch = np.zeros((WATCHED, 3))
+    watch_start(0.1, 0.0, 3, watch)
+    assert broken(parameters, watch) == ""
+    watch_start(0.1, 0.3, 3, watch)
+    found = check(parameters, watch, np.empty((0, 7)), None)
+    assert violation(found).startswith(
+        "leaving-start: ur begins a contact while it leaves its wall: 0.1 m/s at"
+    )
+
+
+def test_contacts_of_one_corner_that_overlap(parameters) -> None:
+    watch = np.zeros((WATCHED, 3))
+    follow = [[1, 0.1, 0.2, 0, 0, 0, 0], [1, 0.2, 0.3, 0, 0, 0, 0], [2, 0.15, 0.25, 0, 0, 0, 0]]
+    assert broken(parameters, watch, follow) == ""
+    assert broken(parameters, watch, [*follow, [2, 0.2, 0.4, 0, 0, 0, 0]]) == "overlap"
+
+
+def test_spurious_energy(scene, monkeypatch) -> None:
+    """No run closes its balance to 1e-12 at a tolerance of 1e-9: with such a bound every run is violated."""
+    assert simulate(scene({"drive.cycles": 0.25})).status == "success"
+    monkeypatch.setattr(invariants, "ENERGY_BOUND", 1e-12)
+    result = simulate(scene({"drive.cycles": 0.25}))
+    assert result.status == VIOLATED
+    assert result.remedy.startswith("energy: spurious energy")
+    assert result.columns["time"].size == 251
+
+
+@pytest.mark.parametrize("what", ["position", "velocity"])
+def test_constraints_that_are_violated(parameters, what) -> None:
+    drift = {"position": 1e-9, "velocity": 1e-7, "position_time_s": 0.1, "velocity_time_s": 0.1}
+    watch = np.zeros((WATCHED, 3))
+    assert broken(parameters, watch, drift=drift) == ""
+    assert broken(parameters, watch, drift=drift | {what: 0.1}) == f"constraint-{what}"
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    speed=st.floats(10.0, 1000.0),
+    backwards=st.booleans(),
+    clearance=st.floats(2e-5, 1e-3),
+    offset=st.floats(-0.95, 0.95),
+    modulus=st.floats(1e9, 3e11),
+    restitution=st.floats(0.0, 1.0),
+    friction=st.floats(0.0, 0.5),
+    angle=st.floats(0.0, 360.0),
+    tolerance=st.sampled_from([1e-8, 1e-9, 1e-10]),
+)
+def test_random_scenes_keep_all_invariants(
+    scene, speed, backwards, clearance, offset, modulus, restitution, friction, angle, tolerance
+) -> None:
+    changes = {
+        "drive.speed_rpm": -speed if backwards else speed,
+        "drive.cycles": 1.0,
+        "clearance.slider": clearance,
+        "initial.slider_offset": offset * clearance,
+        "mechanism.crank_angle_deg": angle,
+        "contact.youngs_modulus": modulus,
+        "contact.restitution": restitution,
+        "friction.coefficient": friction,
+        "solver.reference.tolerance": tolerance,
+        "output.groups": [],
+    }
+    result = simulate(scene(changes))
+    assert result.status == "success", result.remedy
