@@ -195,7 +195,6 @@ def note_inside(
     dense(p.y, f, share, size, state)
     if forces or samples.what != MOTION_ONLY:
         right_hand_side(c, at, state, p.modes, dy, contacts)
-        watch_contacts(p.modes, contacts, turn_start(c, p) + at, p.watch)
     observe(c, at, state, p.modes, dy, contacts, samples.what, p.start, observed)
     widen(p.extrema, samples.wanted, turn_start(c, p) + at, observed)
 

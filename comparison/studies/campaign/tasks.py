@@ -28,13 +28,14 @@ LIMIT = 3600.0
 for what hangs: ten times what the dearest scene took that came to the last stage."""
 SOURCES = (
     "accuracy.py", "accuracy.toml", "align.py", "attribution.py", "channels.py", "channels.toml", "check.py",
-    "compare.py", "confirmation.py", "confirmation_starts.py", "confirmation_text.py", "findings.py",
+    "compare.py", "confirmation.py", "confirmation_causes.py", "confirmation_starts.py",
+    "confirmation_text.py", "findings.py",
     "formulation.py", "measures/impacts.py", "measures/metrics.py", "measures/outliers.py", "resample.py",
     "run.py", "shift.py", "table.py", "thresholds.py", "thresholds.toml", "tiers.py", "uncertainty.py",
     "validation.py", "verdict.py",
     "studies/campaign/adjudication.py", "studies/campaign/opinions.py", "studies/campaign/screening.py",
     "studies/campaign/stages.py", "studies/campaign/tasks.py", "studies/campaign/walls.py",
-    "studies/detection/tasks.py",
+    "studies/detection/pairs.py", "studies/detection/tasks.py",
 )  # fmt: skip
 """What of this package can change a row."""
 _runner = cache(runner)
