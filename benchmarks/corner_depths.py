@@ -37,8 +37,8 @@ BOUND = 1e-11
 """m; far above the rounding of a gap, 1e-16 m, and far below the depth of any contact, 1e-7 m and more."""
 CYCLES = 2.0
 LIMIT = 50_000
-"""Attempted steps and switches of a run; beyond it the run is stopped, and what it did until then counts. With
-100,000 half of the random runs finish; a loose pin that sticks is stiff, and takes more."""
+"""Attempted steps and switches of a run; beyond it the run is stopped, and what it did until then counts.
+With 100,000 half of the random runs finish; a loose pin that sticks is stiff, and takes more."""
 TOLERANCES_OF_SCIPY = {"BDF": 1e-8, "Radau": 1e-8, "LSODA": 1e-9, "scipy-DOP853": 1e-9}
 """The finest of each; BDF and Radau take 0.5 ms a step and a thousand steps more for every decade."""
 SCIPY_FACTOR = 10.0
