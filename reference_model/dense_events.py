@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from reference_model.compiled import kernel
 from reference_model.constants import Constants
-from reference_model.events import ROUNDING
+from reference_model.events import MOST_INTERVALS, ROUNDING
 from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, SLIP, Array
 from reference_model.integrate import VELOCITY_TIME
 from reference_model.isolation import (
@@ -118,7 +118,7 @@ def end_of_mode(value: Margin, start: float, end: float, resolution: float) -> f
     """Return the time (s) at which `value` first turns negative, by the rule of `events.end_of_mode`."""
     lo, width = 0.0, 1.0
     length = end - start
-    while lo < 1.0:
+    for _ in range(MOST_INTERVALS):
         hi = min(1.0, lo + width)
         times = start + (lo + (hi - lo) * NODES) * length
         values = np.array([value(t) for t in times])
@@ -129,9 +129,11 @@ def end_of_mode(value: Margin, start: float, end: float, resolution: float) -> f
             return float(times[0])
         if found == UNCLEAR and width > NARROWEST:
             width *= 0.5
+        elif hi >= 1.0:
+            return None
         else:
             lo, width = hi, 2.0 * width
-    return None
+    return start + lo * length
 
 
 def first_switch(

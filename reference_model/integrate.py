@@ -13,6 +13,7 @@ import numpy as np
 from reference_model.compiled import kernel
 from reference_model.constants import Constants
 from reference_model.dop853 import ROWS, STAGES, error_norm, prepare_dense, take_step
+from reference_model.energy import ENERGIES
 from reference_model.events import first_switch
 from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array, no_contacts
 from reference_model.formulations import DRIVEN, free, right_hand_side, state_size
@@ -223,7 +224,7 @@ def advance(
             right_hand_side(c, t, p.y, p.modes, k[0], before)
             p.counters[EVALUATIONS] += 1
     p.clock[0], p.clock[1] = t, h
-    energies = observed[:7]
+    energies = observed[: len(ENERGIES)]
     audit(c, t, p.y, p.modes, k[0], before, p.start, energies)
     watch_energy(c, energies, p.start, turn + t, p.watch)
     return status
