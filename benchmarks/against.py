@@ -1,8 +1,9 @@
 """What a run of the reference costs, against another checkout of this project: ratios of interleaved runs.
 
-Each checkout gets a process of its own, in which its kernels are compiled before anything is measured. The
-two run in turn, a batch each, of runs from starts a micrometre apart, as one trajectory may have more
-contacts than another. A batch's processor time counts, and of all rounds the median of the ratios.
+In each round each checkout gets a new process, in which its kernels are compiled or loaded before anything is
+measured: where memory and code come to lie makes processes of the same code differ by up to 25 %. The two run
+in turn, a batch each, of runs from starts a micrometre apart, as one trajectory may have more contacts than
+another. A batch's processor time counts, and of all rounds the median of the ratios.
 
     git worktree add /tmp/before f248ffa
     python benchmarks/against.py /tmp/before [--rounds 15] [--batch 20] [--tolerance 1e-9]
@@ -56,6 +57,12 @@ class Runner:
             raise SystemExit(f"{scene}: {status}")
         return float(seconds)
 
+    def close(self) -> None:
+        """End the process."""
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+        self._process.wait()
+
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -64,24 +71,25 @@ def main() -> None:
     parser.add_argument("--batch", type=int, default=20)
     parser.add_argument("--tolerance", type=float, default=1e-9)
     options = parser.parse_args()
-    here = Runner(Path(__file__).resolve().parents[1], options.tolerance)
-    there = Runner(options.checkout.resolve(), options.tolerance)
-    print("| scene | there (ms) | here (ms) | ratio here / there: least | median | greatest |")
+    checkouts = {"there": options.checkout.resolve(), "here": Path(__file__).resolve().parents[1]}
+    times: dict[tuple[str, str], list[float]] = {
+        (scene, which): [] for scene in SCENES for which in checkouts
+    }
+    for _ in range(options.rounds):
+        runners = {which: Runner(path, options.tolerance) for which, path in checkouts.items()}
+        for scene in SCENES:
+            for which, runner in runners.items():
+                runner.seconds(scene, 1)
+                times[scene, which].append(runner.seconds(scene, options.batch))
+        for runner in runners.values():
+            runner.close()
+    print("| scene | there (ms) | here (ms) | here / there: quartile | median | quartile |")
     print("|---|---|---|---|---|---|")
     for scene in SCENES:
-        here.seconds(scene, 1)
-        there.seconds(scene, 1)
-        pairs = [
-            (there.seconds(scene, options.batch), here.seconds(scene, options.batch))
-            for _ in range(options.rounds)
-        ]
-        before, after = (statistics.median(times) for times in zip(*pairs, strict=True))
-        ratios = [new / old for old, new in pairs]
-        print(
-            f"| {scene} | {1e3 * before:.2f} | {1e3 * after:.2f} | {min(ratios):.3f} "
-            f"| {statistics.median(ratios):.3f} | {max(ratios):.3f} |",
-            flush=True,
-        )
+        there, here = (statistics.median(times[scene, which]) for which in checkouts)
+        pairs = zip(times[scene, "there"], times[scene, "here"], strict=True)
+        low, median, high = statistics.quantiles([new / old for old, new in pairs], n=4)
+        print(f"| {scene} | {1e3 * there:.2f} | {1e3 * here:.2f} | {low:.3f} | {median:.3f} | {high:.3f} |")
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ from comparison.confirmation_causes import (
     underestimation,
     within_ensemble,
 )
-from comparison.confirmation_starts import ENOUGH, ensemble_shifts, moved_starts
+from comparison.confirmation_starts import ENOUGH, arrived, ensemble_errors, moved_starts
 from comparison.confirmation_text import contact_words, sentence
 from comparison.findings import Confirmation, SceneComparison
 from comparison.measures.outliers import distances
@@ -83,20 +83,21 @@ def confirm(
         return _told(result, found, "a tolerance judges, of which an ensemble says nothing")
     if movable(scene) is None:
         return _told(result, found, "nothing has clearance, so there is no start to move")
-    shifts = ensemble_shifts(result, runs, scene, models)
-    ensembles = {
-        side: [
+    errors = ensemble_errors(result, runs, scene, models)
+    ensembles = {}
+    for side, error in errors.items():
+        base = runs[side].base
+        members = [
             table
-            for table in run(moved_starts(scene, models[side], shift), models[side])
-            if np.array_equal(table.time, runs[side].base.time)  # a third model may choose its times
+            for table in run(moved_starts(scene, models[side], error.shift), models[side])
+            if np.array_equal(table.time, base.time)  # a third model may choose its times
         ]
-        for side, shift in shifts.items()
-    }
+        ensembles[side] = arrived(members, base, error.share)
     large = {side: tables for side, tables in ensembles.items() if len(tables) >= ENOUGH}
     found = replace(
         found,
         members=(len(ensembles.get(0, ())), len(ensembles.get(1, ()))),
-        shifts=(shifts.get(0, nan), shifts.get(1, nan)),
+        shifts=(errors[0].shift if 0 in errors else nan, errors[1].shift if 1 in errors else nan),
     )
     farther, excess = ranks(result, runs, large)
     if any(farther.values()):

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from reference_model.compiled import kernel
 from reference_model.constants import Constants
 from reference_model.events import MOST_INTERVALS, ROUNDING
-from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, SLIP, Array
+from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array
 from reference_model.integrate import VELOCITY_TIME
 from reference_model.isolation import (
     BELOW,
@@ -28,7 +28,7 @@ from reference_model.isolation import (
     classify,
     last_positive,
 )
-from reference_model.switching import MARGINS, NONE, contact_state, margin_of, margin_value
+from reference_model.switching import MARGINS, NONE, contact_state, margin_at, margin_of, margin_value
 
 Dense = Callable[[Array | float], Array]
 """Times (s), shape () or (n,) -> states, shape (size,) or (size, n)."""
@@ -42,7 +42,7 @@ _ROUND_OFF = 4.0 * np.finfo(np.float64).eps
 
 
 @kernel
-def _margin_at(
+def _margin_in(
     c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float, t: float, y: Array
 ) -> float:
     gap, rate, slip = contact_state(c, k, t, y)
@@ -69,7 +69,7 @@ def _unsettled(
                 values[j] = margin_value(
                     c, modes, k, kind, sign, bound, observed[0, j], observed[1, j], observed[2, j]
                 )
-            end = margin_value(c, modes, k, kind, sign, bound, after[GAP, k], after[RATE, k], after[SLIP, k])
+            end = margin_at(c, modes, k, kind, sign, bound, after)
             resolution = tolerance if kind == GAP else tolerance / VELOCITY_TIME
             if end < 0.0 or classify(values, values[0] <= ROUNDING, resolution) != SETTLED:
                 found[count, 0], found[count, 1] = k, number
@@ -81,7 +81,7 @@ def margin(
     c: Constants, modes: Array, dense: Dense, kind: int, contact: int, sign: float, bound: float = 0.0
 ) -> Margin:
     """Return sign * (switching function - bound) of one contact along the dense output."""
-    return lambda t: float(_margin_at(c, modes, contact, kind, sign, bound, t, dense(t)))
+    return lambda t: float(_margin_in(c, modes, contact, kind, sign, bound, t, dense(t)))
 
 
 def zero(value: Margin, lo: float, hi: float) -> float:
@@ -160,7 +160,7 @@ def first_switch(
         kind, sign, bound = margin_of(c, modes, contact, number)
         value = margin(c, modes, dense, kind, contact, sign, bound)
         at = end_of_mode(value, t0, t1, tolerance if kind == GAP else tolerance / VELOCITY_TIME)
-        if at is None and margin_value(c, modes, contact, kind, sign, bound, *after[:3, contact]) < 0.0:
+        if at is None and margin_at(c, modes, contact, kind, sign, bound, after) < 0.0:
             at = departure(value, t0, t1)
         if at is not None:
             found.append((at, int(kind), int(contact)))

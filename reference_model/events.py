@@ -10,7 +10,7 @@ import numpy as np
 
 from reference_model.compiled import bare, kernel
 from reference_model.constants import Constants
-from reference_model.dop853 import dense
+from reference_model.dop853 import STAGES, dense
 from reference_model.forces import CONTACTS, GAP, MEMORY, Array
 from reference_model.formulations import free
 from reference_model.friction import regime_bounds
@@ -23,10 +23,10 @@ from reference_model.isolation import (
     RESOLUTION,
     UNCLEAR,
     classify,
-    last_positive,
+    crossing,
 )
 from reference_model.step_bounds import is_settled
-from reference_model.switching import MARGINS, NONE, contact_state, margin_of, margin_value
+from reference_model.switching import MARGINS, NONE, contact_state, margin_at, margin_of, margin_value
 
 ROUNDING = 1.0e-15
 """m or m/s; gaps are differences of coordinates near 0.55 m and round at 1e-16 m, slips of some m/s too."""
@@ -46,45 +46,13 @@ def margin_within(
 
 
 @bare
-def locate(
-    c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float, lo: float, hi: float,
-    t: float, h: float, y: Array, f: Array, state: Array,
-) -> float:  # fmt: skip
-    """Return the share of the step, in (lo, hi], at which a margin changes its sign.
-
-    The regula falsi in its Illinois form; `hi` where the ends have the same sign.
-    """
-    f_lo = margin_within(c, modes, k, kind, sign, bound, lo, t, h, y, f, state)
-    f_hi = margin_within(c, modes, k, kind, sign, bound, hi, t, h, y, f, state)
-    if f_lo * f_hi > 0.0:
-        return hi
-    side = 0
-    for _ in range(60):
-        if f_hi == 0.0 or hi - lo <= 4.0e-16 * (1.0 + t / h):
-            break
-        x = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
-        value = margin_within(c, modes, k, kind, sign, bound, x, t, h, y, f, state)
-        if value * f_hi > 0.0:
-            hi, f_hi = x, value
-            if side == 1:
-                f_lo *= 0.5
-            side = 1
-        else:
-            lo, f_lo = x, value
-            if value == 0.0:
-                return x
-            if side == -1:
-                f_hi *= 0.5
-            side = -1
-    return hi
-
-
-@bare
 def end_of_mode(
     c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float,
-    t: float, h: float, y: Array, f: Array, state: Array, values: Array,
+    at_start: float, at_end: float, t: float, h: float, y: Array, f: Array, state: Array, values: Array,
 ) -> float:  # fmt: skip
     """Return the share of the step at which a margin first turns negative; 2.0: it does not.
+
+    `at_start`, `at_end`: its values there.
 
     A mode that has just begun starts at zero but for rounding, and can turn right before it ends; where it
     does not, it ends at once, at 0.0. `state` and `values`, shape (POINTS,), are overwritten.
@@ -94,12 +62,16 @@ def end_of_mode(
         hi = min(1.0, lo + width)
         for j in range(POINTS):
             x = lo + (hi - lo) * NODES[j]
-            values[j] = margin_within(c, modes, k, kind, sign, bound, x, t, h, y, f, state)
+            if x == 0.0:
+                values[j] = at_start
+            elif x == 1.0:
+                values[j] = at_end
+            else:
+                values[j] = margin_within(c, modes, k, kind, sign, bound, x, t, h, y, f, state)
         # What a mode that begins within rounding does first is no matter of sign.
         found = classify(values, lo == 0.0 and values[0] <= ROUNDING, RESOLUTION)
         if found == CROSSES:
-            lo += (hi - lo) * NODES[last_positive(values, RESOLUTION)]
-            return locate(c, modes, k, kind, sign, bound, lo, hi, t, h, y, f, state)
+            return lo + (hi - lo) * crossing(values, RESOLUTION)
         if found == BELOW:
             return lo
         if found == UNCLEAR and width > NARROWEST:
@@ -115,7 +87,7 @@ def end_of_mode(
 @bare
 def first_switch(
     c: Constants, t: float, h: float, y: Array, f: Array, modes: Array, before: Array, stages: Array,
-    state: Array, values: Array,
+    deviations: Array, state: Array, values: Array,
 ) -> tuple[float, int, int]:  # fmt: skip
     """Return share of the step, contact and number of the margin that first turns negative; NONE: no such.
 
@@ -127,6 +99,8 @@ def first_switch(
         Coefficients of the dense output, shape (7, state_size).
     before, stages
         States of the contacts at the start, shape (5, CONTACTS), and at the stages (STAGES + 1, 5, CONTACTS).
+    deviations
+        Of the gaps, as noted by `step_bounds.step_may_switch`, shape (CONTACTS,).
     state, values
         Overwritten, shapes (state_size,) and (POINTS,).
     """
@@ -136,9 +110,11 @@ def first_switch(
             continue
         for number in range(MARGINS if modes[MEMORY, k] > 0.0 else 1):
             kind, sign, bound = margin_of(c, modes, k, number)
-            if kind == NONE or is_settled(c, modes, k, kind, sign, bound, h, before, stages):
+            if kind == NONE or is_settled(c, modes, k, kind, sign, bound, h, before, stages, deviations):
                 continue
-            x = end_of_mode(c, modes, k, kind, sign, bound, t, h, y, f, state, values)
+            first = margin_at(c, modes, k, kind, sign, bound, before)
+            last = margin_at(c, modes, k, kind, sign, bound, stages[STAGES])
+            x = end_of_mode(c, modes, k, kind, sign, bound, first, last, t, h, y, f, state, values)
             if x < best:
                 best, contact, which = x, k, number
     return best, contact, which

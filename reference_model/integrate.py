@@ -132,7 +132,7 @@ def advance(
     stages = np.zeros((STAGES + 1, *contacts.shape))
     stages[:, GAP] = np.inf
     after = stages[STAGES]
-    observed, values = np.zeros(CHANNELS), np.empty(POINTS)
+    observed, values, deviations = np.zeros(CHANNELS), np.empty(POINTS), np.empty(CONTACTS)
     weights = np.full(free(c), 1.0 / tolerance)
     # In a loop: for the same in one line numba compiles how to put its error into words, for over a second.
     for i in range(free(c) // 2, free(c)):
@@ -169,11 +169,13 @@ def advance(
         next_h = min(max_step, h * (_GROW if error == 0.0 else min(_GROW, _SAFETY * error**_EXPONENT)))
         contact, number = NONE, NONE
         for _ in range(_LOCATIONS):
-            if not step_may_switch(c, p.modes, h, before, stages):
+            if not step_may_switch(c, p.modes, h, before, stages, deviations):
                 break
             prepare_dense(c, t, h, p.y, y1, p.modes, k, free(c), state, contacts, f)
             p.counters[EVALUATIONS] += 3
-            share, ends, by = first_switch(c, t, h, p.y, f, p.modes, before, stages, state, values)
+            share, ends, by = first_switch(
+                c, t, h, p.y, f, p.modes, before, stages, deviations, state, values
+            )
             if ends == NONE:
                 break
             contact, number = ends, by

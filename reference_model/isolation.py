@@ -30,6 +30,7 @@ SETTLED, CROSSES, BELOW, UNCLEAR = range(4)
 _POWERS = np.arange(POINTS)
 _BERNSTEIN = comb(DEGREE, _POWERS) * NODES[:, None] ** _POWERS * (1.0 - NODES[:, None]) ** (DEGREE - _POWERS)
 _TO_BERNSTEIN = np.linalg.inv(_BERNSTEIN)
+_WEIGHTS = (-1.0) ** _POWERS * np.where(_POWERS % DEGREE == 0, 0.5, 1.0)
 _TO_LAST = np.linalg.inv(chebyshev.chebvander(2.0 * NODES - 1.0, DEGREE))[-2:]
 
 
@@ -88,3 +89,47 @@ def last_positive(values: Array, resolution: float) -> int:
         if values[j] > resolution:
             return j
     return -1
+
+
+@bare
+def interpolated(values: Array, x: float) -> float:
+    """Evaluate the interpolant of `values` at `NODES`, shape (POINTS,), at a share of the interval.
+
+    By the barycentric formula (J.-P. Berrut, L. N. Trefethen, SIAM Rev. 46, 2004, 501-517, Eqs. 4.2, 5.4).
+    """
+    above = below = 0.0
+    for j in range(POINTS):
+        if x == NODES[j]:
+            return float(values[j])
+        weight = _WEIGHTS[j] / (x - NODES[j])
+        above += weight * values[j]
+        below += weight
+    return above / below
+
+
+@bare
+def crossing(values: Array, resolution: float) -> float:
+    """Return the share of the interval at which a function that `classify` says CROSSES is zero.
+
+    That of the interpolant, which is within `resolution` of the function; by the regula falsi in its Illinois
+    form.
+    """
+    lo, hi = float(NODES[last_positive(values, resolution)]), 1.0
+    f_lo, f_hi = interpolated(values, lo), float(values[POINTS - 1])
+    side = 0
+    for _ in range(60):
+        x = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
+        if not lo < x < hi:
+            break
+        value = interpolated(values, x)
+        if abs(value) <= 0.01 * resolution:
+            return x
+        if value <= 0.0:
+            hi, f_hi = x, value
+            f_lo *= 0.5 if side == 1 else 1.0
+            side = 1
+        else:
+            lo, f_lo = x, value
+            f_hi *= 0.5 if side == -1 else 1.0
+            side = -1
+    return hi

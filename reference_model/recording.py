@@ -13,7 +13,6 @@ from reference_model.compiled import bare, inlined
 from reference_model.constants import Constants
 from reference_model.dop853 import STAGES, dense, prepare_dense
 from reference_model.energy import ENERGIES
-from reference_model.events import locate
 from reference_model.forces import CONTACTS, GAP, MEMORY, NORMAL, RATE, Array, no_contacts
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.observation import (
@@ -39,7 +38,11 @@ from reference_model.progress import (
     turn_time,
 )
 from reference_model.reactions import REACTIONS
+from reference_model.switching import contact_state
 from reference_model.watch import watch_contacts
+
+_STILL = 1.0e-9
+"""Of the rates at a step's ends: by its square, 1e-18, the depth at that instant is not the largest."""
 
 
 class Samples(NamedTuple):
@@ -138,6 +141,34 @@ def has_peak(c: Constants, modes: Array, h: float, before: Array, after: Array) 
 
 
 @bare
+def deepest(
+    c: Constants, k: int, t: float, h: float, y: Array, f: Array, before: Array, after: Array, state: Array
+) -> float:  # fmt: skip
+    """Return the share of a step at which contact `k` is deepest: its gap turns from closing to opening.
+
+    The regula falsi in its Illinois form, for the zero of the gap's rate. `state` is overwritten.
+    """
+    lo, hi, f_lo, f_hi = 0.0, 1.0, before[RATE, k], after[RATE, k]
+    small = _STILL * max(-f_lo, f_hi)
+    x, side = hi, 0
+    for _ in range(60):
+        x = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
+        dense(y, f, x, free(c), state)
+        _, rate, _ = contact_state(c, k, t + x * h, state)
+        if abs(rate) <= small:
+            break
+        if rate > 0.0:
+            hi, f_hi = x, rate
+            f_lo *= 0.5 if side == 1 else 1.0
+            side = 1
+        else:
+            lo, f_lo = x, rate
+            f_hi *= 0.5 if side == -1 else 1.0
+            side = -1
+    return x
+
+
+@bare
 def note_step(
     c: Constants, p: Progress, t: float, h: float, y1: Array, k: Array, f: Array, before: Array, after: Array,
     samples: Samples, state: Array, dy: Array, contacts: Array, observed: Array,
@@ -168,7 +199,7 @@ def note_step(
             if speed == 0.0:
                 continue
             if before[RATE, i] < 0.0 < after[RATE, i]:
-                share = locate(c, p.modes, i, int(RATE), -1.0, 0.0, 0.0, 1.0, t, h, p.y, f, state)
+                share = deepest(c, i, t, h, p.y, f, before, after, state)
                 note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
                 note_forces(p.modes, contacts, p.open_contacts)
             share = force_turn(c, i, speed, h, before, after)

@@ -91,3 +91,13 @@ def margin_value(
     if kind == RATE:
         return sign * rate
     return sign * (slip - bound)
+
+
+@inlined
+def margin_at(
+    c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float, contacts: Array
+) -> float:
+    """Return a margin (m or m/s) from the states of the contacts, shape (5, CONTACTS)."""
+    return margin_value(
+        c, modes, k, kind, sign, bound, contacts[GAP, k], contacts[RATE, k], contacts[SLIP, k]
+    )

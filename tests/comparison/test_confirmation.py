@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
@@ -11,7 +11,7 @@ import pytest
 
 from comparison.compare import compare
 from comparison.confirmation import confirm
-from comparison.confirmation_starts import MEMBERS, OTHER_MEMBERS, moved_starts, starting_error
+from comparison.confirmation_starts import MEMBERS, OTHER_MEMBERS, arrived, moved_starts, starting_error
 from comparison.scene import Scene, digest, load_scene
 from comparison.summary import EXIT_CODES, as_mapping, scene_lines
 from comparison.table import Table
@@ -285,9 +285,10 @@ def test_starts_are_moved_by_what_the_error_is_worth_and_always_alike(make_table
         worth = starting_error(moving(error, response), scene, samples)
         # The angle's amplitude is that of x over half the length, so times the length it is twice that; its
         # response is as much larger, so that both say the same.
-        assert worth == pytest.approx(error * c / response, rel=1e-3)
-    assert starting_error(moving(1e-12, 1000.0), scene, samples) == twin_shift(scene)
-    assert starting_error(moving(1e-5, 10.0), scene, 0) == twin_shift(scene)
+        assert worth.shift == pytest.approx(error * c / response, rel=1e-3)
+        assert worth.share[-1] == pytest.approx(1.0, rel=1e-3)
+    assert starting_error(moving(1e-12, 1000.0), scene, samples).shift == twin_shift(scene)
+    assert starting_error(moving(1e-5, 10.0), scene, 0).shift == twin_shift(scene)
     starts = moved_starts(small, "reference", 1e-9)
     assert [s.hash for s in starts] == [s.hash for s in moved_starts(small, "reference", 1e-9)]
     offsets = np.array([s.data["initial"]["slider_offset"] for s in starts])
@@ -301,6 +302,31 @@ def test_starts_are_moved_by_what_the_error_is_worth_and_always_alike(make_table
     pin = load_scene("crank-pin")
     assert movable(pin) == "crank_pin"
     assert len({s.data["mechanism"]["crank_angle_deg"] for s in moved_starts(pin, "exudyn", 1e-9)}) == 30
+
+
+def test_members_deviate_by_no_more_than_the_error_that_has_arisen(make_table, scene):
+    """A model that is exact until the middle of the run: until there its ensemble is as narrow as can be."""
+    time = make_table().time
+    late = time >= time[-1] / 2.0
+
+    def late_table(stretch: float) -> Table:
+        usual, other = make_table(), make_table(stretch=stretch)
+        return replace(usual, frame=pd.concat([usual.frame[~late], other.frame[late]]))
+
+    apart = 10.0 * twin_shift(scene) / scene.data["clearance"]["slider"]
+    runs = Runs(
+        make_table(), late_table(1e-5), twin=make_table(stretch=apart), other_twin=make_table(stretch=-apart)
+    )
+    error = starting_error(runs, scene, time.size)
+    np.testing.assert_array_equal(error.until[~late], twin_shift(scene))
+    assert np.all(np.diff(error.until) >= 0.0)
+    assert error.share[-1] == 1.0
+    far = make_table(stretch=1e-3)
+    (member,) = arrived([far], runs.base, error.share)
+    x, base, full = (table.values("slider_x") for table in (member, runs.base, far))
+    np.testing.assert_allclose(x - base, (full - base) * error.share, atol=1e-15)
+    np.testing.assert_array_equal(member.time, time)
+    assert member.channels == runs.base.channels
 
 
 def test_the_sentence_stands_on_the_console_and_in_the_json(fake):

@@ -52,8 +52,8 @@ def test_switches_are_those_of_the_compiled_integrator(scene, monkeypatch) -> No
     c, y0 = start(p, Formulation.SLIDER)
     compiled, kinds, late = integrate.first_switch, set(), []
 
-    def both(c, t, h, y, f, modes, before, stages, state, values):
-        share, contact, number = compiled(c, t, h, y, f, modes, before, stages, state, values)
+    def both(c, t, h, y, f, modes, before, stages, *scratch):
+        share, contact, number = compiled(c, t, h, y, f, modes, before, stages, *scratch)
 
         def state_at(time):
             out = np.zeros(y.size)

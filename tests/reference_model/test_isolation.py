@@ -7,7 +7,17 @@ from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
 from reference_model.dense_events import end_of_mode
-from reference_model.isolation import BELOW, CROSSES, NODES, RESOLUTION, SETTLED, UNCLEAR, classify
+from reference_model.isolation import (
+    BELOW,
+    CROSSES,
+    NODES,
+    RESOLUTION,
+    SETTLED,
+    UNCLEAR,
+    classify,
+    crossing,
+    interpolated,
+)
 
 
 def values(function):
@@ -70,3 +80,16 @@ def test_classes() -> None:
     # What starts wrong and turns right has not ended, unless it is not the start.
     assert classify(values(lambda x: x - 1e-3), True, RESOLUTION) == SETTLED
     assert classify(values(lambda x: x - 1e-3), False, RESOLUTION) != SETTLED
+
+
+@settings(deadline=None, max_examples=60)
+@given(root=st.floats(0.01, 0.99), frequency=st.floats(0.1, 2.0), scale=st.sampled_from([1e-9, 1e-5, 1e-2]))
+def test_the_zero_of_the_interpolant_is_that_of_the_function(root, frequency, scale) -> None:
+    def gap(x):
+        return scale * np.sin(frequency * (root - x)) * (1.0 + x)
+
+    found = values(gap)
+    if classify(found, False, RESOLUTION) != CROSSES:
+        return  # not resolved by nine points, or too flat
+    assert abs(gap(crossing(found, RESOLUTION))) <= 2.0 * RESOLUTION
+    assert interpolated(found, 0.3) == pytest.approx(gap(0.3), abs=RESOLUTION)
