@@ -41,7 +41,7 @@ test-browser: $(VENV)/.installed
 	$(BIN)/python -m pytest -m browser
 
 reports: $(VENV)/.installed
-	$(BIN)/python -m comparison.studies.index
+	$(BIN)/python -m comparison.cli.reports
 
 lint: $(VENV)/.installed
 	$(BIN)/ruff check .

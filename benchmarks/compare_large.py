@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from comparison.channels import channels
-from comparison.table import Table, write
+from comparison.tables.channels import channels
+from comparison.tables.table import Table, write
 
 PERIOD, TURNS = 0.4, 25
 NAMES = [name for name, channel in channels().items() if channel.group in {"motion", "accelerations"}]

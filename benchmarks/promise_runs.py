@@ -1,13 +1,13 @@
-"""The runs behind ``comparison/measured.toml``: errors from moved starts, and processor times."""
+"""The runs behind ``comparison/accuracy/measured.toml``: errors from moved starts, and processor times."""
 
 import time
 from typing import Any
 
 import numpy as np
 
-from comparison.formulation import loose
-from comparison.run import RunError, run_one
+from comparison.execution.run import RunError, run_one
 from comparison.scene import Scene, load_scene
+from comparison.scene.formulation import loose
 
 TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 STEPS = (8e-6, 4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)

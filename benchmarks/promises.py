@@ -1,4 +1,4 @@
-"""What every setting promises on every shipped scene and what it costs: ``comparison/measured.toml``.
+"""What every setting promises on every shipped scene and what it costs, for ``accuracy/measured.toml``.
 
 Errors: each formulation runs the first cycle at all its settings from several starts 10 nm apart, against the
 reference at 1e-14 from the same start; the largest counts. Times: the least of some runs, after one that
@@ -22,17 +22,17 @@ from typing import Any
 import promise_runs as runs
 
 import comparison
-from comparison.accuracy import NAMES, AccuracyError, expected, solver_values
-from comparison.cache import cache_folder
-from comparison.engines import fingerprint
+from comparison.accuracy.levels import NAMES, AccuracyError, expected, solver_values
+from comparison.accuracy.measured import physics
+from comparison.engines.platform import platform_name
+from comparison.engines.registry import fingerprint
+from comparison.execution.cache import cache_folder
+from comparison.execution.ledger import append_row, read_rows
+from comparison.execution.run import run_one
 from comparison.files import replacing
-from comparison.ledger import append_row, read_rows
-from comparison.machine import platform_name
-from comparison.measured import physics
-from comparison.run import run_one
 from comparison.scene import digest, load_scene, shipped_scenes
 
-TABLE = Path(comparison.__file__).parent / "measured.toml"
+TABLE = Path(comparison.__file__).parent / "accuracy" / "measured.toml"
 SAFETY = 3.0
 """Single runs scatter by a factor of 3, at most 10; the largest of many starts has most of that in it.
 

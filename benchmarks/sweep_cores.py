@@ -13,8 +13,8 @@ import tempfile
 import time
 from pathlib import Path
 
+from comparison.execution.spread import on_processes
 from comparison.scene import load_scene
-from comparison.spread import on_processes
 from comparison.studies.sweep.outputs import USUAL
 from comparison.studies.sweep.points import latin_hypercube
 from comparison.studies.sweep.study import sweep

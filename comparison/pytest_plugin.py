@@ -15,7 +15,7 @@ import pytest
 if TYPE_CHECKING:
     import pandas as pd
 
-    from comparison.table import Table
+    from comparison.tables.table import Table
 
     Results = str | Path | Table | pd.DataFrame
 
@@ -25,8 +25,8 @@ def assert_agree() -> Callable[..., None]:
     """Return a function that fails the test unless two tables agree, see ``docs/ci.md``.
 
     ``assert_agree(a, b, *, scene=None, tolerance=None, allow_indeterminate=False)``: ``a`` and ``b`` are
-    paths of tables, `comparison.table.Table` or pandas data frames with a column ``time``; the others are the
-    options of ``sixbar compare``.
+    paths of tables, `comparison.tables.table.Table` or pandas data frames with a column ``time``; the others
+    are the options of ``sixbar compare``.
     """
     return _assert_agree
 
@@ -60,9 +60,9 @@ def _assert_agree(
     SceneError
         If there is no such scene.
     """
-    from comparison.compare import Runs, compare, recorded_scene
+    from comparison.agreement.compare import Runs, compare, recorded_scene
     from comparison.scene import load_scene
-    from comparison.table import TableError
+    from comparison.tables.table import TableError
 
     __tracebackhide__ = True  # the line to show is the test's
     labels = _label(a, "a"), _label(b, "b")
@@ -94,7 +94,7 @@ def _assert_agree(
 def _table(results: Results) -> Table:
     import pandas as pd
 
-    from comparison.table import Table, read
+    from comparison.tables.table import Table, read
 
     if isinstance(results, pd.DataFrame):
         return Table(results)

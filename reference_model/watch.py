@@ -46,6 +46,8 @@ def watch_contacts(modes: Array, contacts: Array, t: float, watch: Array) -> Non
             _note(watch, LARGEST_FORCE, normal, t, k)
         elif -normal > watch[PULL, WORST]:
             _note(watch, PULL, -normal, t, k)
+        if normal < 0.0:  # its friction drives, too: that is the same violation
+            continue
         power = contacts[FRICTION, k] * contacts[SLIP, k]
         if k == JOURNAL:  # there it is the drag on the bearing
             power = -power

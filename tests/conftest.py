@@ -15,7 +15,7 @@ settings.load_profile("any machine")
 
 pytest_plugins = "pytester"  # pytest inside pytest; pytest takes it from the topmost conftest.py only
 
-PAPER = Path(__file__).parents[1] / "comparison" / "scenes" / "paper.toml"
+PAPER = Path(__file__).parents[1] / "comparison" / "scene" / "shipped" / "paper.toml"
 Scene = dict[str, Any]
 
 

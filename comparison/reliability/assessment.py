@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from comparison.arrays import Array, BoolArray
-from comparison.judging import Limits
-from comparison.judging import Reliability as Settings
 from comparison.reliability.bins import Bin, bins
 from comparison.reliability.errors import SliderErrors
 from comparison.reliability.interference import ROUNDING, cap, influence, reliability_index
 from comparison.reliability.sampling import half_width, proportion, standard_error
+from comparison.scene.criteria import Limits
+from comparison.scene.criteria import Reliability as Settings
+from comparison.tables.arrays import Array, BoolArray
 
 ROUND_OFF = 1e-13
 """Of a reliability: a few hundred additions."""

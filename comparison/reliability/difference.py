@@ -3,7 +3,7 @@ r"""The reliabilities of two models, and whether their difference means anything
 Both models compute the same press from the same start, so their difference D has two sources of uncertainty:
 
 - *numerical*: the reliability is worked out from the finer run, the coarser one and the twins of each model
-  as well, and their distances give u as those of any channel do (`comparison.uncertainty`). Where
+  as well, and their distances give u as those of any channel do (`comparison.accuracy.uncertainty`). Where
   neighbouring runs part, a twin's reliability is that of another course, and u says so. The ideal mechanism's
   own error enters in the same way, by a coarser run of it.
 - *sampling*: how far the difference would move with other cycles. Paired, since the errors of both models at
@@ -21,14 +21,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.judging import Reliability as Settings
+from comparison.accuracy.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
 from comparison.reliability.assessment import Assessment, assess, divide, moments, stressing
 from comparison.reliability.errors import SliderErrors, slider_errors
 from comparison.reliability.interference import influence, reliability
 from comparison.reliability.sampling import half_width, standard_error
-from comparison.table import Table, TableError
-from comparison.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
+from comparison.scene.criteria import Reliability as Settings
+from comparison.tables.arrays import Array
+from comparison.tables.table import Table, TableError
 
 MARGIN = 1e-3
 """Of reliability: an interval that reaches further leaves it undecided whether two models agree. It is of the

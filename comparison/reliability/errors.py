@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.channels import channels
-from comparison.resample import resample
-from comparison.shift import SAME_GRID
-from comparison.table import Table, TableError
+from comparison.tables.arrays import Array
+from comparison.tables.channels import channels
+from comparison.tables.resample import resample
+from comparison.tables.table import Table, TableError
+from comparison.tables.time_shift import SAME_GRID
 
 QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
 """What the paper calls displacement, velocity and acceleration of the slider: the channels, y up."""
@@ -43,7 +43,7 @@ def slider_errors(actual: Table, ideal: Table, period: float) -> SliderErrors:
 
     Both may be any tables that start at the crank's start. Tables of the same times with whole samples a
     turn, as both models make them, are taken as they are; others are interpolated to the coarser one's mean
-    interval (`comparison.resample`: accelerations are cut at the contacts that the tables tell of).
+    interval (`comparison.tables.resample`: accelerations are cut at the contacts that the tables tell of).
 
     Parameters
     ----------

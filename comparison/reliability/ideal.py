@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from comparison.accuracy import coarser
-from comparison.scene import BASE, Scene, load_scene
-from comparison.schema import ExudynSolver, ReferenceSolver
+from comparison.accuracy.levels import coarser
+from comparison.scene import Scene, load_scene
+from comparison.scene.loading import BASE
+from comparison.scene.schema import ExudynSolver, ReferenceSolver
 
 STEPS = 10_000
 """Of Exudyn in a crank turn, fixed. Constraints alone move an ideal mechanism: positions are right to 1e-12 m
@@ -14,7 +15,7 @@ _WITHOUT_MEANING = ("clearance", "contact", "friction", "initial", "environment"
 
 
 def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
-    """Return the same scene with ideal joints, by the name of the run in `comparison.uncertainty.Runs`.
+    """Return the same scene with ideal joints, by its name in `comparison.accuracy.uncertainty.Runs`.
 
     Samples, speed and bodies are the scene's. What does not matter to a motion that the drive alone
     decides is set to one value, gravity too, and so are the settings of our two models: scenes that differ in

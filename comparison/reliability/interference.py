@@ -19,8 +19,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from comparison.arrays import Array
-from comparison.judging import Limits
+from comparison.scene.criteria import Limits
+from comparison.tables.arrays import Array
 
 ROUNDING = 5e-6
 """Half a unit in the fifth digit, to which the paper prints: nearer to the cap nothing can be told."""

@@ -41,7 +41,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betaincinv, ndtri, stdtrit
 
-from comparison.arrays import Array, BoolArray
+from comparison.tables.arrays import Array, BoolArray
 
 LEVEL = 0.95
 ENOUGH = 30

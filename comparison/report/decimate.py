@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.arrays import Array, BoolArray
+from comparison.tables.arrays import Array, BoolArray
 
 COLUMNS = 400
 """Columns of a drawing: about its width in points."""

@@ -11,10 +11,10 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
-from comparison.arrays import Array, BoolArray
+from comparison.formatting import decade, prefix, pretty_unit
 from comparison.report import svg
 from comparison.report.decimate import envelope, spans, upper_envelope
-from comparison.report.quantity import decade, prefix, pretty_unit
+from comparison.tables.arrays import Array, BoolArray
 
 _LEFT, _RIGHT = 0.135, 0.965  # of the figure's width
 _UPPER = (0.545, 0.335)  # bottom and height, of the figure's height

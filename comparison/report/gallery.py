@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from markupsafe import Markup
 
-from comparison.arrays import Array
-from comparison.channels import channels
-from comparison.findings import ChannelComparison, SceneComparison
+from comparison.agreement.results import ChannelComparison, SceneComparison
+from comparison.formatting import percent, quantity
 from comparison.report import rule
 from comparison.report.figures import ChannelFigure, Curves
-from comparison.report.quantity import percent, quantity
 from comparison.report.summary import worst_channel
+from comparison.tables.arrays import Array
+from comparison.tables.channels import channels
 
 _ENLARGED = 0.02  # of a crank turn (or of the run) to either side of the worst sample
 

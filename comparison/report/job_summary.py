@@ -6,9 +6,9 @@ import html
 from collections.abc import Sequence
 from pathlib import Path
 
-from comparison.cases import Case
+from comparison.agreement.cases import Case
 from comparison.files import replacing
-from comparison.report.markdown import table
+from comparison.formatting import table
 
 LIMIT = 1_000_000
 """Bytes. GitHub shows nothing of a step's summary that is larger than 1 MiB."""

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from comparison.cases import Case
+from comparison.agreement.cases import Case
 from comparison.files import replacing
 
 _CHILD = {"failed": "failure", "error": "error", "skipped": "skipped"}

@@ -14,15 +14,15 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
-from comparison.findings import SceneComparison
-from comparison.measures.impacts import WINDOW
+from comparison.agreement.results import SceneComparison
+from comparison.formatting import MISSING, percent, quantity
+from comparison.metrics.impacts import WINDOW
 from comparison.reliability.difference import MARGIN
 from comparison.report import reliability, rule, summary, svg, tables
 from comparison.report.gallery import figures, is_derived, representative
-from comparison.report.quantity import MISSING, percent, quantity
-from comparison.summary import attribution_words, shift_line
+from comparison.report.text import attribution_words, shift_line
 
-_HERE = Path(__file__).parent
+_ASSETS = Path(__file__).with_name("assets")
 # Closed parts are opened for printing where the browser's style sheets cannot do it.
 _SCRIPT = (
     'addEventListener("beforeprint",()=>document.querySelectorAll("details:not([open])")'
@@ -69,7 +69,7 @@ def write_report(comparisons: Sequence[SceneComparison], out: Path, *, title: st
 def render(comparisons: Sequence[SceneComparison], *, title: str, command: str) -> str:
     """Return the page as text."""
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_HERE),
+        loader=jinja2.FileSystemLoader(_ASSETS),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -94,7 +94,7 @@ def render(comparisons: Sequence[SceneComparison], *, title: str, command: str) 
         definition=rule.definition(comparisons),
         contact_headings=tables.CONTACT_HEADINGS,
         information_headings=list(tables.INFORMATION_HEADINGS.values()),
-        css=Markup((_HERE / "report.css").read_text("utf-8")),
+        css=Markup((_ASSETS / "report.css").read_text("utf-8")),
         script=Markup(_SCRIPT),
         script_hash=base64.b64encode(hashlib.sha256(_SCRIPT.encode()).digest()).decode(),
     )

@@ -9,15 +9,15 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from comparison.channels import channels
-from comparison.findings import SceneComparison
+from comparison.agreement.results import SceneComparison
+from comparison.formatting import MISSING, number, quantity
 from comparison.reliability.assessment import Assessment
 from comparison.reliability.difference import Difference
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.reliability.words import particulars, rounded
 from comparison.report import svg
 from comparison.report.gallery import Drawing
-from comparison.report.quantity import MISSING, number, quantity
+from comparison.tables.channels import channels
 
 SIZE = (5.56, 4.6)
 """in, as the style's unit."""

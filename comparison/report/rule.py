@@ -6,18 +6,18 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from comparison.arrays import Array, BoolArray
-from comparison.confirmation_starts import ENOUGH, MEMBERS, OTHER_MEMBERS
-from comparison.findings import ChannelComparison, SceneComparison
-from comparison.report.quantity import number
-from comparison.thresholds import thresholds
-from comparison.uncertainty import (
+from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.uncertainty import (
     ENSEMBLE_FACTOR,
     SAFETY_FACTOR,
     SAFETY_FACTOR_IN_ORDER,
     TWIN_SHIFT,
     WINDOW,
 )
+from comparison.agreement.confirmation_starts import ENOUGH, MEMBERS, OTHER_MEMBERS
+from comparison.agreement.results import ChannelComparison, SceneComparison
+from comparison.formatting import number
+from comparison.tables.arrays import Array, BoolArray
 
 
 def definition(comparisons: Sequence[SceneComparison]) -> list[str]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from comparison.findings import ChannelComparison, SceneComparison
+from comparison.agreement.results import ChannelComparison, SceneComparison
 
 SYMBOLS = {
     "agree": "✓",

@@ -13,7 +13,7 @@ import matplotlib.figure
 
 from comparison.files import replacing
 
-STYLE = Path(__file__).with_name("sixbar.mplstyle")
+STYLE = Path(__file__).with_name("assets") / "sixbar.mplstyle"
 
 # What a colour of the drawing means; the page's style sheet says what it looks like, light and dark.
 INK, GRID, FIRST, SECOND = "#111111", "#222222", "#333333", "#444444"

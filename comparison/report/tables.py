@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparison.arrays import Array, BoolArray
-from comparison.channels import CONTACTS, PIN
-from comparison.findings import ChannelComparison, SceneComparison
+from comparison.agreement.contact_states import SITUATIONS, of_scene, pin_of_scene
+from comparison.agreement.results import ChannelComparison, SceneComparison
+from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.report.decimate import spans
-from comparison.report.quantity import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.report.summary import largest_predictable
-from comparison.situations import SITUATIONS, of_scene, pin_of_scene
+from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import CONTACTS, PIN
 
 CONTACT_HEADINGS = (
     "Contacts",

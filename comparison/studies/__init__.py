@@ -1,8 +1,8 @@
 """What the code says about questions that one comparison cannot answer: each study writes its own folder.
 
-A study is a module here with a function ``write(folder, n_jobs, on_progress)`` that runs its scenes by
-`comparison.run` (so that an interrupted study resumes and a second call is quick) and writes a README.md
-with SVG figures into a folder that exists.
+A study is a package here; its module `study` has a function ``write(folder, n_jobs, on_progress)`` that runs
+its scenes by `comparison.execution` (so that an interrupted study resumes and a second call is quick) and
+writes a README.md with SVG figures into a folder that exists.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def write_study(name: str, folder: Path, n_jobs: int, on_progress: Callable[[flo
     path
         Of the study's README.md.
     """
-    study = import_module(f"comparison.studies.{name.replace('-', '_')}")
+    study = import_module(f"comparison.studies.{name.replace('-', '_')}.study")
     folder.mkdir(parents=True, exist_ok=True)
     study.write(folder, n_jobs, on_progress)
     return folder / "README.md"

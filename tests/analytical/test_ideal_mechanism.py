@@ -13,7 +13,9 @@ from reference_model.constants import Constants, Formulation, as_record
 from reference_model.linkage import rocker_tip
 from reference_model.reading import read_parameters
 
-PAPER = tomllib.loads((Path(__file__).parents[2] / "comparison" / "scenes" / "paper.toml").read_text())
+PAPER = tomllib.loads(
+    (Path(__file__).parents[2] / "comparison" / "scene" / "shipped" / "paper.toml").read_text()
+)
 PAPER["initial"]["slider_offset"] = 5e-5
 PAPER["solver"] = {
     "reference": {"method": "dop853", "tolerance": 1e-9, "baumgarte_alpha": 10.0, "baumgarte_beta": 10.0}

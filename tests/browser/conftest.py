@@ -9,14 +9,14 @@ from typing import Any
 
 import pytest
 
-from comparison.findings import SceneComparison
+from comparison.agreement.results import SceneComparison
 
 
 @pytest.fixture(scope="session")
 def comparisons() -> list[SceneComparison]:
     """A scene that agrees at both tiers and one that differs."""
     # Test folders are no packages, so the neighbour is loaded by its path.
-    path = Path(__file__).parents[1] / "comparison_report" / "conftest.py"
+    path = Path(__file__).parents[1] / "comparison" / "report" / "conftest.py"
     spec = importlib.util.spec_from_file_location("made_up_comparisons", path)
     assert spec is not None
     assert spec.loader is not None

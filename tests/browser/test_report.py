@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from comparison.findings import SceneComparison
+from comparison.agreement.results import SceneComparison
 from comparison.report import write_report
 
 pytestmark = pytest.mark.browser

@@ -13,9 +13,9 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from comparison.engines import GROUP
+from comparison.engines.registry import GROUP
 from comparison.scene import Scene, load_scene
-from comparison.table import Table
+from comparison.tables.table import Table
 
 FAKE = Path(__file__).with_name("fake_model.py")
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.tiers import TIERS
+from comparison.accuracy.uncertainty import TWIN_SHIFT
+from comparison.cli.reports import BEGIN, END, index, table_of, with_table
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
-from comparison.studies.index import BEGIN, END, index, table_of, with_table
-from comparison.thresholds import thresholds
-from comparison.tiers import TIERS
-from comparison.uncertainty import TWIN_SHIFT
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
@@ -38,7 +38,7 @@ def test_the_verdicts_are_those_of_the_reports():
 
 
 def test_the_verdicts_on_record_are_those_of_the_reports():
-    recorded = tomllib.loads((ROOT / "comparison" / "verdicts.toml").read_text("utf-8"))["scenes"]
+    recorded = tomllib.loads((ROOT / "comparison" / "agreement" / "verdicts.toml").read_text("utf-8"))["scenes"]
     assert list(recorded) == shipped_scenes()
     text = (REPORTS / "verdicts" / "README.md").read_text("utf-8")
     rows = {line.split(" | ")[0].removeprefix("| "): line for line in text.splitlines() if line[:1] == "|"}

@@ -11,9 +11,9 @@ import pytest
 
 import exudyn_model
 import reference_model
-from comparison.accuracy import NAMES, expected, solver_values
-from comparison.formulation import loose
+from comparison.accuracy.levels import NAMES, expected, solver_values
 from comparison.scene import Scene, load_scene, shipped_scenes
+from comparison.scene.formulation import loose
 
 SIMULATE = {"reference": reference_model.simulate, "exudyn": exudyn_model.simulate}
 LOOSE = [name for name in shipped_scenes() if loose(load_scene(name).data)]

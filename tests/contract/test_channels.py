@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from comparison.channels import channels, expected
+from comparison.tables.channels import channels, expected
 
 GROUPS = ("accelerations", "corners", "joints", "energy")
 SHORT = {"drive.cycles": 0.005}

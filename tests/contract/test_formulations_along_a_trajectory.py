@@ -2,11 +2,11 @@
 
 import pytest
 
-from comparison.channels import channels
+from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.uncertainty import Levels, round_off, uncertainty, window_samples
+from comparison.agreement.verdict import compare_channel
 from comparison.scene import load_scene
-from comparison.thresholds import thresholds
-from comparison.uncertainty import Levels, round_off, uncertainty, window_samples
-from comparison.verdict import compare_channel
+from comparison.tables.channels import channels
 from reference_model import simulate
 from reference_model.reactions import REACTIONS
 

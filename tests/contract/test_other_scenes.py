@@ -5,12 +5,12 @@ import pytest
 
 import exudyn_model
 import reference_model
-from comparison.accuracy import refinement
-from comparison.compare import Runs, compare
-from comparison.findings import SceneComparison
+from comparison.accuracy.levels import refinement
+from comparison.agreement.compare import Runs, compare
+from comparison.agreement.cross_check import levels
+from comparison.agreement.results import SceneComparison
 from comparison.scene import load_scene
-from comparison.table import Table
-from comparison.validation import levels
+from comparison.tables.table import Table
 
 MODELS = {"reference": reference_model, "exudyn": exudyn_model}
 # Every group: Exudyn then has its constraints at velocity level.
@@ -18,7 +18,7 @@ ALL = {"output.groups": ["accelerations", "corners", "joints", "energy"]}
 
 
 def compared(name: str, changes: dict) -> SceneComparison:
-    """What `comparison.validation` does with a scene: three levels and two twins of each model."""
+    """What `comparison.agreement.cross_check` does with a scene: three levels and two twins of each model."""
     scene = load_scene(name, changes)
     runs = {}
     for model, package in MODELS.items():

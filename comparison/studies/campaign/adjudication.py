@@ -14,16 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.channels import CONTACTS
-from comparison.findings import SceneComparison
-from comparison.ledger import Row
-from comparison.report.quantity import quantity
-from comparison.run import MODELS, Outcome
+from comparison.agreement.results import SceneComparison
+from comparison.execution.ledger import Row
+from comparison.execution.run import MODELS, Outcome
+from comparison.formatting import quantity
 from comparison.scene import Scene
 from comparison.studies.campaign.opinions import FINE_SAMPLES, excerpt, opinions, restart_sample
 from comparison.studies.campaign.walls import Breach, breaches
-from comparison.table import Table
+from comparison.tables.arrays import Array
+from comparison.tables.channels import CONTACTS
+from comparison.tables.table import Table
 
 Run = Callable[[Scene, str], Outcome]
 WINDOW = 0.05

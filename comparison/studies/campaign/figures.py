@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
-from comparison.arrays import Array
-from comparison.ledger import Row
+from comparison.accuracy.thresholds import thresholds
+from comparison.execution.ledger import Row
 from comparison.report import svg
 from comparison.studies.campaign.population import CLEARANCE, SPEED_RPM, Case
 from comparison.studies.campaign.screening import LIMIT, TIER, clearance
@@ -24,7 +24,7 @@ from comparison.studies.campaign.stages import (
     NOT_DECIDED,
     UNDERESTIMATED,
 )
-from comparison.thresholds import thresholds
+from comparison.tables.arrays import Array
 
 _SIZE = (5.56, 2.9)
 _DECADES = np.arange(-15.0, -2.9, 0.5)

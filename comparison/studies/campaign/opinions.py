@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from comparison.arrays import BoolArray
 from comparison.scene import Scene
-from comparison.table import Table
+from comparison.tables.arrays import BoolArray
+from comparison.tables.table import Table
 
 SMALL_STEP = 1e-7
 """s: a fifth of what five bodies take at "strict"."""

@@ -11,9 +11,9 @@ from functools import cache
 
 import numpy as np
 
-from comparison.run import MODELS
+from comparison.accuracy.tiers import tight
+from comparison.execution.run import MODELS
 from comparison.scene import Scene, load_scene
-from comparison.tiers import tight
 
 SEED = 13062026
 COUNT = 1000

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from comparison.channels import channels
-from comparison.compare import Runs, model_uncertainty
+from comparison.accuracy.thresholds import thresholds
+from comparison.agreement.compare import Runs, model_uncertainty
 from comparison.scene import Scene
-from comparison.table import Table
-from comparison.thresholds import thresholds
+from comparison.tables.channels import channels
+from comparison.tables.table import Table
 
 TIER = "tight"
 LIMIT = 1e-8

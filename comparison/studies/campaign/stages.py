@@ -10,20 +10,20 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict
 
-from comparison.accuracy import refinement
-from comparison.compare import Runs, compare
-from comparison.findings import SceneComparison
-from comparison.ledger import Row
-from comparison.run import MODELS, Outcome
+from comparison.accuracy.levels import refinement
+from comparison.accuracy.thresholds import thresholds
+from comparison.agreement.compare import Runs, compare
+from comparison.agreement.cross_check import levels
+from comparison.agreement.results import SceneComparison
+from comparison.execution.ledger import Row
+from comparison.execution.run import MODELS, Outcome
 from comparison.scene import Scene
 from comparison.studies.campaign.adjudication import Run, adjudicate
 from comparison.studies.campaign.population import Case
 from comparison.studies.campaign.screening import TIER, screen
 from comparison.studies.campaign.walls import breaches
 from comparison.studies.detection.pairs import summary
-from comparison.table import Table, TableError
-from comparison.thresholds import thresholds
-from comparison.validation import levels
+from comparison.tables.table import Table, TableError
 
 Confirm = Callable[[SceneComparison, tuple[Runs, Runs], Scene, Run], SceneComparison]
 """Confirms a verdict "differ" by ensembles: a comparison, the runs, what they ran, who runs it."""

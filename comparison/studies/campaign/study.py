@@ -9,11 +9,12 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from comparison.accuracy.thresholds import thresholds
+from comparison.engines.platform import platform_name, versions
+from comparison.execution.ledger import Row
+from comparison.execution.run import MODELS, Progress
 from comparison.files import replacing, write_json
-from comparison.ledger import Row
-from comparison.machine import platform_name, versions
-from comparison.report.quantity import percent, quantity
-from comparison.run import MODELS, Progress
+from comparison.formatting import percent, quantity
 from comparison.studies.campaign import population, tables
 from comparison.studies.campaign.adjudication import OPEN
 from comparison.studies.campaign.figures import draw_distances, draw_places
@@ -30,7 +31,6 @@ from comparison.studies.campaign.stages import (
     VIOLATED,
 )
 from comparison.studies.campaign.tasks import run_cases
-from comparison.thresholds import thresholds
 
 NAMES = {"reference": "the reference errs", "exudyn": "Exudyn's tree errs", OPEN: "open"}
 

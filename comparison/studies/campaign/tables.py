@@ -6,14 +6,13 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from comparison.channels import CONTACTS, channels
-from comparison.ledger import Row
-from comparison.report.markdown import table
-from comparison.report.quantity import MISSING, number, percent, quantity
-from comparison.run import MODELS
+from comparison.execution.ledger import Row
+from comparison.execution.run import MODELS
+from comparison.formatting import MISSING, number, percent, quantity, table
 from comparison.studies.campaign.population import Case
 from comparison.studies.campaign.stages import COMPARED, DIFFER, OUTCOMES, UNDERESTIMATED
 from comparison.studies.detection.rates import share, upper_limit
+from comparison.tables.channels import CONTACTS, channels
 
 Found = Sequence[tuple[Case, Row]]
 NONE = "There was none."

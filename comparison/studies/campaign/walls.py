@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from comparison.channels import CORNERS
-from comparison.table import Table
+from comparison.tables.channels import CORNERS
+from comparison.tables.table import Table
 
 OPEN_DEPTH = 1e-11
 """m. A touch is located to where the gap rounds, a difference of coordinates of half a metre, 1e-16 m times
@@ -30,7 +30,7 @@ class Breach:
     name
         "open-depth" or "overlap", as the models call these invariants.
     corner
-        Of `comparison.channels.CORNERS`; for overlaps also "pin".
+        Of `comparison.tables.channels.CORNERS`; for overlaps also "pin".
     time
         s: of the deepest sample; where the overlap begins.
     value, bound

@@ -7,14 +7,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from comparison.channels import channels
-from comparison.report.markdown import table
-from comparison.report.quantity import MISSING
+from comparison.accuracy.tiers import TIERS
+from comparison.formatting import MISSING, table
 from comparison.studies.detection import rounding
 from comparison.studies.detection.rates import count, interval, share
 from comparison.studies.detection.results import Results, pooled
 from comparison.studies.detection.tasks import Found
-from comparison.tiers import TIERS
+from comparison.tables.channels import channels
 
 _COUNTED = (
     "draws",

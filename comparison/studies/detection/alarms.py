@@ -13,12 +13,12 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 
-from comparison.run import MODELS
+from comparison.accuracy.tiers import tight
+from comparison.accuracy.uncertainty import TWIN_SHIFT
+from comparison.execution.run import MODELS
 from comparison.scene import Scene, load_scene
 from comparison.studies.detection.pairs import Pair
 from comparison.studies.detection.tasks import Side
-from comparison.tiers import tight
-from comparison.uncertainty import TWIN_SHIFT
 
 SEED = 13062025
 FACTORS = (0.3, 3.0)

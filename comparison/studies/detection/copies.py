@@ -16,7 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Protocol
 
-from comparison.engines import GROUP, OWN, load
+from comparison.engines.registry import GROUP, OWN, load
 
 
 class Change(Protocol):

@@ -19,12 +19,12 @@ from math import ceil, cos, degrees, pi, sin, sqrt
 
 import numpy as np
 
-from comparison.run import MODELS
+from comparison.accuracy.tiers import tight
+from comparison.execution.run import MODELS
 from comparison.scene import Scene, load_scene, shipped_scenes
 from comparison.studies.detection.pairs import Pair
 from comparison.studies.detection.rounding import ROUNDINGS, Rounding
 from comparison.studies.detection.tasks import Found, Side
-from comparison.tiers import tight
 
 SEED = 21112025
 SHARE = 0.02

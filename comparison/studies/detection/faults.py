@@ -13,11 +13,11 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, Literal
 
-from comparison.run import MODELS
+from comparison.accuracy.tiers import TIERS, tight
+from comparison.execution.run import MODELS
 from comparison.scene import Scene, load_scene
 from comparison.studies.detection.pairs import Pair
 from comparison.studies.detection.tasks import Found, Side
-from comparison.tiers import TIERS, tight
 
 Kind = Literal["number", "code", "table"]
 KINDS: tuple[Kind, ...] = ("number", "code", "table")

@@ -9,14 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from comparison.compare import compare
-from comparison.run import MODELS, RunError
+from comparison.agreement.compare import compare
+from comparison.execution.run import MODELS, RunError
 from comparison.scene import Scene
 from comparison.studies.detection.faults import DETECTED, number_of, scenes
 from comparison.studies.detection.pairs import Pair
-from comparison.studies.detection.tasks import Found, Side, kept_runs, runs
-from comparison.table import TableError
-from comparison.workers import Kernels
+from comparison.studies.detection.tasks import Comparison, Found, Side, kept_runs, runs
+from comparison.tables.table import TableError
 
 PARAMETERS = (
     ("Young's modulus", "contact.youngs_modulus", "press"),
@@ -43,7 +42,7 @@ NEXT = (MOST / LEAST) ** 0.5**HALVINGS
 
 
 @dataclass(frozen=True)
-class Search:
+class Search(Comparison):
     """By halving the decades: a change that is found, and a smaller one that is not."""
 
     scene: Scene
@@ -70,16 +69,6 @@ class Search:
     def cost(self) -> float:
         """Expected time, s."""
         return HALVINGS * self.sides[1].cost + 0.1 * self.a.cost
-
-    @property
-    def kernels(self) -> frozenset[Kernels]:
-        """Which code is compiled for it."""
-        return frozenset(side.kernels for side in self.sides)
-
-    @property
-    def environment(self) -> tuple[tuple[str, str], ...]:
-        """No variables besides its parent's."""
-        return ()
 
     def find(self) -> Found:
         """Return ``found`` and ``missed``, relative changes; None where all or none are found."""

@@ -6,9 +6,8 @@ from collections import Counter
 from collections.abc import Sequence
 from importlib.resources import files
 
-from comparison.machine import platform_name, versions
-from comparison.report.markdown import table
-from comparison.report.quantity import MISSING, number, quantity
+from comparison.engines.platform import platform_name, versions
+from comparison.formatting import MISSING, number, quantity, table
 from comparison.studies.detection import alarms, cross_model, limits
 from comparison.studies.detection.alarm_tables import (
     alarm_list,

@@ -8,23 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from comparison.compare import Runs, compare
-from comparison.confirmation import confirm
-from comparison.findings import Confirmation, SceneComparison
-from comparison.run import RunError, runner
+from comparison.agreement.compare import Runs, compare
+from comparison.agreement.confirmation import confirm
+from comparison.agreement.results import Confirmation, SceneComparison
+from comparison.execution.run import RunError, runner
 from comparison.scene import Scene, SceneError
 from comparison.studies.detection.copies import load_copy
 from comparison.studies.detection.tables import SPOILS
-from comparison.studies.detection.tasks import Found, Side, kept_runs, refusal
-from comparison.table import Table, TableError
-from comparison.workers import Kernels
+from comparison.studies.detection.tasks import Comparison, Found, Side, kept_runs, refusal
+from comparison.tables.table import Table, TableError
 
 _MOVED = ("initial.slider_offset", "initial.slider_angle", "mechanism.crank_angle_deg")
 """Where an ensemble's starts lie apart."""
 
 
 @dataclass(frozen=True)
-class Pair:
+class Pair(Comparison):
     """Two sides judged as results of one scene; found is `summary`, or why they cannot be compared."""
 
     scene: Scene
@@ -56,11 +55,6 @@ class Pair:
     def cost(self) -> float:
         """Expected time, s."""
         return self.b.cost + 0.1 * self.a.cost
-
-    @property
-    def kernels(self) -> frozenset[Kernels]:
-        """Which code is compiled for it."""
-        return frozenset(side.kernels for side in self.sides)
 
     def find(self) -> Found:
         """Run what has not run yet in this process, judge, and have a difference confirmed."""

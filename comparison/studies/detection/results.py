@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from comparison.machine import platform_name, versions
+from comparison.accuracy.thresholds import thresholds_record
+from comparison.engines.platform import platform_name, versions
 from comparison.studies.detection import alarms, cross_model, limits, rounding
 from comparison.studies.detection.faults import Trial
 from comparison.studies.detection.rates import count, interval
 from comparison.studies.detection.tasks import Found
-from comparison.thresholds import thresholds_record
 
 ByRounding = Mapping[rounding.Rounding, Sequence[Found]]
 
@@ -55,7 +55,7 @@ def pooled(by_rounding: ByRounding) -> list[Found]:
 def record(results: Results) -> dict[str, Any]:
     """Return counts, verdicts, and changes with two digits, with the thresholds that they were measured with.
 
-    The gate's baseline takes over the rates: see `comparison.gate.renewal`.
+    The gate's baseline takes over the rates: see `comparison.regression.update`.
     """
     return {
         "machine": platform_name(),

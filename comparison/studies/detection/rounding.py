@@ -14,12 +14,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from comparison.run import MODELS, run_one
+from comparison.accuracy.tiers import TIERS
+from comparison.execution.run import MODELS, run_one
 from comparison.studies.detection.copies import load_copy
 from comparison.studies.detection.faults import scenes
-from comparison.studies.detection.tasks import Found, Side, refusal
-from comparison.tiers import TIERS
-from comparison.workers import Kernels
+from comparison.studies.detection.tasks import Comparison, Found, Side, refusal
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ ROUNDINGS = (
 
 
 @dataclass(frozen=True)
-class Bits:
+class Bits(Comparison):
     """The hash of one run under a variant."""
 
     side: Side
@@ -102,11 +101,6 @@ class Bits:
     def cost(self) -> float:
         """Expected time, s."""
         return self.side.cost
-
-    @property
-    def kernels(self) -> frozenset[Kernels]:
-        """Which code is compiled for it."""
-        return frozenset([self.side.kernels])
 
     def find(self) -> Found:
         """Return the hash of all numbers of the table; that of a run that fails is why it did."""
@@ -144,7 +138,7 @@ def effective(measured: Sequence[tuple[str, ...]], tier: str) -> list[Rounding]:
     measured
         From `hashes`.
     tier
-        Of `comparison.tiers.TIERS`.
+        Of `comparison.accuracy.tiers.TIERS`.
     """
     columns = [at for at, place in enumerate(PLACES) if place[1] == tier]
     known: dict[tuple[str, ...], Rounding] = {}

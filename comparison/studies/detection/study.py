@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 
+from comparison.execution.run import Progress
 from comparison.files import replacing, write_json
-from comparison.run import Progress
 from comparison.studies.detection import alarms, cross_model, limits, rounding
 from comparison.studies.detection.copies import installed
 from comparison.studies.detection.cross_model import Draw
@@ -16,8 +16,8 @@ from comparison.studies.detection.figures import draw
 from comparison.studies.detection.finding import find_all
 from comparison.studies.detection.page import text
 from comparison.studies.detection.results import Results, record
-from comparison.studies.detection.tasks import Found, Task
-from comparison.studies.progress import part
+from comparison.studies.detection.tasks import Comparison, Found
+from comparison.studies.shared.progress import part
 
 # Of the whole time: what is measured of the rounding, faults with self comparisons and limits, both models.
 _PARTS = (0.01, 0.4, 1.0)
@@ -41,7 +41,7 @@ def measured(n_jobs: int, on_progress: Progress | None) -> Results:
     """Make all comparisons; those that were made before are not repeated."""
     own, faults, healthy = [alarms.pairs(kind) for kind in alarms.KINDS], trials(catalogue()), controls()
     searches = limits.searches()
-    tasks: list[Task] = [
+    tasks: list[Comparison] = [
         *(pair for drawn in own for pair in drawn),
         *healthy,
         *(trial.pair for trial in faults),

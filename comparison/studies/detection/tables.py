@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from comparison.channels import CORNERS
-from comparison.compare import Runs
-from comparison.table import Table
+from comparison.agreement.compare import Runs
+from comparison.tables.channels import CORNERS
+from comparison.tables.table import Table
 
 Spoil = Callable[[Runs, Runs], tuple[Runs, Runs]]
 

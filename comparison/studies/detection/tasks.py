@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
-from comparison.accuracy import refinement
-from comparison.compare import Runs
-from comparison.run import kernels, run_one
+from comparison.accuracy.levels import refinement
+from comparison.agreement.compare import Runs
+from comparison.agreement.cross_check import levels
+from comparison.execution.run import kernels, run_one
+from comparison.execution.task_store import Task
+from comparison.execution.workers import Kernels
 from comparison.scene import Scene
 from comparison.studies.detection.copies import load_copy
-from comparison.validation import levels
-from comparison.workers import Kernels
 
 Found = dict[str, Any]
 
@@ -51,29 +53,25 @@ class Side:
         return float(6e-5 * self.scene.duration / solver["step"])
 
 
-class Task(Protocol):
-    """Something to find by running models."""
+class Comparison(Task):
+    """Something that is found by comparing runs of two sides."""
 
     @property
+    @abstractmethod
     def sides(self) -> tuple[Side, ...]:
         """The sides that it runs."""
 
     @property
-    def identity(self) -> dict[str, Any]:
-        """What distinguishes it from other tasks, as JSON holds it."""
-
-    @property
-    def cost(self) -> float:
-        """Expected time, s."""
+    def models(self) -> tuple[str, ...]:
+        """The engines of its sides."""
+        return tuple(side.runs_by for side in self.sides)
 
     @property
     def kernels(self) -> frozenset[Kernels]:
-        """Which code is compiled for it."""
+        """Which code is compiled for its sides."""
+        return frozenset(side.kernels for side in self.sides)
 
-    @property
-    def environment(self) -> tuple[tuple[str, str], ...]:
-        """Variables, and their values, of the process that runs it, besides its parent's."""
-
+    @abstractmethod
     def find(self) -> Found:
         """Run and judge."""
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import nan
 
-from comparison.run import Job, Outcome, Progress, run_all
+from comparison.execution.run import Job, Outcome, Progress, run_all
 from comparison.scene import Scene, load_scene
 
 SCENES = {"ideal slider": "ideal", "slider with contact": "150rpm-0.2mm"}

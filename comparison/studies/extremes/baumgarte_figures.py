@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 
+from comparison.formatting import decade
 from comparison.report import svg
-from comparison.report.quantity import decade
 from comparison.studies.extremes.baumgarte import GAINS, MAPPED, SCENES, TOLERANCES, Run, pick
 from comparison.studies.extremes.explicit import limit
 

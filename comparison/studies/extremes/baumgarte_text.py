@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from comparison.report.markdown import table
-from comparison.report.quantity import MISSING, number, quantity
+from comparison.formatting import MISSING, number, quantity, table
 from comparison.studies.extremes.baumgarte import (
     GAINS,
     MAPPED,
@@ -18,7 +17,7 @@ from comparison.studies.extremes.baumgarte import (
     scene,
 )
 from comparison.studies.extremes.explicit import limit, longest_step
-from comparison.studies.rates import rate
+from comparison.studies.shared.rates import rate
 
 NO_WORSE = 3.0
 """A drift within this factor of the least counts as the least: both are round-off."""

@@ -8,14 +8,13 @@ from math import nan, tau
 
 import numpy as np
 
-from comparison.report.markdown import table
-from comparison.report.quantity import MISSING, number, quantity
-from comparison.run import MODELS, Job, Outcome
+from comparison.execution.run import MODELS, Job, Outcome
+from comparison.formatting import MISSING, number, quantity, table
 from comparison.scene import Scene, load_scene
-from comparison.studies.errors import error
 from comparison.studies.extremes.impact import lean
-from comparison.studies.rates import rate
-from comparison.table import Table
+from comparison.studies.shared.errors import error
+from comparison.studies.shared.rates import rate
+from comparison.tables.table import Table
 
 CLEARANCES = tuple(10.0**-power for power in range(3, 10))
 """m."""

@@ -11,14 +11,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from comparison.accuracy import finer
-from comparison.ledger import Row
-from comparison.run import Progress
+from comparison.accuracy.levels import finer
+from comparison.execution.ledger import Row
+from comparison.execution.run import Progress
 from comparison.scene import Scene
 from comparison.studies.extremes.cells import TURNS
 from comparison.studies.extremes.gather import Found
 from comparison.studies.extremes.outcomes import Closer, judge
-from comparison.studies.extremes.runs import LIMIT, Task, run_tasks
+from comparison.studies.extremes.runs import LIMIT, CellRun, run_tasks
 from comparison.studies.extremes.ways import STIFF, TIGHT, WAYS, Way
 
 HAIR = 1e-13
@@ -33,14 +33,14 @@ def look(
 ) -> None:
     """Run what answers both questions, and note it in `found`."""
     ways = {way.name: way for way in WAYS}
-    tasks: dict[tuple[int, str], Task] = {}
+    tasks: dict[tuple[int, str], CellRun] = {}
     for number, name in unexplained:
         of, way = found[number], ways[name]
         if (exact := _exact(of)) is not None:
-            tasks[number, _BESIDE] = Task(_beside(exact.scene(of.cell)), exact.model, LIMIT)
+            tasks[number, _BESIDE] = CellRun(_beside(exact.scene(of.cell)), exact.model, LIMIT)
         scene = way.scene(of.cell).with_values({"drive.cycles": TURNS})
         if (better := finer(way.model, scene)) is not None:
-            tasks[number, name] = Task(better, way.model, LIMIT)
+            tasks[number, name] = CellRun(better, way.model, LIMIT)
     rows = run_tasks(tasks, n_jobs, on_progress)
     for number, name in unexplained:
         of = found[number]

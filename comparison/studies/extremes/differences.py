@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from comparison.report.markdown import table
-from comparison.report.quantity import quantity
+from comparison.formatting import quantity, table
 from comparison.studies.extremes.cells import BASE_LABEL, HYPERCUBE, LAWS
 from comparison.studies.extremes.gather import Found
 from comparison.studies.extremes.outcomes import Class, Verdict

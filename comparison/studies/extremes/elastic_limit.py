@@ -8,11 +8,10 @@ from math import nan
 
 import numpy as np
 
-from comparison.report.markdown import table
-from comparison.report.quantity import number, quantity
-from comparison.run import Job, Outcome
+from comparison.execution.run import Job, Outcome
+from comparison.formatting import number, quantity, table
 from comparison.scene import Scene, load_scene
-from comparison.studies.rates import rate
+from comparison.studies.shared.rates import rate
 
 TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 """Of the reference."""

@@ -17,7 +17,7 @@ from math import pi
 
 import numpy as np
 
-from comparison.arrays import Array
+from comparison.tables.arrays import Array
 
 SPECTRAL_RADIUS = 0.9
 """At infinite frequency, as the Exudyn model runs generalized-alpha."""

@@ -6,16 +6,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from math import isfinite, nan
 
-from comparison.accuracy import expected
-from comparison.ledger import Row
-from comparison.run import Progress
+from comparison.accuracy.levels import expected
+from comparison.execution.ledger import Row
+from comparison.execution.run import Progress
+from comparison.execution.task_store import LATE
 from comparison.scene import Scene, SceneError
-from comparison.spread import LATE
 from comparison.studies.extremes.cells import HYPERCUBE, LAWS, LITERAL_LAW, TURNS, TURNS_AXIS, Cell, cells
 from comparison.studies.extremes.outcomes import Closer, Verdict, judge, magnification
-from comparison.studies.extremes.runs import LIMIT, Task, run_tasks
+from comparison.studies.extremes.runs import LIMIT, CellRun, run_tasks
 from comparison.studies.extremes.ways import STIFF, TIGHT, TREE, TWIN, Way, exact_of, ways_of
-from comparison.studies.progress import part
+from comparison.studies.shared.progress import part
 
 LONG_LIMIT, SHORT_LIMIT = 120.0, 3.0
 """s for a run of many turns; and where most runs would take all they are given, in the hypercube and under
@@ -99,7 +99,7 @@ def _run(
 ) -> dict[Run, Row]:
     """Run what can be run, limit by limit."""
     rows: dict[Run, Row] = {}
-    tasks: dict[float, dict[Run, Task]] = {limit: {} for limit in (SHORT_LIMIT, LIMIT, LONG_LIMIT)}
+    tasks: dict[float, dict[Run, CellRun]] = {limit: {} for limit in (SHORT_LIMIT, LIMIT, LONG_LIMIT)}
     for number, way in wanted:
         limit = _limit(found[number].cell, way)
         try:
@@ -110,7 +110,7 @@ def _run(
         if hopeless := _hopeless(scene, way, limit):
             rows[number, way] = hopeless
         else:
-            tasks[limit][number, way] = Task(scene, way.model, limit)
+            tasks[limit][number, way] = CellRun(scene, way.model, limit)
     total, done = sum(map(len, tasks.values())) or 1, 0
     for some in tasks.values():
         share = part(on_progress, done / total, (done + len(some)) / total)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from comparison.arrays import Array
 from comparison.studies.identification.kinematics import Geometry, Lengths, Topology, motion
+from comparison.tables.arrays import Array
 
 
 def restitution(c_e: float) -> float:

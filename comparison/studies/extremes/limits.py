@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from comparison.run import Progress, run_all
+from comparison.execution.run import Progress, run_all
 from comparison.studies.extremes import clearance_limit, elastic_limit, speed_limit, stiffness_limit
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from comparison.execution.run import MODELS
 from comparison.report import svg
-from comparison.run import MODELS
 from comparison.studies.extremes import elastic_limit, stiffness_limit
 from comparison.studies.extremes.limits import Found
 

@@ -9,9 +9,9 @@ from math import inf, nan
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.doubts import MUCH_DRIFT, MUCH_ENERGY
-from comparison.ledger import Row
+from comparison.execution.ledger import Row
+from comparison.execution.quality_checks import MUCH_DRIFT, MUCH_ENERGY
+from comparison.tables.arrays import Array
 
 
 class Class(StrEnum):

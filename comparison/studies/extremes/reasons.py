@@ -7,9 +7,9 @@ from math import isfinite
 
 import numpy as np
 
-from comparison.doubts import FEW_STEPS
-from comparison.ledger import Row
-from comparison.report.quantity import number, quantity
+from comparison.execution.ledger import Row
+from comparison.execution.quality_checks import FEW_STEPS
+from comparison.formatting import number, quantity
 from comparison.studies.extremes.cells import LITERAL_LAW, NEWTON
 from comparison.studies.extremes.closer import HAIR
 from comparison.studies.extremes.gather import Found

@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from math import isnan
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
-from comparison.cache import cache_folder
-from comparison.doubts import energy_share, steps_per_contact
-from comparison.engines import fingerprint
-from comparison.ledger import Row
-from comparison.machine import platform_name
-from comparison.run import Progress, RunError, kernels, run_one
-from comparison.scene import Scene, SceneError, digest, load_scene
-from comparison.sources import sources
-from comparison.spread import LATE, finish, on_processes
+from comparison.execution.ledger import Row
+from comparison.execution.quality_checks import energy_share, steps_per_contact
+from comparison.execution.run import Progress, RunError, kernels, run_one
+from comparison.execution.task_store import LATE, Task, measure_all, on_processes
+from comparison.execution.workers import Kernels
+from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.cells import BASE
-from comparison.table import Table
-from comparison.workers import Kernels, in_turn
+from comparison.tables.table import Table
 
 LIMIT = 20.0
 """s of processor time that a run may take; then it is broken off."""
@@ -29,7 +25,6 @@ GRACE = 0.5
 """s after which its process is ended, should it not look at the time."""
 WARM = 0.02
 """Turns of the run before, in which kernels are compiled: not counted."""
-_SOURCES = ("check.py", "doubts.py", "run.py", "table.py", "studies/extremes/runs.py")
 _warm: set[Kernels] = set()
 
 Name = TypeVar("Name", bound=Hashable)
@@ -43,7 +38,7 @@ class _OutOfTimeError(BaseException):
 
 
 @dataclass(frozen=True)
-class Task:
+class CellRun(Task):
     """A scene to be run by a model within so much time, s."""
 
     scene: Scene
@@ -65,54 +60,41 @@ class Task:
         """The integrator, as its scene names it."""
         return str(self.scene.data["solver"][self.model]["method"])
 
-    def key(self, fingerprints: Mapping[str, str]) -> str:
-        """Hash of all that can change the row."""
-        return digest(
-            {
-                "scene": self.scene.hash,
-                "model": [self.model, fingerprints[self.model]],
-                "limit": self.limit,
-                "sources": sources(*_SOURCES),
-                "machine": platform_name(),
-            }
-        )
+    @property
+    def identity(self) -> dict[str, Any]:
+        """Scene, model and limit."""
+        return {"scene": self.scene.hash, "model": self.model, "limit": self.limit}
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Its model."""
+        return (self.model,)
 
 
-def run_tasks(tasks: Mapping[Name, Task], n_jobs: int, on_progress: Progress | None) -> dict[Name, Row]:
+def run_tasks(tasks: Mapping[Name, CellRun], n_jobs: int, on_progress: Progress | None) -> dict[Name, Row]:
     """Run tasks of one limit by their names, equal ones once; what ran before is not run again."""
-    prints = {model: fingerprint(model) for model in ("reference", "exudyn")}
-    keys = {name: task.key(prints) for name, task in tasks.items()}
-    different = {key: tasks[name] for name, key in keys.items()}
-    ordered = {key: different[key] for key in in_turn(different)}
-    cache_folder().mkdir(parents=True, exist_ok=True)
-    ledger = cache_folder() / "extremes.jsonl"
     limit = max((task.limit for task in tasks.values()), default=LIMIT) + GRACE
-    rows = finish(attempt, ordered, ledger, on_processes(n_jobs, limit), on_progress)
-    return {name: rows[key] for name, key in keys.items()}
+    rows = measure_all(run_cell, list(tasks.values()), on_processes(n_jobs, limit), on_progress)
+    return dict(zip(tasks, rows, strict=True))
 
 
-def attempt(task: Task, progress: Callable[[float], None]) -> Row:
-    """Run and measure; whatever goes wrong becomes the row's status and message."""
+def run_cell(task: CellRun, progress: Progress) -> Row:
+    """Run and measure, also what had been recorded of a run that ended early."""
+    _compile(task)
+    progress(0.0)
+    start = time.process_time()
     try:
-        _compile(task)
-        progress(0.0)
-        start = time.process_time()
-        try:
-            table = run_one(task.scene, task.model, _in_time(progress, start + task.limit))
-        except RunError as error:
-            outcome = error.outcome
-            row = {"status": outcome.status, "message": outcome.message}
-            if outcome.partial is not None:
-                row |= measure(outcome.partial, task.scene)
-        else:
-            row = {"status": "success", "message": "", **measure(table, task.scene)}
-        return row | {"seconds": time.process_time() - start}
+        table = run_one(task.scene, task.model, _in_time(progress, start + task.limit))
+    except RunError as error:
+        outcome = error.outcome
+        row: Row = {"status": outcome.status, "message": outcome.message}
+        if outcome.partial is not None:
+            row |= measure(outcome.partial, task.scene)
     except _OutOfTimeError as end:
-        return {"status": LATE, "message": f"broken off after {task.limit:g} s", "share": end.share}
-    except SceneError as error:
-        return {"status": "bad input", "message": str(error)}
-    except Exception as error:
-        return {"status": "crashed", "message": " ".join(f"{type(error).__name__}: {error}".split())}
+        row = {"status": LATE, "message": f"stopped after {task.limit:g} s", "share": end.share}
+    else:
+        row = measure(table, task.scene)
+    return row | {"seconds": time.process_time() - start}
 
 
 def _in_time(progress: Progress, end: float) -> Progress:
@@ -126,7 +108,7 @@ def _in_time(progress: Progress, end: float) -> Progress:
     return report
 
 
-def _compile(task: Task) -> None:
+def _compile(task: CellRun) -> None:
     """Run a little of an ordinary scene, once a process for each kind of kernels."""
     (kind,) = task.kernels
     if kind not in _warm:
@@ -141,10 +123,10 @@ def measure(table: Table, scene: Scene) -> Row:
     """Return what is kept of a run, also of one that ended early.
 
     ``x``: slider_x from the guide's centre line at the samples of the first turn, m; ``share``: of the time
-    that was run; ``energy``: `comparison.doubts.energy_share`; ``drift``: largest violation of a constraint,
-    m; ``contacts``: number, shortest and median duration (s), largest force (N) and depth (m);
-    ``resolution``: `comparison.doubts.steps_per_contact`; ``steps``; ``work``: right-hand sides, or Newton
-    iterations. None for what was not asked for or does not apply.
+    that was run; ``energy``: `comparison.execution.quality_checks.energy_share`; ``drift``: largest violation
+    of a constraint, m; ``contacts``: number, shortest and median duration (s), largest force (N) and depth
+    (m); ``resolution``: `comparison.execution.quality_checks.steps_per_contact`; ``steps``; ``work``:
+    right-hand sides, or Newton iterations. None for what was not asked for or does not apply.
     """
     turn = scene.data["output"]["samples_per_cycle"] + 1
     counters = table.provenance.get("counters", {})

@@ -8,13 +8,12 @@ from math import nan
 
 import numpy as np
 
-from comparison.report.markdown import table
-from comparison.report.quantity import MISSING, number, quantity
-from comparison.run import Job, Outcome
+from comparison.execution.run import Job, Outcome
+from comparison.formatting import MISSING, number, quantity, table
 from comparison.scene import Scene, load_scene
-from comparison.studies.rates import rate
-from comparison.studies.switches import corner_stiffness
-from comparison.table import Table
+from comparison.studies.shared.rates import rate
+from comparison.studies.shared.switches import corner_stiffness
+from comparison.tables.table import Table
 
 SPEEDS = (60.0, 30.0, 15.0, 7.5, 3.75, 1.9, 1.0)
 """rpm."""

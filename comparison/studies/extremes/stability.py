@@ -12,12 +12,12 @@ from math import nan, pi, sqrt
 
 import numpy as np
 
-from comparison.run import Job, Outcome, Progress, run_all
+from comparison.execution.run import Job, Outcome, Progress, run_all
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.fixed_steps import METHODS, rebounds
 from comparison.studies.extremes.impact import duration, effective_mass
-from comparison.studies.switches import corner_stiffness
-from comparison.table import Table
+from comparison.studies.shared.switches import corner_stiffness
+from comparison.tables.table import Table
 
 MODULI = tuple(10.0**power for power in range(6, 14))
 """Pa."""

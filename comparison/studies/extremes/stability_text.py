@@ -7,13 +7,12 @@ from math import exp, pi
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.report.markdown import table
-from comparison.report.quantity import MISSING, number, quantity
+from comparison.formatting import MISSING, number, quantity, table
 from comparison.scene import load_scene
 from comparison.studies.extremes.fixed_steps import METHODS, SPECTRAL_RADIUS, rebounds, spectral_radius
 from comparison.studies.extremes.impact import restitution
 from comparison.studies.extremes.stability import LOOSE, MODULI, STEPS, Cell, Found, Hit
+from comparison.tables.arrays import Array
 
 ALL_PHASES = np.linspace(0.005, 1.0, 200)
 PER_CONTACT = (100.0, 30.0, 10.0, 5.0, 3.0, 2.0, 1.0, 0.5, 0.1, 0.01)

@@ -9,15 +9,14 @@ from math import nan
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from comparison.arrays import Array
-from comparison.report.markdown import table
-from comparison.report.quantity import number, quantity
-from comparison.run import MODELS, Job, Outcome
+from comparison.execution.run import MODELS, Job, Outcome
+from comparison.formatting import number, quantity, table
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.impact import depth, effective_mass, restitution
-from comparison.studies.rates import rate
-from comparison.studies.switches import corner_stiffness
-from comparison.table import Table
+from comparison.studies.shared.rates import rate
+from comparison.studies.shared.switches import corner_stiffness
+from comparison.tables.arrays import Array
+from comparison.tables.table import Table
 
 MODULI = tuple(10.0**power for power in range(8, 16))
 """Pa."""

@@ -6,8 +6,8 @@ from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
 
+from comparison.execution.run import Progress
 from comparison.files import replacing
-from comparison.run import Progress
 from comparison.studies.extremes import (
     baumgarte,
     baumgarte_figures,
@@ -26,7 +26,7 @@ from comparison.studies.extremes.gather import LONG_LIMIT, SHORT_LIMIT, gather
 from comparison.studies.extremes.maps import draw_axes, draw_errors, draw_hypercube
 from comparison.studies.extremes.outcomes import WORDS
 from comparison.studies.extremes.runs import LIMIT
-from comparison.studies.progress import part
+from comparison.studies.shared.progress import part
 
 SHARES = (0.0, 0.83, 0.86, 0.93, 0.96, 1.0)
 """Of the expected time: where each part begins and ends."""

@@ -10,8 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from comparison.files import replacing
-from comparison.report.markdown import table
-from comparison.report.quantity import MISSING, number, quantity
+from comparison.formatting import MISSING, number, quantity, table
 from comparison.studies.extremes.differences import bases
 from comparison.studies.extremes.gather import Found
 from comparison.studies.extremes.outcomes import Class

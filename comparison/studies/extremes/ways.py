@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from comparison.accuracy import solver_values
+from comparison.accuracy.levels import solver_values
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.cells import BASE, HYPERCUBE, LAWS, NEWTON, Cell
 

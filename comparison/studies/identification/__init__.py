@@ -1,5 +1,1 @@
 """What the paper does not print but other printed figures imply: the press's geometry, and how surely."""
-
-from comparison.studies.identification.study import write
-
-__all__ = ["write"]

@@ -7,8 +7,6 @@ from math import pi, tau
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.published import published
 from comparison.scene import load_scene
 from comparison.studies.identification.kinematics import (
     Geometry,
@@ -16,6 +14,8 @@ from comparison.studies.identification.kinematics import (
     Topology,
     motion,
 )
+from comparison.studies.shared.published import published
+from comparison.tables.arrays import Array
 
 ANGLES = 240
 """Crank angles of a turn; parabolas through three of them give extrema to 1e-6 of their size."""

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from comparison.arrays import Array
 from comparison.studies.identification.facts import Facts, shown
 from comparison.studies.identification.kinematics import Geometry, Lengths, Topology
+from comparison.tables.arrays import Array
 
 DRAWN = 1000
 """Random geometries a topology, of which the best are the starts of a fit."""

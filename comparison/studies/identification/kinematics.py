@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.arrays import Array
+from comparison.tables.arrays import Array
 
 Points = NDArray[np.complex128]
 """Points of the plane as x + iy, m."""

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.published import published
-from comparison.run import Job, Progress, run_all, successful
+from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.scene import Scene, load_scene
-from comparison.studies.errors import largest, second_cycle
 from comparison.studies.identification.fitting import Fit
-from comparison.table import Table
+from comparison.studies.shared.errors import largest, second_cycle
+from comparison.studies.shared.published import published
+from comparison.tables.arrays import Array
+from comparison.tables.table import Table
 
 Values = dict[str, object]
 
@@ -101,7 +101,7 @@ def simulate(runner_up: Fit, n_jobs: int, on_progress: Progress | None) -> Runs:
         The press that comes second, to be run beside the shipped one. Its crank must turn
         counter-clockwise and its rod 2 hang at the rocker's centroid.
     n_jobs, on_progress
-        As of `comparison.run.run_all`.
+        As of `comparison.execution.run.run_all`.
 
     Raises
     ------

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from comparison.execution.run import Progress
 from comparison.files import replacing
 from comparison.report import svg
-from comparison.run import Progress
 from comparison.studies.identification import figures, text_fits, text_runs
 from comparison.studies.identification.facts import Facts, printed_facts, shipped_geometry, table_1
 from comparison.studies.identification.fitting import Fit, fit, profile

@@ -7,9 +7,7 @@ from math import exp, radians, sqrt
 
 import numpy as np
 
-from comparison.published import published
-from comparison.report.markdown import table
-from comparison.report.quantity import number, percent
+from comparison.formatting import number, percent, table
 from comparison.studies.identification.facts import (
     UNITS,
     UNKNOWNS,
@@ -21,6 +19,7 @@ from comparison.studies.identification.facts import (
 )
 from comparison.studies.identification.fitting import Fit, Profile, residuals
 from comparison.studies.identification.kinematics import Lengths, motion
+from comparison.studies.shared.published import published
 
 LISTED = 8
 FINE = 7201

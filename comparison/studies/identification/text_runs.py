@@ -6,9 +6,7 @@ from math import exp, radians, sqrt
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.report.markdown import table
-from comparison.report.quantity import number, percent, quantity
+from comparison.formatting import number, percent, quantity, table
 from comparison.scene import load_scene
 from comparison.studies.identification.facts import shipped_geometry, shown
 from comparison.studies.identification.fitting import Fit
@@ -29,6 +27,7 @@ from comparison.studies.identification.runs import (
     Setting,
     ratios,
 )
+from comparison.tables.arrays import Array
 
 
 def of_runs(second: Fit, runs: Runs, lengths: Lengths, speed: float) -> dict[str, str]:

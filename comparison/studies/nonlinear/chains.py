@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.cache import cache_folder
-from comparison.engines import fingerprint
-from comparison.ledger import Row
-from comparison.machine import platform_name
-from comparison.nonlinear.twins import Twins, follow
-from comparison.run import Progress, RunError, runner
-from comparison.scene import Scene, SceneError, digest
-from comparison.sources import sources
-from comparison.spread import finish, on_processes
+from comparison.execution.ledger import Row
+from comparison.execution.run import Progress, runner
+from comparison.execution.task_store import Task, measure_all, on_processes
+from comparison.scene import Scene
+from comparison.studies.nonlinear.methods.twins import Twins, follow
 from comparison.studies.nonlinear.press import CLEAR_OF_WALLS, Press, Run, by_turn, gaps, scale, states
+from comparison.tables.arrays import Array
 
 TRANSIENT = 10
 """Turns before the first that counts; the start is forgotten after one."""
@@ -25,11 +22,10 @@ SAMPLES = 200
 """A turn; stages begin and end at samples."""
 ROUND_OFF = 1e-15
 """m; some ten times the rounding of a coordinate of 0.55 m."""
-_SOURCES = ("nonlinear/twins.py", "run.py", "studies/nonlinear/chains.py", "studies/nonlinear/press.py")
 
 
 @dataclass(frozen=True)
-class Chain:
+class Chain(Task):
     """Twins that are followed through many turns.
 
     Attributes
@@ -49,39 +45,35 @@ class Chain:
     turns: int
     distances: tuple[float, ...]
 
+    @property
+    def identity(self) -> dict[str, Any]:
+        """Its attributes."""
+        return {
+            "scene": self.scene.hash,
+            "model": self.model,
+            "turns": self.turns,
+            "distances": self.distances,
+        }
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Its model."""
+        return (self.model,)
+
 
 def followed(chains: Sequence[Chain], n_jobs: int, on_progress: Progress | None) -> list[Row]:
-    """Follow all chains; the row of each, in their order: see `attempt`."""
-    files = sources(*_SOURCES)
-    prints = {model: fingerprint(model) for model in {chain.model for chain in chains}}
-    keys = [
-        digest(
-            {
-                "scene": chain.scene.hash,
-                "model": [chain.model, prints[chain.model]],
-                "turns": chain.turns,
-                "distances": chain.distances,
-                "sources": files,
-                "machine": platform_name(),
-            }
-        )
-        for chain in chains
-    ]
-    cache_folder().mkdir(parents=True, exist_ok=True)
-    ledger = cache_folder() / f"nonlinear-{files[:16]}.jsonl"
-    rows = finish(attempt, dict(zip(keys, chains, strict=True)), ledger, on_processes(n_jobs), on_progress)
-    return [rows[key] for key in keys]
+    """Follow all chains; the row of each, in their order: see `measure`."""
+    return measure_all(measure, chains, on_processes(n_jobs), on_progress)
 
 
-def attempt(chain: Chain, progress: Callable[[float], None]) -> Row:
-    """Follow one chain; what goes wrong becomes its row's message."""
+def measure(chain: Chain, progress: Progress) -> Row:
+    """Follow one chain; where its twins cannot be followed its row says why."""
     del progress
     try:
         twins = follow_press(chain)
-    except (RunError, SceneError, ValueError) as error:
+    except ValueError as error:
         return {"status": "failed", "message": " ".join(str(error).split())}
     return {
-        "status": "success",
         "times": twins.times.tolist(),
         "logs": twins.logs.tolist(),
         "collapsed": twins.collapsed.tolist(),

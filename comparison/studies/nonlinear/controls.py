@@ -6,13 +6,13 @@ from math import log
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.nonlinear import bouncing_ball as ball
-from comparison.nonlinear.lyapunov import Exponent, exponents
-from comparison.nonlinear.recurrence import period
-from comparison.nonlinear.twins import follow
-from comparison.nonlinear.zero_one import chaos_indicator
-from comparison.report.markdown import table
+from comparison.formatting import table
+from comparison.studies.nonlinear.methods import bouncing_ball as ball
+from comparison.studies.nonlinear.methods.lyapunov import Exponent, exponents
+from comparison.studies.nonlinear.methods.recurrence import period
+from comparison.studies.nonlinear.methods.twins import follow
+from comparison.studies.nonlinear.methods.zero_one import chaos_indicator
+from comparison.tables.arrays import Array
 
 PERIODS = 1000
 TRANSIENT = 10

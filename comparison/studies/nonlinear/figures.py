@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from comparison.arrays import Array
-from comparison.nonlinear.lyapunov import Exponent
+from comparison.formatting import prefix
 from comparison.report import svg
-from comparison.report.quantity import prefix
+from comparison.studies.nonlinear.methods.lyapunov import Exponent
+from comparison.tables.arrays import Array
 
 _LINES: tuple[dict[str, Any], ...] = (
     {"color": svg.FIRST, "marker": "o"},

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from comparison.arrays import Array
 from comparison.scene import Scene
 from comparison.studies.nonlinear.press import STATE, by_turn, scale, states
-from comparison.table import Table
+from comparison.tables.arrays import Array
+from comparison.tables.table import Table
 
 RESTING = 0.78
 """Of a turn from the start: the slider lies at the right wall with both corners."""

@@ -12,10 +12,10 @@ from math import pi
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.channels import CORNERS
 from comparison.scene import Scene
-from comparison.table import Table
+from comparison.tables.arrays import Array
+from comparison.tables.channels import CORNERS
+from comparison.tables.table import Table
 
 Run = Callable[[Scene], Table]
 

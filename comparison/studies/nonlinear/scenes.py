@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from comparison.run import Job
+from comparison.execution.run import Job
 from comparison.scene import Scene, load_scene
 from comparison.studies.nonlinear.chains import Chain
 

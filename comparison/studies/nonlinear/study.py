@@ -7,19 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from comparison.arrays import Array
+from comparison.execution.run import Job, Outcome, Progress, run_all, successful
 from comparison.files import replacing
-from comparison.nonlinear.lyapunov import exponents
-from comparison.nonlinear.twins import Twins
-from comparison.report.quantity import quantity
-from comparison.run import Job, Outcome, Progress, run_all, successful
+from comparison.formatting import quantity
 from comparison.studies.nonlinear import scenes
 from comparison.studies.nonlinear.chains import SAMPLES, TRANSIENT, followed, twins_of
 from comparison.studies.nonlinear.figures import draw_bifurcation, draw_exponents, draw_growth, draw_sections
+from comparison.studies.nonlinear.methods.lyapunov import exponents
+from comparison.studies.nonlinear.methods.twins import Twins
 from comparison.studies.nonlinear.press import by_turn, spread, states
 from comparison.studies.nonlinear.tables import Found, text
-from comparison.studies.progress import part
-from comparison.table import Table
+from comparison.studies.shared.progress import part
+from comparison.tables.arrays import Array
+from comparison.tables.table import Table
 
 DRAWN = (0, 7, 15, 34)
 """Samples of a turn whose sections are drawn."""

@@ -6,23 +6,22 @@ from importlib.resources import files
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.channels import channels
-from comparison.measures.ensemble import Distance, Sample, distances
-from comparison.nonlinear.lyapunov import Exponent, closest_measured
-from comparison.nonlinear.recurrence import period
-from comparison.nonlinear.twins import Twins
-from comparison.nonlinear.zero_one import LEAST, chaos_indicator
-from comparison.report.markdown import table
-from comparison.report.quantity import MISSING, quantity
-from comparison.run import Job
+from comparison.accuracy.thresholds import thresholds
+from comparison.execution.run import Job
+from comparison.formatting import MISSING, quantity, table
+from comparison.studies.ensembles.statistics import Distance, Sample, distances
 from comparison.studies.nonlinear import scenes
 from comparison.studies.nonlinear.chains import TRANSIENT
 from comparison.studies.nonlinear.controls import controls
 from comparison.studies.nonlinear.memory import remembered
+from comparison.studies.nonlinear.methods.lyapunov import Exponent, closest_measured
+from comparison.studies.nonlinear.methods.recurrence import period
+from comparison.studies.nonlinear.methods.twins import Twins
+from comparison.studies.nonlinear.methods.zero_one import LEAST, chaos_indicator
 from comparison.studies.nonlinear.press import STATE, spread
-from comparison.table import Table
-from comparison.thresholds import thresholds
+from comparison.tables.arrays import Array
+from comparison.tables.channels import channels
+from comparison.tables.table import Table
 
 Found = dict[tuple[str, str, float], list[Exponent]]
 SECTION = 15

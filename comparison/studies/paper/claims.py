@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
-from comparison.run import MODELS
+from comparison.execution.run import MODELS
 from comparison.studies.paper import dynamics, trends
 from comparison.studies.paper.decision import UNDECIDED, Decision
 from comparison.studies.paper.runs import Runs
@@ -56,7 +56,7 @@ class Judged:
 
 def all_claims() -> list[Claim]:
     """Return the entries of ``paper/claims.toml``."""
-    text = files("comparison").joinpath("paper/claims.toml").read_text("utf-8")
+    text = files("comparison.studies.paper").joinpath("claims.toml").read_text("utf-8")
     claims: list[Claim] = tomllib.loads(text)["claim"]
     return claims
 

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.arrays import Array, BoolArray
-from comparison.channels import channels
-from comparison.published import published
-from comparison.report.quantity import number, quantity
-from comparison.run import MODELS
+from comparison.execution.run import MODELS
+from comparison.formatting import number, quantity
 from comparison.scene import load_scene
 from comparison.studies.paper.decision import Decision, decide, per_cent
 from comparison.studies.paper.runs import CHANNELS, TWIN, Runs, by_turn, second
 from comparison.studies.paper.trends import contacts_per_turn
+from comparison.studies.shared.published import published
+from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import channels
 
 BOTTOM = 0.02
 """s to either side of the printed instant of the lowest point: where a press does its work."""

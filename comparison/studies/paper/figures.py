@@ -11,16 +11,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
-from comparison.channels import channels
-from comparison.published import published
+from comparison.execution.run import MODELS
+from comparison.formatting import pretty_unit
 from comparison.reliability.errors import QUANTITIES
 from comparison.report import svg
 from comparison.report.decimate import envelope, upper_envelope
-from comparison.report.quantity import pretty_unit
-from comparison.run import MODELS
 from comparison.scene import load_scene
 from comparison.studies.paper.measures import reliabilities
 from comparison.studies.paper.runs import CENTRAL, CHANNELS, PIN, Runs, second
+from comparison.studies.shared.published import published
+from comparison.tables.channels import channels
 
 LINES: tuple[dict[str, Any], ...] = (
     {"color": svg.FIRST},

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from comparison.arrays import Array
 from comparison.reliability.assessment import Assessment, assess
 from comparison.reliability.errors import QUANTITIES, SliderErrors
 from comparison.scene import load_scene
-from comparison.studies.errors import Peak, largest, peak
 from comparison.studies.paper.runs import CENTRAL, PIN, SAMPLES, Runs, second
+from comparison.studies.shared.errors import Peak, largest, peak
+from comparison.tables.arrays import Array
 
 CONDITIONS = {
     "F7-T": CENTRAL,

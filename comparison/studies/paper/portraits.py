@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from comparison.arrays import Array
-from comparison.published import published
+from comparison.execution.run import MODELS
 from comparison.report import svg
 from comparison.report.decimate import envelope
-from comparison.run import MODELS
 from comparison.scene import load_scene
 from comparison.studies.paper.dynamics import pin_forces
 from comparison.studies.paper.figures import COLUMNS, finish, grid, share
 from comparison.studies.paper.runs import CENTRAL, PIN, Runs, by_turn, second
+from comparison.studies.shared.published import published
+from comparison.tables.arrays import Array
 
 TURNS = 4
 """Of the portraits' curves: the last ones. More would fill the plane, and the page."""

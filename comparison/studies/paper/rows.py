@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from comparison.judging import Limits
-from comparison.published import Published, printed_rows, published
+from comparison.execution.run import MODELS
+from comparison.formatting import quantity as quantity_words
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.reliability.interference import cap
-from comparison.report.quantity import quantity as quantity_words
-from comparison.run import MODELS
+from comparison.scene.criteria import Limits
 from comparison.studies.paper.measures import Measured, measure, reliabilities, scene_of
 from comparison.studies.paper.runs import Runs
 from comparison.studies.paper.tolerances import missing, one_limit
+from comparison.studies.shared.published import Published, printed_rows, published
 
 REPRODUCED, CLOSE = 0.05, 2.0
 """Five per cent; a factor. The paper states neither its tolerances nor the radius of the corners."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import product
 
-from comparison.arrays import Array, BoolArray
-from comparison.run import MODELS, Job, Progress, run_all, successful
+from comparison.accuracy.tiers import tight
+from comparison.execution.run import MODELS, Job, Progress, run_all, successful
 from comparison.scene import Scene, load_scene
-from comparison.studies.errors import error, second_cycle
-from comparison.table import Table
-from comparison.tiers import tight
+from comparison.studies.shared.errors import error, second_cycle
+from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.table import Table
 
 CENTRAL, PIN = "150rpm-0.2mm", "crank-pin"
 SLIDER = (CENTRAL, "69GPa", "poisson-0.33", "90rpm-0.1mm", "90rpm-0.5mm", "300rpm-0.2mm")

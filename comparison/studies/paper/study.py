@@ -5,15 +5,15 @@ from __future__ import annotations
 from importlib.resources import files
 from pathlib import Path
 
+from comparison.execution.run import Progress
 from comparison.files import replacing
 from comparison.report import svg
-from comparison.run import Progress
-from comparison.studies.page import single_page
 from comparison.studies.paper import figures, portraits, text
 from comparison.studies.paper.claims import judge_all
 from comparison.studies.paper.rows import all_rows
 from comparison.studies.paper.runs import simulate
 from comparison.studies.paper.tolerances import implied
+from comparison.studies.shared.page import single_page
 
 
 def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:

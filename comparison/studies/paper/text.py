@@ -6,11 +6,9 @@ from collections import Counter
 from collections.abc import Sequence
 from math import exp, isinf, isnan, log, sqrt
 
-from comparison.published import published
+from comparison.execution.run import MODELS
+from comparison.formatting import MISSING, number, quantity, table
 from comparison.reliability.errors import QUANTITIES, unit_of
-from comparison.report.markdown import table
-from comparison.report.quantity import MISSING, number, quantity
-from comparison.run import MODELS
 from comparison.scene import load_scene
 from comparison.studies.paper.claims import Judged
 from comparison.studies.paper.decision import CONTRADICTED, SUPPORTED, UNDECIDED
@@ -29,6 +27,7 @@ from comparison.studies.paper.runs import (
     Runs,
 )
 from comparison.studies.paper.tolerances import Implied
+from comparison.studies.shared.published import published
 
 _FIGURES = {"14": "figure-14-phase.svg", "S": "figure-7.svg"}
 """Where the figure of a row is not called after its number."""

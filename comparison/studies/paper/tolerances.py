@@ -8,14 +8,14 @@ import numpy as np
 from pandas import Series
 from scipy.optimize import minimize_scalar
 
-from comparison.judging import Limits
-from comparison.published import printed_rows, published
+from comparison.execution.run import MODELS
 from comparison.reliability.assessment import Assessment
 from comparison.reliability.errors import unit_of
 from comparison.reliability.interference import cap, implied_limit, reliability
-from comparison.run import MODELS
+from comparison.scene.criteria import Limits
 from comparison.studies.paper.measures import reliabilities, scene_of
 from comparison.studies.paper.runs import Runs
+from comparison.studies.shared.published import printed_rows, published
 
 
 @dataclass(frozen=True)

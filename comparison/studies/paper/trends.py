@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.channels import channels
+from comparison.formatting import number, quantity
 from comparison.reliability.interference import ROUNDING
-from comparison.report.quantity import number, quantity
 from comparison.studies.paper.decision import CONTRADICTED, SUPPORTED, UNDECIDED, Decision, decide, per_cent
 from comparison.studies.paper.measures import largest_error, members, reliabilities
 from comparison.studies.paper.runs import LONG_SAMPLES, Runs
+from comparison.tables.arrays import Array
+from comparison.tables.channels import channels
 
 MOST = 0.75
 """Of all pairs of turns: from so much on the one condition's turn is said to be worse than the other's."""

@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.cache import cache_folder
-from comparison.engines import fingerprint
-from comparison.judging import RandomInput
-from comparison.ledger import Row
-from comparison.machine import platform_name
-from comparison.run import Progress, RunError, runner
-from comparison.scene import Scene, SceneError, digest
-from comparison.sources import sources
-from comparison.spread import finish, on_processes
-from comparison.studies.errors import peak, second_cycle
+from comparison.execution.ledger import Row
+from comparison.execution.run import Progress, RunError, runner
+from comparison.execution.task_store import Task, measure_all, on_processes
+from comparison.scene import Scene, SceneError
+from comparison.scene.criteria import RandomInput
 from comparison.studies.random_inputs.inputs import values_at
+from comparison.studies.shared.errors import peak, second_cycle
 from comparison.studies.sweep.runs import IDEAL
-from comparison.table import Table
+from comparison.tables.arrays import Array
+from comparison.tables.table import Table
 
 CHUNK = 50
 RESPONSES = {
@@ -34,12 +29,6 @@ RESPONSES = {
 """Largest errors of the second turn and their units; against the ideal mechanism with the same numbers, or
 against that with none of them drawn, at equal crank angle."""
 _CHANNELS = ("slider_y", "slider_vy", "slider_ay")
-_SOURCES = (
-    "run.py",
-    "studies/errors.py",
-    "studies/random_inputs/draws.py",
-    "studies/random_inputs/inputs.py",
-)
 _runner = cache(runner)
 
 
@@ -74,7 +63,7 @@ class Draws:
 
 
 @dataclass(frozen=True)
-class Chunk:
+class Chunk(Task):
     """Runs ``first`` to ``first + count`` of some draws."""
 
     draws: Draws
@@ -83,7 +72,7 @@ class Chunk:
 
     @property
     def identity(self) -> dict[str, object]:
-        """What tells it from others."""
+        """Scene, inputs and which draws."""
         draws = self.draws
         drawn = [one.model_dump() for one in draws.inputs]
         return {
@@ -91,6 +80,11 @@ class Chunk:
             "inputs": drawn,
             "draw": [draws.seed, draws.factor, self.first, self.count],
         }
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """The reference."""
+        return ("reference",)
 
 
 @dataclass(frozen=True)
@@ -121,20 +115,14 @@ class Drawn:
 def run_draws(draws: Sequence[Draws], n_jobs: int, on_progress: Progress | None) -> list[Drawn]:
     """Run all draws by the reference; what ran before is not run again."""
     chunks = [chunk for one in draws for chunk in one.chunks]
-    common = {"model": fingerprint("reference"), "machine": platform_name()}
-    keys = [digest(chunk.identity | common) for chunk in chunks]
-    cache_folder().mkdir(parents=True, exist_ok=True)
-    ledger = cache_folder() / f"random-inputs-{sources(*_SOURCES)[:16]}.jsonl"
-    rows = finish(attempt, dict(zip(keys, chunks, strict=True)), ledger, on_processes(n_jobs), on_progress)
-    held = iter(rows[key] for key in keys)
+    held = iter(measure_all(measure, chunks, on_processes(n_jobs), on_progress))
     return [_joined([next(held) for _ in one.chunks], len(one.inputs)) for one in draws]
 
 
-def attempt(chunk: Chunk, progress: Callable[[float], None]) -> Row:
+def measure(chunk: Chunk, progress: Progress) -> Row:
     """Run a chunk; a run that fails leaves its reason."""
     del progress
     draws, run = chunk.draws, _runner("reference")
-    start = time.process_time()
     nominal = run(draws.scene.with_values(IDEAL))
     u, responses, index, failures = [], [], [], []
     for number in range(chunk.first, chunk.first + chunk.count):
@@ -148,15 +136,7 @@ def attempt(chunk: Chunk, progress: Callable[[float], None]) -> Row:
         u.append(drawn.tolist())
         responses.append(found)
         index.append(number)
-    seconds = time.process_time() - start
-    return {
-        "status": "success",
-        "u": u,
-        "responses": responses,
-        "index": index,
-        "failures": failures,
-        "seconds": seconds,
-    }
+    return {"u": u, "responses": responses, "index": index, "failures": failures}
 
 
 def respond(run: Table, ideal: Table, nominal: Table, period: float) -> list[float]:

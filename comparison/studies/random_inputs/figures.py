@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from comparison.arrays import Array
-from comparison.measures.second_moment import Plane, counted_probability, failure_probability
+from comparison.formatting import prefix
 from comparison.report import svg
-from comparison.report.quantity import prefix
+from comparison.studies.random_inputs.second_moment import Plane, counted_probability, failure_probability
+from comparison.tables.arrays import Array
 
 _LINES: tuple[dict[str, Any], ...] = (
     {"color": svg.FIRST},

@@ -10,9 +10,9 @@ from typing import Any
 
 from scipy.stats import norm
 
-from comparison.arrays import Array
-from comparison.judging import RandomInput
 from comparison.scene import Scene, SceneError
+from comparison.scene.criteria import RandomInput
+from comparison.tables.arrays import Array
 
 
 def inputs_of(scene: Scene) -> tuple[RandomInput, ...]:

@@ -8,23 +8,22 @@ from pathlib import Path
 
 import numpy as np
 
-from comparison.arrays import Array
+from comparison.execution.run import Progress
 from comparison.files import replacing
-from comparison.judging import RandomInput
-from comparison.measures.second_moment import (
+from comparison.formatting import MISSING, quantity, table
+from comparison.scene.criteria import RandomInput
+from comparison.studies.random_inputs import plan
+from comparison.studies.random_inputs.draws import RESPONSES, Drawn, run_draws
+from comparison.studies.random_inputs.figures import draw_gradients, draw_precision, draw_probabilities
+from comparison.studies.random_inputs.inputs import inputs_of, label
+from comparison.studies.random_inputs.second_moment import (
     Plane,
     counted_probability,
     failure_probability,
     fit_plane,
     paired_change,
 )
-from comparison.report.markdown import table
-from comparison.report.quantity import MISSING, quantity
-from comparison.run import Progress
-from comparison.studies.random_inputs import plan
-from comparison.studies.random_inputs.draws import RESPONSES, Drawn, run_draws
-from comparison.studies.random_inputs.figures import draw_gradients, draw_precision, draw_probabilities
-from comparison.studies.random_inputs.inputs import inputs_of, label
+from comparison.tables.arrays import Array
 
 LIMITS = {
     "displacement": (5.3e-5, 5.5e-5),

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
-from comparison.spread import Finished, Lost, Spread
+from comparison.execution.task_store import Finished, Lost, Spread, Task
+from comparison.execution.workers import Attempt
 from comparison.studies.sweep.points import SweepError
-from comparison.workers import Attempt
 
 PATIENCE = 10.0
 """s, until a scheduler that does not answer is given up."""
@@ -34,7 +34,7 @@ def on_cluster(address: str) -> Spread:
     except (OSError, ValueError, TypeError) as error:
         raise SweepError(f"--scheduler {address}: does not answer: {_line(error)}") from error
 
-    def spread(attempt: Attempt, tasks: Mapping[str, Any]) -> Finished:
+    def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
         try:
             yield from _work(client, address, attempt, tasks)
         finally:
@@ -44,7 +44,7 @@ def on_cluster(address: str) -> Spread:
     return spread
 
 
-def _work(client: Any, address: str, attempt: Attempt, tasks: Mapping[str, Any]) -> Finished:
+def _work(client: Any, address: str, attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
     from distributed import as_completed
 
     try:

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from comparison.channels import channels
-from comparison.studies.errors import error, peak, second_cycle
+from comparison.studies.shared.errors import error, peak, second_cycle
 from comparison.studies.sweep.points import SweepError
-from comparison.table import Table
+from comparison.tables.channels import channels
+from comparison.tables.table import Table
 
 OF_CHANNELS = {
     "min": "smallest value over the integration steps",

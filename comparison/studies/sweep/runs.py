@@ -2,34 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import pandas as pd
 
-from comparison.ledger import Row
-from comparison.machine import platform_name
-from comparison.run import RunError, runner
-from comparison.scene import Scene, SceneError, digest
-from comparison.sources import sources
+from comparison.execution.ledger import Row
+from comparison.execution.run import Progress, runner
+from comparison.execution.task_store import Task
+from comparison.scene import Scene, digest
 from comparison.studies.sweep.outputs import measure, needs_ideal
 from comparison.studies.sweep.points import Point
 
 IDEAL: Point = {"joints.slider": "ideal", "joints.crank_pin": "ideal", "output.groups": ["accelerations"]}
-_SOURCES = (
-    "check.py",
-    "run.py",
-    "table.py",
-    "studies/errors.py",
-    "studies/sweep/outputs.py",
-    "studies/sweep/runs.py",
-)
 _runner = cache(runner)
 
 
 @dataclass(frozen=True)
-class Task:
+class SweepRun(Task):
     """A run: the base scene with a point's values, by a model; what it is asked for."""
 
     base: Scene
@@ -37,39 +29,28 @@ class Task:
     model: str
     asked: tuple[str, ...]
 
-    def key(self, fingerprints: Mapping[str, str]) -> str:
-        """Hash of all that can change the row; the fingerprints are the models', the ideal's among them."""
-        return digest(
-            {
-                "base": self.base.hash,
-                "point": self.point,
-                "model": [self.model, fingerprints[self.model], fingerprints["reference"]],
-                "asked": self.asked,
-                "sources": sources(*_SOURCES),
-                "machine": platform_name(),
-            }
-        )
+    @property
+    def identity(self) -> dict[str, Any]:
+        """Scene, values and quantities."""
+        return {"base": self.base.hash, "point": self.point, "model": self.model, "asked": self.asked}
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Its model, and the reference, which has the ideal mechanism in closed form."""
+        return self.model, "reference"
 
 
-def attempt(task: Task, progress: Callable[[float], None]) -> Row:
-    """Run and measure; whatever goes wrong becomes the row's status and message."""
+def run_point(task: SweepRun, progress: Progress) -> Row:
+    """Run and measure."""
     del progress
-    try:
-        scene = task.base.with_values(task.point)
-        run = _runner(task.model)(scene)
-        # Its closed form is the reference model's, whoever runs the scene: all motion is the drive's.
-        ideal = _runner("reference")(scene.with_values(IDEAL)) if needs_ideal(task.asked) else None
-        values = measure(run, ideal, scene.period, task.asked)
-    except RunError as error:
-        return {"status": error.outcome.status, "message": error.outcome.message}
-    except SceneError as error:
-        return {"status": "bad input", "message": str(error)}
-    except Exception as error:
-        return {"status": "crashed", "message": " ".join(f"{type(error).__name__}: {error}".split())}
-    return {"status": "success", "message": "", "values": values}
+    scene = task.base.with_values(task.point)
+    run = _runner(task.model)(scene)
+    # Its closed form is the reference model's, whoever runs the scene: all motion is the drive's.
+    ideal = _runner("reference")(scene.with_values(IDEAL)) if needs_ideal(task.asked) else None
+    return {"values": measure(run, ideal, scene.period, task.asked)}
 
 
-def result_table(tasks: Sequence[Task], rows: Sequence[Row]) -> pd.DataFrame:
+def result_table(tasks: Sequence[SweepRun], rows: Sequence[Row]) -> pd.DataFrame:
     """Return the sweep's table: number of the point, its values, model, status, message, quantities."""
     points: dict[str, int] = {}
     lines = []

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from comparison.engines import find, fingerprint
+from comparison.engines.registry import find
+from comparison.execution.run import Progress
+from comparison.execution.task_store import Spread, measure_all
 from comparison.files import replacing
-from comparison.run import Progress
 from comparison.scene import Scene
-from comparison.spread import Spread, finish
 from comparison.studies.sweep.outputs import check_names
 from comparison.studies.sweep.points import Point, check_keys
-from comparison.studies.sweep.runs import Task, attempt, result_table
+from comparison.studies.sweep.runs import SweepRun, result_table, run_point
 
 LEDGER, TABLE = "runs.jsonl", "sweep.csv"
 
@@ -62,11 +62,11 @@ def sweep(
     """
     check_names(asked)
     check_keys(base, list(dict.fromkeys(key for point in points for key in point)))
-    fingerprints = {model: fingerprint(find(model).name) for model in {*models, "reference"}}
-    tasks = [Task(base, point, model, tuple(asked)) for point in points for model in models]
-    keys = [task.key(fingerprints) for task in tasks]
-    rows = finish(attempt, dict(zip(keys, tasks, strict=True)), folder / LEDGER, spread, on_progress)
-    frame = result_table(tasks, [rows[key] for key in keys])
+    for model in models:
+        find(model)
+    tasks = [SweepRun(base, point, model, tuple(asked)) for point in points for model in models]
+    rows = measure_all(run_point, tasks, spread, on_progress, ledger=folder / LEDGER)
+    frame = result_table(tasks, rows)
     path = folder / TABLE
     with replacing(path) as part:
         frame.to_csv(part, index=False)

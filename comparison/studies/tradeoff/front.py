@@ -9,8 +9,8 @@ from math import inf, log10, nan
 
 import numpy as np
 
-from comparison.arrays import Array
-from comparison.studies.rates import rate
+from comparison.studies.shared.rates import rate
+from comparison.tables.arrays import Array
 
 
 @dataclass(frozen=True)

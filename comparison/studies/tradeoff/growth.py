@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import nan
+from typing import Any
 
-from comparison.ledger import Row
-from comparison.scene import load_scene
-from comparison.studies.tradeoff.measure import kept, timed
+from comparison.execution.ledger import Row
+from comparison.execution.run import Progress
+from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
+from comparison.scene import Scene, load_scene
+from comparison.studies.tradeoff.measure import timed
 
 PLANNED, MULTIPLIERS = "reference", "reference, multipliers"
 WAYS: dict[str, tuple[str, dict[str, object], tuple[float, ...]]] = {
@@ -27,26 +31,55 @@ GROUPS = (
 FEW = {"output.samples_per_cycle": 100}
 
 
-def seconds(scene: str, model: str, changes: dict[str, object]) -> tuple[float, int]:
-    """Return the least processor time of some runs, s, and the number of contacts; both are kept."""
-    loaded = load_scene(scene, changes)
+@dataclass(frozen=True)
+class Growing(Task):
+    """A scene to be timed."""
 
-    def work() -> Row:
-        least, table = timed(loaded, model)
-        return {"seconds": least, "contacts": 0 if table.events is None else len(table.events)}
+    scene: Scene
+    model: str
 
-    row = kept(loaded, model, "growth", work)
-    return row["seconds"], row["contacts"]
+    @property
+    def identity(self) -> dict[str, Any]:
+        """Scene and model."""
+        return {"scene": self.scene.hash, "model": self.model}
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Its model."""
+        return (self.model,)
+
+
+def measure(task: Growing, progress: Progress) -> Row:
+    """Return the least processor time of some runs, s, and the number of contacts."""
+    del progress
+    least, table = timed(task.scene, task.model)
+    return {"seconds": least, "contacts": 0 if table.events is None else len(table.events)}
+
+
+def timings(tasks: Sequence[Growing]) -> list[tuple[float, int]]:
+    """Return the least processor time of some runs of each, s, and its number of contacts.
+
+    Raises
+    ------
+    RuntimeError
+        If a run does not succeed.
+    """
+    rows = measure_all(measure, tasks, on_processes(1))
+    for row in rows:
+        if row["status"] != SUCCESS:
+            raise RuntimeError(row["message"])
+    return [(row["seconds"], row["contacts"]) for row in rows]
 
 
 def by_turns() -> list[tuple[str, float, float, int]]:
     """Return way, turns, seconds and contacts; a hundred samples a turn, and no more than the motion."""
-    rows = []
-    for way, (model, changes, lengths) in WAYS.items():
-        usual = {"output.groups": [], **FEW, **changes}
-        for turns in lengths:
-            rows.append((way, turns, *seconds("150rpm-0.2mm", model, usual | {"drive.cycles": turns})))
-    return rows
+    cases = [(way, turns) for way, (_, _, lengths) in WAYS.items() for turns in lengths]
+    tasks = []
+    for way, turns in cases:
+        model, changes, _ = WAYS[way]
+        values = {"output.groups": [], **FEW, **changes, "drive.cycles": turns}
+        tasks.append(Growing(load_scene("150rpm-0.2mm", values), model))
+    return [(*case, *found) for case, found in zip(cases, timings(tasks), strict=True)]
 
 
 def ratio_in_long_runs(rows: Sequence[tuple[str, float, float, int]]) -> tuple[float, float]:
@@ -65,13 +98,15 @@ def ratio_in_long_runs(rows: Sequence[tuple[str, float, float, int]]) -> tuple[f
 def by_contacts() -> list[tuple[str, float, int]]:
     """Return scene, seconds and contacts of ten turns by the reference."""
     usual: dict[str, object] = {"output.groups": [], "drive.cycles": 10.0, **FEW}
-    return [(name, *seconds(name, "reference", usual)) for name in CLEARANCES]
+    found = timings([Growing(load_scene(name, usual), "reference") for name in CLEARANCES])
+    return [(name, *of) for name, of in zip(CLEARANCES, found, strict=True)]
 
 
 def by_channels() -> list[tuple[str, float]]:
     """Return groups and seconds of ten turns with a thousand samples each by the reference."""
-    rows = []
+    tasks = []
     for groups in GROUPS:
         changes: dict[str, object] = {"output.groups": list(groups), "drive.cycles": 10.0}
-        rows.append((", ".join(("motion", *groups)), seconds("150rpm-0.2mm", "reference", changes)[0]))
-    return rows
+        tasks.append(Growing(load_scene("150rpm-0.2mm", changes), "reference"))
+    names = [", ".join(("motion", *groups)) for groups in GROUPS]
+    return [(name, seconds) for name, (seconds, _) in zip(names, timings(tasks), strict=True)]

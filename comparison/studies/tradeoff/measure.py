@@ -1,25 +1,23 @@
 """One setting measured: processor time, work, and the errors of what users read.
 
-One run at a time, in this process: timings of runs side by side would be those of a busy machine. What was
-measured is kept, so that an interrupted study goes on where it stopped.
+One run at a time: timings of runs side by side would be those of a busy machine.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 
-from comparison.cache import cache_folder
-from comparison.engines import fingerprint
-from comparison.ledger import Row, append_row, read_rows
-from comparison.machine import platform_name
-from comparison.run import RunError, run_one, runner
-from comparison.scene import Scene, SceneError, digest, load_scene
+from comparison.execution.ledger import Row
+from comparison.execution.run import Progress, RunError, run_one, runner
+from comparison.execution.task_store import Task, measure_all, on_processes
+from comparison.scene import Scene, SceneError, load_scene
 from comparison.studies.tradeoff.methods import LOOSE, METHODS, SCENES, TURNS, Method
-from comparison.table import Table, TableError
+from comparison.tables.table import Table, TableError
 
 TRUTH = 1e-14
 """Tolerance of the run that counts as exact: a hundredth of the smallest that is measured."""
@@ -38,62 +36,57 @@ QUANTITIES = {
 """What errors are measured of, and the unit; without one: relative."""
 
 
-def measured(on_progress: Callable[[float], None] | None, methods: tuple[Method, ...] = METHODS) -> list[Row]:
-    """Measure every method at every setting on its scenes; progress by the number of settings."""
+@dataclass(frozen=True)
+class Setting(Task):
+    """A method at one of its settings on one of its scenes."""
+
+    method: Method
+    name: str
+    setting: float
+
+    @property
+    def scene(self) -> Scene:
+        """What is run."""
+        return self.method.scene(self.name, self.setting)
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """Scene and model."""
+        return {"scene": self.scene.hash, "model": self.method.model, "name": self.name}
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Its model, and the reference, whose run counts as exact."""
+        return self.method.model, "reference"
+
+
+def measured(on_progress: Progress | None, methods: tuple[Method, ...] = METHODS) -> list[Row]:
+    """Measure every method at every setting on its scenes."""
     asked = [
-        (method, name, setting) for method in methods for name in method.scenes for setting in method.settings
+        Setting(method, name, setting)
+        for method in methods
+        for name in method.scenes
+        for setting in method.settings
     ]
-    rows = []
-    for number, (method, name, setting) in enumerate(asked):
-        if on_progress:
-            on_progress(number / len(asked))
-        rows.append(_row(method, name, setting))
-    if on_progress:
-        on_progress(1.0)
-    return rows
+    rows = measure_all(measure, asked, on_processes(1), on_progress)
+    return [
+        row | {"method": of.method.name, "model": of.method.model, "scene": of.name, "setting": of.setting}
+        for of, row in zip(asked, rows, strict=True)
+    ]
 
 
-def _row(method: Method, name: str, setting: float) -> Row:
-    scene = method.scene(name, setting)
-    row = kept(scene, method.model, [TRUTH, list(QUANTITIES)], lambda: measure(scene, method.model, name))
-    return row | {"method": method.name, "model": method.model, "scene": name, "setting": setting}
-
-
-def kept(scene: Scene, model: str, asked: object, work: Callable[[], Row]) -> Row:
-    """Return what was found of a run before; else let it be found, and keep it.
-
-    Raises
-    ------
-    LedgerError
-        If it cannot be kept.
-    """
-    key = digest(
-        {
-            "scene": scene.hash,
-            "models": [fingerprint(name) for name in ("reference", model)],
-            "asked": [asked, ROUNDS, BUSY, LONG],
-            "machine": platform_name(),
-        }
-    )
-    ledger = cache_folder() / "tradeoff.jsonl"
-    if (row := read_rows(ledger).get(key)) is not None:
-        return row
-    ledger.parent.mkdir(parents=True, exist_ok=True)
-    return append_row(ledger, key, work())
-
-
-def measure(scene: Scene, model: str, name: str) -> Row:
+def measure(task: Setting, progress: Progress) -> Row:
     """Run a scene some times and return status, the least time, the work and the errors."""
+    del progress
     try:
-        seconds, table = timed(scene, model)
+        seconds, table = timed(task.scene, task.method.model)
     except (RunError, SceneError, TableError) as error:
         return {"status": str(error), "seconds": None, "evaluations": None, "errors": {}}
     counters = table.provenance["counters"]
     return {
-        "status": "success",
         "seconds": seconds,
         "evaluations": counters.get("rhs", counters.get("newton_iterations")),
-        "errors": errors(table, name),
+        "errors": errors(table, task.name),
     }
 
 

@@ -9,13 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from comparison.accuracy import NAMES, expected, solver_values
+from comparison.accuracy.levels import NAMES, expected, solver_values
+from comparison.engines.platform import platform_name
+from comparison.execution.ledger import Row
+from comparison.execution.run import Progress
 from comparison.files import replacing, write_json
-from comparison.ledger import Row
-from comparison.machine import platform_name
-from comparison.report.markdown import table
-from comparison.report.quantity import MISSING, number, quantity
-from comparison.run import Progress
+from comparison.formatting import MISSING, number, quantity, table
 from comparison.studies.tradeoff import growth
 from comparison.studies.tradeoff.figures import draw
 from comparison.studies.tradeoff.front import Point, asymptotic, cost_at, observed_order

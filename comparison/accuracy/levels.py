@@ -1,0 +1,181 @@
+"""From a wanted accuracy to solver settings, and from a setting to the next finer one.
+
+Names and levels are data (``accuracy.toml``), what they promise on which scene too:
+`comparison.accuracy.measured`.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from math import isfinite, nan
+from typing import Any
+
+from comparison.accuracy.measured import Front, front
+from comparison.engines.registry import OWN
+from comparison.scene import Scene
+
+NAMES = ("draft", "standard", "strict")
+
+
+class AccuracyError(ValueError):
+    """An accuracy that no setting on record gives; the message is one line."""
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What is expected of a run; nan where it is not on record.
+
+    Attributes
+    ----------
+    error
+        Promised of slider_x over the span, m.
+    span
+        "the first cycle", or as much of it as was measured.
+    seconds
+        Estimated processor time of the whole run.
+    cautions
+        Why these numbers may not hold, in words.
+    """
+
+    error: float = nan
+    span: str = "the first cycle"
+    seconds: float = nan
+    cautions: tuple[str, ...] = ()
+
+
+def solver_values(model: str, accuracy: str | float, scene: Scene) -> dict[str, object]:
+    """Solver settings of a model for a wanted accuracy of a scene.
+
+    Parameters
+    ----------
+    model
+        ``"reference"`` or ``"exudyn"``.
+    accuracy
+        ``"draft"``, ``"standard"``, ``"strict"``, or the wanted error of slider_x in metres over the
+        first cycle, also as text (``"1e-8"``). Of the settings that promise it for this scene, the cheapest
+        is taken.
+    scene
+        Names the formulation that is to integrate: Exudyn's ``"tree"`` is set by its tolerance, the others by
+        their step.
+
+    Returns
+    -------
+    dict
+        Dotted scene keys and their values, for `Scene.with_values`.
+
+    Raises
+    ------
+    AccuracyError
+        If it is neither a name nor a positive number, or smaller than the best on record, or the model is
+        not one of ours: nobody has measured it.
+    """
+    record = _record(model, _formulation(model, scene))
+    if record is None:
+        raise AccuracyError(
+            f"accuracy {accuracy!r}: that of the model {model!r} is not on record; "
+            f"set its solver.{model} in the scene"
+        )
+    if accuracy in NAMES:
+        return {record["key"]: record["names"][accuracy]}
+    try:
+        wanted = float(accuracy)
+    except ValueError:
+        wanted = -1.0
+    if not 0 < wanted < float("inf"):
+        raise AccuracyError(
+            f"accuracy {accuracy!r} must be {', '.join(NAMES)} or a positive number of metres"
+        )
+    return {record["key"]: _cheapest(wanted, model, scene, front(scene, model))}
+
+
+def _cheapest(wanted: float, model: str, scene: Scene, measured: Front | None) -> float:
+    if measured is None:
+        raise AccuracyError(
+            f"accuracy {wanted:g} m: that of the {model} model's {_formulation(model, scene)!r} is not on "
+            f"record with these joints; take {', '.join(NAMES)}"
+        )
+    setting = measured.cheapest(wanted)
+    if setting is None:
+        raise AccuracyError(
+            f"accuracy {wanted:g} m is beyond the {model} model: the smallest possible is "
+            f"{measured.best:g} m, measured on {measured.scene}"
+        )
+    return setting
+
+
+def expected(scene: Scene, model: str) -> Expected:
+    """Return what is on record of a scene's run at its settings."""
+    record = _record(model, _formulation(model, scene))
+    measured = None if record is None else front(scene, model)
+    if record is None or measured is None:
+        return Expected()
+    setting = scene.data["solver"][model][record["key"].rpartition(".")[2]]
+    failed = measured.failed(setting)
+    error = nan if failed else measured.error(setting)
+    return Expected(
+        error=error if isfinite(error) else nan,
+        span=measured.span,
+        seconds=measured.seconds(setting, scene),
+        cautions=(*([f"no result at this setting: {failed}"] if failed else []), *measured.cautions),
+    )
+
+
+def finer(model: str, scene: Scene) -> Scene | None:
+    """Return the scene with the model's settings one level finer: tolerance / 10, step / 2.
+
+    In Exudyn's fixed steps both: Newton's iteration stops with an error of its own that halving the step
+    alone leaves in both runs alike, where the comparison would take it for a difference of models. An
+    installed model is refined in whichever of ``step`` and ``tolerance`` its scene gives as a real number;
+    None where it gives neither.
+    """
+    return _level(model, scene, "finer")
+
+
+def coarser(model: str, scene: Scene) -> Scene | None:
+    """Return the scene with the model's settings one level coarser: tolerance x 10, step x 2; or None."""
+    return _level(model, scene, "coarser")
+
+
+def refinement(model: str, scene: Scene) -> tuple[float, float]:
+    """Return the factor between two levels and the order at which the error should follow it."""
+    record = _levels(model, scene.data["solver"].get(model, {}))
+    return record["factor"], record["order"]
+
+
+def _level(model: str, scene: Scene, which: str) -> Scene | None:
+    settings = scene.data["solver"].get(model, {})
+    changed = {
+        f"solver.{model}.{key}": float(f"{settings[key] * factor:.12g}")  # 1e-11 by any way: one kept run
+        for key, factor in _levels(model, settings)[which].items()
+        if isinstance(settings.get(key), float)
+    }
+    return scene.with_values(changed) if changed else None
+
+
+def _levels(model: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Find how a model is refined: as on record, else by the names of an installed model's settings."""
+    if (record := _record(model, settings.get("formulation", "auto"))) is not None:
+        return record
+    levels: dict[str, Any] = _file()["installed"]["step" if "step" in settings else "tolerance"]
+    return levels
+
+
+def _formulation(model: str, scene: Scene) -> str:
+    return str(scene.data["solver"].get(model, {}).get("formulation", "auto"))
+
+
+def _record(model: str, formulation: str) -> dict[str, Any] | None:
+    """Find what is on record of one of our own models; None of another."""
+    if model not in OWN:
+        return None
+    record: dict[str, Any] = _file()[model]
+    return record.get("formulation", {}).get(formulation, record)  # type: ignore[no-any-return]
+
+
+@cache
+def _file() -> dict[str, Any]:
+    return tomllib.loads(files("comparison.accuracy").joinpath("accuracy.toml").read_text("utf-8"))

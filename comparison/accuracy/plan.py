@@ -1,0 +1,204 @@
+"""What each model will integrate of a scene, what it leaves out, and why; what a run costs.
+
+The models choose by themselves; this says the same in words, before anything runs. The contract suite holds
+the names and numbers here against what the models record of their runs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+
+from comparison.accuracy.levels import Expected, expected
+from comparison.engines.registry import OWN
+from comparison.scene import Scene
+from comparison.scene.formulation import forces, loose
+from comparison.tables import channels
+
+_CHAIN = {  # what the equations are written in, by the joints that have clearance
+    (): "closed form",
+    ("slider",): "minimal: rod 4 and slider (2 coordinates)",
+    ("crank_pin",): "minimal: rod 2 and rocker (2 coordinates)",
+    ("crank_pin", "slider"): "minimal: rod 2, rocker, rod 4 and slider (4 coordinates)",
+}
+_FREE = {
+    (): (),
+    ("slider",): ("rod 4", "slider"),
+    ("crank_pin",): ("rod 2", "rocker"),
+    ("crank_pin", "slider"): ("rod 2", "rocker", "rod 4", "slider"),
+}
+_BODIES = ("crank", "rod 2", "rocker", "rod 4", "slider")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One model's run of a scene.
+
+    Attributes
+    ----------
+    model, formulation
+        The latter as the model records it with its result.
+    integrated, prescribed
+        Bodies whose motion is integrated, and those whose motion follows from these and from the crank.
+    coordinates, constraints
+        How many of each the equations have.
+    contacts
+        What can touch.
+    left_out
+        What is not modelled, or modelled and not computed, with the reason.
+    expected
+        Error and processor time at these settings.
+    instead
+        Other formulations: their setting, what they are, and how many times the time they take.
+    """
+
+    model: str
+    formulation: str
+    integrated: tuple[str, ...]
+    prescribed: tuple[str, ...]
+    coordinates: int
+    constraints: int
+    contacts: tuple[str, ...]
+    left_out: tuple[tuple[str, str], ...]
+    expected: Expected
+    instead: tuple[tuple[str, str, float], ...]
+
+
+def plan(scene: Scene, model: str) -> Plan:
+    """Say what one of our models will do with a scene.
+
+    Raises
+    ------
+    ValueError
+        If the model is another package's: nobody knows but itself.
+    """
+    if model not in OWN:
+        raise ValueError(f"model {model!r}: what another package's model integrates is not known here")
+    return (_reference if model == "reference" else _exudyn)(scene)
+
+
+def _reference(scene: Scene) -> Plan:
+    free, ideal_slider = loose(scene.data), scene.data["joints"]["slider"] == "ideal"
+    rows = 15 if ideal_slider else 13
+    whole = f"multiplier (15 coordinates, {rows} multipliers)"
+    if scene.data["solver"]["reference"]["formulation"] == "multiplier":
+        return _of(scene, "reference", whole, _BODIES, 15, rows, ())
+    # The multiplier form has an ideal crank pin.
+    paper = (("multiplier", f"the paper's 15 coordinates and {rows} multipliers"),)
+    instead = () if "crank_pin" in free else paper
+    integrated = _FREE[free]
+    return _of(scene, "reference", _CHAIN[free], integrated, len(integrated), 0, instead)
+
+
+def _exudyn(scene: Scene) -> Plan:
+    free, ideal_slider = loose(scene.data), scene.data["joints"]["slider"] == "ideal"
+    chosen = scene.data["solver"]["exudyn"]["formulation"]
+    bodies = "all five bodies with their joints, in fixed steps"
+    integrated: tuple[str, ...]
+    if chosen == "tree":
+        if "crank_pin" in free:
+            integrated, name = _BODIES[1:], "rocker, rods and slider tree"
+        else:
+            integrated, name = _BODIES[3:], "rod 4 and slider tree"
+        # An ideal slider does not turn: a point mass at the end of rod 4, which the guide's force keeps.
+        count = len(integrated) - (1 if ideal_slider else 0)
+        return _of(scene, "exudyn", name, integrated, count, 0, (("full", bodies),))
+    # Two rows for each of the pins O, A, B, H, C and F, the drive, and an ideal slider's two.
+    rows = 2 * (5 if "crank_pin" in free else 6) + 1 + (2 if ideal_slider else 0)
+    name = "redundant-coordinates" + (", native contact" if chosen == "native" else "")
+    smaller = (("tree", "what the drive leaves free alone, with error control"),)
+    instead = smaller if free and not forces(scene.data) else ()
+    return _of(scene, "exudyn", name, _BODIES, 15, rows, instead)
+
+
+def _of(
+    scene: Scene,
+    model: str,
+    name: str,
+    integrated: tuple[str, ...],
+    coordinates: int,
+    constraints: int,
+    instead: tuple[tuple[str, str], ...],
+) -> Plan:
+    free = loose(scene.data)
+    contacts = ("journal and bearing at the crank pin",) if "crank_pin" in free else ()
+    if "slider" in free:
+        contacts = (f"four corners of the slider ({scene.data['contact']['law']})", *contacts)
+    found, key = expected(scene, model), f"solver.{model}.formulation"
+    # Another formulation than the scene's would run at its own usual setting.
+    others = {other: expected(scene.with_values({key: other}), model).seconds for other, _ in instead}
+    return Plan(
+        model=model,
+        formulation=name,
+        integrated=integrated,
+        prescribed=tuple(body for body in _BODIES if body not in integrated),
+        coordinates=coordinates,
+        constraints=constraints,
+        contacts=contacts,
+        left_out=_left_out(scene, free),
+        expected=found,
+        instead=tuple(
+            (f"{key} = {other!r}", words, others[other] / found.seconds) for other, words in instead
+        ),
+    )
+
+
+def _left_out(scene: Scene, free: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    left = []
+    if "crank_pin" not in free:
+        left.append(("contact at the crank pin", "joints.crank_pin is ideal"))
+    if "slider" not in free:
+        left.append(("contact of the slider", "joints.slider is ideal"))
+    asked = set(scene.data["output"]["groups"])
+    words = {
+        "accelerations": "accelerations",
+        "corners": "gaps and forces of the corners",
+        "joints": "reactions and the crank's torque",
+        "energy": "energies",
+    }
+    left += [(words[group], "not asked for (output.groups)") for group in words if group not in asked]
+    return tuple(left)
+
+
+def lines(made: Plan) -> list[str]:
+    """Return a plan as lines for a terminal."""
+    integrated = ", ".join(made.integrated) or "nothing: the drive leaves nothing free"
+    size = f"{made.coordinates} coordinates, {made.constraints} constraints"
+    told = [
+        f"{made.model}: {made.formulation}",
+        f"  integrates  {integrated}" + (f" ({size})" if made.integrated else ""),
+    ]
+    if made.prescribed:
+        told.append(
+            f"  follows     {', '.join(made.prescribed)}: known from these and from the crank's angle"
+        )
+    told.append(f"  contacts    {', '.join(made.contacts) or 'none'}")
+    told += [f"  left out    {what}: {why}" for what, why in made.left_out]
+    found = made.expected
+    if isfinite(found.error):
+        told.append(f"  error       {found.error:.2g} m of slider_x over {found.span}")
+    if isfinite(found.seconds):
+        told.append(f"  time        about {found.seconds:.2g} s of a processor like that of the measurement")
+    told += [f"  beware      {caution}" for caution in found.cautions]
+    for setting, words, ratio in made.instead:
+        cost = f", {ratio:.2g} times the time" if isfinite(ratio) else ""
+        told.append(f"  instead     {setting}: {words}{cost}")
+    return told
+
+
+def expectation(scene: Scene, model: str) -> str:
+    """Return the error and the time that are expected of one of our own models at a scene's settings."""
+    found = expected(scene, model)
+    error = f"{found.error:.2g} m" if isfinite(found.error) else "nothing on record"
+    time = f"some {found.seconds:.2g} s" if isfinite(found.seconds) else "no time on record"
+    return "; ".join([f"expected are {error} of slider_x over {found.span}, and {time}", *found.cautions])
+
+
+def channels_line(scene: Scene) -> str:
+    """Return what the scene asks for in one line."""
+    groups = ", ".join(["motion", *scene.data["output"]["groups"]])
+    turns = scene.duration / scene.period
+    return (
+        f"{scene.name}: {turns:g} turns at {scene.data['drive']['speed_rpm']:g} rpm, "
+        f"{len(channels.expected(scene.data))} channels ({groups})"
+    )

@@ -1,0 +1,29 @@
+"""The fixed numbers that verdicts are made by: ``thresholds.toml``, where each is explained."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """The fixed numbers of a tier, explained in ``thresholds.toml``."""
+
+    k: float
+    share: float
+    alpha: float
+    coverage: float
+
+
+def thresholds_record() -> dict[str, Any]:
+    """Read ``thresholds.toml``."""
+    return tomllib.loads(files("comparison.accuracy").joinpath("thresholds.toml").read_text("utf-8"))
+
+
+def thresholds(tier: str = "standard") -> Thresholds:
+    """Return the numbers of a tier, ``"standard"`` or ``"tight"``."""
+    record = thresholds_record()
+    return Thresholds(k=record["k"], share=record["share"], **record[tier])

@@ -1,0 +1,166 @@
+"""An attribution in plain sentences, with the settings called by their names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import floor, isnan
+
+from comparison.accuracy.levels import AccuracyError, finer, solver_values
+from comparison.accuracy.uncertainty import Runs
+from comparison.agreement.event_description import describe
+from comparison.agreement.results import Attribution
+from comparison.scene import Scene
+
+_CHANGED = 0.1  # of the difference: less is told as a percentage, more as a factor
+# Of the samples beyond, near which a run must still move as far. Where a stiffness of 0.1 % makes the
+# difference it is 65 % at the standard tier, whose band is not much narrower.
+_SUSPECT = 0.9
+_MOST = 0.5  # of the samples that are not predictable
+
+
+@dataclass(frozen=True)
+class _Refinement:
+    """How one side is refined, in words."""
+
+    label: str
+    setting: str
+    """"exudyn's step (2e-06 s)"."""
+    factor: float
+    gain: float
+    """What a level should divide the error by."""
+
+    def of(self, setting: str) -> str:
+        """Return "halving exudyn's step (2e-06 s)"."""
+        return f"halving {setting}" if self.factor == 2 else f"dividing {setting} by {self.factor:g}"
+
+
+def sentences(
+    found: Attribution,
+    runs: tuple[Runs, Runs],
+    *,
+    labels: tuple[str, str],
+    scene: Scene | None,
+    tier: str,
+) -> tuple[str, ...]:
+    """Return what an attribution says, most important first; nothing where it holds nothing.
+
+    Parameters
+    ----------
+    found
+        The numbers.
+    runs, labels, scene, tier
+        As in `comparison.agreement.attribution.attribute`.
+    """
+    beyond = ""
+    if found.beyond_in:
+        events = {label: of.base.events for label, of in zip(labels, runs, strict=True)}
+        period, record = (None, None) if scene is None else (scene.period, scene.data)
+        instant = describe(found.beyond_from, events, period=period, scene=record)
+        beyond = f"{found.beyond_in} at {instant}"
+    if scene is None or isnan(found.explained):
+        return (f"first beyond the tolerance: {beyond}",) if beyond else ()
+    sides = [_refinement(label, of, scene) for label, of in zip(labels, runs, strict=True)]
+    said = [_of_cause(found, sides)] if found.cause else []
+    if beyond:
+        said.append(f"first beyond the band: {beyond}")
+    said += [
+        f"but near {found.still_moves[key]:.0%} of the samples beyond {side.label} still moves under "
+        "refinement by as much as the difference: its uncertainty may be underestimated"
+        for key, side in zip("ab", sides, strict=True)
+        if found.still_moves.get(key, 0.0) >= _SUSPECT
+    ]
+    if found.unpredictable:
+        said.append(_of_coverage(found, labels) + _advice(found, labels, scene, tier))
+    return tuple(said)
+
+
+def percent(share: float) -> str:
+    """Return a share as percent with two decimals, cut off: what is not all is never "100.00%"."""
+    return f"{floor(share * 10000 + 1e-8) / 100:.2f}%"
+
+
+def _of_cause(found: Attribution, sides: list[_Refinement]) -> str:
+    left = found.remaining
+    first, second = (
+        f"{side.of(side.setting)} {_effect(left[key], side.gain)}"
+        for key, side in zip("ab", sides, strict=True)
+    )
+    both = f"both together {_effect(left['both'], min(side.gain for side in sides))}"
+    if left["both"] > 1 + _CHANGED:
+        both += "; it grows, as rounding does that adds up over more steps"
+    if found.cause in {"a", "b"}:
+        chief, other = (sides[0], second) if found.cause == "a" else (sides[1], first)
+        effect = _effect(left[found.cause], chief.gain, "the difference")
+        return f"explained by {chief.setting}: {chief.of('it')} {effect}; {other}"
+    return {
+        "round-off": "at round-off: no setting matters",
+        "both": f"both contribute: {first}, {second}, {both}",
+        "neither": f"within the uncertainty, but refinement does not settle it: {first}, {second}, {both}",
+        "models": f"difference of models: no refinement removes it ({first}, {second})",
+    }[found.cause]
+
+
+def _effect(remaining: float, gain: float, what: str = "it") -> str:
+    if remaining <= 1 - _CHANGED:
+        return f"divides {what} by {1 / remaining if remaining else float('inf'):.2g} ({gain:.3g} expected)"
+    if abs(remaining - 1) < 5e-4:
+        return f"changes {what} by less than 0.1%"
+    return f"changes {what} by {remaining - 1:+.1%}"
+
+
+def _refinement(label: str, of: Runs, scene: Scene) -> _Refinement:
+    """Name the setting that is changed by the factor of a level, and what is changed along with it."""
+    factor = of.refinement[0]
+    refined = finer(label, scene)
+    if refined is None:
+        return _Refinement(label, f"{label}'s setting", factor, of.gain)
+    old, new = (which.data["solver"][label] for which in (scene, refined))
+    ratios = {key: old[key] / new[key] for key in old if isinstance(old[key], float) and old[key] != new[key]}
+    chief = min(ratios, key=lambda key: abs(ratios[key] - factor))
+    along = "".join(f"; with its {key}, {old[key]:g}" for key in ratios if key != chief)
+    value = f"{old[chief]:g}{' s' if chief == 'step' else ''}"
+    return _Refinement(label, f"{label}'s {chief} ({value}{along})", factor, of.gain)
+
+
+def _of_coverage(found: Attribution, labels: tuple[str, str]) -> str:
+    """Say whose uncertainty makes samples of the indeterminate channels unpredictable."""
+    whose = {
+        "a": f"the uncertainty of {labels[0]} alone",
+        "b": f"the uncertainty of {labels[1]} alone",
+        "each": "the uncertainty of each model by itself",
+        "together": "only both uncertainties together",
+    }
+    shares = sorted(((found.unpredictable[key], words) for key, words in whose.items()), reverse=True)
+    (chief, words), *others = [item for item in shares if item[0] >= 0.005]
+    rest = f" ({', '.join(f'{words} {share:.0%}' for share, words in others)})" if others else ""
+    return (
+        f"of the samples that are not predictable in the indeterminate channels, {words} makes "
+        f"{chief:.0%} so, from {found.unpredictable_from:.4g} s on{rest}"
+    )
+
+
+def _advice(found: Attribution, labels: tuple[str, str], scene: Scene, tier: str) -> str:
+    """Say whether finer settings can help: not where neighbouring starts spread too far by themselves."""
+    neighbours = found.unpredictable["neighbours"]
+    if neighbours >= _MOST:
+        return (
+            f"; for {neighbours:.0%} of them the spread of neighbouring starts suffices, whatever the setting"
+        )
+    shares = found.unpredictable
+    limiting = [
+        label for key, label in zip("ab", labels, strict=True) if shares[key] == max(shares[k] for k in "ab")
+    ]
+    # The tight tier has settings of its own, which --accuracy does not touch.
+    return (
+        "; try --accuracy strict" if tier == "standard" and any(_coarse(x, scene) for x in limiting) else ""
+    )
+
+
+def _coarse(model: str, scene: Scene) -> bool:
+    """Return whether a model of ours runs at less than its strict setting."""
+    settings = scene.data["solver"].get(model, {})
+    try:
+        strict = solver_values(model, "strict", scene)
+    except AccuracyError:
+        return False
+    return all(settings[key.rpartition(".")[2]] > value for key, value in strict.items())

@@ -1,0 +1,69 @@
+"""Single findings with a pass or a fail, for continuous integration: what JUnit calls test cases."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from comparison.agreement.results import SceneComparison
+
+Status = Literal["passed", "failed", "skipped", "error"]
+_STATUS: dict[str, Status] = {
+    "agree": "passed",
+    "differ": "failed",
+    "indeterminate": "skipped",
+    "unexcited": "skipped",
+    "cannot compare": "error",
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One thing that was checked.
+
+    Attributes
+    ----------
+    suite
+        The scene.
+    group
+        What was checked, within the scene: a tier, or a model and its tier.
+    name
+        The channel, or what else was checked.
+    status
+        "skipped" where nothing could be said, "error" where there was nothing to check.
+    message
+        One line.
+    """
+
+    suite: str
+    group: str
+    name: str
+    status: Status
+    message: str = ""
+
+
+def of_comparisons(comparisons: Sequence[SceneComparison]) -> list[Case]:
+    """Return the verdict of each scene and tier, followed by those of its channels."""
+    return [
+        case
+        for comparison in comparisons
+        for tier in comparison.tiers
+        for case in (
+            Case(comparison.name, tier.tier, "verdict", _STATUS[tier.verdict], _told(tier.verdict, tier.why)),
+            *(
+                Case(
+                    comparison.name,
+                    tier.tier,
+                    name,
+                    _STATUS[channel.verdict],
+                    _told(channel.verdict, channel.reason),
+                )
+                for name, channel in tier.channels.items()
+            ),
+        )
+    ]
+
+
+def _told(verdict: str, why: str) -> str:
+    return f"{verdict}: {why}"

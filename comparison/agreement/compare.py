@@ -1,0 +1,252 @@
+"""Two models' runs of a scene, or any two tables, compared channel by channel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.uncertainty import Levels, Runs, round_off, uncertainty, window_samples
+from comparison.agreement.attribution import attribute
+from comparison.agreement.results import ChannelComparison, SceneComparison
+from comparison.agreement.verdict import compare_channel, scene_verdict
+from comparison.scene import Scene, SceneError, scene_from_mapping
+from comparison.tables.align import Aligned, align
+from comparison.tables.channels import channels, expected
+from comparison.tables.check import check
+from comparison.tables.table import Table, TableError
+
+__all__ = ["Runs", "compare", "recorded_scene"]
+
+
+def compare(
+    a: Runs,
+    b: Runs,
+    *,
+    scene: Scene | None = None,
+    tolerance: float | None = None,
+    labels: tuple[str, str] = ("a", "b"),
+    name: str = "compare",
+    command: str = "",
+    warnings: tuple[str, ...] = (),
+    tier: str = "standard",
+    only: Sequence[str] | None = None,
+    ensembles: tuple[Sequence[Table], Sequence[Table]] = ((), ()),
+) -> SceneComparison:
+    """Compare two models' runs of a scene, or any two tables.
+
+    Parameters
+    ----------
+    a, b
+        With a finer run each: judged by their numerical uncertainty. Else by the tolerance.
+    scene
+        What the tables are results of: fixes the channels they must hold, the time they must span and the
+        scales. Without it both must hold the same channels over the same time, and scales are ranges.
+    tolerance
+        Share of each channel's scale; only for tables without uncertainty. With neither, the verdict is
+        "indeterminate".
+    labels, name, command, warnings
+        What the result calls the two, the comparison and its command; what else the reader must know.
+    tier
+        Of `comparison.accuracy.tiers.TIERS`: whose thresholds judge.
+    only
+        The channels to compare, of those that the scene asks for; None: all.
+    ensembles
+        More runs of each model at its base's setting and times, see `comparison.agreement.confirmation`.
+
+    Raises
+    ------
+    TableError
+        If the tables cannot be compared: a channel missing or unexpected, a number that is not finite, time
+        that does not increase, a truncated run.
+    """
+    both = tuple(zip(labels, (a, b), strict=True))
+    tables = {f"{label}{kind}": table for label, runs in both for kind, table in _kinds(runs)}
+    names = _names(a.base, b.base, scene, only)
+    for label, table in tables.items():
+        check(table, names, None if scene is None else (0.0, scene.duration), name=label)
+    _check_times(both)
+    aligned = align(a.base, b.base, names)
+    if aligned.interpolated and a.finer is not None and b.finer is not None:
+        raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
+    if aligned.interpolated:
+        which = labels[0] if aligned.interpolated == "a" else labels[1]
+        warnings += (
+            f"{which} was interpolated to the times of the other: nothing shorter than a sample is resolved",
+        )
+    if aligned.unknown:
+        count = sum(int(part.sum()) for part in aligned.unknown.values())
+        warnings += (
+            f"{count} samples of {len(aligned.unknown)} channels are not judged: a contact starts or ends "
+            "between them and the nearest samples of the interpolated table",
+        )
+    limits = thresholds(tier)
+    results: dict[str, ChannelComparison] = {}
+    for channel in map(channels().__getitem__, names):  # positions come before what follows from them
+        position, unknown = results.get(channel.follows or ""), aligned.unknown.get(channel.name)
+        within = None if position is None else position.predictable
+        if unknown is not None:
+            within = ~unknown if within is None else within & ~unknown
+        results[channel.name] = compare_channel(
+            channel,
+            aligned.time,
+            aligned.a[channel.name],
+            aligned.b[channel.name],
+            scene=None if scene is None else scene.data,
+            u=(
+                model_uncertainty(a, channel.name, scene, ensembles[0]),
+                model_uncertainty(b, channel.name, scene, ensembles[1]),
+            ),
+            within=within,
+            tolerance=tolerance,
+            limits=limits,
+        )
+    verdict, reason = scene_verdict(results, limits.coverage)
+    if (told := _too_late(results, aligned, labels, tolerance)) and verdict != "differ":
+        verdict, reason = "differ", told
+    return SceneComparison(
+        name=name if scene is None else scene.name,
+        title="Two tables" if scene is None else scene.title,
+        description="" if scene is None else scene.description,
+        labels=labels,
+        verdict=verdict,
+        reason=reason,
+        warnings=(() if scene is None else scene.warnings) + warnings,
+        time=aligned.time,
+        period=None if scene is None else scene.period,
+        channels=results,
+        events=(a.base.events, b.base.events),
+        provenance={label: table.provenance for label, table in tables.items()},
+        scene=None if scene is None else scene.data,
+        command=command,
+        tier=tier,
+        shift=aligned.shift,
+        attribution=attribute(
+            (a, b), results, aligned.time, verdict=verdict, tier=tier, labels=labels, scene=scene
+        ),
+    )
+
+
+def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
+    """Find the scene that both tables record; settings of solvers and output may differ.
+
+    Returns
+    -------
+    scene, warnings
+        No scene where they record none; none and a warning where they record two that differ.
+    """
+    record_a, record_b = a.provenance.get("scene"), b.provenance.get("scene")
+    if not isinstance(record_a, dict) or not isinstance(record_b, dict):
+        return None, ()
+    sections = {*record_a, *record_b} - {"scene", "solver", "output"}
+    changed = sorted(section for section in sections if record_a.get(section) != record_b.get(section))
+    if changed:
+        return None, (
+            f"the tables are of different scenes ({', '.join(changed)} differ): the scales are ranges",
+        )
+    # Scales and channels do not hang on settings, and a model that made a table need not be installed here.
+    record = {section: part for section, part in record_a.items() if section != "solver"}
+    try:
+        return scene_from_mapping(record), ()
+    except SceneError as error:
+        return None, (f"the scene recorded beside the tables is not used: {error}",)
+
+
+def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
+    yield "", runs.base
+    if runs.finer is not None:
+        yield " finer", runs.finer
+    if runs.twin is not None:
+        yield " twin", runs.twin
+    if runs.other_twin is not None:
+        yield " other twin", runs.other_twin
+    if runs.coarser is not None:
+        yield " coarser", runs.coarser
+
+
+def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
+    """Name the channels that both must hold: the scene's, or else all that either holds."""
+    if scene is None:
+        return [name for name in channels() if name in a.frame or name in b.frame or name in (only or ())]
+    names = expected(scene.data)
+    if other := [name for name in only or () if name not in names]:
+        raise TableError(f"scene {scene.name!r}: has no channel {other[0]} to compare")
+    return names if only is None else [name for name in names if name in only]
+
+
+def _check_times(both: tuple[tuple[str, Runs], ...]) -> None:
+    """Refuse runs of one model on different grids, and tables of which one stops early.
+
+    Raises
+    ------
+    TableError
+        If so. One sample of the coarser table is allowed at either end: two grids seldom end together.
+    """
+    for label, runs in both:
+        for kind, table in _kinds(runs):
+            if not np.array_equal(table.time, runs.base.time):
+                raise TableError(f"{label}{kind}: its times are not those of {label}")
+    (label_a, a), (label_b, b) = ((label, runs.base.time) for label, runs in both)
+    slack = max(float(np.median(np.diff(a))), float(np.median(np.diff(b)))) * (1 + 1e-6)
+    if abs(a[0] - b[0]) > slack or abs(a[-1] - b[-1]) > slack:
+        raise TableError(
+            f"{label_a} spans {a[0]:g} to {a[-1]:g} s and {label_b} {b[0]:g} to {b[-1]:g} s: "
+            "one of them is truncated"
+        )
+
+
+def _too_late(
+    results: Mapping[str, ChannelComparison],
+    aligned: Aligned,
+    labels: tuple[str, str],
+    tolerance: float | None,
+) -> str:
+    """Say that a time shift is beyond the tolerance; empty where it is not, or uncertainties judge.
+
+    A shift leaves most samples of a slow channel within a share of its range, so samples alone would let it
+    pass. It is held against the tolerance times the time in which a position passes its scale at the scale
+    of its rate, the least of all positions: with a scene a hundredth of a crank turn.
+    """
+    times = []
+    for name, position in results.items():
+        rate = channels()[name].rate
+        if rate is None or position.verdict == "unexcited" or position.u is not None:
+            continue
+        if rate in results:
+            scale = results[rate].scale
+        else:
+            slopes = [np.gradient(values, aligned.time) for values in (position.a, position.b)]
+            scale = max(float(np.ptp(slope)) for slope in slopes)
+        times.append(position.scale / scale)
+    limit = (tolerance or 0.0) * min(times, default=0.0)
+    shift = aligned.shift
+    if not limit or shift.reason or abs(shift.value) - shift.uncertainty <= limit:
+        return ""
+    return f"{shift.sentence(labels)} The tolerance allows {limit:.2g} s"
+
+
+def model_uncertainty(
+    runs: Runs, name: str, scene: Scene | None, ensemble: Sequence[Table] = ()
+) -> NDArray[np.float64] | None:
+    """Uncertainty of one channel of one model, shape (n,), in its unit; None without a finer run."""
+    if runs.finer is None or scene is None:
+        return None
+    time, base = runs.base.time, runs.base.values(name)
+    interval = float(time[-1] - time[0]) / (time.size - 1)
+    factor, order = runs.refinement
+    levels = Levels(
+        base=base,
+        finer=runs.finer.values(name),
+        coarser=None if runs.coarser is None else runs.coarser.values(name),
+        twins=tuple(twin.values(name) for twin in runs.twins),
+        factor=factor,
+        order=order,
+        ensemble=tuple(run.values(name) for run in ensemble),
+    )
+    return uncertainty(
+        levels,
+        window_samples(scene.period, interval),
+        round_off(base, time, channels()[name].round_off),
+    )

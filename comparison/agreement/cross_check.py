@@ -1,0 +1,258 @@
+"""The main job: scenes by two models at both tiers, each with its finer run and its twins, compared.
+
+A verdict "differ" is confirmed by ensembles (`comparison.agreement.confirmation`) once all scenes are judged;
+where the models agree no run is added.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from comparison.accuracy.levels import coarser, finer, refinement, solver_values
+from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.tiers import TIERS, tight
+from comparison.accuracy.uncertainty import twins
+from comparison.agreement.compare import Runs, compare
+from comparison.agreement.confirmation import Run, confirm
+from comparison.agreement.results import SceneComparison, no_comparison
+from comparison.execution.run import MODELS, Job, Outcome, Progress, describe, run_all
+from comparison.reliability.difference import ReliabilityComparison, compare_reliability
+from comparison.reliability.ideal import ideal_scenes
+from comparison.scene import Scene
+from comparison.tables.table import Table, TableError
+
+
+@dataclass(frozen=True)
+class Validation:
+    """What came of a scene.
+
+    Attributes
+    ----------
+    comparison
+        At the standard tier, and in its ``tight`` at the tight one. The verdict is "cannot compare", and
+        there are no channels, where a run did not succeed.
+    runs
+        Model -> its runs at the standard tier, where all of them succeeded.
+    crashed
+        Whether a run ended in a way that no input should cause.
+    tight_runs
+        As ``runs``, at the tight tier; empty where it was not run.
+    partial
+        Of the run that a verdict "cannot compare" names, by tier, model and run ("tight exudyn finer"): its
+        table up to where the model stopped, or in full where the run broke one of its invariants.
+    """
+
+    comparison: SceneComparison
+    runs: dict[str, Runs]
+    crashed: bool = False
+    tight_runs: dict[str, Runs] = field(default_factory=dict)
+    partial: dict[str, Table] = field(default_factory=dict)
+
+
+def validate(
+    scenes: Sequence[Scene],
+    *,
+    models: tuple[str, str] = MODELS,
+    n_jobs: int = 1,
+    accuracy: str | float | None = None,
+    tiers: Sequence[str] = TIERS,
+    on_progress: Progress | None = None,
+) -> list[Validation]:
+    """Run the scenes by two models and compare.
+
+    Parameters
+    ----------
+    scenes
+        What to run.
+    models
+        Ours, or the names of installed ones. One whose settings hold neither a tolerance nor a step cannot be
+        refined: then the scene's ``[compare] tolerance`` decides.
+    n_jobs
+        Worker processes.
+    accuracy
+        For both models at the standard tier, see `comparison.accuracy.levels.solver_values`; None: what the
+        scenes say.
+    tiers
+        "standard", or both; the tight tier is for our models alone, see `comparison.accuracy.tiers`.
+    on_progress
+        Called with the finished share, 0 to 1; again from 0 for each ensemble that confirms a difference.
+
+    Raises
+    ------
+    AccuracyError
+        If the accuracy is out of reach.
+    EngineError
+        If a model is not known.
+
+    Notes
+    -----
+    Uses worker processes: a script that calls this needs ``if __name__ == "__main__":``.
+    """
+    commands = [_command(scene, models, accuracy) for scene in scenes]
+    strict = [tight(scene, models) if "tight" in tiers else None for scene in scenes]
+    if accuracy is not None:
+        scenes = [_at(scene, models, accuracy) for scene in scenes]
+    planned = [
+        _Plan(scene, tier, models, command)
+        for usual, closer, command in zip(scenes, strict, commands, strict=True)
+        for tier, scene in (("standard", usual), ("tight", closer))
+        if scene is not None
+    ]
+    jobs = [job for plan in planned for job in (*plan.jobs.values(), *plan.ideals.values())]
+    outcomes = iter(run_all(jobs, n_jobs, on_progress))
+    judged = []
+    for plan in planned:
+        own, ideal = ({which: next(outcomes) for which in of} for of in (plan.jobs, plan.ideals))
+        judged.append(_with_reliability(_judge(plan, own), plan, ideal))
+
+    def run(starts: Sequence[Scene], model: str) -> list[Table]:
+        ran = run_all([Job(start, model) for start in starts], n_jobs, on_progress)
+        return [outcome.table for outcome in ran if outcome.table is not None]
+
+    results: list[Validation] = []
+    for plan, unconfirmed in zip(planned, judged, strict=True):
+        result = _confirmed(unconfirmed, plan, run)
+        if result.comparison.tier == "standard":
+            results.append(result)
+        else:
+            results[-1] = _with_tight(results[-1], result)
+    return results
+
+
+def _with_tight(usual: Validation, closer: Validation) -> Validation:
+    return Validation(
+        replace(usual.comparison, tight=closer.comparison),
+        usual.runs,
+        usual.crashed or closer.crashed,
+        closer.runs,
+        usual.partial | closer.partial,
+    )
+
+
+def _confirmed(result: Validation, plan: _Plan, run: Run) -> Validation:
+    """Confirm a difference, or take it back."""
+    if not result.runs:
+        return result
+    a, b = plan.models
+    pair = result.runs[a], result.runs[b]
+    return replace(
+        result,
+        comparison=confirm(result.comparison, pair, scene=plan.scene, models=plan.models, run=run),
+    )
+
+
+class _Plan:
+    """The runs that a comparison needs, and those of the ideal mechanism, for the reliability."""
+
+    def __init__(self, scene: Scene, tier: str, models: tuple[str, str], command: str) -> None:
+        self.scene, self.tier, self.models, self.command = scene, tier, models, command
+        self.jobs = {(model, kind): job for model in models for kind, job in family(scene, model)}
+        self.ideals = {
+            (model, kind): Job(ideal, model)
+            for model in models
+            for kind, ideal in ideal_scenes(scene, model).items()
+        }
+
+
+def _at(scene: Scene, models: tuple[str, str], accuracy: str | float) -> Scene:
+    values: dict[str, object] = {}
+    for model in models:
+        values |= solver_values(model, accuracy, scene)
+    return scene.with_values(values)
+
+
+def _command(scene: Scene, models: tuple[str, str], accuracy: str | float | None) -> str:
+    return shlex.join(
+        ["sixbar", "validate", scene.source]
+        + (["--models", ",".join(models)] if models != MODELS else [])
+        + (["--accuracy", str(accuracy)] if accuracy is not None else [])
+    )
+
+
+def family(scene: Scene, model: str) -> list[tuple[str, Job]]:
+    """Return the runs that give a model's uncertainty, by their names in `accuracy.uncertainty.Runs`."""
+    return [(kind, Job(level, model)) for kind, level in levels(scene, model).items()]
+
+
+def levels(scene: Scene, model: str) -> dict[str, Scene]:
+    """Return the scenes of these runs: base, finer, coarser, twins; those that there are."""
+    coarse = coarser(model, scene)
+    variants = {"base": scene, "finer": finer(model, scene), "coarser": coarse}
+    there = {kind: variant for kind, variant in variants.items() if variant is not None}
+    return there if coarse is None else there | twins(coarse)
+
+
+def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
+    scene, models = plan.scene, plan.models
+
+    def refused(reason: str, **more: Any) -> Validation:
+        refusal = no_comparison(scene, reason, labels=models, command=plan.command, tier=plan.tier)
+        return Validation(refusal, {}, **more)
+
+    failed = {which: outcome for which, outcome in outcomes.items() if outcome.table is None}
+    if failed:
+        crashed = any(outcome.status == "crashed" for outcome in failed.values())
+        which = next((w for w in failed if failed[w].status == "crashed"), next(iter(failed)))
+        kept = failed[which].partial
+        partial = {} if kept is None else {" ".join((plan.tier, *which)): kept}
+        return refused(describe(plan.jobs[which], failed[which]), crashed=crashed, partial=partial)
+    runs = _runs(plan, outcomes)
+    try:
+        comparison = compare(
+            runs[models[0]],
+            runs[models[1]],
+            scene=scene,
+            tolerance=scene.tolerance,
+            labels=models,
+            command=plan.command,
+            tier=plan.tier,
+        )
+    except TableError as error:
+        return refused(f"scene {scene.name!r}: {error}")
+    return Validation(comparison, runs)
+
+
+def _runs(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> dict[str, Runs]:
+    """Sort the tables of runs that all succeeded by model."""
+    return {
+        model: Runs(
+            refinement=refinement(model, plan.scene),
+            **{
+                kind: outcome.table
+                for (of, kind), outcome in outcomes.items()
+                if of == model and outcome.table
+            },
+        )
+        for model in plan.models
+    }
+
+
+def _with_reliability(
+    result: Validation, plan: _Plan, outcomes: dict[tuple[str, str], Outcome]
+) -> Validation:
+    """Add the reliability where both models ran; a run of the ideal mechanism that failed is only told of."""
+    if not result.runs:
+        return result
+    scene, (a, b) = plan.scene, plan.models
+    failed = [
+        describe(plan.ideals[which], outcome) for which, outcome in outcomes.items() if not outcome.table
+    ]
+    if failed:
+        found = ReliabilityComparison(scene.reliability, missing=f"the ideal mechanism: {failed[0]}")
+    else:
+        ideals, runs = _runs(plan, outcomes), result.runs
+        try:
+            quantities = compare_reliability(
+                (runs[a], runs[b]),
+                (ideals[a], ideals[b]),
+                scene.period,
+                scene.reliability,
+                thresholds(plan.tier).k,
+            )
+            found = ReliabilityComparison(scene.reliability, quantities)
+        except TableError as error:
+            found = ReliabilityComparison(scene.reliability, missing=str(error))
+    return replace(result, comparison=replace(result.comparison, reliability=found))

@@ -1,0 +1,254 @@
+"""What a comparison found: of one channel, and of a scene of channels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import isnan, nan
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from comparison.accuracy.thresholds import Thresholds
+from comparison.metrics.impacts import Impacts, impacts_of
+from comparison.metrics.signal_ratings import information
+from comparison.reliability.difference import ReliabilityComparison
+from comparison.scene import Scene
+from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import CONTACTS, channels
+from comparison.tables.time_shift import Shift
+
+SUSPICIOUS = 10.0
+"""An uncertainty that had been too small by more than this factor is a finding of its own. By chance alone a
+factor of 6 has been seen, of five runs whose errors spread over decades."""
+
+
+@dataclass(frozen=True)
+class ChannelComparison:
+    """One channel of two runs, on their common time grid of ``n`` samples."""
+
+    channel: str
+    label: str
+    unit: str
+    scale: float
+    time: Array
+    """s, shape (n,)."""
+    a: Array
+    b: Array
+    difference: Array
+    """a - b, shape (n,)."""
+    u_a: Array | None
+    u_b: Array | None
+    u: Array | None
+    """Numerical uncertainties of a, b and their difference, shape (n,); None where the tables carry none."""
+    predictable: BoolArray
+    """u <= alpha * scale; all True where u is None."""
+    verdict: str
+    """"agree", "differ", "indeterminate" or "unexcited"."""
+    coverage: float
+    """Share of predictable samples."""
+    explained: float
+    """Share of the predictable samples within k u, or the tolerance; nan if there is none of either."""
+    max_difference: float
+    rms_difference: float
+    max_scaled: float
+    rms_scaled: float
+    """The four over all samples, predictable or not."""
+    worst_time: float
+    worst_difference: float
+    worst_threshold: float
+    """The predictable sample with the largest |E| / threshold; nan where there is none."""
+    reason: str
+    """One plain sentence."""
+    limits: Thresholds
+    """The numbers it was judged by."""
+
+    @cached_property
+    def metrics(self) -> Mapping[str, float]:
+        """Measures of b against a that no verdict rests on; empty where unexcited: a constant has none.
+
+        See `comparison.metrics.signal_ratings`. Made when first asked for: they cost more than the verdict.
+        """
+        if self.verdict == "unexcited":
+            return {}
+        position = channels()[self.channel].rate is not None
+        return information(self.time, self.a, self.b, position=position)
+
+
+@dataclass(frozen=True)
+class Attribution:
+    """Where the difference of a scene at one tier comes from; what cannot be told is nan or empty."""
+
+    explained: float = nan
+    """Share of the judged samples of all excited channels together that are within k u."""
+    cause: str = ""
+    """"a" or "b" (whose refinement removes it), "both", "round-off", "neither" or "models"."""
+    remaining: dict[str, float] = field(default_factory=dict)
+    """What is left of its size where the run of "a", of "b" or of "both" is the refined one; 1: all of it."""
+    channels: dict[str, dict[str, float]] = field(default_factory=dict)
+    """The same by channel."""
+    still_moves: dict[str, float] = field(default_factory=dict)
+    """"a", "b": share of the samples beyond the band near which refinement moves the run by as much."""
+    unpredictable: dict[str, float] = field(default_factory=dict)
+    """Why the samples of the indeterminate channels are not predictable: share by the u of "a" alone, of "b"
+    alone, of "each" by itself, of the two only "together"; and that of "neighbours" whose spread suffices."""
+    unpredictable_from: float = nan
+    """First of the most frequent of these, s."""
+    beyond_from: float = nan
+    """First judged sample beyond the band or the tolerance, s; of the channels that differ, if any does."""
+    beyond_in: str = ""
+    """Its channel."""
+    sentences: tuple[str, ...] = ()
+    """All this in plain words."""
+
+
+@dataclass(frozen=True)
+class Confirmation:
+    """What ensembles of runs from moved starts say of a verdict "differ"; what is not known is nan or empty.
+
+    See `comparison.agreement.confirmation`.
+    """
+
+    outcome: str
+    """"confirmed"; "unconfirmed": too few runs could be had; "underestimated": the difference is one of the
+    numerics, whose uncertainty had been too small, and the comparison holds the corrected one."""
+    members: tuple[int, int] = (0, 0)
+    """Runs in the ensemble of each model."""
+    shifts: tuple[float, float] = (nan, nan)
+    """Standard deviation by which the starts of either ensemble were moved, m."""
+    farther: tuple[int, int] = (0, 0)
+    """How many of these lie as far from the centre of the others as the other model's run, or farther."""
+    excess: float = nan
+    """Distance of a model's run from the other's ensemble, over that of the farthest run left out of it: the
+    smaller of both."""
+    factor: float = nan
+    """By how much the uncertainty had been underestimated."""
+    since: float = nan
+    """First sample at which the difference was beyond k u, s."""
+    clustered: bool = False
+    """Whether an ensemble falls into clusters farther apart than they are wide, and than the uncertainty."""
+    contact: str = ""
+    """The first contact that some runs have and others lack, and on which they part."""
+    sentence: str = ""
+    """All this in plain words."""
+
+    @property
+    def mark(self) -> str:
+        """The outcome in a few words, to stand beside a verdict."""
+        fewest = min((count for count in self.members if count), default=0)
+        return {
+            "confirmed": f"confirmed by at least {fewest} runs",
+            "unconfirmed": f"unconfirmed, {fewest} runs",
+            "underestimated": f"uncertainty underestimated {self.factor:.2g} times",
+        }[self.outcome]
+
+    @property
+    def suspicious(self) -> bool:
+        """Whether something discontinuous decides, as an intermittent fault of a model would."""
+        return self.outcome == "underestimated" and (self.clustered or self.factor > SUSPICIOUS)
+
+
+@dataclass(frozen=True)
+class SceneComparison:
+    """All channels of one scene, with what is needed to read and to repeat the comparison."""
+
+    name: str
+    title: str
+    description: str
+    labels: tuple[str, str]
+    verdict: str
+    reason: str
+    warnings: tuple[str, ...]
+    time: Array
+    period: float | None
+    """Seconds a crank turn takes; turns = time / period. None where the tables do not say."""
+    channels: dict[str, ChannelComparison]
+    events: tuple[pd.DataFrame | None, pd.DataFrame | None]
+    provenance: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Of every run used: "reference", "reference finer", "reference twin", "exudyn", ..."""
+    scene: dict[str, Any] | None = None
+    """The scene mapping."""
+    command: str = ""
+    """Reproduces this comparison."""
+    tier: str = "standard"
+    attribution: Attribution | None = None
+    """None where nothing could be compared."""
+    tight: SceneComparison | None = None
+    """The same scene at the tight tier, where it was run."""
+    shift: Shift | None = None
+    """Estimated time shift between the two; None where nothing was compared."""
+    reliability: ReliabilityComparison | None = None
+    """Of the slider's motion; a finding of its own that no verdict rests on. None: not asked for."""
+    confirmation: Confirmation | None = None
+    """Of a verdict that was "differ" before it; None where the models agreed, or for foreign tables."""
+
+    @property
+    def coverage(self) -> float:
+        """Share of predictable samples (`scene_coverage`); nan where no table carries uncertainties."""
+        known = any(channel.u is not None for channel in self.channels.values())
+        return scene_coverage(self.channels) if known else nan
+
+    @property
+    def why(self) -> str:
+        """The reason of the verdict, after what its confirmation found where there was one."""
+        return self.reason if self.confirmation is None else f"{self.confirmation.sentence}. {self.reason}"
+
+    @property
+    def tiers(self) -> tuple[SceneComparison, ...]:
+        """The comparison itself and that at the tight tier, if there is one."""
+        return (self,) if self.tight is None else (self, self.tight)
+
+    @cached_property
+    def impacts(self) -> Mapping[str, Impacts] | None:
+        """Contacts of b against those of a, see `comparison.metrics.impacts.impacts_of`.
+
+        A contact is predictable where its corner's gap is, or x where the tables hold no gaps.
+        """
+        x = self.channels.get("slider_x")
+        decisive = {place: self.channels.get(f"corner_{place}_gap", x) for place in CONTACTS}
+        return impacts_of(
+            *self.events,
+            time=self.time,
+            period=self.period,
+            predictable={
+                place: channel.predictable
+                for place, channel in decisive.items()
+                if channel is not None and channel.u is not None
+            },
+        )
+
+
+def scene_coverage(channels: Mapping[str, ChannelComparison]) -> float:
+    """Return a scene's share of predictable samples: the mean over its excited channels; nan without one.
+
+    The one number for a scene, which its verdict holds against the floor. A channel without a sample to judge
+    covers nothing, however many samples are predictably zero: a corner that touches only where nothing can be
+    predicted.
+    """
+    excited = [channel for channel in channels.values() if channel.verdict != "unexcited"]
+    judged = [0.0 if isnan(channel.explained) else channel.coverage for channel in excited]
+    return sum(judged) / len(judged) if judged else nan
+
+
+def no_comparison(
+    scene: Scene, reason: str, *, labels: tuple[str, str], command: str, tier: str
+) -> SceneComparison:
+    """Return the comparison of a scene whose runs cannot be compared: without channels, and why."""
+    return SceneComparison(
+        name=scene.name,
+        title=scene.title,
+        description=scene.description,
+        labels=labels,
+        verdict="cannot compare",
+        reason=reason,
+        warnings=scene.warnings,
+        time=np.empty(0),
+        period=scene.period,
+        channels={},
+        events=(None, None),
+        scene=scene.data,
+        command=command,
+        tier=tier,
+    )

@@ -1,0 +1,231 @@
+"""Whether two results agree, differ, or nobody can tell: one channel, and a scene of channels.
+
+The rule is that of verification and validation after ASME V&V 20-2009 (section 1): a difference
+``E`` between two results is explained by their numerical uncertainty ``u`` where ``|E| <= k u``;
+beyond it there is a difference of models. It is applied sample by sample, on the samples where the
+uncertainty is small against what the channel means (the predictable ones).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import floor as floor_of
+from math import nan
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from comparison.accuracy.thresholds import Thresholds
+from comparison.accuracy.uncertainty import combined
+from comparison.agreement.results import ChannelComparison, scene_coverage
+from comparison.metrics.norms import maximum, rms, scaled
+from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import Channel
+
+
+def compare_channel(
+    channel: Channel,
+    time: Array,
+    a: Array,
+    b: Array,
+    *,
+    scene: Mapping[str, Any] | None,
+    u: tuple[Array | None, Array | None],
+    within: BoolArray | None = None,
+    tolerance: float | None,
+    limits: Thresholds,
+) -> ChannelComparison:
+    """Judge one channel on a common grid; arrays of shape (n,).
+
+    A sample at which both results are exactly zero is no evidence: a corner force is zero most of the time,
+    and a force that is missing altogether would agree with 99 % of the samples. The share of explained
+    samples is therefore taken over the predictable samples at which at least one of the two is not zero.
+
+    Where too few samples are predictable, a position or a velocity still differs if even the largest
+    uncertainty of all times explains too few samples. A channel in a wrong unit has an uncertainty in that
+    unit, which may be too large for any sample to be predictable and nothing beside the difference.
+
+    Parameters
+    ----------
+    channel
+        What is compared.
+    time, a, b
+        Common time (s) and the two results.
+    scene
+        The scene mapping, for the scale; None: the range is the scale.
+    u
+        Numerical uncertainties of a and of b; one that is None makes both unused.
+    within
+        The samples that may be judged at all: where the position that this channel follows is predictable,
+        and where its value follows from samples; None: all.
+    tolerance
+        Share of the scale that is allowed where there is no uncertainty; None: "indeterminate".
+    limits
+        The tier's numbers.
+    """
+    extent = float(max(a.max(), b.max()) - min(a.min(), b.min()))
+    scale = channel.scale_value(scene, extent)
+    difference = a - b
+    u_both = None if u[0] is None or u[1] is None else combined(u[0], u[1])
+    threshold: Array | None
+    if u_both is not None:
+        threshold, predictable = limits.k * u_both, u_both <= limits.alpha * scale
+    else:
+        predictable = np.ones(time.shape, dtype=np.bool_)
+        threshold = None if tolerance is None else np.broadcast_to(tolerance * scale, time.shape)
+    if within is not None:
+        predictable &= within
+    happens = (a != 0) | (b != 0)
+    found = _judge(channel, time, difference, threshold, predictable, happens, extent, limits)
+    # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
+    if u_both is not None and channel.follows is None and found.verdict == "indeterminate":
+        found = (
+            _beyond_all(channel, time, difference, limits.k * float(u_both.max()), happens, limits) or found
+        )
+    max_difference, rms_difference = maximum(difference), rms(difference)
+    return ChannelComparison(
+        channel=channel.name,
+        label=channel.label,
+        unit=channel.unit,
+        scale=scale,
+        time=time,
+        a=a,
+        b=b,
+        difference=difference,
+        u_a=u[0],
+        u_b=u[1],
+        u=u_both,
+        predictable=predictable,
+        verdict=found.verdict,
+        coverage=float(predictable.mean()),
+        explained=found.explained,
+        max_difference=max_difference,
+        rms_difference=rms_difference,
+        max_scaled=scaled(max_difference, scale),
+        rms_scaled=scaled(rms_difference, scale),
+        worst_time=found.time,
+        worst_difference=found.difference,
+        worst_threshold=found.threshold,
+        reason=found.reason,
+        limits=limits,
+    )
+
+
+class _Judgement(NamedTuple):
+    """A verdict, its reason, the share of explained samples, and the worst of the judged ones."""
+
+    verdict: str
+    reason: str
+    explained: float = nan
+    time: float = nan
+    difference: float = nan
+    threshold: float = nan
+
+
+def _judge(
+    channel: Channel,
+    time: Array,
+    difference: Array,
+    threshold: Array | None,
+    predictable: BoolArray,
+    happens: BoolArray,
+    extent: float,
+    limits: Thresholds,
+) -> _Judgement:
+    """Hold the predictable samples at which something happens against their thresholds."""
+    judged, coverage = predictable & happens, float(predictable.mean())
+    numbers = (nan, nan, nan, nan)
+    if threshold is not None and judged.any():
+        size = np.abs(difference)
+        excess = np.where(judged, size / np.maximum(threshold, np.finfo(np.float64).tiny), -1.0)
+        worst = int(excess.argmax())
+        explained = float(np.mean((size <= threshold)[judged]))
+        numbers = explained, float(time[worst]), float(difference[worst]), float(threshold[worst])
+    explained, at, worst_difference, worst_threshold = numbers
+    if extent < channel.floor:
+        reason = f"its range in both, {extent:.2g} {channel.unit}, is below {channel.floor:g} {channel.unit}"
+        return _Judgement("unexcited", reason, *numbers)
+    if threshold is None:
+        reason = "there is neither an uncertainty nor a tolerance to judge by"
+    elif coverage < limits.coverage:
+        reason = f"{coverage:.1%} of the samples are predictable, {limits.coverage:.0%} are needed"
+    elif not judged.any():
+        reason = "no sample at which something happens is predictable"
+    elif explained < limits.share:
+        reason = (
+            f"at t = {at:.6g} s the difference is {worst_difference:.3g} {channel.unit}, "
+            f"the threshold {worst_threshold:.2g} {channel.unit}; "
+            f"{explained:.1%} of the predictable samples are within theirs, {limits.share:.0%} are needed"
+        )
+        return _Judgement("differ", reason, *numbers)
+    else:
+        reason = f"{explained:.2%} of the predictable samples are within their threshold"
+        return _Judgement("agree", reason, *numbers)
+    return _Judgement("indeterminate", reason, *numbers)
+
+
+def _beyond_all(
+    channel: Channel,
+    time: Array,
+    difference: Array,
+    largest: float,
+    happens: BoolArray,
+    limits: Thresholds,
+) -> _Judgement | None:
+    """Return that a channel differs if even the largest threshold of all times explains too few samples."""
+    if not happens.any():
+        return None
+    if np.mean(np.abs(difference[happens]) <= largest) >= limits.share:
+        return None
+    worst = int(np.abs(difference).argmax())
+    reason = (
+        f"at t = {time[worst]:.6g} s the difference is {difference[worst]:.3g} {channel.unit}, "
+        f"{limits.k:g} times the largest uncertainty of all times {largest:.2g} {channel.unit}"
+    )
+    at, worst_difference = float(time[worst]), float(difference[worst])
+    return _Judgement("differ", reason, time=at, difference=worst_difference, threshold=largest)
+
+
+def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> tuple[str, str]:
+    """Verdict of a scene and its reason, by the rule of a channel applied to all excited ones together.
+
+    One channel that differs makes the scene differ. Else its coverage
+    (`comparison.agreement.results.scene_coverage`) is held against the same floor as a channel's. Channels
+    that are by themselves indeterminate are named in the reason. A scene without an excited channel is
+    indeterminate: nothing was compared.
+
+    Parameters
+    ----------
+    results
+        The channels.
+    floor
+        Smallest coverage, `Thresholds.coverage`.
+    """
+    excited = [result for result in results.values() if result.verdict != "unexcited"]
+    if not excited:
+        return "indeterminate", "no channel is excited: nothing was compared"
+    if differing := [result for result in excited if result.verdict == "differ"]:
+        worst = max(differing, key=lambda result: abs(result.worst_difference) / result.worst_threshold)
+        return (
+            "differ",
+            f"{len(differing)} of {len(excited)} channels differ, most of all {worst.channel}: "
+            f"{worst.reason}",
+        )
+    unsettled = [result for result in excited if result.verdict == "indeterminate"]
+    agreeing = [result for result in excited if result.verdict == "agree"]
+    coverage = scene_coverage(results)
+    if not agreeing or coverage < floor:
+        worst = min(unsettled, key=lambda result: result.coverage)
+        return (
+            "indeterminate",
+            f"{len(unsettled)} of {len(excited)} channels are indeterminate, most of all {worst.channel}: "
+            f"{worst.reason}",
+        )
+    worst = min(agreeing, key=lambda result: result.explained)
+    reason = f"{len(agreeing)} of {len(excited)} excited channels agree, least of all {worst.channel}: "
+    # Cut off, as in the tables, where the same number stands.
+    reason += f"{worst.reason}; {floor_of(1e4 * coverage) / 1e4:.2%} of all samples are predictable"
+    if unsettled:
+        names = ", ".join(f"{result.channel} ({result.reason})" for result in unsettled)
+        reason += f"; by itself indeterminate: {names}"
+    return "agree", reason

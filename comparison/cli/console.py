@@ -1,0 +1,64 @@
+"""What the command line says besides results: progress, warnings, and errors in one line."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import typer
+
+
+@contextmanager
+def progress(text: str) -> Iterator[Callable[[float], None] | None]:
+    """Show a bar on a terminal; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(text, total=1.0)
+        yield lambda share: bar.update(task, completed=share)
+
+
+def warn(warnings: Sequence[str]) -> None:
+    """Say what the reader must know although the work goes on."""
+    for warning in warnings:
+        typer.echo(f"sixbar: warning: {warning}", err=True)
+
+
+def fail(error: Exception) -> int:
+    """Say in one line what went wrong and who can mend it."""
+    from comparison.accuracy.levels import AccuracyError
+    from comparison.engines.registry import EngineError
+    from comparison.execution.ledger import LedgerError
+    from comparison.execution.run import RunError
+    from comparison.files import FolderError
+    from comparison.regression.baseline import BaselineError
+    from comparison.scene import SceneError
+    from comparison.tables.table import TableError
+
+    if isinstance(error, RunError):
+        return complain(str(error), 70 if error.outcome.status == "crashed" else 2)
+    ours = SceneError | TableError | AccuracyError | BaselineError | FolderError | EngineError | LedgerError
+    if isinstance(error, ours):
+        return complain(str(error), 2)
+    if isinstance(error, OSError) and error.filename is not None:
+        return complain(f"{error.filename}: {error.strerror}", 2)
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    place = (
+        f" at {Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno}" if trace is not None else ""
+    )
+    told = f"internal error: {type(error).__name__}: {error}{place}"
+    return complain(f"{told}; please report this line, the command and the output of sixbar --version", 70)
+
+
+def complain(text: str, code: int) -> int:
+    """Say one line on stderr and hand the exit code back."""
+    typer.echo(f"sixbar: {' '.join(text.split())}", err=True)
+    return code

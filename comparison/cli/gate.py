@@ -1,0 +1,148 @@
+"""``sixbar gate`` tells whether a model has changed since its baseline was made."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from comparison.cli.console import progress
+from comparison.cli.options import REPORTS, Jobs, OutFolder
+
+if TYPE_CHECKING:
+    from comparison.agreement.cases import Case
+    from comparison.regression.check import Gate
+    from comparison.scene import Scene
+
+SHOWN = 20  # lines of regressions on a terminal; the files hold all
+
+
+def gate(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENE]...", help="Shipped names or TOML files.", show_default="those of the baseline"
+        ),
+    ] = None,
+    baseline: Annotated[Path, typer.Option(help="The baseline.")] = Path("sixbar-baseline.toml"),
+    update: Annotated[
+        bool,
+        typer.Option(
+            "--update",
+            help="Make the baseline anew, of the scenes that it holds and those named; "
+            "a first one without names: of the shipped scenes.",
+        ),
+    ] = False,
+    out: OutFolder = None,
+    jobs: Jobs = None,
+) -> int:
+    """Run each model by itself and compare it with its baseline: a regression gate for CI."""
+    from comparison.execution.workers import cpus
+    from comparison.files import check_folder
+    from comparison.regression.baseline import read
+    from comparison.regression.check import gate as hold_against
+    from comparison.regression.check import scenes_of
+    from comparison.scene import load_scene
+
+    folder = out or REPORTS / "gate"
+    asked = [load_scene(name) for name in dict.fromkeys(scenes or [])]
+    _check_names([scene.name for scene in asked])
+    if update:
+        return _update(asked, baseline, jobs or cpus())
+    check_folder(folder)
+    record = read(baseline)
+    found, gone = (asked, []) if scenes else scenes_of(record, baseline.parent)
+    with progress("gate") as report:
+        result = hold_against(record, found, gone, n_jobs=jobs or cpus(), on_progress=report)
+    command = shlex.join(["sixbar", "gate", *(scenes or []), "--baseline", str(baseline)])
+    page = _write(result, folder, command)
+    for line in (*_lines(result), str(page)):
+        typer.echo(line)
+    return result.exit_code
+
+
+def _update(asked: Sequence[Scene], path: Path, jobs: int) -> int:
+    from comparison.cli.console import warn
+    from comparison.files import check_folder
+    from comparison.regression.baseline import read, write
+    from comparison.regression.check import scenes_of
+    from comparison.regression.update import renewed
+    from comparison.scene import load_scene, shipped_scenes
+
+    check_folder(path.parent)
+    old = read(path) if path.exists() else None
+    held, gone = ([], []) if old is None else scenes_of(old, path.parent)
+    warn([f"scene {name!r} of the old baseline is not found any more and left out" for name in gone])
+    if not asked and not held:
+        asked = [load_scene(name) for name in shipped_scenes()]
+    scenes = {scene.name: scene for scene in (*held, *asked)}
+    with progress("baseline") as report:
+        made = renewed(
+            [scenes[name] for name in sorted(scenes)], path.parent, old, n_jobs=jobs, on_progress=report
+        )
+    for name, scene in made.scenes.items():
+        points = sum(len(points) for run in scene.runs.values() for points in run.channels.values())
+        typer.echo(f"{name}: {len(scene.runs)} runs, {points} checkpoints")
+    typer.echo(str(write(made, path)))
+    return 0
+
+
+def _check_names(names: Sequence[str]) -> None:
+    from comparison.scene import SceneError
+
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise SceneError(f"scene {twice!r}: two of the scenes have this name; a baseline needs one for each")
+
+
+def _lines(result: Gate) -> list[str]:
+    """Return what a terminal shows: notes, regressions, and one sentence."""
+    regressions = result.regressions
+    lines = [f"note: {note}" for note in result.notes]
+    lines += [f"REGRESSION {case.message}" for case in regressions[:SHOWN]]
+    if len(regressions) > SHOWN:
+        lines.append(f"... and {len(regressions) - SHOWN} more")
+    return [*lines, _sentence(result)]
+
+
+def _sentence(result: Gate) -> str:
+    checked = sum(case.status != "skipped" for case in result.cases)
+    if result.regressions:
+        return f"{len(result.regressions)} of {checked} checks failed: a model is not what its baseline says"
+    return f"All {checked} checks passed: both models are what their baseline says"
+
+
+def _write(result: Gate, folder: Path, command: str) -> Path:
+    """Write JSON, JUnit XML and the page of Markdown, and return the path of this."""
+    from comparison.files import write_json
+    from comparison.report.job_summary import write_job_summary
+    from comparison.report.junit import write_junit
+
+    write_junit(result.cases, folder / "junit.xml", name="sixbar gate")
+    write_json(
+        {
+            "command": command,
+            "exit_code": result.exit_code,
+            "notes": result.notes,
+            "checks": [asdict(case) for case in result.cases],
+        },
+        folder / "gate.json",
+    )
+    groups = dict.fromkeys((case.suite, case.group) for case in result.cases)
+    return write_job_summary(
+        folder / "summary.md",
+        title="Has a model changed since its baseline?",
+        told=[f"{_sentence(result)}.", *(f"Note: {note}." for note in result.notes), f"Made by: {command}"],
+        headings=("scene", "run", "passed", "failed", "skipped"),
+        rows=[(*group, *_counted(result.cases, group)) for group in groups],
+        cases=result.cases,
+    )
+
+
+def _counted(cases: Sequence[Case], group: tuple[str, str]) -> list[str]:
+    statuses = [case.status for case in cases if (case.suite, case.group) == group]
+    failed = statuses.count("failed") + statuses.count("error")
+    return [str(number) for number in (statuses.count("passed"), failed, statuses.count("skipped"))]

@@ -1,0 +1,229 @@
+"""The command line, ``sixbar``. Everything heavy is imported by the command that needs it."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from comparison.cli.console import complain, fail, progress, warn
+from comparison.cli.gate import gate
+from comparison.cli.options import REPORTS, Accuracy, AllowIndeterminate, OutFolder, Overrides
+from comparison.cli.study import studies
+from comparison.cli.validate import validate, write_page
+
+# The class that this typer raises: some of its releases bring a click of their own.
+_UsageError: Any = typer.BadParameter.__base__
+
+app = typer.Typer(
+    name="sixbar",
+    add_completion=False,
+    rich_markup_mode=None,
+    help="Cross-validation of two models of a press with clearance in its slider's guide.",
+    epilog="Exit codes: 0 agree; 1 differ, or a regression; 2 cannot compare or bad input; 3 indeterminate; "
+    "70 internal error; 130 interrupted. Of several scenes the worst.",
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command line and return its exit code."""
+    try:
+        code = int(typer.main.get_command(app)(arguments, prog_name="sixbar", standalone_mode=False) or 0)
+    except _UsageError as error:
+        asked = getattr(error.ctx, "command_path", "sixbar")
+        return complain(f"{error.format_message()} (see {asked} --help)", 2)
+    except (KeyboardInterrupt, typer.Abort):
+        code = 130
+    except SystemExit:
+        # Typer's way to say that the reader of our output (head, less) has left; its code 1 means "differ".
+        return 141
+    except Exception as error:
+        return fail(error)
+    # Some releases of typer turn Ctrl-C into this code themselves.
+    return complain("interrupted; finished runs are kept for the next time", 130) if code == 130 else code
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"sixbar-crossval {version('sixbar-crossval')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    _version: Annotated[
+        bool,
+        typer.Option("--version", is_eager=True, callback=_print_version, help="Print the version and exit."),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def scenes() -> int:
+    """List the shipped scenes: name, speed, clearance, title."""
+    from comparison.scene import load_scene, shipped_scenes
+
+    for name in shipped_scenes():
+        scene = load_scene(name)
+        where = [joint for joint in ("slider", "crank_pin") if scene.data["joints"][joint] == "clearance"]
+        size = " + ".join(f"{scene.data['clearance'][joint] * 1e3:g} mm" for joint in where) or "no clearance"
+        typer.echo(f"{name:<16} {scene.data['drive']['speed_rpm']:>6g} rpm  {size:<15}  {scene.title}")
+    return 0
+
+
+@app.command()
+def run(
+    scene: Annotated[str, typer.Argument(help="A shipped scene or the path of a TOML file.")],
+    model: Annotated[
+        str, typer.Option(metavar="NAME", help="Which runs it: reference, exudyn, or one of another package.")
+    ],
+    out: Annotated[Path, typer.Option(help="The table to write: .csv or .parquet.")],
+    accuracy: Accuracy = None,
+    formulation: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="How the model writes the equations; default: what the scene needs."
+        ),
+    ] = None,
+    overrides: Overrides = None,
+) -> int:
+    """Run one scene by one model and write its table, with events and provenance beside it.
+
+    What a model had computed before it gave up, or a run that breaks one of the model's own invariants, is
+    written as NAME.partial.csv.
+    """
+    from dataclasses import replace
+
+    from comparison.accuracy.levels import solver_values
+    from comparison.accuracy.plan import expectation
+    from comparison.engines.registry import find
+    from comparison.execution.quality_checks import doubts
+    from comparison.execution.run import VIOLATED, Job, RunError, run_all, successful
+    from comparison.files import check_folder
+    from comparison.scene import load_scene, parse_set
+    from comparison.tables.table import check_format, write
+
+    find(model)
+    check_format(out)
+    check_folder(out.parent)
+    named = {} if formulation is None else {f"solver.{model}.formulation": formulation}
+    loaded = load_scene(scene, parse_set(overrides or []) | named)
+    if accuracy is not None:
+        values = solver_values(model, accuracy, loaded)
+        loaded = loaded.with_values(values)
+        for key, value in values.items():
+            typer.echo(f"{key} = {value:g}: {expectation(loaded, model)}")
+    warn(loaded.warnings)
+    job = Job(loaded, model)
+    with progress(f"{loaded.name} by {model}") as report:
+        (outcome,) = run_all([job], 1, report, cached=False)
+    if outcome.partial is not None:
+        kept = write(outcome.partial, out.with_name(f"{out.stem}.partial{out.suffix}"))
+        count = len(outcome.partial.frame)
+        samples = f"all {count} samples" if outcome.status == VIOLATED else f"{count} samples until then"
+        told = f"{outcome.message}; {samples} are in {kept}"
+        raise RunError(replace(outcome, message=told), job)
+    table = successful(outcome, job)
+    path = write(table, out)
+    warn(doubts(table))
+    typer.echo(str(path))
+    return 0
+
+
+@app.command()
+def plan(
+    scene: Annotated[str, typer.Argument(help="A shipped scene or the path of a TOML file.")],
+    overrides: Overrides = None,
+) -> int:
+    """Tell what each model will integrate of a scene, what it leaves out and why, and what a run costs."""
+    from comparison.accuracy.plan import channels_line, lines
+    from comparison.accuracy.plan import plan as plan_run
+    from comparison.execution.run import MODELS
+    from comparison.scene import load_scene, parse_set
+
+    loaded = load_scene(scene, parse_set(overrides or []))
+    warn(loaded.warnings)
+    typer.echo(channels_line(loaded))
+    for model in MODELS:
+        for line in lines(plan_run(loaded, model)):
+            typer.echo(line)
+    return 0
+
+
+@app.command()
+def compare(
+    a: Annotated[Path, typer.Argument(help="A table: .csv, .parquet, .mat, or text of another program.")],
+    b: Annotated[Path, typer.Argument(help="The other table.")],
+    scene: Annotated[
+        str | None, typer.Option(help="What they are results of; found beside the tables if both record it.")
+    ] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Allowed difference, as a share of each channel's scale.")
+    ] = None,
+    mapping: Annotated[
+        Path | None, typer.Option(help="TOML: which column of another program's table is which channel.")
+    ] = None,
+    out: OutFolder = None,
+    json: Annotated[Path | None, typer.Option(help="Also write the numbers to this file.")] = None,
+    allow_indeterminate: AllowIndeterminate = False,
+) -> int:
+    """Compare any two tables, also of other programs. Without a tolerance: metrics, and "indeterminate"."""
+    from comparison.agreement.compare import Runs, recorded_scene
+    from comparison.agreement.compare import compare as compare_runs
+    from comparison.files import check_folder, write_json
+    from comparison.report.text import (
+        EXIT_CODES,
+        as_mapping,
+        channel_lines,
+        exit_code,
+        scene_lines,
+        shift_line,
+    )
+    from comparison.scene import load_scene
+    from comparison.tables.imports.mapping import load_mapping
+    from comparison.tables.imports.text import read_pair
+
+    if tolerance is not None and not 0 < tolerance < float("inf"):
+        raise typer.BadParameter(f"--tolerance {tolerance:g} must be a positive number")
+    folder = out or REPORTS / "compare"
+    check_folder(folder)
+    rules = None if mapping is None else load_mapping(mapping)
+    *tables, left_out = read_pair(a, b, rules)
+    loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(*tables)
+    if tolerance is None and loaded is not None:
+        tolerance = loaded.tolerance
+    command = shlex.join(
+        ["sixbar", "compare", str(a), str(b)]
+        + (["--scene", scene] if scene is not None else [])
+        + (["--mapping", str(mapping)] if mapping is not None else [])
+        + (["--tolerance", f"{tolerance:g}"] if tolerance is not None else [])
+    )
+    labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
+    comparison = compare_runs(
+        Runs(tables[0]),
+        Runs(tables[1]),
+        scene=loaded,
+        tolerance=tolerance,
+        labels=labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)"),
+        command=command,
+        warnings=(*left_out, *warnings),
+        only=None if rules is None else rules.compare,
+    )
+    report = write_page([comparison], folder, command)
+    if json is not None:
+        json.parent.mkdir(parents=True, exist_ok=True)
+        write_json(as_mapping(comparison), json)
+    for line in (*channel_lines(comparison), shift_line(comparison), *scene_lines([comparison]), str(report)):
+        typer.echo(line)
+    return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
+
+
+app.command()(validate)
+app.command()(gate)
+app.add_typer(studies, name="study")

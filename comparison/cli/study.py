@@ -1,0 +1,125 @@
+"""``sixbar study``: each study a command, and the sweep with options of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from comparison.cli.console import progress, warn
+from comparison.cli.options import REPORTS, Jobs, Overrides
+from comparison.studies import NAMES, STUDIES
+
+_OutStudy = Annotated[Path | None, typer.Option(help="Folder of the study.", show_default="reports/out/NAME")]
+
+
+class _Studies(TyperGroup):
+    """A group that says which studies there are."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if args and args[0] not in self.commands:
+            known = ", ".join((*NAMES, "sweep"))
+            raise typer.BadParameter(f"study {args[0]!r} is not known; there are {known}")
+        return super().resolve_command(ctx, args)
+
+
+studies = typer.Typer(
+    cls=_Studies,
+    no_args_is_help=True,
+    help="Answer a question of its own with many runs. Kept runs are used.",
+)
+
+
+def _command(name: str) -> Callable[..., int]:
+    def command(out: _OutStudy = None, jobs: Jobs = None) -> int:
+        from comparison.execution.workers import cpus
+        from comparison.files import check_folder
+        from comparison.studies import write_study
+
+        folder = out or REPORTS / name
+        check_folder(folder)
+        with progress(name) as report:
+            path = write_study(name, folder, jobs or cpus(), report)
+        typer.echo(str(path))
+        return 0
+
+    return command
+
+
+for _name, _about in STUDIES.items():
+    studies.command(_name, help=f"{_about} Writes a README.md with figures.", short_help=_about)(
+        _command(_name)
+    )
+
+
+@studies.command()
+def sweep(
+    scene: Annotated[str, typer.Argument(help="A shipped scene or the path of a TOML file.")],
+    grid: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=A,B,C", help="Values of a key; again for more keys: all combinations."),
+    ] = None,
+    listed: Annotated[
+        Path | None,
+        typer.Option("--list", metavar="FILE", help="CSV: keys in the first line, values in the others."),
+    ] = None,
+    latin: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=LOW:HIGH", help="Range of a key for a Latin hypercube; again for more."),
+    ] = None,
+    points: Annotated[int, typer.Option(help="Points of the Latin hypercube.")] = 100,
+    seed: Annotated[int, typer.Option(min=0, help="Of the Latin hypercube.")] = 0,
+    model: Annotated[
+        str,
+        typer.Option(metavar="NAME,NAME", help="Who runs it: reference, exudyn, those of other packages."),
+    ] = "reference",
+    output: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="QUANTITY",
+            help="min:CHANNEL, max:, rms:, end:, peak_error:slider_y, contacts, impulse, "
+            "largest:peak_force, steps ...; again for more.",
+            show_default="peak errors, contacts, impulse, largest force",
+        ),
+    ] = None,
+    overrides: Overrides = None,
+    out: _OutStudy = None,
+    jobs: Jobs = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Of a Dask scheduler; default: processes of this machine."),
+    ] = None,
+) -> int:
+    """Run a scene over values of its keys: sweep.csv with one row a run.
+
+    Finished runs are kept in the folder: the same command goes on where it was broken off. Runs that fail are
+    rows with their reason.
+    """
+    from comparison.execution.task_store import on_processes
+    from comparison.execution.workers import cpus
+    from comparison.files import check_folder
+    from comparison.scene import load_scene, parse_set
+    from comparison.studies.sweep.cluster import on_cluster
+    from comparison.studies.sweep.outputs import USUAL
+    from comparison.studies.sweep.points import SweepError, chosen_points
+    from comparison.studies.sweep.study import sweep as run_sweep
+
+    models = [name.strip() for name in model.split(",")]
+    folder = out or REPORTS / "sweep"
+    try:
+        chosen = chosen_points(grid, listed, latin, points, seed)
+        base = load_scene(scene, parse_set(overrides or []))
+        check_folder(folder)
+        spread = on_processes(jobs or cpus()) if scheduler is None else on_cluster(scheduler)
+        folder.mkdir(parents=True, exist_ok=True)
+        with progress(f"sweep of {base.name}") as report:
+            path, failed = run_sweep(base, chosen, models, output or USUAL, folder, spread, report)
+    except SweepError as error:
+        raise typer.BadParameter(str(error)) from error
+    if failed:
+        warn([f"{failed} of {len(chosen) * len(models)} runs did not succeed: see the column status"])
+    typer.echo(str(path))
+    return 0

@@ -1,0 +1,132 @@
+"""``sixbar validate``: both models on scenes, their comparison, and its report."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from glob import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from comparison.cli.console import progress
+from comparison.cli.options import REPORTS, Accuracy, AllowIndeterminate, Jobs, Models, OutFolder
+
+if TYPE_CHECKING:
+    from comparison.agreement.cross_check import Validation
+    from comparison.agreement.results import SceneComparison
+
+
+def validate(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[SCENE]...", help="Shipped names or TOML files.", show_default="all"),
+    ] = None,
+    out: OutFolder = None,
+    jobs: Jobs = None,
+    accuracy: Accuracy = None,
+    models: Models = "reference,exudyn",
+    allow_indeterminate: AllowIndeterminate = False,
+) -> int:
+    """Run scenes by two models, each with a finer run and twins, compare them, and write a report."""
+    from comparison.agreement.cross_check import validate as validate_scenes
+    from comparison.agreement.recorded import departures
+    from comparison.engines.registry import pair
+    from comparison.execution.run import MODELS
+    from comparison.execution.workers import cpus
+    from comparison.files import check_folder, write_json
+    from comparison.report.text import EXIT_CODES, as_mapping, exit_code, scene_lines
+    from comparison.scene import SceneError, load_scene, shipped_scenes
+    from comparison.tables.table import write
+
+    both = pair(models)
+    loaded = [load_scene(name) for name in dict.fromkeys(scenes or shipped_scenes())]
+    names = [scene.name for scene in loaded]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise SceneError(f"scene {twice!r}: two of the scenes have this name; the report needs one for each")
+    folder = out or REPORTS / (names[0] if len(names) == 1 else "validate")
+    check_folder(folder)
+    with progress(f"{len(names)} scenes by both models" if len(names) > 1 else names[0]) as report:
+        results = validate_scenes(
+            loaded, models=both, n_jobs=jobs or cpus(), accuracy=accuracy, on_progress=report
+        )
+    comparisons = [result.comparison for result in results]
+    codes = [
+        70 if result.crashed else EXIT_CODES[tier.verdict]
+        for result in results
+        for tier in result.comparison.tiers
+    ]
+    code = exit_code(codes, allow_indeterminate=allow_indeterminate)
+    command = shlex.join(
+        ["sixbar", "validate", *(scenes or [])]
+        + (["--models", models] if both != MODELS else [])
+        + (["--accuracy", accuracy] if accuracy is not None else [])
+    )
+    page = write_page(comparisons, folder, command)
+    for result in results:
+        for model in result.comparison.labels:
+            path = folder / "tables" / f"{result.comparison.name}-{model}.csv"
+            if model in result.runs:
+                write(result.runs[model].base, path)
+            else:
+                path.unlink(missing_ok=True)  # of an earlier call: it would seem to belong to this report
+    kept = _write_partial(results, folder / "tables")
+    write_json(
+        {
+            "command": command,
+            "exit_code": code,
+            "scenes": [as_mapping(comparison) for comparison in comparisons],
+        },
+        folder / "summary.json",
+    )
+    _write_for_ci(comparisons, folder, command)
+    for line in (*scene_lines(comparisons), *kept):
+        typer.echo(line)
+    if both == MODELS and accuracy is None and (told := departures(loaded, comparisons)):
+        typer.echo(told)
+    typer.echo(str(page))
+    return code
+
+
+def _write_partial(results: Sequence[Validation], folder: Path) -> list[str]:
+    """Keep the tables of runs that did not succeed, and say where; those of an earlier call go."""
+    from comparison.tables.table import write
+
+    for result in results:
+        for path in folder.glob(f"{escape(result.comparison.name)}.*.partial.*"):
+            path.unlink()
+    told = []
+    for result in results:
+        for which, table in result.partial.items():
+            name = f"{result.comparison.name}.{which.replace(' ', '-')}.partial.csv"
+            kept = write(table, folder / name)
+            told.append(f"{len(table.frame)} samples of the {which} run are in {kept}")
+    return told
+
+
+def write_page(comparisons: Sequence[SceneComparison], folder: Path, command: str) -> Path:
+    """Write the report of one or more scenes into a folder and return its path."""
+    from comparison.report import write_report
+
+    title = comparisons[0].title if len(comparisons) == 1 else "Cross-validation of the two models"
+    return write_report(comparisons, folder, title=title, command=command)
+
+
+def _write_for_ci(comparisons: Sequence[SceneComparison], folder: Path, command: str) -> None:
+    """Write what continuous integration shows: JUnit XML, and a page of Markdown."""
+    from comparison.agreement.cases import of_comparisons
+    from comparison.report.job_summary import write_job_summary
+    from comparison.report.junit import write_junit
+    from comparison.report.summary import sentence
+
+    cases = of_comparisons(comparisons)
+    write_junit(cases, folder / "junit.xml", name="sixbar validate")
+    write_job_summary(
+        folder / "summary.md",
+        title="Cross-validation of the two models",
+        told=[sentence(comparisons), f"Made by: {command}"],
+        headings=("scene", "tier", "verdict", "why"),
+        rows=[(c.name, tier.tier, tier.verdict, tier.why) for c in comparisons for tier in c.tiers],
+        cases=cases,
+    )

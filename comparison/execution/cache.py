@@ -1,0 +1,86 @@
+"""Finished runs kept on disk, so that an interrupted validation resumes and an unchanged run is not repeated.
+
+Every run is one table with its companions (no pickle), named by a hash of all that can change it: the scene,
+its model (`comparison.engines.registry.fingerprint`), the sources of what writes the table, the machine's
+kind (its processor too: a CI service restores a cache on another machine than the one that wrote it).
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+from comparison.engines.platform import platform_name
+from comparison.engines.registry import OWN
+from comparison.engines.source_hash import code_hash
+from comparison.scene import Scene, digest
+from comparison.tables.check import check
+from comparison.tables.table import Table, TableError, read, write
+
+KEEP_DAYS = 30
+_WRITES = "comparison.execution.run"
+"""The module that turns a model's result into a table."""
+
+
+def cache_folder() -> Path:
+    """Return ``$SIXBAR_CACHE_DIR``, or a folder of ours where the system keeps a user's caches."""
+    if named := os.environ.get("SIXBAR_CACHE_DIR"):
+        return Path(named)
+    home = Path.home()
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", home / "AppData/Local")) / "sixbar-crossval" / "Cache"
+    if sys.platform == "darwin":
+        return home / "Library/Caches/sixbar-crossval"
+    return Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache") / "sixbar-crossval"
+
+
+def run_key(scene: Scene, model: str, fingerprint: str) -> str:
+    """Hash of all that can change the run of ``scene`` by ``model`` with this fingerprint.
+
+    Of the solvers' settings these are the model's own, but all of them for one of another package: it may be
+    made of ours.
+    """
+    solver = scene.data["solver"]
+    physics = {key: part for key, part in scene.data.items() if key not in ("scene", "solver")}
+    return digest(
+        {
+            "scene": physics,
+            "solver": solver[model] if model in OWN else solver,
+            "model": model,
+            "fingerprint": fingerprint,
+            "code": code_hash(_WRITES),
+            "python": platform.python_version(),
+            "machine": platform_name(),
+        }
+    )
+
+
+def fetch(key: str, channels: list[str], span: tuple[float, float]) -> Table | None:
+    """Return the kept run, or None where there is none that can be read and passes `check`."""
+    path = cache_folder() / f"{key}.csv"
+    if not path.is_file():
+        return None
+    try:
+        table = read(path)
+        check(table, channels, span)
+    except TableError:
+        return None
+    with suppress(OSError):  # a cache that cannot be written still serves
+        for part in path.parent.glob(f"{key}.*"):
+            part.touch()
+    return table
+
+
+def keep(key: str, table: Table) -> None:
+    """Keep a run and drop those that nobody asked for in a month; where that cannot be done, do nothing."""
+    with suppress(TableError):
+        write(table, cache_folder() / f"{key}.csv")
+    oldest = time.time() - KEEP_DAYS * 86400
+    with suppress(OSError):
+        for path in cache_folder().glob("*.*"):
+            if path.stat().st_mtime < oldest:
+                path.unlink()

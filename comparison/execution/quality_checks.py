@@ -1,0 +1,79 @@
+"""What a finished run says against itself: that it ended does not make its numbers mean much."""
+
+from __future__ import annotations
+
+from math import nan
+
+import numpy as np
+
+from comparison.formatting import number, percent, quantity
+from comparison.tables.table import Table
+
+FEW_STEPS = 10.0
+"""In so many fixed steps a contact's force still has its course; with fewer its impulse depends on where the
+touch falls within a step (the study extremes measures by how much)."""
+MUCH_ENERGY = 0.01
+"""Of what is dissipated; as much as a change of the restitution by half a percent."""
+MUCH_DRIFT = 1e-6
+"""m or rad: as deep as corners of steel dip into a wall; of rates a thousand times as much, as for errors."""
+
+
+def steps_per_contact(table: Table) -> float:
+    """Return how many fixed steps a contact lasts; nan without contacts, or where steps adapt.
+
+    The median, each contact counting by its peak force: a long touch without much force does not make up for
+    short hits.
+    """
+    step = table.provenance.get("settings", {}).get("step_used")
+    if step is None or table.events is None or not len(table.events):
+        return nan
+    lengths = (table.events["end"] - table.events["start"]).to_numpy(float)
+    forces = table.events["peak_force"].to_numpy(float)
+    if not forces.sum() > 0.0:
+        return nan
+    return float(np.quantile(lengths, 0.5, weights=forces, method="inverted_cdf")) / float(step)
+
+
+def energy_share(table: Table) -> float:
+    """Return the largest energy from nowhere over the dissipated; nan where not recorded.
+
+    Over the largest kinetic energy where nothing is dissipated.
+    """
+    if "energy_residual" not in table.frame or not len(table.time):
+        return nan
+    lost = float((table.values("energy_damping") + table.values("energy_friction"))[-1])
+    base = lost if lost > 0.0 else float(table.values("energy_kinetic").max())
+    residual = float(np.abs(table.values("energy_residual")).max())
+    return residual / base if base > 0.0 else nan
+
+
+def doubts(table: Table) -> list[str]:
+    """Return a line for each reason to doubt a run that finished."""
+    told = []
+    steps = steps_per_contact(table)
+    if steps < FEW_STEPS:
+        told.append(
+            f"half of its contacts, by their forces, last less than {number(steps, 2)} steps; {FEW_STEPS:g} "
+            "are the least for their impulses to mean something: reduce solver.exudyn.step, or take "
+            "solver.exudyn.formulation = 'tree'"
+        )
+    share = energy_share(table)
+    if share > MUCH_ENERGY:
+        told.append(f"energy from nowhere is {percent(share)} of what was dissipated: refine the solver")
+    drift = table.provenance.get("constraints", {})
+    position, velocity = drift.get("position", 0.0), drift.get("velocity", 0.0)
+    if position > MUCH_DRIFT or velocity > 1e3 * MUCH_DRIFT:
+        told.append(
+            f"its constraints are violated by up to {quantity(position, 'm')}, {quantity(velocity, 'm/s')}: "
+            "refine the solver, and keep Baumgarte's gains below a tenth of one over its largest step"
+        )
+    radius = table.provenance.get("scene", {}).get("contact", {}).get("corner_radius")
+    if radius is not None and table.events is not None:
+        corners = table.events[table.events["corner"] != "pin"]
+        depth = float(corners["largest_depth"].max()) if len(corners) else 0.0
+        if depth > radius:
+            told.append(
+                f"a corner is pressed {quantity(depth, 'm')} into the wall, deeper than its radius "
+                f"contact.corner_radius = {radius:g} m: the law of the force does not hold there"
+            )
+    return told

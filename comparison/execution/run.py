@@ -1,0 +1,270 @@
+"""Scenes run by the models, in worker processes: the only module that starts a model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from math import log10
+from typing import Any
+
+from comparison.engines.registry import fingerprint, load
+from comparison.execution.cache import fetch, keep, run_key
+from comparison.execution.workers import Died, Kernels, Share, in_turn, work
+from comparison.scene import Scene, SceneError
+from comparison.tables.channels import expected
+from comparison.tables.check import check
+from comparison.tables.table import Result, Table, TableError
+
+MODELS = ("reference", "exudyn")
+"""The two that are compared where nobody asks for others, see `comparison.engines.registry`."""
+
+VIOLATED = "invariant-violated"
+"""Status of a run that shows what no correct run can; its table is whole, but nothing follows from it."""
+
+Progress = Callable[[float], None]
+Simulate = Callable[..., Any]
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run: a scene by a model."""
+
+    scene: Scene
+    model: str
+
+    @property
+    def cost(self) -> float:
+        """Expected time, s, roughly: it orders the runs and weighs their progress."""
+        cycles, solver = float(self.scene.data["drive"]["cycles"]), self.scene.data["solver"]
+        if self.model == "exudyn" and solver["exudyn"].get("formulation") == "tree":
+            return float(cycles * 10 ** (-log10(solver["exudyn"]["tolerance"]) / 6 - 2.3))
+        if self.model == "exudyn":
+            return float(1.4e-5 * self.scene.duration / solver["exudyn"]["step"])
+        if self.model == "reference":
+            return float(cycles * 10 ** (-log10(solver["reference"]["tolerance"]) / 8 - 3))
+        return cycles
+
+    @property
+    def kernels(self) -> frozenset[Kernels]:
+        """Which code the model compiles at its first run."""
+        return frozenset([kernels(self.scene, self.model)])
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a run.
+
+    Attributes
+    ----------
+    status
+        ``"success"``; ``"bad input"``: the model refuses the scene; ``"crashed"``: the process died or the
+        model raised what it should not; ``"unusable"``: the table fails `comparison.tables.check.check`; or
+        the model's own status, such as ``"step-too-small"``.
+    message
+        One line; for a status of the model its remedy.
+    table
+        The result if the status is ``"success"``.
+    partial
+        What a model had recorded when it ended with a status of its own, unchecked: shorter than asked where
+        it gave up, in full where the run broke an invariant (`VIOLATED`).
+    """
+
+    status: str
+    message: str = ""
+    table: Table | None = None
+    partial: Table | None = None
+
+
+def kernels(scene: Scene, model: str, engine: str = "") -> Kernels:
+    """Return what tells the code that a model, or an engine made of it, compiles for a scene."""
+    formulation = str(scene.data["solver"].get(model, {}).get("formulation", "auto"))
+    # The reference has equations of its own for what each set of joints leaves free.
+    joints = scene.data["joints"].values() if model == "reference" else ()
+    return (engine or model, formulation, *joints)
+
+
+class RunError(RuntimeError):
+    """A run that did not succeed, with its outcome."""
+
+    def __init__(self, outcome: Outcome, job: Job) -> None:
+        self.outcome = outcome
+        super().__init__(describe(job, outcome))
+
+
+def describe(job: Job, outcome: Outcome) -> str:
+    """Say in one line why a run did not succeed."""
+    where = f"scene {job.scene.name!r}"
+    if outcome.status == "bad input":
+        return f"{where}: {outcome.message}"
+    told = f"; {outcome.message}" if outcome.message else ""
+    return f"{where}: the {job.model} run did not succeed: {outcome.status}{told}"
+
+
+def successful(outcome: Outcome, job: Job) -> Table:
+    """Return the table of a run.
+
+    Raises
+    ------
+    SceneError
+        If the model refused the scene, or could not be imported.
+    RunError
+        If the run did not succeed.
+    """
+    if outcome.status == "bad input":
+        raise SceneError(describe(job, outcome))
+    if outcome.table is None:
+        raise RunError(outcome, job)
+    return outcome.table
+
+
+def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table:
+    """Run one scene by one model in this process, without the cache.
+
+    Parameters
+    ----------
+    scene
+        What to run.
+    model
+        ``"reference"``, ``"exudyn"`` or the name of an installed one.
+    progress
+        Called with the finished share, 0 to 1.
+
+    Raises
+    ------
+    SceneError
+        If the model refuses the scene, or cannot be imported.
+    RunError
+        If the run does not succeed.
+    """
+    job = Job(scene, model)
+    return _of_scene(successful(_attempt(job, progress), job), scene)
+
+
+def runner(model: str) -> Callable[[Scene], Table]:
+    """Return `run_one` of a model for many short runs: it is looked up once, which takes as long as one.
+
+    Raises
+    ------
+    EngineError
+        If there is no such model, or it cannot be imported.
+    """
+    simulate = load(model)
+
+    def run(scene: Scene) -> Table:
+        job = Job(scene, model)
+        return _of_scene(successful(_attempt(job, None, simulate), job), scene)
+
+    return run
+
+
+def run_all(
+    jobs: Sequence[Job],
+    n_jobs: int,
+    on_progress: Progress | None = None,
+    *,
+    cached: bool = True,
+) -> list[Outcome]:
+    """Run many scenes, equal ones once.
+
+    Parameters
+    ----------
+    jobs
+        What to run.
+    n_jobs
+        How many worker processes may work at a time.
+    on_progress
+        Called with the finished share of the expected work, 0 to 1.
+    cached
+        Whether kept runs are used. Successful runs are kept in any case, each as soon as it ends.
+
+    Returns
+    -------
+    list of Outcome
+        In the order of ``jobs``.
+
+    Raises
+    ------
+    EngineError
+        If there is no model of a name. One that is there but cannot be imported is "bad input".
+
+    Notes
+    -----
+    Workers are spawned: a script that calls this needs the usual ``if __name__ == "__main__":``.
+    """
+    prints = {model: fingerprint(model) for model in {job.model for job in jobs}}
+    keys = [run_key(job.scene, job.model, prints[job.model]) for job in jobs]
+    todo = dict(zip(keys, jobs, strict=True))
+    outcomes: dict[str, Outcome] = {}
+    for key, job in todo.items():
+        kept = fetch(key, *_demands(job)) if cached else None
+        if kept is not None:
+            outcomes[key] = Outcome("success", table=kept)
+    shares = {key: float(key in outcomes) for key in todo}
+    total = sum(job.cost for job in todo.values())
+
+    def report(key: str, share: float) -> None:
+        shares[key] = share
+        if on_progress:
+            on_progress(sum(todo[key].cost * share for key, share in shares.items()) / total)
+
+    waiting = in_turn({key: job for key, job in todo.items() if key not in outcomes})
+    with closing(work(_attempt, [(key, todo[key]) for key in waiting], n_jobs)) as events:
+        for key, event in events:
+            if isinstance(event, Share):
+                report(key, event.value)
+                continue
+            if isinstance(event, Died):
+                outcomes[key] = Outcome("crashed", event.words)
+            else:
+                outcomes[key] = event
+                if event.table is not None:
+                    keep(key, event.table)
+            report(key, 1.0)
+    return [_outcome_of_scene(outcomes[key], job.scene) for key, job in zip(keys, jobs, strict=True)]
+
+
+def _attempt(job: Job, progress: Progress | None, simulate: Simulate | None = None) -> Outcome:
+    """Run and check; whatever a model raises becomes an outcome."""
+    try:
+        if simulate is None:
+            result = _simulate(job.model, job.scene.data, progress)
+        else:
+            result = _started(simulate, job.scene.data, progress)
+        table = Table.from_result(result)
+        if result.status != "success":
+            return Outcome(result.status, result.remedy, partial=table)
+        check(table, *_demands(job), name=f"the {job.model} run")
+    except TableError as error:
+        return Outcome("unusable", str(error))
+    except ValueError as error:
+        return Outcome("bad input", " ".join(str(error).split()))
+    except Exception as error:
+        return Outcome("crashed", " ".join(f"{type(error).__name__}: {error}".split()))
+    return Outcome("success", table=table)
+
+
+def _simulate(model: str, scene: dict[str, Any], progress: Progress | None) -> Result:
+    """Start a model; imported here, so that reading tables and scenes needs none."""
+    return _started(load(model), scene, progress)
+
+
+def _started(simulate: Simulate, scene: dict[str, Any], progress: Progress | None) -> Result:
+    # A copy: what a model does to its scene must not be what the table is said to be a result of.
+    result: Result = simulate(deepcopy(scene), progress=progress)
+    return result
+
+
+def _demands(job: Job) -> tuple[list[str], tuple[float, float]]:
+    return expected(job.scene.data), (0.0, job.scene.duration)
+
+
+def _outcome_of_scene(outcome: Outcome, scene: Scene) -> Outcome:
+    table, partial = (part and _of_scene(part, scene) for part in (outcome.table, outcome.partial))
+    return replace(outcome, table=table, partial=partial)
+
+
+def _of_scene(table: Table, scene: Scene) -> Table:
+    """Record what was run: the whole scene, so that `sixbar compare` finds it beside the table."""
+    return replace(table, provenance={**table.provenance, "scene_hash": scene.hash, "scene": scene.data})

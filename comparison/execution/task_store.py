@@ -1,0 +1,193 @@
+"""Tasks measured in worker processes, each row kept as soon as it is there: the one store of all studies.
+
+A row is found again by everything that can change it: the task's own identity (scenes and settings), the
+code and data that the measure depends on (`comparison.engines.source_hash`), the models' code, the versions
+of the libraries, and the kind of machine.
+"""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import version
+from math import inf
+from pathlib import Path
+from typing import Any, TypeVar
+
+from comparison.engines.platform import platform_name, versions
+from comparison.engines.registry import fingerprint
+from comparison.engines.source_hash import code_hash
+from comparison.execution.cache import cache_folder
+from comparison.execution.ledger import Row, append_row, read_rows
+from comparison.execution.run import Progress, RunError
+from comparison.execution.workers import Attempt, Died, Kernels, Late, Share, in_turn, work
+from comparison.scene import SceneError, digest
+
+SUCCESS, CRASHED, LATE = "success", "crashed", "work-limit"
+"""Status of a row, besides those of a model: measured; its process died or it raised; its time was up."""
+
+
+class Task(ABC):
+    """Something to be measured. Subclasses are frozen dataclasses, so that they survive pickling."""
+
+    environment: tuple[tuple[str, str], ...] = ()
+    """Variables, and their values, of the process that measures it, besides its parent's."""
+
+    @property
+    @abstractmethod
+    def identity(self) -> Mapping[str, Any]:
+        """What distinguishes it from other tasks of its measure, as JSON holds it."""
+
+    @property
+    @abstractmethod
+    def models(self) -> Sequence[str]:
+        """The engines that run in it."""
+
+    @property
+    def cost(self) -> float:
+        """Expected time, s."""
+        return 1.0
+
+    @property
+    def kernels(self) -> frozenset[Kernels]:
+        """Which code it compiles if no task before it did."""
+        return frozenset()
+
+
+T = TypeVar("T", bound=Task)
+Measure = Callable[[T, Progress], Row]
+"""Measures a task; reports a share of 0 to it when what precedes the work (compiling) is over."""
+
+
+@dataclass(frozen=True)
+class Lost:
+    """The process that worked on a task died."""
+
+    words: str
+    """How."""
+
+
+Finished = Generator[tuple[str, Row | Lost]]
+Spread = Callable[[Attempt, Mapping[str, Task]], Finished]
+"""Works off tasks of one environment by their keys and yields each one's row as it comes."""
+
+
+def measure_all(
+    measure: Measure[T],
+    tasks: Sequence[T],
+    spread: Spread,
+    on_progress: Progress | None = None,
+    *,
+    ledger: Path | None = None,
+) -> list[Row]:
+    """Measure what has not been measured yet, equal tasks once.
+
+    Parameters
+    ----------
+    measure
+        A function of a module of this package.
+    tasks
+        What it is called with.
+    spread
+        Who does the work, such as `on_processes`.
+    on_progress
+        Called with the finished share of the expected work, 0 to 1.
+    ledger
+        Where rows are kept; None: in the folder of `comparison.execution.cache`.
+
+    Returns
+    -------
+    rows
+        In the order of the tasks. ``"status"`` is `SUCCESS` where the measure returned, else what befell it,
+        with one line in ``"message"``; ``"seconds"`` of processor time. The row of a process that died is not
+        kept: what a task comes to is final, but what befell a process is tried again the next time.
+
+    Raises
+    ------
+    LedgerError
+        If rows cannot be read or kept.
+    """
+    if ledger is None:
+        cache_folder().mkdir(parents=True, exist_ok=True)
+        code = code_hash(measure.__module__)
+        ledger = cache_folder() / f"{'-'.join(measure.__module__.split('.')[-2:])}-{code[:16]}.jsonl"
+    keys = _keys(measure, tasks)
+    by_key = dict(zip(keys, tasks, strict=True))
+    kept = read_rows(ledger)
+    rows = {key: kept[key] for key in by_key if key in kept}
+    waiting = {key: by_key[key] for key in in_turn({k: t for k, t in by_key.items() if k not in rows})}
+    total = sum(task.cost for task in by_key.values()) or 1.0
+    done = total - sum(task.cost for task in waiting.values())
+    attempt = partial(_attempt, measure)
+    for environment in dict.fromkeys(task.environment for task in waiting.values()):
+        group = {key: task for key, task in waiting.items() if task.environment == environment}
+        with closing(spread(attempt, group)) as finished:
+            for key, row in finished:
+                if isinstance(row, Lost):
+                    rows[key] = {"status": CRASHED, "message": row.words}
+                else:
+                    rows[key] = append_row(ledger, key, row)
+                done += by_key[key].cost
+                if on_progress:
+                    on_progress(min(1.0, done / total))
+    return [rows[key] for key in keys]
+
+
+def on_processes(n_jobs: int, limit: float = inf) -> Spread:
+    """Return what spreads work over so many processes of this machine.
+
+    A task that takes longer than the limit, s, is stopped (`comparison.execution.workers.work`); that is its
+    row, with the share that it had finished.
+    """
+
+    def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
+        environment = dict(next(iter(tasks.values())).environment) if tasks else {}
+        with closing(work(attempt, list(tasks.items()), n_jobs, limit, environment)) as events:
+            for key, event in events:
+                if isinstance(event, Died):
+                    yield key, Lost(event.words)
+                elif isinstance(event, Late):
+                    yield key, {"status": LATE, "message": f"stopped after {limit:g} s", "share": event.share}
+                elif not isinstance(event, Share):
+                    yield key, event
+
+    return spread
+
+
+def _keys(measure: Measure[T], tasks: Sequence[T]) -> list[str]:
+    prints = {name: fingerprint(name) for name in sorted({name for task in tasks for name in task.models})}
+    common = {
+        "machine": platform_name(),
+        "versions": versions() | {"pandas": version("pandas")},
+    }
+    return [
+        digest(
+            {
+                "task": dict(task.identity),
+                # What a task does may stand in its class.
+                "code": code_hash(measure.__module__, type(task).__module__),
+                "models": {name: prints[name] for name in task.models},
+                "environment": dict(task.environment),
+            }
+            | common
+        )
+        for task in tasks
+    ]
+
+
+def _attempt(measure: Measure[T], task: T, progress: Progress) -> Row:
+    """Measure; whatever goes wrong becomes the row's status and message (in the worker)."""
+    start = time.process_time()
+    try:
+        row = {"status": SUCCESS, "message": ""} | measure(task, progress)
+    except RunError as error:
+        row = {"status": error.outcome.status, "message": error.outcome.message}
+    except SceneError as error:
+        row = {"status": "bad input", "message": str(error)}
+    except Exception as error:
+        row = {"status": CRASHED, "message": " ".join(f"{type(error).__name__}: {error}".split())}
+    return {"seconds": time.process_time() - start} | row

@@ -1,0 +1,85 @@
+"""Numbers as a reader wants them, three digits, SI prefix, unit; tables in Markdown."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+_PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+MISSING = "n/a"
+NO_BREAK = "\u00a0"
+
+
+def pretty_unit(unit: str) -> str:
+    """Return the unit with a real superscript, "m/s^2" as "m/s²", and nothing for the unit "1"."""
+    return "" if unit == "1" else unit.replace("^2", "²")
+
+
+def prefix(magnitude: float, unit: str) -> tuple[float, str]:
+    """Return factor and unit so that a magnitude below 1 becomes one between 1 and 1000.
+
+    No prefix above one (nobody says km/s² of a press), below nano, or for units that take none (degrees).
+    """
+    if (
+        not unit
+        or unit[0] in "1%°"
+        or unit.startswith("deg")
+        or not math.isfinite(magnitude)
+        or magnitude == 0.0
+    ):
+        return 1.0, pretty_unit(unit)
+    for factor, letter in _PREFIXES:
+        if magnitude >= factor * (1 - 5e-4):  # 999.6e-9 m rounds to 1.00 µm
+            return factor, letter + pretty_unit(unit)
+    return 1.0, pretty_unit(unit)
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Return the value with so many significant digits, as a power of ten outside 0.001 .. 100,000."""
+    if not math.isfinite(value):
+        return MISSING if math.isnan(value) else ("∞" if value > 0 else "−∞")
+    if value == 0.0:
+        return "0"
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    power = int(exponent)
+    if -3 <= power < 5:
+        return f"{float(f'{mantissa}e{power}'):.{max(0, digits - 1 - power)}f}".replace("-", "−")
+    return f"{mantissa}·10{str(power).translate(_SUPERSCRIPT)}".replace("-", "−")
+
+
+def quantity(value: float, unit: str, digits: int = 3) -> str:
+    """Return value and unit with an SI prefix: ``quantity(5.2e-7, "m")`` is "520 nm"."""
+    if math.isnan(value):
+        return MISSING
+    factor, scaled_unit = prefix(abs(value), unit)
+    return f"{number(value / factor, digits)}{NO_BREAK}{scaled_unit}".rstrip()
+
+
+def decade(value: float) -> str:
+    """Return a power of ten for an axis: ``decade(1e-9)`` is "10⁻⁹"."""
+    return f"10{str(round(math.log10(value))).translate(_SUPERSCRIPT)}"
+
+
+def percent(share: float) -> str:
+    """Return a share as percent with two decimals, cut off: 0.98999 is 98.99 %, never 99.00 %.
+
+    A share is compared with a floor (0.99, 0.5); rounding up would show a value that passes beside a
+    verdict that does not.
+    """
+    if math.isnan(share):
+        return MISSING
+    # The small addend undoes only the rounding of the product (0.29 * 10000 is 2900 - 5e-13).
+    hundredths = math.floor(share * 10000 + 1e-8)
+    return f"100{NO_BREAK}%" if hundredths == 10000 else f"{hundredths / 100:.2f}{NO_BREAK}%"
+
+
+def table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table; a bar inside a cell is written so that it does not end it."""
+    head, *body = [_line(cells) for cells in (headings, *rows)]
+    return "\n".join([head, f"|{'---|' * len(headings)}", *body])
+
+
+def _line(cells: Sequence[str]) -> str:
+    escaped = [cell.replace("|", r"\|") for cell in cells]
+    return f"| {' | '.join(escaped)} |"

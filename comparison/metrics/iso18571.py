@@ -1,0 +1,221 @@
+"""Rating of a signal against a reference after ISO/TS 18571:2014.
+
+"Road vehicles: objective rating metric for non-ambiguous signals". Written from the published description:
+the standard's section 6, and Barbat, Fu, Zhan, Yang and Gehre (2013), Objective rating metric for dynamic
+systems, ESV 13-0448. 1 is a perfect match; above 0.94 the standard says excellent, above 0.80 good, above
+0.58 fair, else poor. It was made for crash tests; here it is information.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import cast
+
+import numpy as np
+
+from comparison.tables.arrays import Array
+
+INNER, OUTER = 0.05, 0.5  # half-widths of the corridors, as shares of the reference's largest value
+MAX_SHIFT = 0.2  # share of the duration
+MAX_MAGNITUDE = 0.5
+MAX_SLOPE = 2.0
+WARP = 0.1  # how far the time may be warped, as a share of the duration
+SMOOTHED = 4  # samples on either side of the one whose slope is smoothed
+MOST_POINTS = 5000
+# Two correlations that differ by less are equal: what their sums round to, with a margin.
+_EQUAL = 1e-12
+
+
+@dataclass(frozen=True)
+class Rating:
+    """Scores from 0 (none) to 1 (perfect)."""
+
+    overall: float
+    """R = 0.4 Z + 0.2 E_P + 0.2 E_M + 0.2 E_S."""
+    corridor: float
+    """Z."""
+    phase: float
+    """E_P."""
+    magnitude: float
+    """E_M."""
+    slope: float
+    """E_S."""
+
+
+_UNDEFINED = Rating(np.nan, np.nan, np.nan, np.nan, np.nan)
+
+
+def rating(reference: Array, other: Array) -> Rating:
+    r"""Rate a signal against a reference.
+
+    .. math::
+
+        R = 0.4 Z + 0.2 E_P + 0.2 E_M + 0.2 E_S
+
+    Corridor, with :math:`\delta_i = 0.05 \max |T|` and :math:`\delta_o = 0.5 \max |T|`: the mean of
+
+    .. math::
+
+        Z(t) = ((\delta_o - |T - C|) / (\delta_o - \delta_i))^2 \text{ cut to } [0, 1]
+
+    Phase: the shift by n of N samples, at most 0.2 N, at which the common part of both has the largest
+    correlation coefficient; :math:`E_P = 1 - n / (0.2 N)`. The other two scores are those of that part.
+    Magnitude: both are warped in time, by less than a tenth of their length, so that the sum of squared
+    differences is least; :math:`E_M = 1 - \epsilon_M / 0.5` with
+    :math:`\epsilon_M = \sum |C_w - T_w| / \sum |T_w|`. Slope: with the derivatives C' and T', smoothed over
+    nine samples, :math:`E_S = 1 - \epsilon_S / 2`, :math:`\epsilon_S = \sum |C' - T'| / \sum |T'|`; neither
+    score is below 0.
+
+    Parameters
+    ----------
+    reference, other
+        T and C on one uniform grid, in one unit, shape (n,), n <= 5000: the time grows with n^2.
+
+    Returns
+    -------
+    rating
+        All nan where either is constant (a correlation is undefined) or there are fewer than 10 samples;
+        whoever shows it says so. Exchanging the two changes it.
+
+    Raises
+    ------
+    ValueError
+        If there are more than 5000 samples.
+    """
+    if reference.size > MOST_POINTS:
+        raise ValueError(f"{reference.size} samples; at most {MOST_POINTS} can be rated")
+    if reference.size < 10 or np.ptp(reference) == 0.0 or np.ptp(other) == 0.0:
+        return _UNDEFINED
+    # The scores are ratios: any unit will do, and one in which squares neither over- nor underflow is safe.
+    unit = max(float(np.abs(reference).max()), float(np.abs(other).max()))
+    reference, other = reference / unit, other / unit
+    shift = best_shift(reference, other)
+    allowed = MAX_SHIFT * reference.size
+    kept = reference.size - abs(shift)
+    first, second = reference[max(-shift, 0) :][:kept], other[max(shift, 0) :][:kept]
+    corridor = _corridor(reference, other)
+    phase = 1.0 - abs(shift) / allowed
+    magnitude = max(0.0, 1.0 - warped_difference(first, second) / MAX_MAGNITUDE)
+    slope = max(0.0, 1.0 - _relative(_slope(first), _slope(second)) / MAX_SLOPE)
+    overall = 0.4 * corridor + 0.2 * (phase + magnitude + slope)
+    return Rating(overall, corridor, phase, magnitude, slope)
+
+
+def best_shift(reference: Array, other: Array) -> int:
+    """Return by how many samples the other is late (negative: early) where both are most alike.
+
+    Of shifts with equal correlation the smallest, late before early; shifts at which either part is constant
+    do not count.
+
+    Parameters
+    ----------
+    reference, other
+        Shape (n,); neither is constant.
+    """
+    size = reference.size
+    shifts = np.arange(int(MAX_SHIFT * size), -int(MAX_SHIFT * size) - 1, -1)
+    shifts = shifts[np.argsort(np.abs(shifts), kind="stable")]
+    late, count = np.maximum(shifts, 0), size - np.abs(shifts)
+    # About their means, lest the sums of squares cancel.
+    t, c = reference - reference.mean(), other - other.mean()
+    starts = (np.maximum(-shifts, 0), late)
+    sum_t, square_t, sum_c, square_c = (
+        total[start + count] - total[start]
+        for signal, start in zip((t, c), starts, strict=True)
+        for total in (_running(signal), _running(signal * signal))
+    )
+    product = np.correlate(c, t, "full")[size - 1 + shifts]
+    moves_t, moves_c = square_t - sum_t * sum_t / count, square_c - sum_c * sum_c / count
+    moves = (moves_t > _EQUAL * square_t[0]) & (moves_c > _EQUAL * square_c[0])
+    alike = np.full(shifts.shape, -np.inf)
+    alike[moves] = (product - sum_t * sum_c / count)[moves] / np.sqrt((moves_t * moves_c)[moves])
+    alike = np.minimum(alike, 1.0)  # what is above is rounding
+    return int(shifts[np.flatnonzero(alike >= alike.max() - _EQUAL)[0]])
+
+
+def warped_difference(reference: Array, other: Array) -> float:
+    """Return sum |C_w - T_w| / sum |T_w| along the warping path; infinite where the reference is zero.
+
+    Parameters
+    ----------
+    reference, other
+        Shape (n,).
+    """
+    width = int(np.ceil(WARP * reference.size)) - 1
+    difference, size = _warp()(reference, other, width)
+    return float(difference / size) if size > 0 else float("inf")
+
+
+def _corridor(reference: Array, other: Array) -> float:
+    largest = float(np.abs(reference).max())
+    inside = (OUTER * largest - np.abs(reference - other)) / ((OUTER - INNER) * largest)
+    return float(np.mean(np.clip(inside, 0.0, 1.0) ** 2))
+
+
+def _running(signal: Array) -> Array:
+    return np.concatenate([[0.0], np.cumsum(signal)])
+
+
+def _slope(signal: Array) -> Array:
+    """Return the derivative per sample, smoothed; near the ends over as many samples as fit on both sides."""
+    total = _running(np.gradient(signal))
+    at = np.arange(signal.size)
+    half = np.minimum(SMOOTHED, np.minimum(at, signal.size - 1 - at))
+    smoothed: Array = (total[at + half + 1] - total[at - half]) / (2 * half + 1)
+    return smoothed
+
+
+def _relative(reference: Array, other: Array) -> float:
+    size = float(np.abs(reference).sum())
+    return float(np.abs(other - reference).sum()) / size if size > 0 else float("inf")
+
+
+@cache
+def _warp() -> Callable[[Array, Array, int], tuple[float, float]]:
+    """Compile the dynamic time warping; numba is imported where it is first needed."""
+    from numba import njit
+
+    try:
+        compiled = njit(cache=True)(_warp_sums)
+    except RuntimeError:  # there is no folder to keep it in
+        compiled = njit(_warp_sums)
+    return cast(Callable[[Array, Array, int], tuple[float, float]], compiled)
+
+
+def _warp_sums(reference: Array, other: Array, width: int) -> tuple[float, float]:
+    """Sum |C - T| and |T| along the path of least squares, |i - j| <= width.
+
+    Dynamic time warping after Sakoe and Chiba (1978), steps (1, 1), (1, 0) and (0, 1) of equal weight; of
+    equal costs the diagonal step. Both sums are carried along with the cost: no path has to be kept.
+    """
+    size = reference.size
+    cost = np.full(size, np.inf)
+    difference, total = np.zeros(size), np.zeros(size)
+    for i in range(size):
+        first = max(0, i - width)
+        # Of the row above, one to the left; nothing at the start.
+        above_cost, above_difference, above_total = np.inf, 0.0, 0.0
+        if i == 0:
+            above_cost = 0.0
+        elif first > 0:
+            above_cost, above_difference, above_total = (
+                cost[first - 1],
+                difference[first - 1],
+                total[first - 1],
+            )
+        left_cost, left_difference, left_total = np.inf, 0.0, 0.0
+        for j in range(first, min(size, i + width + 1)):
+            best, best_difference, best_total = above_cost, above_difference, above_total
+            above_cost, above_difference, above_total = cost[j], difference[j], total[j]
+            if above_cost < best:
+                best, best_difference, best_total = above_cost, above_difference, above_total
+            if left_cost < best:
+                best, best_difference, best_total = left_cost, left_difference, left_total
+            gap = other[j] - reference[i]
+            left_cost = best + gap * gap
+            left_difference = best_difference + abs(gap)
+            left_total = best_total + abs(reference[i])
+            cost[j], difference[j], total[j] = left_cost, left_difference, left_total
+    return left_difference, left_total

@@ -1,0 +1,195 @@
+"""A comparison in numbers (for JSON) and in a few lines (for the terminal)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, fields
+from math import isnan
+from typing import Any
+
+from comparison.agreement.attribution_text import percent
+from comparison.agreement.contact_states import of_scene, pin_of_scene
+from comparison.agreement.results import Attribution, ChannelComparison, SceneComparison
+from comparison.metrics.impacts import Impacts
+from comparison.reliability.difference import Difference, ReliabilityComparison
+from comparison.reliability.errors import unit_of
+from comparison.reliability.words import line as reliability_line
+
+EXIT_CODES = {"agree": 0, "differ": 1, "cannot compare": 2, "indeterminate": 3}
+_WORST_FIRST = (70, 2, 1, 3, 0)
+_NUMBERS = (
+    "coverage",
+    "explained",
+    "max_difference",
+    "rms_difference",
+    "max_scaled",
+    "rms_scaled",
+    "worst_time",
+    "worst_difference",
+    "worst_threshold",
+)
+
+
+def exit_code(codes: Sequence[int], *, allow_indeterminate: bool = False) -> int:
+    """Return the worst of several exit codes: 70, 2, 1, 3, 0 in this order."""
+    code = next(code for code in _WORST_FIRST if code in codes)
+    return 0 if code == 3 and allow_indeterminate else code
+
+
+def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
+    """Everything but the curves, for JSON; numbers that do not exist are nan (null once written)."""
+    return {
+        "name": comparison.name,
+        "tier": comparison.tier,
+        "title": comparison.title,
+        "verdict": comparison.verdict,
+        "reason": comparison.reason,
+        "warnings": list(comparison.warnings),
+        "labels": list(comparison.labels),
+        "samples": int(comparison.time.size),
+        "time_shift": None if comparison.shift is None else vars(comparison.shift),
+        "command": comparison.command,
+        "situations": dict(zip(comparison.labels, of_scene(comparison), strict=True)),
+        "crank_pin_contact": dict(zip(comparison.labels, pin_of_scene(comparison), strict=True)),
+        "confirmation": None
+        if comparison.confirmation is None
+        else asdict(comparison.confirmation) | {"suspicious": comparison.confirmation.suspicious},
+        "attribution": None if comparison.attribution is None else asdict(comparison.attribution),
+        "impacts": None
+        if comparison.impacts is None
+        else {part: _impacts(impacts) for part, impacts in comparison.impacts.items()},
+        "reliability": None
+        if comparison.reliability is None
+        else _reliability(comparison.reliability, comparison.labels),
+        "channels": {name: _channel(channel) for name, channel in comparison.channels.items()},
+        "provenance": comparison.provenance,
+        "tight": None if comparison.tight is None else as_mapping(comparison.tight),
+    }
+
+
+def scene_lines(comparisons: Sequence[SceneComparison]) -> list[str]:
+    """One line a scene and tier: name, tier, verdict, reason; below it what the difference is attributed to.
+
+    Between them, of a difference, how it was confirmed or taken back. Then the reliability of the motion; the
+    scene's warnings come last.
+    """
+    name_width = max(len(comparison.name) for comparison in comparisons)
+    lines = []
+    for comparison in comparisons:
+        name = comparison.name
+        for tier in comparison.tiers:
+            lines.append(f"{name:<{name_width}}  {tier.tier:<8}  {tier.verdict:<14}  {tier.reason}")
+            name = ""
+            if tier.confirmation is not None:
+                lines.append(
+                    f"{'':<{name_width}}  {'':<8}  {'confirmation':<14}  {tier.confirmation.sentence}"
+                )
+            if tier.attribution is not None and (said := attribution_words(tier.attribution)):
+                lines.append(f"{'':<{name_width}}  {'':<8}  {'why':<14}  {'; '.join(said)}")
+            if tier.reliability is not None:
+                told = reliability_line(tier.reliability)
+                lines.append(f"{'':<{name_width}}  {'':<8}  {'reliability':<14}  {told}")
+        lines += [f"{'':<{name_width}}  {'':<8}  {'warning':<14}  {line}" for line in comparison.warnings]
+    return lines
+
+
+def attribution_words(attribution: Attribution) -> list[str]:
+    """Return the share that is explained, where there is one, and the sentences of an attribution."""
+    told = (
+        []
+        if isnan(attribution.explained)
+        else [f"{percent(attribution.explained)} of the judged samples explained"]
+    )
+    return [*told, *attribution.sentences]
+
+
+def channel_lines(comparison: SceneComparison) -> list[str]:
+    """One line a channel: verdict, largest and RMS difference, both over its scale, coverage."""
+    heading = ("channel", "verdict", "max", "rms", "unit", "max/scale", "rms/scale", "coverage")
+    rows = [
+        (
+            channel.channel,
+            channel.verdict,
+            f"{channel.max_difference:.3g}",
+            f"{channel.rms_difference:.3g}",
+            channel.unit,
+            f"{channel.max_scaled:.3g}",
+            f"{channel.rms_scaled:.3g}",
+            f"{channel.coverage:.1%}",
+        )
+        for channel in comparison.channels.values()
+    ]
+    widths = [max(map(len, column)) for column in zip(heading, *rows, strict=True)]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in (heading, *rows)
+    ]
+
+
+def shift_line(comparison: SceneComparison) -> str:
+    """Say how much later one result is than the other, if that can be told."""
+    return "" if comparison.shift is None else comparison.shift.sentence(comparison.labels)
+
+
+def _channel(channel: ChannelComparison) -> dict[str, Any]:
+    numbers = {name: getattr(channel, name) for name in _NUMBERS}
+    return {
+        "verdict": channel.verdict,
+        "reason": channel.reason,
+        "unit": channel.unit,
+        "scale": channel.scale,
+        **numbers,
+        "information": dict(channel.metrics),
+    }
+
+
+def _reliability(found: ReliabilityComparison, labels: tuple[str, str]) -> dict[str, Any]:
+    return {
+        "verdict": found.verdict,
+        "missing": found.missing,
+        "bins": found.settings.bins,
+        "errors": found.settings.errors,
+        "quantities": {
+            name: _quantity(name, difference, labels) for name, difference in found.quantities.items()
+        },
+    }
+
+
+def _quantity(name: str, found: Difference, labels: tuple[str, str]) -> dict[str, Any]:
+    models = {
+        label: {
+            "smallest": of.minimum,
+            "smallest_at_deg": float(of.angle[of.worst]),
+            "reliability": of.reliability.tolist(),
+            "low": of.low.tolist(),
+            "high": of.high.tolist(),
+            "at_cap": of.capped.tolist(),
+            "mean": of.mean.tolist(),
+            "deviation": of.deviation.tolist(),
+            "within": of.within.tolist(),
+            "within_low": of.within_low.tolist(),
+            "within_high": of.within_high.tolist(),
+        }
+        for label, of in zip(labels, (found.a, found.b), strict=True)
+    }
+    return {
+        "verdict": found.verdict,
+        "unit": unit_of(name),
+        "lower_limit": found.a.limits.lower,
+        "upper_limit": found.a.limits.upper,
+        "cap": found.a.cap,
+        "angle_deg": found.a.angle.tolist(),
+        "cycles": found.a.cycles.tolist(),
+        "difference": found.minimum,
+        "half_width_sampling": found.sampling,
+        "half_width_numerical": found.numerical,
+        "half_width": found.half_width,
+        "differences": found.curve.tolist(),
+        "half_widths": found.curve_half_width.tolist(),
+        "models": models,
+    }
+
+
+def _impacts(impacts: Impacts) -> dict[str, Any]:
+    numbers = {field.name: getattr(impacts, field.name) for field in fields(impacts) if field.name != "pairs"}
+    return {"matched": len(impacts.pairs), **numbers}

@@ -1,0 +1,267 @@
+"""Scenes: read, extended, overridden, checked, hashed.
+
+A scene is a TOML file (`schema.py` lists its keys). What comes out is a plain nested mapping with every
+default filled; it is all that the two models ever see of this package.
+"""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from comparison.scene.criteria import RandomInput, Reliability
+from comparison.scene.error_messages import explain
+from comparison.scene.formulation import loose
+from comparison.scene.schema import SceneKeys
+
+SCENES = Path(str(files("comparison.scene.shipped")))
+BASE = "paper"
+
+ASYMPTOTIC_STEP = 2e-5
+"""s; in longer fixed steps the first-cycle error of x does not follow the method's order."""
+
+
+class SceneError(ValueError):
+    """A scene that cannot be used; the message is one line: where, value, rule."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A complete and valid scene."""
+
+    name: str
+    title: str
+    description: str
+    data: dict[str, Any]
+    """All keys but [compare] and [reliability], all defaults filled; what a model is given."""
+    warnings: tuple[str, ...]
+    given: dict[str, Any]
+    """The keys as files and overrides gave them, without defaults: what `with_values` starts from."""
+    source: str
+    """The shipped name or the path that it was read from."""
+    tolerance: float | None = None
+    """[compare] tolerance: the share of a channel's scale by which tables without uncertainty may differ."""
+    reliability: Reliability = field(default_factory=Reliability)
+    """[reliability]: limits of the errors, bins."""
+    random: tuple[RandomInput, ...] = ()
+    """[[random]]: which numbers scatter, and how; no run depends on it."""
+
+    @property
+    def period(self) -> float:
+        """Time of one crank turn, s."""
+        return 60.0 / abs(float(self.data["drive"]["speed_rpm"]))
+
+    @property
+    def duration(self) -> float:
+        """Simulated time, s: the last sample's, which rounds the cycles to whole samples."""
+        per_cycle = self.data["output"]["samples_per_cycle"]
+        return float(round(self.data["drive"]["cycles"] * per_cycle) * (self.period / per_cycle))
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 (hex) of everything that can change a result: no texts, nor [compare] or [reliability]."""
+        return digest({key: part for key, part in self.data.items() if key != "scene"})
+
+    def with_values(self, values: Mapping[str, object]) -> Scene:
+        """Return this scene with dotted keys changed, e.g. ``{"drive.speed_rpm": 210}``; checked again.
+
+        Raises
+        ------
+        SceneError
+            If the changed scene is not valid.
+        """
+        return _checked(_changed(self.given, values), self.name, self.source)
+
+
+def shipped_scenes() -> list[str]:
+    """Names of the shipped scenes, sorted; the base scene that they extend is not one of them."""
+    return sorted(path.stem for path in SCENES.glob("*.toml") if path.stem != BASE)
+
+
+def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None = None) -> Scene:
+    """Read a shipped scene by its name, or any scene file by its path.
+
+    Parameters
+    ----------
+    name_or_path
+        A shipped scene (``"150rpm-0.2mm"``, also the base ``"paper"``) or the path of a TOML file.
+    overrides
+        Dotted keys and their values, applied last.
+
+    Raises
+    ------
+    SceneError
+        With one line that says where, which value and which rule.
+    """
+    path = _locate(str(name_or_path), Path(), str(name_or_path))
+    given = _changed(_read(path, ()), overrides or {})
+    return _checked(given, path.stem, str(name_or_path))
+
+
+def scene_from_mapping(data: Mapping[str, Any]) -> Scene:
+    """Check a mapping that already holds everything, such as the one recorded beside a table.
+
+    Raises
+    ------
+    SceneError
+        As `load_scene`.
+    """
+    return _checked(dict(data), "scene", "")
+
+
+def parse_set(assignments: Sequence[str]) -> dict[str, object]:
+    """Read ``key=value`` pairs of the command line: TOML values; what is not TOML is a string.
+
+    >>> parse_set(["drive.speed_rpm=210", "joints.slider=ideal"])
+    {'drive.speed_rpm': 210, 'joints.slider': 'ideal'}
+    """
+    values: dict[str, object] = {}
+    for assignment in assignments:
+        key, equals, text = assignment.partition("=")
+        if not equals or not all(part.strip() for part in key.split(".")):
+            raise SceneError(f"--set {assignment!r} must be key=value, as in --set drive.speed_rpm=210")
+        try:
+            parsed = tomllib.loads(f"value = {text.strip()}")
+        except tomllib.TOMLDecodeError:
+            parsed = {}
+        # More than one key means that the text held a line break: then it is no TOML value.
+        values[key.strip()] = parsed["value"] if parsed.keys() == {"value"} else text.strip()
+    return values
+
+
+def digest(value: object) -> str:
+    """SHA-256 (hex) of a value's canonical JSON."""
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _locate(name: str, folder: Path, asked_by: str) -> Path:
+    """Find the file: a shipped name first, else a path relative to ``folder``."""
+    if name in (BASE, *shipped_scenes()):
+        return SCENES / f"{name}.toml"
+    path = folder / Path(name).expanduser()
+    if path.is_file():
+        return path
+    close = difflib.get_close_matches(name, shipped_scenes(), n=1)
+    hint = f"did you mean {close[0]!r}?" if close else f"shipped are {', '.join(shipped_scenes())}"
+    raise SceneError(f"scene {asked_by!r}: {name!r} is neither a shipped scene nor a file; {hint}")
+
+
+def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
+    """Read a file and everything it extends, without the texts of what it extends."""
+    where = f"scene {path.stem!r}"
+    path = path.resolve()
+    if path in chain:
+        loop = " -> ".join(p.name for p in (*chain[chain.index(path) :], path))
+        raise SceneError(f"{where}: scene.extends runs in a circle: {loop}")
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SceneError(f"{where}: cannot read {path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{where}: {path} is not UTF-8 text (byte {error.start})") from error
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"{where}: {path} is not valid TOML: {_line(str(error))}") from error
+    texts = data.get("scene", {})
+    if not isinstance(texts, dict) or "extends" not in texts:
+        return data
+    base = texts.pop("extends")
+    if not isinstance(base, str):
+        raise SceneError(f"{where}: scene.extends = {base!r} must be a shipped name or a path")
+    inherited = _read(_locate(base, path.parent, path.stem), (*chain, path))
+    inherited.pop("scene", None)
+    return _merge(inherited, data)
+
+
+def _checked(given: dict[str, Any], default_name: str, source: str) -> Scene:
+    """Fill the texts and defaults, check, warn."""
+    texts = given.get("scene", {})
+    if isinstance(texts, dict):
+        texts = {"name": default_name} | texts
+        given = given | {"scene": {"title": texts["name"]} | texts}
+    name = texts["name"] if isinstance(texts, dict) else default_name
+    try:
+        keys = SceneKeys.model_validate(given)
+    except ValidationError as error:
+        raise SceneError(f"scene {name!r}: {explain(error)}") from error
+    data = keys.model_dump(exclude={"compare", "reliability", "random"})
+    if data["initial"]["slider_offset"] is None:
+        data["initial"]["slider_offset"] = data["mechanism"]["reference_offset"]
+    return Scene(
+        name=keys.scene.name,
+        title=keys.scene.title,
+        description=keys.scene.description,
+        data=data,
+        warnings=_warnings(data),
+        given=given,
+        source=source,
+        tolerance=keys.compare.tolerance,
+        reliability=keys.reliability,
+        random=tuple(keys.random),
+    )
+
+
+def _warnings(data: dict[str, Any]) -> tuple[str, ...]:
+    told = []
+    offset, clearance = data["initial"]["slider_offset"], data["clearance"]["slider"]
+    if data["joints"]["slider"] == "clearance" and abs(offset) > clearance:
+        told.append(
+            f"initial.slider_offset = {offset:g} m is beyond clearance.slider = {clearance:g} m: "
+            "the slider starts inside the wall"
+        )
+    exudyn = data["solver"]["exudyn"]
+    if exudyn["formulation"] != "tree" and loose(data) and exudyn["step"] > ASYMPTOTIC_STEP:
+        told.append(
+            f"solver.exudyn.step = {exudyn['step']:g} s is too long for its error to fall with the step: of "
+            f"contacts that last 2e-4 s at most {ASYMPTOTIC_STEP:g} s is a tenth"
+        )
+    return tuple(told)
+
+
+def _changed(given: Mapping[str, Any], values: Mapping[str, object]) -> dict[str, Any]:
+    """Put dotted keys over a scene.
+
+    What a scene says of Exudyn's step and tolerance is meant for its formulation: to another, chosen here,
+    they mean something else, and a step for five bodies lets the tree take a hundred times its steps.
+    """
+    solver, wanted = given.get("solver", {}), values.get("solver.exudyn.formulation")
+    if wanted is not None and isinstance(solver, Mapping):
+        exudyn = solver.get("exudyn", {})
+        if isinstance(exudyn, Mapping) and exudyn.get("formulation", "auto") != wanted:
+            kept = {key: value for key, value in exudyn.items() if key not in ("step", "tolerance")}
+            given = {**given, "solver": {**solver, "exudyn": kept}}
+    return _merge(given, _nested(values))
+
+
+def _nested(values: Mapping[str, object]) -> dict[str, Any]:
+    """Turn dotted keys into nested mappings."""
+    nested: dict[str, Any] = {}
+    for dotted, value in values.items():
+        inner: Any = value
+        for part in reversed(dotted.split(".")):
+            inner = {part: inner}
+        nested = _merge(nested, inner)
+    return nested
+
+
+def _merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Put ``changes`` over ``base``, section by section."""
+    merged = dict(base)
+    for key, value in changes.items():
+        below = merged.get(key)
+        merged[key] = _merge(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
+    return merged
+
+
+def _line(text: str) -> str:
+    return " ".join(text.split())

@@ -1,0 +1,252 @@
+"""Every key of a scene: its type, its unit, the rule its value must meet, and its default where it has one.
+
+Numbers of the mechanism have no defaults here: they stand with their sources in ``scenes/paper.toml``,
+which a scene extends. Defaults exist only for what a scene may leave open (the start, the joints, the
+output, the solvers).
+"""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from comparison.engines.registry import engine_names
+from comparison.scene.criteria import Compare, RandomInput, Reliability
+from comparison.scene.fields import KG, KGM2, M_S, M, NotNegative, Positive, Real, S, Section, Unit, rule
+from comparison.scene.formulation import smallest_in_exudyn
+
+MAX_SAMPLES = 100_000_000  # beyond it a table would not fit into the memory of an ordinary machine
+
+
+class Texts(Section):
+    """What the scene is called."""
+
+    name: Annotated[str, Field(min_length=1, pattern=r"^[A-Za-z0-9][A-Za-z0-9._+-]*$")]
+    title: str
+    description: str = ""
+
+
+class Rod(Section):
+    """A slender body between two pins; the centroid is measured from the first."""
+
+    length: Annotated[Positive, M]
+    centroid: Annotated[Real, M]
+    mass: Annotated[Positive, KG]
+    inertia: Annotated[Positive, KGM2]
+
+
+class Slider(Section):
+    """The slider: length along the guide (y), width across it (x)."""
+
+    mass: Annotated[Positive, KG]
+    inertia: Annotated[Positive, KGM2]
+    length: Annotated[Positive, M]
+    width: Annotated[Positive, M]
+    thickness: Annotated[Positive, M]
+
+
+class Mechanism(Section):
+    """Bodies and where they are assembled."""
+
+    crank: Rod
+    rod2: Rod
+    rocker: Rod
+    rod4: Rod
+    slider: Slider
+    rocker_pivot: Annotated[list[Real], Field(min_length=2, max_length=2), M]
+    guide_x: Annotated[Real, M]
+    reference_offset: Annotated[Real, M]
+    crank_angle_deg: Annotated[Real, Unit("deg")]
+    rocker_branch: Literal[-1, 1]
+    slider_branch: Literal[-1, 1]
+
+
+class Drive(Section):
+    """The crank's constant speed, counter-clockwise positive, and how long it turns."""
+
+    speed_rpm: Annotated[Real, Unit("rpm")]
+    cycles: Positive
+
+    @model_validator(mode="after")
+    def _turns(self) -> Self:
+        if self.speed_rpm == 0:
+            raise rule("speed_rpm", self.speed_rpm, "must not be zero", "rpm")
+        return self
+
+
+class Initial(Section):
+    """The slider's start relative to the guide's centre line; None: on the ideal slider's line."""
+
+    slider_offset: Annotated[Real | None, M] = None
+    slider_angle: Annotated[Real, Unit("rad")] = 0.0
+    slider_vx: Annotated[Real, M_S] = 0.0
+    slider_omega: Annotated[Real, Unit("rad/s")] = 0.0
+
+
+class Joints(Section):
+    """Which joints have clearance."""
+
+    slider: Literal["clearance", "ideal"] = "clearance"
+    crank_pin: Literal["ideal", "clearance"] = "ideal"
+
+
+class Clearance(Section):
+    """Clearances: of the slider per side, of the crank pin radial."""
+
+    slider: Annotated[NotNegative, M]
+    crank_pin: Annotated[NotNegative, M]
+    journal_radius: Annotated[Positive, M]
+
+
+class Contact(Section):
+    """The contact law and its material."""
+
+    law: Literal["hertz-corners", "paper-switching", "strip"]
+    youngs_modulus: Annotated[Positive, Unit("Pa")]
+    poisson: Annotated[float, Field(gt=-1, le=0.5, allow_inf_nan=False)]
+    restitution: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
+    exponent: Annotated[float, Field(ge=1, allow_inf_nan=False)]
+    corner_radius: Annotated[Positive, M]
+    impact_speed_floor: Annotated[Positive, M_S]
+
+
+class Friction(Section):
+    """Modified Coulomb friction, Eqs. 13-14: none below the static speed, full above the transition speed."""
+
+    coefficient: NotNegative
+    static_speed: Annotated[NotNegative, M_S]
+    transition_speed: Annotated[Positive, M_S]
+
+    @model_validator(mode="after")
+    def _rises(self) -> Self:
+        if self.transition_speed <= self.static_speed:
+            bound = f"must be > friction.static_speed = {self.static_speed:g} m/s"
+            raise rule("transition_speed", self.transition_speed, bound, "m/s")
+        return self
+
+
+class Environment(Section):
+    """Gravity along -y."""
+
+    gravity: Annotated[Real, Unit("m/s^2")]
+
+
+Group = Literal["accelerations", "corners", "joints", "energy"]
+
+
+def _usual_groups() -> list[Group]:
+    return ["accelerations", "corners"]
+
+
+class Output(Section):
+    """Which groups of channels are recorded, and how densely."""
+
+    groups: list[Group] = Field(default_factory=_usual_groups)
+    samples_per_cycle: Annotated[int, Field(ge=2)] = 1000
+
+    @model_validator(mode="after")
+    def _distinct(self) -> Self:
+        if len(set(self.groups)) < len(self.groups):
+            raise rule("groups", self.groups, "must not name a group twice")
+        return self
+
+
+class ReferenceSolver(Section):
+    """Raw settings of the reference model; tolerance: absolute local error of the positions (m and rad)."""
+
+    formulation: str = "auto"
+    method: str = "dop853"
+    tolerance: Positive = 1e-10
+    baumgarte_alpha: NotNegative = 10.0
+    baumgarte_beta: NotNegative = 10.0
+
+
+class ExudynSolver(Section):
+    """Raw settings of the Exudyn model; step and tolerance mean what its formulation makes of them.
+
+    With five bodies the step is fixed and the tolerance is Newton's; for the tree, which controls its error,
+    the step is the largest and the tolerance that of a step's error.
+    """
+
+    formulation: str = "auto"
+    """"auto", the smallest that gives what the scene asks for, becomes the name of that."""
+    method: str = "auto"
+    step: Annotated[Positive, S] = 2e-6
+    tolerance: Positive = 1e-7
+
+    @model_validator(mode="before")
+    @classmethod
+    def _usual(cls, given: Any) -> Any:
+        if isinstance(given, dict) and given.get("formulation") == "tree":
+            return {"step": 1e-4, "tolerance": 1e-10} | given
+        return given
+
+
+class Solver(Section):
+    """Settings of the two models, and of installed ones as these may please: names and single values."""
+
+    model_config = ConfigDict(extra="allow")
+
+    reference: ReferenceSolver = ReferenceSolver()
+    exudyn: ExudynSolver = ExudynSolver()
+
+    @model_validator(mode="after")
+    def _of_installed_models(self) -> Self:
+        for name, settings in (self.model_extra or {}).items():
+            if name not in engine_names():
+                raise PydanticCustomError("not_installed", "", {"key": name})
+            if not isinstance(settings, dict):
+                raise rule(name, settings, "must be a section with keys of its own")
+            for key, value in settings.items():
+                if not (isinstance(value, str | int) or (isinstance(value, float) and isfinite(value))):
+                    raise rule(f"{name}.{key}", value, "must be a text, a truth value or a finite number")
+        return self
+
+
+class SceneKeys(Section):
+    """A whole scene."""
+
+    scene: Texts
+    mechanism: Mechanism
+    drive: Drive
+    initial: Initial = Initial()
+    joints: Joints = Joints()
+    clearance: Clearance
+    contact: Contact
+    friction: Friction
+    environment: Environment
+    output: Output = Output()
+    solver: Solver = Solver()
+    compare: Compare = Compare()
+    reliability: Reliability = Reliability()
+    random: list[RandomInput] = Field(default_factory=list)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _smallest(cls, given: Any) -> Any:
+        """Put the smallest formulation of Exudyn where the scene leaves it open: its defaults hang on it."""
+        if not isinstance(given, dict):
+            return given
+        solver, joints, output = (given.get(section, {}) for section in ("solver", "joints", "output"))
+        if not all(isinstance(section, dict) for section in (solver, joints, output)):
+            return given  # which is refused for that
+        settings = solver.get("exudyn", {})
+        if not isinstance(settings, dict) or settings.get("formulation", "auto") != "auto":
+            return given
+        chosen = settings | {"formulation": smallest_in_exudyn(given)}
+        return given | {"solver": solver | {"exudyn": chosen}}
+
+    @model_validator(mode="after")
+    def _together(self) -> Self:
+        for joint in ("slider", "crank_pin"):
+            if getattr(self.joints, joint) == "clearance" and getattr(self.clearance, joint) == 0:
+                bound = f"must be > 0 where joints.{joint} = 'clearance'"
+                raise rule(f"clearance.{joint}", 0.0, bound, "m")
+        samples = self.drive.cycles * self.output.samples_per_cycle
+        if not 1 <= round(samples) <= MAX_SAMPLES:
+            bound = f"times output.samples_per_cycle must give 1 to {MAX_SAMPLES} samples, not {samples:g}"
+            raise rule("drive.cycles", self.drive.cycles, bound)
+        return self

@@ -1,0 +1,210 @@
+"""The three contact laws on the paper's central case, and what the literal switch of Eqs. 7-8 does there."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from comparison.execution.run import Job, Outcome, Progress, run_all
+from comparison.files import replacing
+from comparison.formatting import MISSING, number, quantity, table
+from comparison.scene import Scene, load_scene
+from comparison.studies.contact_laws.figures import draw
+from comparison.studies.shared.switches import closest, created, depths, surplus, switches
+from comparison.tables.table import Table
+
+LAWS = ("hertz-corners", "strip", "paper-switching")
+TOLERANCES = (1e-9, 1e-10, 1e-11, 1e-12)
+SHOWN = 1e-10
+"""Of the figures."""
+DENSE = 400_000
+"""Samples a cycle under paper-switching: 1 us apart, to separate the switches."""
+SPARSE = 4000
+LISTED = 12
+
+Runs = dict[tuple[str, float], Outcome]
+
+
+def scene(law: str, tolerance: float | None = None) -> Scene:
+    """Return one cycle of the central case under a law; without a tolerance: as Exudyn runs it."""
+    dense = law == "paper-switching" and tolerance is not None
+    values: dict[str, object] = {
+        "contact.law": law,
+        "drive.cycles": 1.0,
+        "output.groups": ["energy"],
+        "output.samples_per_cycle": DENSE if dense else SPARSE,
+    }
+    if tolerance is not None:
+        values["solver.reference.tolerance"] = tolerance
+    return load_scene("150rpm-0.2mm", values)
+
+
+def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
+    """Run the laws by both models, the reference at several tolerances, and write README.md and figures."""
+    which = [(law, tolerance) for law in LAWS for tolerance in TOLERANCES]
+    jobs = [Job(scene(*key), "reference") for key in which] + [Job(scene(law), "exudyn") for law in LAWS]
+    outcomes = run_all(jobs, n_jobs, on_progress)
+    reference = dict(zip(which, outcomes, strict=False))
+    exudyn = dict(zip(LAWS, outcomes[len(which) :], strict=True))
+    draw(
+        {law: recorded(reference[law, SHOWN]) for law in LAWS},
+        {t: recorded(reference[LAWS[-1], t]) for t in TOLERANCES},
+        folder,
+    )
+    with replacing(folder / "README.md") as part:
+        part.write_text(text(reference, exudyn), "utf-8")
+
+
+def recorded(outcome: Outcome) -> Table | None:
+    """Return the table of a run; of one that stopped, what it had come to."""
+    return outcome.table or outcome.partial
+
+
+def text(reference: Runs, exudyn: dict[str, Outcome]) -> str:
+    """Return the study's README."""
+    best = {law: recorded(reference[law, min(TOLERANCES)]) for law in LAWS}
+    rows = [
+        [law, f"reference, tolerance {tolerance:.0e}", *of_run(outcome), follows(outcome, best[law])]
+        for (law, tolerance), outcome in reference.items()
+    ]
+    rows += [
+        [law, "exudyn", *of_run(outcome), follows(outcome, best[law])] for law, outcome in exudyn.items()
+    ]
+    literal = {tolerance: outcome for (law, tolerance), outcome in reference.items() if law == LAWS[-1]}
+    statistics = [[f"{tolerance:.0e}", *of_switches(outcome)] for tolerance, outcome in literal.items()]
+    stopped = [tolerance for tolerance, outcome in literal.items() if outcome.table is None]
+    # Of the runs that came to the end, the most accurate.
+    listed_at = min((t for t in literal if t not in stopped), default=SHOWN)
+    shown = literal[listed_at].table
+    listed = [] if shown is None else listing(shown)
+    template = files("comparison.studies.contact_laws").joinpath("contact_laws.md").read_text("utf-8")
+    return template.format(
+        runs=table(("law", "run", *RUN_HEADINGS, "x within 1 µm of the most accurate run until"), rows),
+        switches=table(("tolerance", *SWITCH_HEADINGS), statistics),
+        tolerance=f"{listed_at:.0e}",
+        listed=table(LIST_HEADINGS, listed[:LISTED]),
+        stopped=f"At {', '.join(f'{t:.0e}' for t in stopped)} the run had to be given up.\n"
+        if stopped
+        else "",
+        more=f"\n{len(listed) - LISTED} more are not shown.\n" if len(listed) > LISTED else "",
+    )
+
+
+RUN_HEADINGS = (
+    "status",
+    "steps",
+    "switches to or from two corners of a side",
+    "energy from nowhere",
+    "largest speed of x",
+    "largest rate of turn",
+    "largest force",
+    "deepest",
+)
+
+
+def of_run(outcome: Outcome) -> list[str]:
+    """Return the cells of one run; of one that stopped, what it had come to."""
+    result = recorded(outcome)
+    if result is None or result.events is None or len(result.frame) == 0:
+        return [f"not simulated: {outcome.message}", *[MISSING] * (len(RUN_HEADINGS) - 1)]
+    status = outcome.status
+    if outcome.table is None:
+        status += f" at {result.time[-1]:.4f} s; {outcome.message}"
+    events, peaks = result.events, result.extrema
+    return [
+        status,
+        f"{result.provenance['counters']['steps']:,}",
+        str(len(switches(events))),
+        quantity(-result.values("energy_residual")[-1], "J"),
+        quantity(_largest(peaks["slider_vx"]), "m/s"),
+        quantity(_largest(peaks["slider_omega"]), "rad/s"),
+        quantity(float(events["peak_force"].max()), "N"),
+        quantity(float(events["largest_depth"].max()), "m"),
+    ]
+
+
+def follows(outcome: Outcome, best: Table | None) -> str:
+    """Return until when a run's x is within 1 µm, half a hundredth of the clearance, of another one's."""
+    result = recorded(outcome)
+    if result is None or best is None or len(result.frame) == 0 or len(best.frame) == 0:
+        return MISSING
+    time = result.time[result.time <= best.time[-1]]
+    x = np.interp(time, best.time, best.values("slider_x"))
+    off = np.abs(result.values("slider_x")[: time.size] - x) > 1e-6
+    return f"{time[np.argmax(off)]:.4f} s" if off.any() else "its end"
+
+
+SWITCH_HEADINGS = (
+    "switches",
+    "closest two",
+    "median of the energy of a switch",
+    "nine in ten below",
+    "largest",
+    "sum of all switches",
+    "total residual",
+    "largest deviation from theory",
+)
+
+
+def of_switches(outcome: Outcome) -> list[str]:
+    """Return the cells of the energies that the switches of one run created."""
+    result = outcome.table
+    if result is None or result.events is None:
+        return [f"not measured: {outcome.status}", *[MISSING] * (len(SWITCH_HEADINGS) - 1)]
+    found = switches(result.events)
+    start = [str(len(found)), quantity(closest(found), "s")]
+    try:
+        energies = created(found, result)
+    except ValueError as error:
+        return [*start, f"not measured: {error}", *[MISSING] * (len(SWITCH_HEADINGS) - 3)]
+    expected = _theory(found, result)
+    # Of the largest, since a switch with both corners at the wall creates nothing that could be measured.
+    deviation = np.abs(energies - expected).max(initial=0.0) / np.abs(expected).max(initial=1e-300)
+    low, high, top = np.quantile(np.abs(energies), (0.5, 0.9, 1.0)) if len(found) else (0.0, 0.0, 0.0)
+    return [
+        *start,
+        quantity(low, "J"),
+        quantity(high, "J"),
+        quantity(top, "J"),
+        quantity(float(energies.sum()), "J", 6),
+        quantity(-result.values("energy_residual")[-1], "J", 6),
+        f"{number(deviation, 2)} of the largest",
+    ]
+
+
+LIST_HEADINGS = ("time", "law after it", "depth of the other corner", "energy created", "by theory")
+
+
+def listing(result: Table) -> list[list[str]]:
+    """Return one row a switch."""
+    found = switches(_events(result))
+    columns = depths(found, result, scene(LAWS[-1]).data), created(found, result), _theory(found, result)
+    return [
+        [
+            f"{time:.6f} s",
+            "surface" if to_surface else "corner",
+            quantity(depth, "m"),
+            quantity(energy, "J", 4),
+            quantity(expected, "J", 4),
+        ]
+        for time, to_surface, depth, energy, expected in zip(
+            found["time"], found["to_surface"], *columns, strict=True
+        )
+    ]
+
+
+def _theory(found: pd.DataFrame, result: Table) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    data = scene(LAWS[-1]).data
+    return np.where(found["to_surface"], 1.0, -1.0) * surplus(depths(found, result, data), data)
+
+
+def _events(result: Table) -> pd.DataFrame:
+    """Return the contacts of a run of a model, which has them always."""
+    return pd.DataFrame() if result.events is None else result.events
+
+
+def _largest(peak: dict[str, float]) -> float:
+    return max(abs(peak["min"]), abs(peak["max"]))

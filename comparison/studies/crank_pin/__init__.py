@@ -1,0 +1,1 @@
+"""Clearance at the crank pin as well as in the guide."""

@@ -1,0 +1,1 @@
+"""Both models as distributions, where single runs cannot be predicted."""

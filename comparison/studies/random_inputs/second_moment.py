@@ -1,0 +1,156 @@
+r"""First-order second-moment estimates of a response whose inputs are independent standard normal numbers u.
+
+With gradients b of the response g(u) about u = 0,
+
+.. math:: \mu \approx g_0, \quad \sigma^2 \approx \sum b_i^2, \quad \alpha_i^2 = b_i^2 / \sigma^2, \quad
+          P(g > l) \approx \Phi(-\beta), \quad \beta = (l - \mu) / \sigma
+
+(A. H.-S. Ang and W. H. Tang, Probability Concepts in Engineering Planning and Design II, 1984, Ch. 6; the
+importance factors alpha_i^2 add up to 1).
+
+Where impacts make a response rough, a difference over a small step shows the roughness and not the trend. So
+the gradient is that of a straight plane fitted by least squares to runs that scatter over a chosen scale: the
+average slope over that scale. Its standard error comes from the residuals, whose size may change from place
+to place: the estimate HC3 (J. S. Long and L. H. Ervin, The American Statistician 54 (2000) 217-224). What the
+plane leaves is the roughness, together with the curvature.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import binomtest, norm
+
+from comparison.tables.arrays import Array, BoolArray
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A plane fitted to a response.
+
+    Attributes
+    ----------
+    mean
+        At u = 0, and its standard error.
+    gradient
+        Per standard deviation of each input, shape (d,).
+    errors
+        Standard errors of the gradient, shape (d,).
+    rest
+        Standard deviation of what the plane leaves.
+    """
+
+    mean: float
+    mean_error: float
+    gradient: Array
+    errors: Array
+    rest: float
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the plane over the inputs; the noise of the gradient is taken out."""
+        return float(np.sqrt(max(0.0, float(np.sum(self.gradient**2 - self.errors**2)))))
+
+    @property
+    def importance(self) -> Array:
+        """Share of each input in the plane's variance, shape (d,)."""
+        squares = self.gradient**2
+        total = float(np.sum(squares))
+        return np.asarray(squares / total if total else np.zeros_like(squares))
+
+
+def fit_plane(u: Array, response: Array) -> Plane:
+    """Fit a plane.
+
+    Parameters
+    ----------
+    u
+        Inputs in standard deviations, shape (n, d).
+    response
+        Shape (n,).
+
+    Raises
+    ------
+    ValueError
+        If there are fewer runs than twice the unknowns.
+    """
+    basis = np.column_stack([np.ones(len(u)), u])
+    if len(u) < 2 * basis.shape[1]:
+        raise ValueError(f"{len(u)} runs are too few for a plane over {u.shape[1]} inputs")
+    inverse = np.linalg.inv(basis.T @ basis)
+    coefficients = inverse @ (basis.T @ response)
+    residuals = response - basis @ coefficients
+    leverage = np.einsum("ij,jk,ik->i", basis, inverse, basis)
+    weighted = basis * (residuals / (1.0 - leverage))[:, None]
+    errors = np.sqrt(np.diag(inverse @ (weighted.T @ weighted) @ inverse))
+    rest = float(np.sqrt(np.sum(residuals**2) / (len(u) - basis.shape[1])))
+    return Plane(float(coefficients[0]), float(errors[0]), coefficients[1:], errors[1:], rest)
+
+
+def failure_probability(plane: Plane, limit: float, *, with_rest: bool = False) -> tuple[float, float, float]:
+    """Return P(response > limit) after first order, with the interval that the standard errors leave.
+
+    Parameters
+    ----------
+    plane
+        Of the response.
+    limit
+        In its unit.
+    with_rest
+        Whether what the plane leaves counts as one more independent normal input.
+
+    Returns
+    -------
+    value, low, high
+    """
+    variance = plane.deviation**2 + (plane.rest**2 if with_rest else 0.0)
+    if variance == 0.0:
+        sure = float(plane.mean > limit)
+        return sure, sure, sure
+    deviation = float(np.sqrt(variance))
+    beta = (limit - plane.mean) / deviation
+    # Of the mean and of the deviation: d beta = -d mean / sigma - beta d sigma / sigma.
+    spread = float(np.sqrt(np.sum((plane.gradient * plane.errors) ** 2))) / deviation
+    error = float(np.hypot(plane.mean_error, beta * spread)) / deviation
+    half = float(norm.ppf(0.5 * (1.0 + CONFIDENCE))) * error
+    return float(norm.sf(beta)), float(norm.sf(beta + half)), float(norm.sf(beta - half))
+
+
+def counted_probability(failed: BoolArray) -> tuple[float, float, float]:
+    """Return the share of failures with its exact interval (C. J. Clopper and E. S. Pearson, 1934)."""
+    count, trials = int(np.count_nonzero(failed)), int(failed.size)
+    bounds = binomtest(count, trials).proportion_ci(CONFIDENCE, method="exact")
+    return count / trials, float(bounds.low), float(bounds.high)
+
+
+def paired_change(failed: BoolArray, reference: BoolArray) -> tuple[float, float, float]:
+    """Return by how much the share of failures differs between runs with the same inputs, with its interval.
+
+    Only runs that fail in one of the two count (Q. McNemar, Psychometrika 12 (1947) 153-157); their share in
+    one direction has the exact interval of Clopper and Pearson, given how many they are.
+
+    Parameters
+    ----------
+    failed, reference
+        Shape (n,), the same inputs in the same order.
+
+    Returns
+    -------
+    value, low, high
+    """
+    more = int(np.count_nonzero(failed & ~reference))
+    less = int(np.count_nonzero(reference & ~failed))
+    if more + less == 0:
+        # None of n runs changed: with that confidence no more than this share does, either way.
+        most = 1.0 - (0.5 * (1.0 - CONFIDENCE)) ** (1.0 / failed.size)
+        return 0.0, -most, most
+    share = (more + less) / failed.size
+    bounds = binomtest(more, more + less).proportion_ci(CONFIDENCE, method="exact")
+    return (
+        (more - less) / failed.size,
+        share * (2 * float(bounds.low) - 1),
+        share * (2 * float(bounds.high) - 1),
+    )

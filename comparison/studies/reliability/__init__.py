@@ -1,0 +1,1 @@
+"""Reliability of the paper's cases by both models."""

@@ -1,0 +1,118 @@
+"""Where the law changes from corners to surface and back, and the energy that each change creates.
+
+Under ``paper-switching`` the potential of a side jumps whenever its second corner touches or one of two
+leaves. The motion does not jump there, so the energy residual does: by what was created, and nowhere else.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from comparison.tables.arrays import Array
+from comparison.tables.table import Table
+
+SIDES = (("ll", "ul"), ("lr", "ur"))
+
+
+def switches(events: pd.DataFrame) -> pd.DataFrame:
+    """Return the instants at which the number of touching corners of a side becomes or ceases to be two.
+
+    Returns
+    -------
+    switches
+        ``time`` (s), ascending; ``to_surface``; ``corner``: the one that touches on both sides of the
+        instant, whose depth decides how much energy is created.
+    """
+    rows = []
+    for lower, upper in SIDES:
+        a, b = (events[events["corner"] == corner] for corner in (lower, upper))
+        starts = [side["start"].to_numpy(np.float64) for side in (a, b)]
+        ends = [side["end"].to_numpy(np.float64) for side in (a, b)]
+        # Both at once: from the later start to the earlier end, for each pair that overlaps.
+        start = np.maximum.outer(starts[0], starts[1])
+        end = np.minimum.outer(ends[0], ends[1])
+        for i, j in np.argwhere(start < end):
+            first = lower if starts[0][i] < starts[1][j] else upper
+            last = lower if ends[0][i] > ends[1][j] else upper
+            rows += [(start[i, j], True, first), (end[i, j], False, last)]
+    found = pd.DataFrame(rows, columns=["time", "to_surface", "corner"])
+    return found.sort_values("time", kind="stable", ignore_index=True)
+
+
+def closest(found: pd.DataFrame) -> float:
+    """Return the shortest time between two switches, s; infinite where there are fewer."""
+    return float(np.diff(found["time"]).min()) if len(found) > 1 else float("inf")
+
+
+def created(found: pd.DataFrame, table: Table) -> Array:
+    """Measure the energy that each switch created: minus the jump of the residual across it, J, shape (n,).
+
+    Parameters
+    ----------
+    found
+        What `switches` found.
+    table
+        With ``energy_residual``, sampled more densely than switches follow one another.
+
+    Raises
+    ------
+    ValueError
+        If two switches lie between the same two samples: their jumps cannot be told apart.
+    """
+    after = np.searchsorted(table.time, found["time"])
+    if np.unique(after).size < after.size:
+        raise ValueError(
+            f"samples {table.time[1]:.2g} s apart do not separate switches {closest(found):.2g} s apart"
+        )
+    residual = table.values("energy_residual")
+    return np.asarray(residual[after - 1] - residual[after])
+
+
+def depths(found: pd.DataFrame, table: Table, scene: dict[str, Any]) -> Array:
+    """Return the depth (m) of the touching corner at each switch, shape (n,).
+
+    The parabola through the three samples on the side of the switch where that corner touches alone: there
+    the motion is gentle, beyond it the surface force bends it within a sample.
+    """
+    angle, x = table.values("slider_angle"), table.values("slider_x")
+    slider, guide = scene["mechanism"]["slider"], scene["mechanism"]["guide_x"]
+    half = slider["width"] / 2
+    after = np.searchsorted(table.time, found["time"])
+    result = np.empty(len(found))
+    for n, (time, to_surface, corner) in enumerate(found.itertuples(index=False, name=None)):
+        first = max(0, after[n] - 3) if to_surface else min(after[n], angle.size - 3)
+        part = slice(first, first + 3)
+        right, up = (1.0 if corner[1] == "r" else -1.0), (1.0 if corner[0] == "u" else -1.0)
+        # A corner's distance from the guide's centre line towards its wall, Eqs. 2-6.
+        arm = right * half * np.cos(angle[part]) - up * slider["length"] / 2 * np.sin(angle[part])
+        depth = right * (x[part] - guide + arm) - half - scene["clearance"]["slider"]
+        s = (time - table.time[first + 1]) / (table.time[first + 1] - table.time[first])
+        result[n] = np.dot([s * (s - 1) / 2, 1 - s * s, s * (s + 1) / 2], depth)
+    return result
+
+
+def compliance(contact: dict[str, Any]) -> float:
+    """Return sigma_m + sigma_n of a scene's contact, 1/Pa."""
+    return float(2 * (1 - contact["poisson"] ** 2) / contact["youngs_modulus"])
+
+
+def corner_stiffness(contact: dict[str, Any]) -> float:
+    """Return K of one corner, N/m^n (Eq. 10)."""
+    return float(4 / (3 * compliance(contact)) * np.sqrt(contact["corner_radius"]))
+
+
+def surplus(depth: Array, scene: dict[str, Any]) -> Array:
+    """Return what the surface law stores more than the corner law, J, where the other corner just touches.
+
+    K_s d^2 / 6 - K d^(n+1) / (n+1), from Eqs. 7-10: created when the surface law
+    sets in, destroyed when it ends.
+    """
+    contact, slider = scene["contact"], scene["mechanism"]["slider"]
+    K = corner_stiffness(contact)
+    Ks = (slider["thickness"] + slider["length"]) / (0.475 * compliance(contact))
+    n = contact["exponent"]
+    d = np.maximum(depth, 0.0)
+    return np.asarray(Ks * d**2 / 6 - K * d ** (n + 1) / (n + 1))

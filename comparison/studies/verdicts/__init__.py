@@ -1,0 +1,1 @@
+"""Verdicts of both models on every shipped scene, at two tiers."""

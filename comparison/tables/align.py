@@ -1,0 +1,124 @@
+"""Two tables on one time grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import Channel, channels
+from comparison.tables.resample import resample
+from comparison.tables.table import Table, TableError
+from comparison.tables.time_shift import SAME_GRID, Shift, estimate
+
+
+@dataclass(frozen=True)
+class Aligned:
+    """Both tables' channels on a common grid.
+
+    Attributes
+    ----------
+    time
+        Common time, s, shape (n,).
+    a, b
+        Channel -> values, shape (n,).
+    interpolated
+        Which of the two was interpolated: ``""``, ``"a"`` or ``"b"``.
+    unknown
+        Channel -> where its value follows from no samples, since a contact starts or ends beside it: shape
+        (n,); only channels that have such samples. The number that stands there is a bridge for drawings.
+    shift
+        Estimated time shift between the two; not applied.
+    """
+
+    time: Array
+    a: dict[str, Array]
+    b: dict[str, Array]
+    interpolated: str
+    unknown: dict[str, BoolArray]
+    shift: Shift
+
+
+def align(a: Table, b: Table, names: list[str]) -> Aligned:
+    """Bring two checked tables onto a common time grid.
+
+    Identical grids are used as they are. Otherwise the times of the table with the longer mean interval are
+    taken, as far as both tables reach, and the other is interpolated (`comparison.tables.resample`), cut at
+    its own contacts, or at the other's if it has no events. Angles are unwrapped first, and a whole number of
+    turns between the two is taken out of ``b``.
+
+    Parameters
+    ----------
+    a, b
+        Tables that passed `comparison.tables.table.check` for the channels ``names``.
+    names
+        The channels to align.
+
+    Raises
+    ------
+    TableError
+        If the tables have fewer than two common times.
+    """
+    known = channels()
+    columns_a = {name: _continuous(a.values(name), known.get(name)) for name in names}
+    columns_b = {name: _continuous(b.values(name), known.get(name)) for name in names}
+    time_a, time_b = a.time, b.time
+    unknown: dict[str, BoolArray] = {}
+    interval = min(_interval(time_a), _interval(time_b))
+    if time_a.size == time_b.size and np.abs(time_a - time_b).max() <= SAME_GRID * interval:
+        time, interpolated = time_a, ""
+    elif _is_coarser(time_a, time_b):
+        time, interpolated = _within(time_a, time_b), "b"
+    else:
+        time, interpolated = _within(time_b, time_a), "a"
+    if interpolated:
+        if time.size < 2:
+            raise TableError(
+                f"the tables have {time.size} common times: "
+                f"{time_a[0]:g} to {time_a[-1]:g} s against {time_b[0]:g} to {time_b[-1]:g} s"
+            )
+        # The table whose times were taken is merely cut, at its own samples.
+        if interpolated == "a":
+            columns_a, unknown = resample(time_a, columns_a, time, b.events if a.events is None else a.events)
+            columns_b = {name: np.interp(time, time_b, own) for name, own in columns_b.items()}
+        else:
+            columns_b, unknown = resample(time_b, columns_b, time, a.events if b.events is None else b.events)
+            columns_a = {name: np.interp(time, time_a, own) for name, own in columns_a.items()}
+    for name in names:
+        channel = known.get(name)
+        if channel is not None and channel.angle:
+            turns = np.round((columns_a[name][0] - columns_b[name][0]) / (2 * np.pi))
+            if turns:
+                columns_b[name] = columns_b[name] + 2 * np.pi * turns
+    shift = estimate(time, columns_a, columns_b)
+    return Aligned(time, columns_a, columns_b, interpolated, unknown, shift)
+
+
+def _interval(time: Array) -> float:
+    """Mean sample interval, s."""
+    return float(time[-1] - time[0]) / (time.size - 1)
+
+
+def _is_coarser(time: Array, other: Array) -> bool:
+    """Whether a grid has the longer mean interval; of two with the same, the one that is earlier first."""
+    if _interval(time) != _interval(other):
+        return _interval(time) > _interval(other)
+    common = min(time.size, other.size)
+    ahead = np.flatnonzero(time[:common] != other[:common])
+    return bool(time[ahead[0]] < other[ahead[0]]) if ahead.size else time.size > other.size
+
+
+def _continuous(values: Array, channel: Channel | None) -> Array:
+    """Take the jumps by a turn out of an angle; leave it untouched (bit for bit) where it has none."""
+    if channel is None or not channel.angle or np.abs(np.diff(values)).max() <= np.pi:
+        return values
+    return np.unwrap(values)
+
+
+def _within(time: Array, other: Array) -> Array:
+    """Return the times inside the other's span; an end that sticks out by round-off is moved onto its end."""
+    slack = SAME_GRID * _interval(time)
+    inside = time[(time >= other[0] - slack) & (time <= other[-1] + slack)]
+    clipped: Array = np.clip(inside, other[0], other[-1])
+    return clipped

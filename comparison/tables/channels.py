@@ -1,0 +1,112 @@
+"""The channels of a result: what each is, its scale for differences, and which of them a scene asks for."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+JOINTS = "OABHCF"
+CORNERS = {"ll": "lower left", "lr": "lower right", "ul": "upper left", "ur": "upper right"}
+PIN = "pin"
+CONTACTS = CORNERS | {PIN: "crank pin"}
+"""Every contact that an event table may name, with its words: the slider's corners and the journal at A."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One channel; the fields are explained at the top of ``channels.toml``."""
+
+    name: str
+    label: str
+    unit: str
+    sign: str
+    group: str
+    scale: str
+    floor: float
+    round_off: float
+    rate: str | None = None
+    follows: str | None = None
+    angle: bool = False
+
+    def scale_value(self, scene: Mapping[str, Any] | None, both_ranges: float) -> float:
+        """Evaluate the scale in the channel's unit.
+
+        Parameters
+        ----------
+        scene
+            The scene mapping; without one, or without clearance, the scale is the range.
+        both_ranges
+            Distance from the smallest to the largest value in both results together.
+
+        Notes
+        -----
+        Where only the crank pin has clearance, "clearance" is the pin's, along the guide as well. The linkage
+        turns a shift c of the pin into one of the slider by 0 to 2.83 c, depending on the crank angle, so c
+        is what a loose pin means to the slider; c * tan_beta of the guide would be 13 times less than its
+        reach. With both clearances the guide's scales stand: the smaller ones.
+        """
+        loose_pin = scene is not None and (
+            scene["joints"]["slider"] == "ideal" and scene["joints"]["crank_pin"] == "clearance"
+        )
+        where = "crank_pin" if loose_pin else "slider"
+        if self.scale == "range" or scene is None or scene["clearance"][where] == 0:
+            return both_ranges
+        rule, per, _ = self.scale.partition("/(T/100)")
+        clearance = float(scene["clearance"][where])
+        value = {
+            "clearance": clearance,
+            "clearance*tan_beta": clearance * (1.0 if loose_pin else _tan_beta()),
+            "clearance/length": clearance / float(scene["mechanism"]["slider"]["length"]),
+        }[rule]
+        period = 60.0 / abs(float(scene["drive"]["speed_rpm"]))
+        return value / (period / 100.0) if per else value
+
+
+@cache
+def channels() -> dict[str, Channel]:
+    """Every channel by its name, in the order of a table's columns."""
+    known = {name: Channel(name=name, **keys) for name, keys in _file()["channel"].items()}
+    for corner, words in CORNERS.items():
+        for quantity, keys in _file()["corner"].items():
+            name = f"corner_{corner}_{quantity}"
+            label = f"{keys['label']}, {words} corner"
+            own = {"label": label}
+            if "follows" in keys:
+                own["follows"] = f"corner_{corner}_{keys['follows']}"
+            known[name] = Channel(name=name, group="corners", **(keys | own))
+    for joint in JOINTS:
+        for axis, keys in _file()["joint"].items():
+            label = f"{keys['label']} at {joint}"
+            known[f"reaction_{joint}_{axis}"] = Channel(
+                name=f"reaction_{joint}_{axis}", group="joints", **(keys | {"label": label})
+            )
+    return known
+
+
+def expected(scene: Mapping[str, Any]) -> list[str]:
+    """Name the channels that a scene asks for, without ``time``.
+
+    An ideal slider has no corner channels, and only an ideal slider has reactions of its guide.
+    """
+    groups = {"motion", *scene["output"]["groups"]}
+    ideal = scene["joints"]["slider"] == "ideal"
+    if ideal:
+        groups.discard("corners")
+    return [
+        name
+        for name, channel in channels().items()
+        if channel.group in groups and (ideal or not name.startswith("guide_"))
+    ]
+
+
+@cache
+def _file() -> dict[str, Any]:
+    return tomllib.loads(files("comparison.tables").joinpath("channels.toml").read_text("utf-8"))
+
+
+def _tan_beta() -> float:
+    return float(_file()["tan_beta"])

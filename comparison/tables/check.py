@@ -1,0 +1,97 @@
+"""What a table must be for a comparison to mean something."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from comparison.tables.arrays import Array
+from comparison.tables.channels import CONTACTS
+from comparison.tables.table import Table, TableError
+
+_EVENTS = ("corner", "start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
+
+
+def check(
+    table: Table, channels: Sequence[str], span: tuple[float, float] | None = None, *, name: str = "table"
+) -> None:
+    """Refuse a table that could not give a meaningful comparison.
+
+    Parameters
+    ----------
+    table
+        What to check.
+    channels
+        Exactly the channels it must hold, in any order, without ``time``.
+    span
+        First and last time (s) it must reach, within half a sample; None: any.
+    name
+        What the message calls the table.
+
+    Raises
+    ------
+    TableError
+        Naming the channel and the first bad row (data rows are counted from 1, without the header), or the
+        contact.
+    """
+    missing = [channel for channel in ("time", *channels) if channel not in table.frame]
+    if missing:
+        raise TableError(f"{name}: channel {missing[0]} is missing{_and_more(missing)}")
+    unexpected = [channel for channel in table.channels if channel not in channels]
+    if unexpected:
+        raise TableError(f"{name}: channel {unexpected[0]} is unexpected{_and_more(unexpected)}")
+    for channel in ("time", *channels):
+        column = table.frame[channel]
+        values = _numbers(column)
+        bad = np.flatnonzero(~np.isfinite(values))
+        if column.dtype.kind not in "fiu":
+            row = int(bad[0]) if bad.size else 0
+            text = column.iloc[row] if len(column) else ""
+            raise TableError(f"{name}: {channel} is not a number in data row {row + 1}: {text!r}")
+        if bad.size:
+            raise TableError(
+                f"{name}: {channel} is {values[bad[0]]} in data row {bad[0] + 1} ({bad.size} such rows)"
+            )
+    time = table.time
+    if time.size < 2:
+        raise TableError(f"{name}: {time.size} data rows; at least 2 are needed")
+    steps = np.diff(time)
+    back = np.flatnonzero(steps <= 0)
+    if back.size:
+        raise TableError(
+            f"{name}: time does not increase in data row {back[0] + 2}: "
+            f"{time[back[0]]!s} s, then {time[back[0] + 1]!s} s"
+        )
+    if span is not None:
+        slack = 0.5 * float(np.median(steps))
+        if abs(time[0] - span[0]) > slack or abs(time[-1] - span[1]) > slack:
+            raise TableError(
+                f"{name}: truncated: it spans {time[0]:g} to {time[-1]:g} s "
+                f"and must span {span[0]:g} to {span[1]:g} s"
+            )
+    if table.events is not None and len(table.events):
+        _check_events(table.events, name)
+
+
+def _check_events(events: pd.DataFrame, name: str) -> None:
+    if missing := [column for column in _EVENTS if column not in events]:
+        raise TableError(f"{name}: its contacts have no {missing[0]}{_and_more(missing)}")
+    if unknown := [place for place in events["corner"].unique() if place not in CONTACTS]:
+        raise TableError(f"{name}: contact at {unknown[0]!r}, which is none of {', '.join(CONTACTS)}")
+    for column in _EVENTS[1:]:
+        if (bad := np.flatnonzero(~np.isfinite(_numbers(events[column])))).size:
+            raise TableError(
+                f"{name}: {column} of contact {bad[0] + 1} is not a number: {events[column].iloc[bad[0]]}"
+            )
+
+
+def _numbers(column: pd.Series) -> Array:
+    """Return the values of a column, nan where one is no number."""
+    numbers = column if column.dtype.kind in "fiu" else pd.to_numeric(column, errors="coerce")
+    return numbers.to_numpy(dtype=np.float64)
+
+
+def _and_more(names: Sequence[str]) -> str:
+    return f" (and {len(names) - 1} more)" if len(names) > 1 else ""

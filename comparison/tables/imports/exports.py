@@ -1,0 +1,212 @@
+"""Text tables as other programs export them: how a file is laid out, and its columns.
+
+The layout is found from the first rows: what separates the numbers, whether the decimal sign is a comma, and
+which of the lines above them holds the names and which the units. Titles above those are passed over.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from comparison.tables.imports.units import parse
+from comparison.tables.table import TableError, read_frame
+
+_HEAD = 1 << 18  # bytes in which the first row of numbers must stand
+_SPACES = r"\s+"
+_SEPARATORS = (";", "\t", ",", _SPACES)
+# Of names separated by spaces: a quoted one, or one word, either with a unit in brackets.
+_WORD = re.compile(r'(?:"[^"]*"|[^\s"\[(]+)(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?')
+_BRACKETS = re.compile(r"(?P<name>.*\S)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))")
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of another program's table, as it stands there.
+
+    Attributes
+    ----------
+    name, unit
+        Without quotes and brackets; no unit where the table names none.
+    numbers
+        Shape (n,).
+    """
+
+    name: str
+    unit: str | None
+    numbers: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a text table is written.
+
+    Attributes
+    ----------
+    names, units
+        Of the columns, shape (columns,).
+    above
+        Lines above the numbers.
+    separator, decimal, encoding
+        As `pandas.read_csv` takes them.
+    """
+
+    names: list[str]
+    units: list[str | None]
+    above: int
+    separator: str
+    decimal: str
+    encoding: str
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is that of our own tables: commas, one line of names, no units."""
+        return self.separator == "," and self.above == 1 and not any(self.units)
+
+
+def layout(path: Path) -> Layout | None:
+    """Find out how a text table is laid out; None where there is no row of numbers.
+
+    Raises
+    ------
+    TableError
+        If it cannot be opened, or the line above the numbers does not name every column.
+    """
+    lines, encoding = _head(path)
+    found = next(((n, s) for n, line in enumerate(lines) for s in _SEPARATORS if _is_row(line, s)), None)
+    if found is None:
+        return None
+    first, separator = found
+    rows = [_fields(line, separator) for line in lines[first : first + 100]]
+    written = [n for n in range(first) if lines[n].strip()]
+    titles = [(n, _fields(lines[n].lstrip(" #%!"), separator, names=True)) for n in written[-2:]]
+    count = len(rows[0])
+    if not titles or len(titles[-1][1]) != count:
+        there = (
+            f"line {titles[-1][0] + 1} names {len(titles[-1][1])}" if titles else "no line above names any"
+        )
+        raise TableError(
+            f"{path}: line {first + 1} holds {count} numbers, but {there}: each column needs a name"
+        )
+    titles = [(n, fields) for n, fields in titles if len(fields) == count]
+    names = [_split(field) for field in titles[-1][1]]
+    units: list[str | None] = [None] * count
+    if len(titles) == 2 and _are_units(titles[-1][1]):
+        names, units = [_split(field) for field in titles[0][1]], [_bare(f) for f in titles[1][1]]
+    comma = separator != "," and any("," in field for row in rows for field in row)
+    return Layout(
+        names=[name for name, _ in names],
+        units=[below or beside for below, (_, beside) in zip(units, names, strict=True)],
+        above=first,
+        separator=separator,
+        decimal="," if comma else ".",
+        encoding=encoding,
+    )
+
+
+def read_columns(path: Path, how: Layout) -> list[Column]:
+    """Read a text table.
+
+    Raises
+    ------
+    TableError
+        Naming the column and the row, if something in it is no number, or two columns have one name.
+    """
+    for name in how.names:
+        if how.names.count(name) > 1:
+            raise TableError(f"{path}: column {name!r} stands twice: it is not known which one is meant")
+    frame = read_frame(
+        path,
+        sep=how.separator,
+        decimal=how.decimal,
+        encoding=how.encoding,
+        header=None,
+        names=range(len(how.names)),
+        skiprows=how.above,
+    )
+    columns = []
+    for n, (name, unit) in enumerate(zip(how.names, how.units, strict=True)):
+        if not name and frame[n].isna().all():
+            continue  # the separator at the end of every line
+        columns.append(Column(name, unit, _numbers(path, frame, n, name, how.decimal)))
+    return columns
+
+
+def _head(path: Path) -> tuple[list[str], str]:
+    """Return the first complete lines and their encoding: UTF-8, or what older Windows programs write."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(_HEAD)
+            whole = not file.read(1)
+    except OSError as error:
+        raise TableError(f"{path}: {error.strerror or error}") from error
+    if not whole:
+        start = start[: start.rfind(b"\n") + 1]
+    try:
+        return start.decode("utf-8-sig").splitlines(), "utf-8-sig"
+    except UnicodeDecodeError:
+        return start.decode("cp1252", errors="replace").splitlines(), "cp1252"
+
+
+def _fields(line: str, separator: str, *, names: bool = False) -> list[str]:
+    if separator == _SPACES:
+        return [field.strip('"') for field in (_WORD.findall(line) if names else line.split())]
+    return [
+        field.strip() for field in next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+    ]
+
+
+def _is_row(line: str, separator: str) -> bool:
+    """Whether a line holds two or more numbers, or empty places, and nothing else."""
+    fields = _fields(line if separator == "," else line.replace(",", "."), separator)
+    return len(fields) > 1 and any(fields) and all(not field or _is_number(field) for field in fields)
+
+
+def _is_number(field: str) -> bool:
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True
+
+
+def _bare(field: str) -> str | None:
+    """Return a unit without its brackets; None where the place is empty."""
+    return field.strip().strip("[]()").strip() or None
+
+
+def _split(field: str) -> tuple[str, str | None]:
+    """Return name and unit of ``x [mm]``, ``x (mm)`` or ``x``."""
+    found = _BRACKETS.fullmatch(field.strip())
+    if found is None:
+        return field.strip().strip('"'), None
+    return found["name"].strip('"'), _bare(found["square"] or found["round"] or "")
+
+
+def _are_units(fields: list[str]) -> bool:
+    """Whether a line below names holds units: all in brackets, or one of them known."""
+    if all(field[:1] in "[(" and field[-1:] in "])" for field in fields if field):
+        return True
+    return any(parse(field) is not None for field in fields)
+
+
+def _numbers(path: Path, frame: pd.DataFrame, n: int, name: str, decimal: str) -> NDArray[np.float64]:
+    if frame[n].dtype.kind in "fiu":
+        return frame[n].to_numpy(dtype=np.float64)
+    # A text somewhere in the column makes texts of all its numbers.
+    plain = frame[n].map(lambda field: field.replace(decimal, ".") if isinstance(field, str) else field)
+    numbers = pd.to_numeric(plain, errors="coerce")
+    bad = np.flatnonzero(numbers.isna() & frame[n].notna())
+    if not bad.size:
+        return numbers.to_numpy(dtype=np.float64)
+    row = int(bad[0])
+    told = f"{path}: column {name!r} is not a number in data row {row + 1}: {frame[n].iloc[row]!r}"
+    if pd.to_numeric(frame.iloc[row], errors="coerce").isna().all():
+        told = f"{path}: text after data row {row}: save one block of columns a file"
+    raise TableError(told)

@@ -1,0 +1,132 @@
+"""MATLAB's .mat files: vectors of equal length, by themselves or as the fields of one structure.
+
+scipy's parser trusts what a file says of itself: one wrong byte can make it read beyond its memory, which
+ends the process. Files of other people are therefore read in a process of their own, ``python -m`` this
+module, which hands on the vectors as .npz (numbers alone, no pickle).
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from comparison.tables.imports.exports import Column
+from comparison.tables.table import TableError
+
+_OTHERS, _REFUSED = "others", "refused"
+_VECTOR = "vector "
+"""Before the names of vectors: apart from the two keys above, and from the names of numpy's own arguments."""
+
+
+def read_mat(path: Path) -> tuple[list[Column], list[str]]:
+    """Read the vectors of a .mat file.
+
+    Parameters
+    ----------
+    path
+        A file of MATLAB's version 4 to 7.
+
+    Returns
+    -------
+    columns
+        Of real numbers. Fields of a structure are called by their own names if it is the only one, else
+        ``structure.field``.
+    others
+        What else the file holds, each with its kind.
+
+    Raises
+    ------
+    TableError
+        If it cannot be read, or the vectors are not of one length.
+    """
+    if not path.is_file():
+        raise TableError(f"{path}: {'is a folder' if path.is_dir() else 'No such file or directory'}")
+    # -P: not what happens to lie in the present folder under our name.
+    reader = [sys.executable, "-P", "-m", __spec__.name, str(path)]
+    done = subprocess.run(reader, capture_output=True, check=False)
+    if done.returncode != 0:
+        raise TableError(f"{path}: is no .mat file that can be read")
+    content = dict(np.load(BytesIO(done.stdout), allow_pickle=False))
+    others, refused = (content.pop(key).tolist() for key in (_OTHERS, _REFUSED))
+    if refused:
+        raise TableError(f"{path}: {refused}")
+    vectors = {name.removeprefix(_VECTOR): vector for name, vector in content.items()}
+    lengths = {name: vector.size for name, vector in vectors.items()}
+    if len(set(lengths.values())) > 1:
+        (first, one), (second, other) = _two_lengths(lengths)
+        raise TableError(f"{path}: {first} holds {one} numbers and {second} {other}")
+    return [Column(name, None, vector) for name, vector in vectors.items()], others
+
+
+def _two_lengths(lengths: Mapping[str, int]) -> list[tuple[str, int]]:
+    """Return the first vector and the first one of another length."""
+    first = next(iter(lengths.items()))
+    return [first, next(item for item in lengths.items() if item[1] != first[1])]
+
+
+def _load(path: str) -> tuple[dict[str, Any], str]:
+    """Return the variables of a file, and why there are none."""
+    from scipy.io import loadmat
+
+    try:
+        return loadmat(path, appendmat=False, squeeze_me=True), ""
+    except OSError as error:
+        if error.strerror is None:  # scipy's, of a file that ends too soon
+            raise
+        return {}, error.strerror
+    except NotImplementedError:
+        return {}, "is of MATLAB's version 7.3 (HDF5): save it with the option -v7"
+
+
+def _vectors(content: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
+    """Return the vectors of real numbers, and what else there is."""
+    variables = {name: value for name, value in content.items() if not name.startswith("__")}
+    structures = [name for name, value in variables.items() if _is_structure(value)]
+    for name in structures:
+        fields = {field: variables[name][field][()] for field in variables[name].dtype.names}
+        if len(structures) > 1 or set(fields) & (set(variables) - {name}):
+            fields = {f"{name}.{field}": value for field, value in fields.items()}
+        del variables[name]
+        variables |= fields
+    vectors = {name: value.astype(np.float64) for name, value in variables.items() if _is_vector(value)}
+    return vectors, [f"{name} ({_kind(value)})" for name, value in variables.items() if name not in vectors]
+
+
+def _is_structure(value: Any) -> bool:
+    return isinstance(value, np.ndarray) and value.dtype.names is not None and value.shape == ()
+
+
+def _is_vector(value: Any) -> bool:
+    return isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiu"
+
+
+def _kind(value: Any) -> str:
+    """Say what a variable is instead of a vector of real numbers."""
+    value = np.asarray(value)
+    if value.dtype.names is not None:
+        return "structure"
+    if value.dtype.kind not in "fiu":
+        return {"c": "complex numbers", "U": "text", "b": "truth values"}.get(
+            value.dtype.kind, "objects or cells"
+        )
+    return "single number" if value.ndim == 0 else f"matrix of {' x '.join(map(str, value.shape))}"
+
+
+def main() -> None:
+    """Write the vectors of the file that is named to standard output; whatever fails ends this process."""
+    content, refused = _load(sys.argv[1])
+    vectors, others = _vectors(content)
+    packed = BytesIO()
+    named: dict[str, Any] = {f"{_VECTOR}{name}": vector for name, vector in vectors.items()}
+    np.savez(packed, **(named | {_OTHERS: np.array(others, dtype=str), _REFUSED: np.array(refused)}))
+    sys.stdout.buffer.write(packed.getvalue())
+
+
+if __name__ == "__main__":
+    main()

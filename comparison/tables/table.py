@@ -1,0 +1,244 @@
+"""Result tables: read, written, with events, extrema and provenance beside them.
+
+``run.csv`` (or ``run.parquet``) holds the channels, ``run.events.csv`` one row a contact, ``run.json`` the
+provenance and the extrema over integration steps. Only the first is needed to compare.
+"""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from comparison.files import plain, replacing, write_json
+
+FORMATS = (".csv", ".parquet")
+
+
+class TableError(ValueError):
+    """A table that cannot be used; the message is one line that names file, channel and row."""
+
+
+class Result(Protocol):
+    """What a model hands back; each model has a class of its own."""
+
+    @property
+    def columns(self) -> dict[str, NDArray[np.float64]]: ...  # noqa: D102
+    @property
+    def events(self) -> dict[str, NDArray[Any]]: ...  # noqa: D102
+    @property
+    def extrema(self) -> dict[str, dict[str, float]]: ...  # noqa: D102
+    @property
+    def provenance(self) -> dict[str, Any]: ...  # noqa: D102
+    @property
+    def status(self) -> str: ...  # noqa: D102
+    @property
+    def remedy(self) -> str: ...  # noqa: D102
+
+
+_RESULT = {
+    "columns": dict, "events": dict, "extrema": dict, "provenance": dict, "status": str, "remedy": str
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Table:
+    """A run's results.
+
+    Attributes
+    ----------
+    frame
+        ``time`` (s) first, then one column a channel.
+    events
+        One row a contact, or None where the source has none.
+    extrema
+        Channel -> min, time_of_min, max, time_of_max over integration steps.
+    provenance
+        What produced it.
+    """
+
+    frame: pd.DataFrame
+    events: pd.DataFrame | None = None
+    extrema: dict[str, dict[str, float]] = field(default_factory=dict)
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def from_result(cls, result: Result) -> Table:
+        """Take over what a model's ``simulate`` returned, whatever its status.
+
+        Raises
+        ------
+        TableError
+            If it has not the attributes of a `Result`, or its columns are not of one length.
+        """
+        for name, kind in _RESULT.items():
+            part = getattr(result, name, None)
+            if not isinstance(part, kind):
+                raise TableError(
+                    f"the model's result: {name} must be a {kind.__name__}, not {type(part).__name__}"
+                )
+        try:
+            frame = pd.DataFrame(result.columns)
+            events = pd.DataFrame(result.events) if result.events else None
+        except ValueError as error:
+            raise TableError(f"the model's columns do not fit together: {error}") from error
+        record = {"extrema": result.extrema, "provenance": result.provenance}
+        try:
+            json.dumps(plain(record))
+        except TypeError as error:
+            raise TableError(f"the model's extrema or provenance: {error}") from error
+        provenance = {**result.provenance, "status": result.status, "remedy": result.remedy}
+        return cls(frame, events, result.extrema, provenance)
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Time, s, shape (n,)."""
+        return self.values("time")
+
+    @property
+    def channels(self) -> list[str]:
+        """Column names but ``time``."""
+        return [str(name) for name in self.frame.columns if name != "time"]
+
+    def values(self, channel: str) -> NDArray[np.float64]:
+        """One column, shape (n,)."""
+        return self.frame[channel].to_numpy(dtype=np.float64)
+
+
+def read(path: str | Path) -> Table:
+    """Read a table and what lies beside it. Its contents are checked by `comparison.tables.check`.
+
+    Raises
+    ------
+    TableError
+        If it is no CSV or Parquet file of columns, one of them ``time``.
+    """
+    path = Path(path)
+    check_format(path)
+    frame = read_frame(path)
+    _, record_path = _beside(path)
+    with _readable(record_path):
+        record = json.loads(record_path.read_text(encoding="utf-8")) if record_path.is_file() else {}
+    if "time" not in frame:
+        raise TableError(f"{path}: channel time is missing")
+    if not isinstance(record, dict):
+        raise TableError(f"{record_path}: must hold one JSON object")
+    frame.insert(0, "time", frame.pop("time"))
+    return Table(frame, read_events(path), record.pop("extrema", {}), record)
+
+
+def read_frame(path: Path, **layout: Any) -> pd.DataFrame:
+    """Read the columns of one file, Parquet by its ending and else text.
+
+    Parameters
+    ----------
+    path
+        The file.
+    layout
+        How the text is written, as `pandas.read_csv` takes it; default: commas and one line of names.
+
+    Raises
+    ------
+    TableError
+        If it cannot be read.
+    """
+    frame: pd.DataFrame
+    with _readable(path), warnings.catch_warnings():
+        if path.suffix.lower() == ".parquet":
+            import pyarrow as pa
+
+            frame = pd.read_parquet(path, engine="pyarrow")
+            pa.default_memory_pool().release_unused()  # it keeps what decoding took, as much as the table
+            return frame
+        # Rows longer than the header: pandas would drop what is over, with a warning.
+        warnings.simplefilter("error", pd.errors.ParserWarning)
+        options: dict[str, Any] = {"skipinitialspace": True, "index_col": False, "encoding": "utf-8-sig"}
+        try:
+            frame = pd.read_csv(path, **(options | layout))
+        except pd.errors.ParserWarning as warning:
+            raise ValueError("its rows hold more values than its header") from warning
+    return frame
+
+
+def read_events(path: Path) -> pd.DataFrame | None:
+    """Read the contacts beside a table; None where there are none.
+
+    Raises
+    ------
+    TableError
+        If they cannot be read.
+    """
+    events_path, _ = _beside(path)
+    return read_frame(events_path) if events_path.is_file() else None
+
+
+def write(table: Table, path: str | Path) -> Path:
+    """Write a table with its events and provenance; the table itself last, so that it is never half there.
+
+    Doubles are written in full: reading them back gives the same bits. Missing folders are made.
+
+    Raises
+    ------
+    TableError
+        If it cannot be written.
+    """
+    path = Path(path)
+    check_format(path)
+    events_path, record_path = _beside(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if table.events is not None:
+            with replacing(events_path) as part:
+                table.events.to_csv(part, index=False)
+        write_json({**table.provenance, "extrema": table.extrema}, record_path)
+        with replacing(path) as part:
+            if path.suffix.lower() == ".csv":
+                table.frame.to_csv(part, index=False)
+            else:
+                table.frame.to_parquet(part, index=False)
+    except ImportError as error:
+        raise TableError(f"{path}: {_NO_PARQUET}") from error
+    except OSError as error:
+        raise TableError(f"{path}: cannot be written: {error.strerror or error}") from error
+    return path
+
+
+def check_format(path: Path) -> None:
+    """Refuse a file name whose ending names no format.
+
+    Raises
+    ------
+    TableError
+        If it is neither ``.csv`` nor ``.parquet``.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise TableError(f"{path}: the name must end in {' or '.join(FORMATS)}")
+
+
+_NO_PARQUET = "Parquet needs pyarrow: pip install 'sixbar-crossval[parquet]', or use .csv"
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    """Say in one line why a file cannot be read."""
+    try:
+        yield
+    except ImportError as error:
+        raise TableError(f"{path}: {_NO_PARQUET}") from error
+    except OSError as error:
+        raise TableError(f"{path}: {error.strerror or error}") from error
+    # pandas' parser errors, pyarrow's, JSON's and UnicodeDecodeError are ValueErrors
+    except ValueError as error:
+        raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
+
+
+def _beside(path: Path) -> tuple[Path, Path]:
+    return path.with_name(f"{path.stem}.events.csv"), path.with_name(f"{path.stem}.json")

@@ -1,0 +1,157 @@
+"""The uncertainty covers a known error, lives in a window and never falls below round-off."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from comparison.accuracy.uncertainty import (
+    SAFETY_FACTOR,
+    SAFETY_FACTOR_IN_ORDER,
+    TIME_ROUND_OFF,
+    Levels,
+    combined,
+    round_off,
+    twins,
+    uncertainty,
+    window_samples,
+)
+from comparison.scene import load_scene
+
+
+@pytest.mark.parametrize("order", [1, 2, 4])
+def test_it_covers_the_error_of_a_method_of_known_order(order):
+    phase = np.linspace(0, 4 * np.pi, 400)
+    truth = np.sin(phase)
+    base, finer = (truth + h**order * np.cos(3 * phase) for h in (1e-2, 0.5e-2))
+    u = uncertainty(Levels(base, finer), 4, 1e-15)
+    assert np.all(np.abs(base - truth) <= u)
+    # And not by more than the factor of safety: where the error peaks, S_h - S_h/2 is (1 - 2^-p) of it.
+    peak = np.abs(base - truth).argmax()
+    assert u[peak] == pytest.approx(SAFETY_FACTOR * (1 - 0.5**order) * 1e-2**order, rel=1e-6)
+
+
+@pytest.mark.parametrize(("factor", "order"), [(2.0, 2.0), (10.0, 1.0)])
+def test_three_levels_in_order_give_the_error_with_the_smaller_factor(factor, order):
+    phase = np.linspace(0, 4 * np.pi, 400)
+    truth, shape = np.sin(phase), np.cos(3 * phase)
+    coarser, base, finer = (truth + 1e-4 * h**order * shape for h in (factor, 1.0, 1.0 / factor))
+    u = uncertainty(Levels(base, finer, coarser, (), factor, order), 4, 1e-15)
+    # The levels differ by the exact order, so the extrapolated error is the error: 1e-4 where it peaks.
+    assert u[200 + np.abs(shape[200:220]).argmax()] == pytest.approx(SAFETY_FACTOR_IN_ORDER * 1e-4, rel=1e-2)
+    assert np.all(np.abs(base - truth) <= u)
+
+
+def test_a_third_level_covers_two_with_the_same_error_by_chance():
+    base = np.zeros(60)
+    error = 1e-3
+    coarser = base + 3.0 * error  # of a second-order method: 4 - 1 times the error of the base
+    u = uncertainty(Levels(base, base, coarser), 3, 1e-15)
+    assert np.all(u >= 2.0 * error)
+    assert np.all(uncertainty(Levels(base, base), 3, 1e-15) < error)
+
+
+def test_the_spread_counts_within_the_window_and_not_beyond():
+    base = np.zeros(50)
+    finer = base.copy()
+    finer[20] = 1.0
+    u = uncertainty(Levels(base, finer), 3, 1e-9)
+    np.testing.assert_array_equal(np.flatnonzero(u > 1e-9), np.arange(17, 24))
+    np.testing.assert_array_equal(u[17:24], SAFETY_FACTOR)
+
+
+def test_the_twin_counts_where_it_spreads_further_than_the_finer_run():
+    base = np.zeros(30)
+    moved = base + np.where(np.arange(30) > 20, 1.0, 0.0)
+    u = uncertainty(Levels(base, base + 0.1, twins=(moved,)), 2, 0.0)
+    assert u[10] == pytest.approx(SAFETY_FACTOR * 0.1)
+    assert u[25] == pytest.approx(SAFETY_FACTOR)
+
+
+def test_of_two_twins_the_farther_counts_at_each_sample():
+    base, early = np.zeros(30), np.arange(30) < 10
+    twins = (base + np.where(early, 2.0, 0.5), base - np.where(early, 0.5, 3.0))
+    u = uncertainty(Levels(base, base, twins=twins), 2, 0.0)
+    assert u[5] == pytest.approx(SAFETY_FACTOR * 2.0)
+    assert u[25] == pytest.approx(SAFETY_FACTOR * 3.0)
+    # With a coarser run they are twins of that one, which is 1 away from the base itself.
+    u = uncertainty(Levels(base, base, base + 1.0, tuple(twin + 1.0 for twin in twins), 2.0, 2.0), 2, 0.0)
+    assert u[5] == pytest.approx(SAFETY_FACTOR * 2.0)
+    assert np.all(uncertainty(Levels(base, base), 2, 1e-9) == 1e-9)
+
+
+def test_identical_runs_leave_the_round_off():
+    time = np.linspace(0, 2, 2001)
+    assert np.all(uncertainty(Levels(time, time, time, (time, time)), 5, 1e-15) == 1e-15)
+    # The largest of: the absolute number, four epsilon of the value, the change within the clock's error.
+    assert round_off(np.zeros(2001), time, 1e-9) == 1e-9
+    assert round_off(np.full(2001, 1e6), time, 1e-15) == pytest.approx(4 * 2.22e-16 * 1e6, rel=1e-2)
+    assert round_off(3 * time, time, 1e-15) == pytest.approx(3 * TIME_ROUND_OFF * 2, rel=1e-9)
+
+
+@given(st.floats(1e-12, 1e12), st.integers(0, 2**32 - 1))
+def test_it_scales_with_the_unit(unit, seed):
+    base, finer, coarser, *twins = np.random.default_rng(seed).normal(size=(5, 40))
+    u = uncertainty(Levels(base, finer, coarser, tuple(twins)), 3, 1e-3)
+    scaled = Levels(base * unit, finer * unit, coarser * unit, tuple(twin * unit for twin in twins))
+    np.testing.assert_allclose(uncertainty(scaled, 3, 1e-3 * unit), u * unit, 1e-9)
+
+
+def test_two_models_add_in_squares():
+    np.testing.assert_allclose(
+        combined(np.array([3e-200, 3.0]), np.array([4e-200, 4.0])), [5e-200, 5.0], rtol=1e-15
+    )
+
+
+@pytest.mark.parametrize(
+    ("interval", "samples"), [(0.4e-3, 10), (0.4 / 1000, 10), (0.41e-3, 10), (0.39e-3, 11), (1.0, 1)]
+)
+def test_the_window_is_a_hundredth_of_a_turn_rounded_up(interval, samples):
+    assert window_samples(0.4, interval) == samples
+
+
+@pytest.mark.parametrize(("name", "sign"), [("twin", 1), ("other_twin", -1)])
+def test_the_twins_start_a_billionth_of_the_clearance_away(name, sign):
+    scene = load_scene("90rpm-0.5mm")
+    assert list(twins(scene)) == ["twin", "other_twin"]
+    start, moved = scene.data["initial"], twins(scene)[name].data["initial"]
+    # The offset is 5e-5 m: its last digit is 7e-21 m.
+    assert moved["slider_offset"] - start["slider_offset"] == pytest.approx(0.5e-12, rel=1e-6)
+    assert moved["slider_angle"] == pytest.approx(sign * 0.5e-12 / 0.07, rel=1e-12)
+    changed = {key: value for key, value in moved.items() if value != start[key]}
+    assert set(changed) == {"slider_offset", "slider_angle"}
+    back = twins(scene, -2.0)[name].data["initial"]
+    assert back["slider_angle"] == pytest.approx(-2 * moved["slider_angle"], rel=1e-12)
+    assert twins(load_scene("ideal")) == {}
+
+
+def test_what_one_twin_leaves_as_it_is_the_other_one_moves():
+    """The gaps of two corners: one twin moves a corner by half a shift, the other by one and a half.
+
+    A corner is L / 2 from the centre. For what answers to offset - L angle one twin is no twin at all.
+    """
+    scene = load_scene("150rpm-0.2mm")
+    start, length = scene.data["initial"], scene.data["mechanism"]["slider"]["length"]
+
+    def moved(arm):
+        return [
+            (twin["slider_offset"] - start["slider_offset"] - arm * (twin["slider_angle"])) / 0.2e-12
+            for twin in (scene.data["initial"] for scene in twins(scene).values())
+        ]
+
+    assert moved(length / 2) == pytest.approx([0.5, 1.5], rel=1e-6)
+    assert moved(-length / 2) == pytest.approx([1.5, 0.5], rel=1e-6)
+    assert moved(length) == pytest.approx([0.0, 2.0], abs=1e-6)
+
+
+def test_where_only_the_pin_has_clearance_its_twin_turns_the_crank_by_a_billionth_of_it():
+    scene = load_scene("150rpm-0.2mm", {"joints.slider": "ideal", "joints.crank_pin": "clearance"})
+    (moved,) = twins(scene).values()
+    turned = np.radians(moved.data["mechanism"]["crank_angle_deg"] - 111.36)
+    # 0.2 mm over the crank's 45 mm; 111.36 degrees have a last digit of 1.4e-14: 6e-5 of 2.5e-10 degrees.
+    assert turned == pytest.approx(1e-9 * 0.2e-3 / 0.045, rel=1e-4)
+    both = twins(load_scene("150rpm-0.2mm", {"joints.crank_pin": "clearance"}))["twin"]
+    assert both.data["mechanism"] == scene.data["mechanism"]
+    assert both.data["initial"]["slider_angle"] > 0

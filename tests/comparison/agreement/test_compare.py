@@ -1,0 +1,316 @@
+"""Whole tables: what cannot be compared, what is found, and what is carried along."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from comparison.agreement.compare import Runs, compare, recorded_scene
+from comparison.scene import load_scene
+from comparison.tables.channels import channels
+from comparison.tables.table import Table, TableError
+
+LABELS = ("reference", "exudyn")
+
+
+def runs(make_table, error: float, stretch: float = 0.0, **options) -> Runs:
+    """Base, finer, twin, coarser run and other twin of a second-order method with a known error."""
+    return Runs(*(make_table(part * error, stretch, **options) for part in (1.0, 0.25, 4.0, 4.0, 4.0)))
+
+
+def test_two_models_whose_errors_explain_their_difference_agree(scene, make_table):
+    result = compare(runs(make_table, 1e-6), runs(make_table, -2e-6), scene=scene, labels=LABELS)
+    assert {c.verdict for c in result.channels.values()} == {"agree"}
+    assert (result.verdict, result.name, result.period) == ("agree", scene.name, scene.period)
+    assert list(result.provenance) == [
+        "reference", "reference finer", "reference twin", "reference other twin", "reference coarser",
+        "exudyn", "exudyn finer", "exudyn twin", "exudyn other twin", "exudyn coarser",
+    ]  # fmt: skip
+    assert np.all(np.diff(result.time) > 0)
+    # The largest error of x is 2e-6 + 4e-6 of the clearance where both are largest.
+    assert result.channels["slider_x"].max_scaled < 6e-6
+
+
+def test_a_difference_of_models_beyond_the_numerics_is_found_in_every_channel_it_touches(scene, make_table):
+    result = compare(runs(make_table, 1e-6), runs(make_table, 2e-6, stretch=1e-3), scene=scene, labels=LABELS)
+    assert result.verdict == "differ"
+    assert {name for name, c in result.channels.items() if c.verdict == "differ"} == set(result.channels)
+    assert result.reason.startswith("21 of 21 channels differ, most of all ")
+
+
+def test_a_large_error_is_indeterminate_and_not_agreement(scene, make_table):
+    result = compare(runs(make_table, 0.1), runs(make_table, 1e-6), scene=scene)
+    assert result.verdict == "indeterminate"
+
+
+def test_the_ideal_scene_needs_no_twin_and_its_quiet_channels_are_unexcited(make_table):
+    scene = load_scene("ideal", {"output.samples_per_cycle": 100})
+    quiet = ("slider_vx", "slider_angle", "slider_omega", "slider_ax", "slider_alpha")
+    flat = dict.fromkeys(quiet, 0.0) | {"slider_x": -0.55}
+    a, b = (runs(make_table, error, of=scene, **flat) for error in (1e-6, 2e-6))
+    result = compare(Runs(a.base, a.finer), Runs(b.base, b.finer), scene=scene)
+    assert result.verdict == "agree"
+    assert {name for name, c in result.channels.items() if c.verdict == "unexcited"} == set(flat)
+
+
+@pytest.mark.parametrize("broken", ["base", "finer", "twin", "other_twin"])
+def test_a_number_that_is_not_finite_in_any_run_is_no_pass(scene, make_table, broken):
+    a = runs(make_table, 1e-6)
+    getattr(a, broken).frame.loc[40, "corner_ur_normal"] = np.nan
+    kind = "" if broken == "base" else f" {broken.replace('_', ' ')}"
+    with pytest.raises(TableError, match=f"^exudyn{kind}: corner_ur_normal is nan in data row 41"):
+        compare(runs(make_table, 1e-6), a, scene=scene, labels=LABELS)
+
+
+def test_a_channel_that_one_side_lacks_is_not_dropped(scene, make_table):
+    whole = make_table()
+    lacking = Table(whole.frame.drop(columns="slider_omega"))
+    for a, b, who in ((whole, lacking, "b"), (lacking, whole, "a")):
+        for known in (scene, None):
+            with pytest.raises(TableError, match=f"^{who}: channel slider_omega is missing"):
+                compare(Runs(a), Runs(b), scene=known, tolerance=1.0)
+    # Nor one that both lack, if the scene asks for it.
+    with pytest.raises(TableError, match="slider_omega is missing"):
+        compare(Runs(lacking), Runs(lacking), scene=scene, tolerance=1.0)
+    assert "slider_omega" not in compare(Runs(lacking), Runs(lacking), tolerance=1.0).channels
+
+
+def test_an_unknown_column_is_refused(make_table):
+    with pytest.raises(TableError, match="b: channel slider_X is unexpected"):
+        compare(Runs(make_table()), Runs(make_table(slider_X=1.0)))
+
+
+def test_a_truncated_table_is_refused_with_and_without_a_scene(scene, make_table):
+    whole = make_table()
+    short = Table(whole.frame.iloc[:-2])
+    with pytest.raises(TableError, match=r"^b: truncated: it spans 0 to 0\.796 s and must span 0 to 0\.8 s"):
+        compare(Runs(whole), Runs(short), scene=scene, tolerance=1.0)
+    with pytest.raises(TableError, match="one of them is truncated"):
+        compare(Runs(whole), Runs(short), tolerance=1.0)
+
+
+def test_runs_of_one_model_must_share_their_times(scene, make_table):
+    a = runs(make_table, 1e-6)
+    a.finer.frame["time"] *= 1 + 1e-12
+    with pytest.raises(TableError, match="reference finer: its times are not those of reference"):
+        compare(a, runs(make_table, 1e-6), scene=scene, labels=LABELS)
+
+
+def test_a_table_against_itself(make_table):
+    table = make_table()
+    assert compare(Runs(table), Runs(table)).verdict == "indeterminate"
+    result = compare(Runs(table), Runs(table), tolerance=1e-15)
+    assert result.verdict == "agree"
+    assert all(channel.max_difference == 0 for channel in result.channels.values())
+
+
+def test_another_grid_is_interpolated_and_the_reader_is_told(scene, make_table):
+    denser = scene.with_values({"output.samples_per_cycle": 1000})
+    result = compare(Runs(make_table()), Runs(make_table(of=denser)), scene=scene, tolerance=1e-2)
+    assert result.time.size == 401
+    assert "b was interpolated" in result.warnings[0]
+    # The cubic of x and vx is off by (w h)^4 / 384 of the clearance, w h = 2 pi / 1000.
+    assert result.channels["slider_x"].max_scaled < 1e-10
+    assert result.verdict == "agree"
+
+
+def test_uncertainty_is_not_carried_over_to_another_grid(scene, make_table):
+    denser = scene.with_values({"output.samples_per_cycle": 1000})
+    with pytest.raises(TableError, match="must have the same times"):
+        compare(runs(make_table, 1e-6), runs(make_table, 1e-6, of=denser), scene=scene)
+
+
+def test_the_scene_is_found_beside_two_tables_unless_they_are_of_different_ones(scene, make_table):
+    def recorded(**values):
+        return Table(make_table().frame, None, {}, {"scene": scene.with_values(values).data})
+
+    strict = recorded(**{"solver.reference.tolerance": 1e-11, "scene.title": "other"})
+    found, warnings = recorded_scene(recorded(), strict)
+    assert warnings == ()
+    for section in found.data.keys() - {"solver", "scene"}:  # settings and title are of no account
+        assert found.data[section] == scene.data[section]
+    none, (warning,) = recorded_scene(recorded(), recorded(**{"drive.speed_rpm": 151.0}))
+    assert none is None
+    assert "drive" in warning
+    assert recorded_scene(recorded(), make_table()) == (None, ())
+
+
+def test_a_million_rows_of_nine_channels_are_not_looped_over(lines_run):
+    names = list(channels())[:9]
+    rng = np.random.default_rng(0)
+    t = np.arange(1_000_000) * 1e-5
+    frame = pd.DataFrame({"time": t, **{name: np.sin(9 * t + k) for k, name in enumerate(names)}})
+    output = {"output.groups": ["accelerations"], "output.samples_per_cycle": 40000}
+    scene = load_scene("150rpm-0.2mm", output | {"drive.cycles": 25.0 - 1 / 40000})
+
+    def noisy():
+        return Table(frame + 1e-9 * rng.normal(size=frame.shape) * (frame.columns != "time"))
+
+    a, b = (Runs(*(noisy() for _ in range(3))) for _ in range(2))
+    found = []
+    lines = lines_run(lambda: found.append(compare(a, b, scene=scene)))
+    assert len(found[0].channels) == 9
+    # 65,000; one loop over the samples of one channel is a million.
+    assert lines < 200_000
+
+
+@pytest.mark.parametrize(("tolerance", "verdict"), [(1e-10, "differ"), (1e-3, "agree")])
+@pytest.mark.parametrize("name", ["slider_x", "slider_vy", "corner_ul_normal"])
+def test_a_column_a_thousand_times_larger_in_both_tables_is_judged_the_same(
+    make_table, name, tolerance, verdict
+):
+    def verdicts(factor):
+        tables = [make_table(error) for error in (0.0, 1e-6)]
+        for table in tables:
+            table.frame[name] *= factor
+        result = compare(*map(Runs, tables), tolerance=tolerance)
+        return {key: (channel.verdict, channel.explained) for key, channel in result.channels.items()}
+
+    plain = verdicts(1.0)
+    assert plain[name][0] == verdict
+    assert verdicts(1e3) == plain
+
+
+# A time shift
+
+
+def slider(time: np.ndarray, names: tuple[str, ...]) -> Table:
+    """y driven by the crank, x flying from wall to wall of 0.2 mm clearance, as at 150 rpm."""
+    turn = 2 * np.pi * time / 0.4
+    beats = 12 * time / 0.4 + 1.5 * np.sin(turn)
+    x = 2e-4 * (2 * np.abs(2 * (beats % 1) - 1) - 1)
+    vx = 8e-4 * (12 + 3 * np.pi * np.cos(turn)) / 0.4 * np.where(beats % 1 < 0.5, -1.0, 1.0)
+    columns = {
+        "slider_x": x - 0.55,
+        "slider_y": 0.112 * np.cos(turn) - 0.3 + 0.2 * x,
+        "slider_vx": vx,
+        "slider_vy": -0.112 * 2 * np.pi / 0.4 * np.sin(turn) + 0.2 * vx,
+    }
+    return Table(pd.DataFrame({"time": time} | {name: columns[name] for name in names}))
+
+
+POSITIONS, ALL = ("slider_x", "slider_y"), ("slider_x", "slider_y", "slider_vx", "slider_vy")
+
+
+@pytest.mark.parametrize("names", [POSITIONS, ALL, ("slider_x",)])
+@pytest.mark.parametrize("shift", [1e-4, -1e-4])
+@pytest.mark.parametrize("finer", [1, 3])
+def test_a_shift_of_a_tenth_of_a_millisecond_never_agrees(names, shift, finer):
+    time = np.arange(2001) * 4e-4
+    other = np.arange(2000 * finer + 1) * (4e-4 / finer)
+    a, b = slider(time, names), slider(other - shift, names)
+    b.frame["time"] = other
+    result = compare(Runs(a), Runs(b), tolerance=0.01, labels=LABELS)
+    assert result.verdict == "differ"
+    assert result.shift.value == pytest.approx(shift, abs=1e-6)
+    if "slider_y" in names:  # 0.2 mm of 0.22 m: by itself within the tolerance
+        assert result.channels["slider_y"].verdict == "agree"
+    # It is not applied.
+    if finer == 1:
+        np.testing.assert_array_equal(
+            result.channels[names[0]].difference, a.values(names[0]) - b.values(names[0])
+        )
+    unshifted = slider(other, names)
+    assert compare(Runs(a), Runs(unshifted), tolerance=0.01).verdict == "agree"
+
+
+def test_a_shift_is_held_against_the_tolerance_and_a_scene_sharpens_it(scene):
+    time = np.arange(401) * 2e-3
+    names = ("slider_y", "slider_vy")
+
+    def verdict(shift: float, **options) -> str:
+        # Not from an instant at which x turns round: vy would jump at whole multiples of the sample.
+        a, b = slider(time + 3.7e-4, names), slider(time + 3.7e-4 - shift, names)
+        a.frame["time"] = b.frame["time"] = time
+        return compare(Runs(a), Runs(b), tolerance=0.01, only=names, **options).verdict
+
+    # y passes its range at the range of its rate in T / (2 pi) = 64 ms: 0.64 ms at 1 %.
+    assert (verdict(5e-4), verdict(8e-4)) == ("agree", "differ")
+    # With the scene's scales every difference of y counts, by clearance * tan(beta) = 42 um.
+    assert (verdict(1e-7, scene=scene), verdict(1e-4, scene=scene)) == ("agree", "differ")
+
+
+def test_a_shift_beyond_the_tolerance_is_the_reason():
+    time = np.arange(401) * 2e-3
+    b = slider(time - 8e-4, ("slider_y",))
+    b.frame["time"] = time
+    result = compare(Runs(slider(time, ("slider_y",))), Runs(b), tolerance=0.01, labels=LABELS)
+    assert result.channels["slider_y"].verdict == "agree"
+    assert result.reason.startswith("exudyn is later than reference by 0.0008 s")
+    assert "The tolerance allows 0.00064 s" in result.reason
+
+
+# Contacts between samples
+
+
+def test_samples_that_follow_from_nothing_are_not_judged_and_the_reader_is_told():
+    coarse, fine = np.linspace(0, 1, 51), np.linspace(0, 1, 151)
+    hits = np.arange(5, 46, 5)  # each within one fine interval, at a coarse sample
+
+    def hammer(time: np.ndarray, force: float) -> Table:
+        frame = pd.DataFrame({"time": time, "slider_y": np.sin(9 * time), "corner_ll_normal": 0.0 * time})
+        frame.loc[np.isclose(time % 0.1, 0.1) | np.isclose(time % 0.1, 0), "corner_ll_normal"] = force
+        events = pd.DataFrame({"corner": "ll", "start": coarse[hits] - 1e-3, "end": coarse[hits] + 1e-3})
+        rest = {"normal_speed": 0.1, "impulse": 0.1, "peak_force": force, "largest_depth": 1e-6}
+        return Table(frame, events.assign(**rest))
+
+    # 20/3 ms do not divide the instants but every third one, where a force of zero stands.
+    result = compare(Runs(hammer(coarse, 50.0)), Runs(hammer(fine + 1e-9, 0.0)), tolerance=0.01)
+    channel = result.channels["corner_ll_normal"]
+    assert channel.verdict != "agree"
+    assert result.verdict != "agree"
+    assert "not judged: a contact starts or ends" in "".join(result.warnings)
+    assert channel.coverage < 1
+
+
+# Nothing that is wrong with a table passes
+
+
+FAULTS = ("nan", "inf", "truncated", "missing", "duplicated time", "zero force", "unexcited", "unexpected")
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@given(
+    fault=st.sampled_from(FAULTS),
+    channel=st.integers(0, 20),
+    row=st.integers(1, 399),
+    first=st.booleans(),
+    known=st.booleans(),
+)
+def test_a_fault_in_a_table_is_never_agreement(scene, make_table, fault, channel, row, first, known):
+    whole, bad = make_table(), make_table()
+    frame = bad.frame
+    name = bad.channels[channel]
+    if fault in {"nan", "inf"}:
+        frame.loc[row, name] = float(fault)
+    elif fault == "truncated":
+        frame = frame.iloc[: row - 1]
+    elif fault == "missing":
+        frame = frame.drop(columns=name)
+    elif fault == "duplicated time":
+        frame.loc[row, "time"] = frame.loc[row - 1, "time"]
+    elif fault == "zero force":
+        frame[f"corner_{('ll', 'lr', 'ul', 'ur')[channel % 4]}_normal"] = 0.0
+    elif fault == "unexcited":
+        frame[name] = frame[name].mean()
+    else:
+        frame[f"{name}_2"] = 0.0
+    pair = (Runs(Table(frame)), Runs(whole))
+    try:
+        result = compare(*(pair if first else pair[::-1]), scene=scene if known else None, tolerance=0.01)
+    except TableError as error:
+        assert "\n" not in str(error)  # noqa: PT017
+        assert fault not in {"zero force", "unexcited"}
+    else:
+        assert result.verdict == "differ"
+        assert fault in {"zero force", "unexcited"}
+
+
+def test_a_table_in_which_nothing_happens_agrees_with_nothing(make_table):
+    table = make_table()
+    for name in table.channels:
+        table.frame[name] = 0.0
+    assert compare(Runs(table), Runs(table), tolerance=0.01).verdict == "indeterminate"

@@ -1,0 +1,338 @@
+"""The command line: exit codes, one-line errors, nothing half-written. The models are fakes."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+from comparison.accuracy.levels import expected
+from comparison.cli import main
+from comparison.report.text import exit_code
+from comparison.scene import load_scene
+from comparison.tables.table import read
+
+pytestmark = pytest.mark.usefixtures("fake_models")
+ROOT = Path(str(files("comparison"))).parent
+PATIENCE = 600.0
+"""s; what has not happened by then never will, however busy the machine is."""
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    """Default folders of reports are relative to where the command is given."""
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+
+
+def process(*arguments: str, **options) -> subprocess.Popen[str]:
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([*sys.path[:1], str(ROOT)])}
+    return subprocess.Popen(
+        [sys.executable, "-m", "comparison", *arguments],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment, **options,
+    )  # fmt: skip
+
+
+def _group_lives(group: int) -> bool:
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_scenes_lists_name_speed_and_clearance(capsys):
+    assert main(["scenes"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert any(line.split()[:4] == ["90rpm-0.1mm", "90", "rpm", "0.1"] for line in lines)
+    assert any(line.startswith("ideal ") and "no clearance" in line for line in lines)
+    assert any(line.split()[:4] == ["crank-pin", "150", "rpm", "0.2"] for line in lines)
+    assert any(line.startswith("both-clearances") and "0.2 mm + 0.2 mm" in line for line in lines)
+
+
+def test_version(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("sixbar-crossval ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "rule"),
+    [
+        ([], "Missing command"),
+        (["swim"], "No such command 'swim'"),
+        (["run", "ideal"], "Missing option '--model'"),
+        (
+            ["run", "ideal", "--model", "adams", "--out", "a.csv"],
+            "model 'adams' is not known; there are reference, exudyn",
+        ),
+        (["run", "ideal", "--model", "reference", "--out", "a.xls"], "must end in .csv or .parquet"),
+        (["run", "idael", "--model", "reference", "--out", "a.csv"], "did you mean 'ideal'"),
+        (
+            ["run", "ideal", "--model", "reference", "--out", "a.csv", "--set", "drive.speed_rpm=0"],
+            "must not be zero",
+        ),
+        (
+            ["run", "ideal", "--model", "reference", "--out", "a.csv", "--accuracy", "1e-30"],
+            "smallest possible",
+        ),
+        (["validate", "--jobs", "0"], "--jobs"),
+        (["validate", "nowhere.toml"], "neither a shipped scene nor a file"),
+        (["compare", "a.csv", "b.csv"], "a.csv: No such file"),
+        (["compare", "a.csv", "b.csv", "--tolerance", "-1"], "must be a positive number"),
+    ],
+)
+def test_mistakes_are_one_line_on_stderr_and_exit_code_2(arguments, rule, capsys):
+    assert main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert rule in err
+    assert err.startswith("sixbar: ")
+    assert err.count("\n") == 1
+    assert list(Path.cwd().iterdir()) == []
+
+
+def test_run_writes_the_table_and_says_where(scene_file, capsys):
+    assert (
+        main(
+            [
+                "run",
+                scene_file("own"),
+                "--model",
+                "exudyn",
+                "--out",
+                "deep/own.csv",
+                "--set",
+                "drive.cycles=1",
+            ]
+        )
+        == 0
+    )
+    out, err = capsys.readouterr()
+    assert (out.splitlines()[-1], err) == ("deep/own.csv", "")
+    table = read("deep/own.csv")
+    assert len(table.frame) == 101
+    assert table.provenance["scene"]["drive"]["cycles"] == 1.0
+    assert {p.name for p in Path("deep").iterdir()} == {"own.csv", "own.events.csv", "own.json"}
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [([], True), (["--accuracy", "draft"], False), (["--models", "exudyn,reference"], False)],
+)
+def test_validate_says_last_where_a_verdict_is_not_the_one_on_record(options, said, capsys, monkeypatch):
+    """Of the scenes as they are shipped at their own settings: with others verdicts may well be others."""
+    monkeypatch.setattr(
+        "comparison.agreement.recorded.departures", lambda scenes, _: f"not on record: {scenes[0].name}"
+    )
+    assert main(["validate", "ideal", "--out", "v", *options]) == 0
+    *_, before, page = capsys.readouterr().out.splitlines()
+    assert Path(page).is_file()
+    assert (before == "not on record: ideal") == said
+
+
+def promised(path, **solver):
+    """Return what is promised of Exudyn at these settings, as text for --accuracy."""
+    scene = load_scene(path, {f"solver.exudyn.{key}": value for key, value in solver.items()})
+    return str(expected(scene, "exudyn").error)
+
+
+def test_accuracy_and_set_reach_the_model(scene_file, capsys):
+    path = scene_file("own")
+    metres = promised(path, step=5e-7)
+    for options in (["--accuracy", "strict"], ["--accuracy", metres], ["--set", "solver.exudyn.step=5e-7"]):
+        assert main(["run", path, "--model", "exudyn", "--out", "a.csv", *options]) == 0
+        assert read("a.csv").provenance["scene"]["solver"]["exudyn"]["step"] == 5e-7
+        told = capsys.readouterr().out
+        assert (f"solver.exudyn.step = 5e-07: expected are {float(metres):.2g} m of slider_x" in told) == (
+            "--accuracy" in options
+        )
+
+
+def test_accuracy_is_that_of_the_formulation(scene_file):
+    path = scene_file("own")
+    options = ["--formulation", "tree", "--accuracy", promised(path, formulation="tree", tolerance=1e-9)]
+    assert main(["run", path, "--model", "exudyn", "--out", "a.csv", *options]) == 0
+    solver = read("a.csv").provenance["scene"]["solver"]["exudyn"]
+    assert (solver["formulation"], solver["tolerance"], solver["step"]) == ("tree", 1e-9, 1e-4)
+
+
+@pytest.mark.parametrize(
+    ("what", "code", "told"),
+    [
+        ("refuse", 2, "contact.law = 'strip' is not simulated yet"),
+        ("nan", 2, "slider_vy is nan in data row 8"),
+        ("crash", 70, "its process ended with code 3"),
+        ("bug", 70, "RuntimeError: index out of range"),
+    ],
+)
+def test_a_run_that_fails_writes_nothing(scene_file, gravity, capsys, what, code, told):
+    path = scene_file("own", getattr(gravity, what))
+    assert main(["run", path, "--model", "exudyn", "--out", "a.csv"]) == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert told in err
+    assert err.count("\n") == 1
+    assert list(Path.cwd().iterdir()) == []
+
+
+def test_validate_writes_report_summary_and_tables(scene_file, capsys):
+    assert main(["validate", scene_file("one"), scene_file("two", 9.0), "--out", "v", "--jobs", "2"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[:3] for line in (lines[0], lines[6])] == [
+        ["one", "standard", "agree"], ["two", "standard", "agree"]
+    ]  # fmt: skip
+    assert [line.split()[:2] for line in (lines[3], lines[9])] == [["tight", "agree"]] * 2
+    assert [line.split()[0] for line in lines[1:12:3]] == ["why"] * 4
+    assert [line.split()[:2] for line in lines[2:12:3]] == [["reliability", "agree:"]] * 4
+    assert Path(lines[-1]).is_file()
+    assert Path(lines[-1]).suffix == ".html"
+    summary = json.loads(Path("v/summary.json").read_text())
+    assert summary["exit_code"] == 0
+    assert [scene["verdict"] for scene in summary["scenes"]] == ["agree", "agree"]
+    assert summary["scenes"][0]["channels"]["slider_x"]["explained"] == 1.0
+    reliability = summary["scenes"][0]["tight"]["reliability"]["quantities"]["acceleration"]
+    assert reliability["verdict"] == "agree"
+    assert len(reliability["models"]["exudyn"]["reliability"]) == len(reliability["angle_deg"]) == 10
+    assert summary["scenes"][0]["command"] == f"sixbar validate {scene_file('one')}"
+    assert set(summary["scenes"][0]["provenance"]) == {
+        f"{model}{kind}"
+        for model in ("reference", "exudyn")
+        for kind in ("", " finer", " twin", " other twin", " coarser")
+    }
+    assert {path.name for path in Path("v/tables").glob("*.csv") if "events" not in path.name} == {
+        "one-reference.csv", "one-exudyn.csv", "two-reference.csv", "two-exudyn.csv",
+    }  # fmt: skip
+
+
+def test_without_out_the_report_goes_to_a_folder_named_after_the_scene(scene_file, capsys):
+    assert main(["validate", scene_file("one")]) == 0
+    assert capsys.readouterr().out.splitlines()[-1].startswith("reports/out/one/")
+
+
+def test_one_scene_that_fails_leaves_the_others_compared_and_reported(scene_file, gravity, capsys):
+    failing = scene_file("bad", gravity.fail)
+    Path("v/tables").mkdir(parents=True)
+    Path("v/tables/bad-exudyn.csv").write_text("of an earlier call")
+    assert main(["validate", failing, scene_file("good"), "--out", "v"]) == 2
+    out = capsys.readouterr().out
+    assert (
+        "bad   standard  cannot compare  scene 'bad': the exudyn run did not succeed: newton-failed; "
+        "try a smaller step" in out
+    )
+    assert "good  standard  agree" in out
+    summary = json.loads(Path("v/summary.json").read_text())
+    assert [scene["verdict"] for scene in summary["scenes"]] == ["cannot compare", "agree"]
+    assert not Path("v/tables/bad-exudyn.csv").exists()
+    assert "newton-failed" in Path(out.splitlines()[-1]).read_text()
+
+
+@pytest.mark.parametrize(
+    ("what", "code"), [("differ", 1), ("crash", 70), ("nan", 2), ("short", 2), ("refuse", 2)]
+)
+def test_validate_exits_with_the_worst_of_its_scenes(scene_file, gravity, what, code):
+    assert (
+        main(["validate", scene_file("bad", getattr(gravity, what)), scene_file("good", 9.0), "--out", "v"])
+        == code
+    )
+    assert json.loads(Path("v/summary.json").read_text())["exit_code"] == code
+
+
+def test_indeterminate_is_3_unless_it_is_allowed(scene_file, capsys):
+    coarse = scene_file("coarse", extra="[solver.exudyn]\nstep = 2e-3\n")
+    assert main(["validate", coarse]) == 3
+    assert main(["validate", coarse, "--allow-indeterminate"]) == 0
+    assert "coarse  standard  indeterminate" in capsys.readouterr().out
+
+
+def test_two_scenes_of_one_name_are_refused(scene_file, tmp_path, capsys):
+    (tmp_path / "other").mkdir()
+    twin = tmp_path / "other" / "one.toml"
+    twin.write_text(Path(scene_file("one")).read_text())
+    assert main(["validate", scene_file("one"), str(twin)]) == 2
+    assert "two of the scenes have this name" in capsys.readouterr().err
+
+
+def test_the_order_of_the_exit_codes():
+    assert exit_code([0, 3]) == 3
+    assert exit_code([0, 3, 1]) == 1
+    assert exit_code([1, 2, 3]) == 2
+    assert exit_code([2, 70]) == 70
+    assert exit_code([3, 1], allow_indeterminate=True) == 1
+
+
+def test_an_unforeseen_error_is_one_line_with_what_to_report(monkeypatch, capsys):
+    def broken():
+        raise ZeroDivisionError("a\nb")
+
+    monkeypatch.setattr("comparison.scene.shipped_scenes", broken)
+    assert main(["scenes"]) == 70
+    err = capsys.readouterr().err
+    assert "internal error: ZeroDivisionError: a b at test_cli.py:" in err
+    assert "please report" in err
+    assert err.count("\n") == 1
+
+
+def test_an_interruption_ends_with_130_in_one_line_and_leaves_no_process(fake_models, scene_file, gravity):
+    running = process(
+        "validate", scene_file("hang", gravity.hang), "--out", "v", start_new_session=True,
+        # A test run in the background hands down that SIGINT is ignored.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
+    deadline = time.monotonic() + PATIENCE
+    while not any("exudyn" in line for line in fake_models.read_text().splitlines()):
+        assert time.monotonic() < deadline
+        assert running.poll() is None
+        time.sleep(0.02)
+    os.killpg(running.pid, signal.SIGINT)  # as Ctrl-C on a terminal: to every process of the group
+    out, err = running.communicate(timeout=PATIENCE)
+    assert running.returncode == 130
+    assert out == ""
+    assert err.splitlines() == ["sixbar: interrupted; finished runs are kept for the next time"]
+    # multiprocessing's own bookkeeping process ends when it notices that the others have.
+    deadline = time.monotonic() + PATIENCE
+    while _group_lives(running.pid) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert not _group_lives(running.pid)
+    assert not Path("v").exists()
+
+
+def test_a_reader_that_leaves_early_causes_no_traceback():
+    running = process("scenes")
+    running.stdout.close()
+    assert running.stderr.read() == ""
+    running.stderr.close()
+    assert running.wait(timeout=PATIENCE) == 141  # and not 1, "differ"
+
+
+def test_help_imports_nothing_heavy():
+    """And so is quick: 0.15 s where it was written."""
+    code = "import sys; from comparison.cli import main; main(['--help']); print(*sys.modules)"
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    out = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment
+    ).stdout
+    assert "validate" in out
+    loaded = set(out.splitlines()[-1].split())
+    assert not loaded & {"numpy", "pandas", "scipy", "pydantic", "matplotlib", "rich", "numba", "exudyn"}
+    assert len(loaded) < 400  # 156 where it was written
+
+
+def test_plan_tells_what_is_integrated_and_what_is_left_out(capsys):
+    assert main(["plan", "150rpm-0.2mm", "--set", "solver.exudyn.formulation=auto"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("150rpm-0.2mm: 2 turns at 150 rpm, 21 channels (motion, accelerations, corners)\n")
+    assert "reference: minimal: rod 4 and slider (2 coordinates)\n" in out
+    assert "exudyn: rod 4 and slider tree\n" in out
+    assert out.count("  left out    contact at the crank pin: joints.crank_pin is ideal\n") == 2
+    assert "  instead     solver.exudyn.formulation = 'full': all five bodies" in out
+    assert main(["plan", "ideal"]) == 0
+    assert "  integrates  nothing: the drive leaves nothing free\n" in capsys.readouterr().out
+    assert main(["plan", "nowhere"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

@@ -1,0 +1,205 @@
+"""Runs that fail for real: killed processes, faults inside Exudyn, settings that nothing can meet."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from comparison.cli import main
+from comparison.execution.run import Job, run_all
+from comparison.scene import load_scene
+from comparison.tables.table import read
+
+SHORT = {"drive.cycles": 0.1}
+# Exudyn's reactions need constraints at velocity level, whose iteration has no relative tolerance: there a
+# tolerance below the round-off of forces of some 10 N, 1e-15 N, is never met.
+REACTIONS = SHORT | {"output.groups": ["joints"]}
+
+FAULTY = """
+import exudyn_model.mechanism
+from exudyn_model import simulate as whole
+
+made = exudyn_model.mechanism.force_user_function
+
+def faulty(*arguments):
+    force = made(*arguments)
+    def later(mbs, t, *rest):
+        if t > 0.005:
+            raise ArithmeticError("the wall is\\ngone")
+        return force(mbs, t, *rest)
+    return later
+
+def simulate(scene, *, progress=None):
+    exudyn_model.mechanism.force_user_function = faulty
+    try:
+        return whole(scene, progress=progress)
+    finally:
+        exudyn_model.mechanism.force_user_function = made
+"""
+
+
+def command(model: str, changes: dict[str, object], scene: str = "150rpm-0.2mm") -> list[str]:
+    values = [f"--set={key}={value}" for key, value in changes.items()]
+    return ["run", scene, "--model", model, "--out", "a.csv", *values]
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
+
+
+def kill_the_hanging(log: Path) -> bool:
+    """Kill the process whose model hangs, as the system does when memory runs out."""
+    for line in log.read_text().splitlines():
+        _, gravity, _, process = line.split()
+        if gravity == "7.0":
+            os.kill(int(process), signal.SIGKILL)
+            return True
+    return False
+
+
+def test_a_killed_process_costs_its_own_run_only(scene, fake_models, gravity):
+    planned = [
+        Job(scene.with_values({"environment.gravity": g, "drive.cycles": cycles}), "exudyn")
+        for g, cycles in ((gravity.hang, 3.0), (gravity.normal, 1.0), (9.0, 1.0))
+    ]
+    killed = []
+
+    def on_progress(_share: float) -> None:
+        if not killed and kill_the_hanging(fake_models):
+            killed.append(True)
+
+    outcomes = run_all(planned, 1, on_progress)
+    assert killed
+    assert [outcome.status for outcome in outcomes] == ["crashed", "success", "success"]
+    assert outcomes[0].message == "its process was killed by SIGKILL"
+    assert outcomes[0].partial is None
+
+
+def test_a_killed_process_is_told_in_one_line_and_the_other_scenes_are_reported(
+    fake_models, gravity, tmp_path, monkeypatch, capfd
+):
+    for name, g in (("bad", gravity.hang), ("good", gravity.normal)):
+        (tmp_path / f"{name}.toml").write_text(
+            f'[scene]\nextends = "paper"\n[environment]\ngravity = {g}\n[output]\nsamples_per_cycle = 100\n'
+        )
+    import comparison.agreement.cross_check
+
+    left = []
+
+    def watched(jobs, n_jobs, _progress):
+        def on_progress(_share: float) -> None:
+            # Each run of the scene that hangs, once.
+            here = fake_models.read_text().splitlines()
+            hanging = [line.split()[-1] for line in here if line.startswith("exudyn 7.0")]
+            if len(hanging) > len(left):
+                left.append(hanging[-1])
+                os.kill(int(hanging[-1]), signal.SIGKILL)
+
+        return run_all(jobs, n_jobs, on_progress)
+
+    monkeypatch.setattr(comparison.agreement.cross_check, "run_all", watched)
+    bad, good = (str(tmp_path / f"{name}.toml") for name in ("bad", "good"))
+    assert main(["validate", bad, good, "--out", "v", "--jobs", "1"]) == 70
+    out, err = capfd.readouterr()
+    assert err == ""
+    assert len(left) == 10  # five runs at each of the two tiers
+    lines = out.splitlines()
+    killed = [line for line in lines if "crashed; its process was killed by SIGKILL" in line]
+    assert [line.split()[0] for line in killed] == ["bad", "tight"]
+    assert ["good", "standard", "agree"] in [line.split()[:3] for line in lines]
+    assert Path(lines[-1]).is_file()
+
+
+@pytest.fixture
+def faulty(install):
+    return install("faulty_press", FAULTY, {"faulty": "faulty_press:simulate"})
+
+
+@pytest.mark.usefixtures("faulty")
+def test_an_exception_inside_exudyns_user_function_is_one_line(capfd):
+    # The second is expected to take less time, and so comes after the fault in the same process.
+    jobs = [
+        Job(load_scene("150rpm-0.2mm", {"drive.cycles": cycles}), model)
+        for model, cycles in (("faulty", 0.1), ("exudyn", 0.04))
+    ]
+    found, sound = run_all(jobs, 1)
+    assert (found.status, found.message) == ("crashed", "ArithmeticError: the wall is gone")
+    assert sound.status == "success"
+    (alone,) = run_all(jobs[1:], 1, cached=False)
+    assert sound.table.frame.equals(alone.table.frame)
+    assert main(command("faulty", SHORT)) == 70
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert "the faulty run did not succeed: crashed; ArithmeticError: the wall is gone" in err
+    assert err.count("\n") == 1
+    assert not list(Path.cwd().glob("a.*"))
+
+
+def test_a_newton_tolerance_that_cannot_be_met_is_a_status_and_keeps_what_was_computed():
+    values = REACTIONS | {"solver.exudyn.tolerance": 1e-11}
+    (outcome,) = run_all([Job(load_scene("150rpm-0.2mm", values), "exudyn")], 1)
+    assert outcome.status == "newton-failed"
+    assert outcome.message.startswith(
+        "reduce solver.exudyn.step, or raise solver.exudyn.tolerance; where large"
+    )
+    assert outcome.table is None
+    (sound,) = run_all([Job(load_scene("150rpm-0.2mm", REACTIONS), "exudyn")], 1)
+    until = len(outcome.partial.frame)
+    assert 1 < until < len(sound.table.frame)
+    # Two tolerances of 1e-7 and 1e-11: the position differs by less than the step's own error, 3e-7 m.
+    assert abs(outcome.partial.values("slider_x") - sound.table.values("slider_x")[:until]).max() < 3e-7
+    assert outcome.partial.provenance["scene"]["drive"]["cycles"] == 0.1
+
+
+@pytest.mark.parametrize("tolerance", [1e-30, 1e-11])
+def test_the_same_on_the_command_line(tolerance, capfd):
+    changes = REACTIONS | {"output.groups": '["joints"]', "solver.exudyn.tolerance": tolerance}
+    assert main(command("exudyn", changes)) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert "newton-failed; reduce solver.exudyn.step, or raise solver.exudyn.tolerance; " in err
+    assert err.endswith(" until then are in a.partial.csv\n")
+    assert err.count("\n") == 1
+    assert not Path("a.csv").exists()
+    kept = read("a.partial.csv")
+    assert len(kept.frame) == int(err.split(";")[-1].split()[0]) >= 1
+    assert kept.provenance["status"] == "newton-failed"
+
+
+def test_a_run_that_ended_and_means_little_is_written_with_a_warning(capfd):
+    """Contacts of 2e-4 s in steps of 5e-5 s."""
+    assert main(command("exudyn", {"drive.cycles": 0.2, "solver.exudyn.step": 5e-5})) == 0
+    out, err = capfd.readouterr()
+    assert out == "a.csv\n"
+    assert "sixbar: warning: half of its contacts, by their forces, last less than" in err
+
+
+@pytest.mark.parametrize("model", ["reference", "exudyn"])
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"clearance.slider": -1e-4}, "scene '150rpm-0.2mm': clearance.slider = -0.0001 m must be >= 0"),
+        ({"mechanism.rod2.length": 0.1}, "scene '150rpm-0.2mm': mechanism"),  # cannot be assembled
+        ({"contact.poisson": 0.7}, "contact.poisson = 0.7 must be <= 0.5"),
+    ],
+)
+def test_a_scene_out_of_range_is_one_line(model, changes, told, capfd):
+    assert main(command(model, SHORT | changes)) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert told in err
+    assert err.count("\n") == 1
+    assert list(Path.cwd().iterdir()) == []
+
+
+@pytest.mark.parametrize("model", ["reference", "exudyn"])
+@pytest.mark.parametrize("scene", ["150rpm-0.2mm", "crank-pin"])
+def test_a_model_prints_nothing_of_its_own(model, scene, capfd):
+    assert main(command(model, {"drive.cycles": 0.02}, scene)) == 0
+    assert capfd.readouterr() == ("a.csv\n", "")

@@ -1,0 +1,135 @@
+"""The store of all studies: rows are found again by what can change them, and by nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+from comparison.execution import task_store
+from comparison.execution.ledger import LedgerError, read_rows
+from comparison.execution.run import Outcome, RunError
+from comparison.execution.task_store import CRASHED, SUCCESS, Lost, Task, measure_all
+from comparison.scene import SceneError
+
+
+@dataclass(frozen=True)
+class Square(Task):
+    """A number to be squared."""
+
+    number: float
+    environment: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def identity(self) -> Mapping[str, Any]:
+        return {"number": self.number}
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        return ("reference",)
+
+    @property
+    def cost(self) -> float:
+        return self.number
+
+
+def square(task, progress):
+    progress(0.0)
+    if task.number == 13.0:
+        raise ValueError("thirteen\nof all numbers")
+    if task.number == 7.0:
+        raise SceneError("seven is refused")
+    if task.number == 5.0:
+        job = type("Job", (), {"scene": type("S", (), {"name": "five"}), "model": "reference"})
+        raise RunError(Outcome("chatter", "lower the tolerance"), job)
+    return {"square": task.number**2}
+
+
+@pytest.fixture
+def here(monkeypatch, tmp_path):
+    """Spread in this process, in a folder of its own; what was worked off, environment by environment."""
+    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(task_store, "code_hash", lambda *modules: " ".join(modules))
+    log = []
+
+    def spread(attempt, tasks):
+        for key, task in tasks.items():
+            log.append((task.number, task.environment))
+            yield key, Lost("its process was killed") if task.number == 3.0 else attempt(task, lambda _: None)
+
+    return spread, log
+
+
+def measured(here, *numbers, **options):
+    return measure_all(square, [Square(number) for number in numbers], here[0], **options)
+
+
+def test_rows_come_in_the_order_of_the_tasks_and_equal_ones_are_measured_once(here):
+    rows = measured(here, 2.0, 4.0, 2.0)
+    assert [row["square"] for row in rows] == [4.0, 16.0, 4.0]
+    assert [number for number, _ in here[1]] == [4.0, 2.0]  # the longest first
+    assert {row["status"] for row in rows} == {SUCCESS}
+    assert all(row["seconds"] >= 0.0 for row in rows)
+
+
+def test_what_was_measured_is_not_measured_again(here, tmp_path):
+    first = measured(here, 2.0, 4.0)
+    assert measured(here, 4.0, 6.0, 2.0)[::2] == first[::-1]
+    assert sorted(number for number, _ in here[1]) == [2.0, 4.0, 6.0]
+    assert len(list(tmp_path.glob("*.jsonl"))) == 1
+
+
+def test_other_code_another_model_or_machine_makes_rows_stale(here, monkeypatch):
+    measured(here, 2.0)
+    for name, value in (
+        ("code_hash", lambda *_: "other code"),
+        ("fingerprint", lambda _: "another model"),
+        ("platform_name", lambda: "another machine"),
+        ("versions", lambda: {"numpy": "another"}),
+        ("version", lambda _: "another"),
+    ):
+        with monkeypatch.context() as changed:
+            changed.setattr(task_store, name, value)
+            measured(here, 2.0)
+    measured(here, 2.0)
+    assert len(here[1]) == 6
+
+
+def test_what_goes_wrong_is_a_row_and_is_kept_but_not_that_a_process_died(here):
+    told = {5.0: "chatter", 7.0: "bad input", 13.0: CRASHED, 3.0: CRASHED}
+    for _ in range(2):
+        rows = dict(zip(told, measured(here, *told), strict=True))
+        assert {number: row["status"] for number, row in rows.items()} == told
+    assert rows[13.0]["message"] == "ValueError: thirteen of all numbers"
+    assert rows[5.0]["message"] == "lower the tolerance"
+    assert rows[3.0]["message"] == "its process was killed"
+    assert sorted(number for number, _ in here[1]) == [3.0, 3.0, 5.0, 7.0, 13.0]
+
+
+def test_tasks_of_one_environment_follow_one_another(here):
+    variants = ((), (("A", "1"),))
+    tasks = [Square(number, variant) for number in (1.0, 2.0) for variant in variants]
+    rows = measure_all(square, tasks, here[0])
+    assert [row["square"] for row in rows] == [1.0, 1.0, 4.0, 4.0]
+    environments = [environment for _, environment in here[1]]
+    assert environments in (
+        [*[variants[0]] * 2, *[variants[1]] * 2],
+        [*[variants[1]] * 2, *[variants[0]] * 2],
+    )
+
+
+def test_progress_goes_by_the_expected_time(here):
+    shares = []
+    measured(here, 1.0, 3.0)
+    measured(here, 1.0, 3.0, 4.0, on_progress=shares.append)
+    assert shares == [pytest.approx(5.0 / 8.0), pytest.approx(1.0)]  # the one that died is tried again
+
+
+def test_rows_are_kept_where_one_asks_and_a_folder_that_is_not_there_is_told(here, tmp_path):
+    ledger = tmp_path / "mine.jsonl"
+    measured(here, 2.0, ledger=ledger)
+    assert [row["square"] for row in read_rows(ledger).values()] == [4.0]
+    with pytest.raises(LedgerError, match="cannot be written"):
+        measured(here, 4.0, ledger=tmp_path / "nowhere" / "mine.jsonl")

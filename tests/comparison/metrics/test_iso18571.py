@@ -1,0 +1,148 @@
+"""The rating of ISO/TS 18571 against an independent implementation, and in cases whose answer is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from objective_rating_metrics.rating import ISO18571
+
+from comparison.metrics.iso18571 import MOST_POINTS, Rating, best_shift, rating, warped_difference
+
+SCORES = ("overall", "corridor", "phase", "magnitude", "slope")
+seeds = st.integers(0, 2**32 - 1)
+
+
+def scores(found: Rating) -> list[float]:
+    return [getattr(found, name) for name in SCORES]
+
+
+def independent(reference, other) -> list[float]:
+    """The scores by the package of TU Graz, whose time is in samples here."""
+    samples = np.arange(reference.size, dtype=float)
+    known = ISO18571(np.column_stack([samples, reference]), np.column_stack([samples, other]), dt=1.0)
+    return [getattr(known, f"{name}_rating")(ndigits=15) for name in SCORES]
+
+
+def wave(seed: int, size: int) -> np.ndarray:
+    """A sum of five sines with random sizes, phases and up to six periods."""
+    rng = np.random.default_rng(seed)
+    size_, periods, phase = rng.normal(size=5), rng.uniform(0.3, 6, 5), rng.uniform(0, 2 * np.pi, 5)
+    return np.sin(2 * np.pi * np.outer(np.linspace(0, 1, size), periods) + phase) @ size_
+
+
+@pytest.mark.parametrize("size", [20, 33, 99, 200, 401])
+@pytest.mark.parametrize("likeness", [0.0, 0.3, 0.9, 0.999])
+def test_an_independent_implementation_gives_the_same_scores(size, likeness):
+    for seed in range(3):
+        reference = wave(seed, size)
+        other = likeness * reference + (1 - likeness) * wave(seed + 50, size)
+        # Sums of some hundred terms; a cost that both round differently might choose another path, where
+        # costs are equal: seldom for sines.
+        assert scores(rating(reference, other)) == pytest.approx(independent(reference, other), abs=1e-12)
+
+
+def test_the_same_for_a_walk_that_is_not_smooth_and_for_bursts_between_zeros():
+    rng = np.random.default_rng(4)
+    walk = np.cumsum(rng.normal(size=300))
+    sine = np.sin(np.linspace(0, 20, 300))
+    for reference, other in (
+        (walk, walk + 0.3 * np.cumsum(rng.normal(size=300))),
+        (np.maximum(sine - 0.8, 0), 1.1 * np.maximum(np.roll(sine, 3) - 0.82, 0)),
+    ):
+        assert scores(rating(reference, other)) == pytest.approx(independent(reference, other), abs=1e-12)
+
+
+@given(seeds, st.integers(10, 300))
+@settings(max_examples=50)
+def test_a_signal_against_itself_is_perfect(seed, size):
+    signal = wave(seed, size)
+    # 0.4 + 0.2 * 3 rounds.
+    assert scores(rating(signal, signal)) == pytest.approx([1.0] * 5, abs=1e-15)
+
+
+@given(seeds, st.sampled_from([1e-200, 1e-9, 1e-3, 25.4, 1e3, 1e12, 1e200]))
+@settings(max_examples=50)
+def test_the_unit_does_not_matter(seed, unit):
+    reference, other = wave(seed, 120), wave(seed, 120) + 0.2 * wave(seed + 1, 120)
+    # The product with the unit rounds each sample at 1e-16.
+    assert scores(rating(unit * reference, unit * other)) == pytest.approx(
+        scores(rating(reference, other)), abs=1e-11
+    )
+
+
+@pytest.mark.parametrize("late", [-60, -1, 0, 1, 7, 60])
+def test_a_shift_is_found_and_costs_its_share_of_a_fifth_of_the_duration(late):
+    long = wave(3, 500)
+    reference, other = long[100:400], long[100 - late : 400 - late]
+    assert best_shift(reference, other) == late
+    found = rating(reference, other)
+    assert found.phase == pytest.approx(1 - abs(late) / (0.2 * 300), abs=1e-15)
+    # The common parts are equal.
+    assert (found.magnitude, found.slope) == (1.0, 1.0)
+
+
+def test_the_phase_score_falls_with_the_shift():
+    long = wave(3, 500)
+    phases = [rating(long[100:400], long[100 - late : 400 - late]).phase for late in range(0, 61, 10)]
+    assert np.all(np.diff(phases) < 0)
+
+
+def test_of_equal_shifts_the_smallest_counts():
+    # A ramp is fully correlated with itself at every shift, a periodic wave at every period.
+    ramp = np.linspace(0, 1, 200)
+    assert best_shift(ramp, 3 * ramp + 1) == 0
+    period = np.tile(np.sin(2 * np.pi * np.arange(20) / 20), 10)
+    assert best_shift(period, np.roll(period, 5)) == 5
+
+
+@pytest.mark.parametrize(("factor", "corridor"), [(1.0, 1.0), (1.04, 1.0), (1.51, 0.0)])
+def test_the_corridors_are_a_twentieth_and_a_half_of_the_largest_value(factor, corridor):
+    square = np.repeat([1.0, -1.0], 50)
+    assert rating(square, factor * square).corridor == corridor
+
+
+def test_between_the_corridors_the_score_falls_quadratically():
+    square = np.repeat([1.0, -1.0], 50)
+    # A third of the way from 0.05 to 0.5: (2 / 3)^2.
+    assert rating(square, 1.2 * square).corridor == pytest.approx(4 / 9, abs=1e-14)
+
+
+@pytest.mark.parametrize(("factor", "score"), [(1.1, 0.8), (0.75, 0.5), (1.7, 0.0)])
+def test_the_magnitude_error_of_steps_is_that_of_their_height(factor, score):
+    # Steps cannot be warped into one another: the error is |factor - 1|, of which a half is allowed.
+    square = np.repeat([1.0, -1.0], 50)
+    assert rating(square, factor * square).magnitude == pytest.approx(score, abs=1e-14)
+
+
+def test_the_slope_error_is_that_of_the_derivative():
+    # Twice the slope at every sample: an error of 1, of which 2 are allowed.
+    signal = wave(1, 100)
+    assert rating(signal, 2 * signal).slope == pytest.approx(0.5, abs=1e-13)
+    assert rating(signal, 4 * signal).slope == 0.0
+
+
+def test_warping_is_at_least_as_good_as_none_and_undoes_a_small_stretch():
+    at = np.linspace(0, 1, 400)
+    reference, stretched = np.sin(20 * at), np.sin(20 * at**1.05)
+    plain = np.abs(stretched - reference).sum() / np.abs(reference).sum()
+    # 12 % unwarped; what is left is the distance between samples, some 20 / 400 / 4.
+    assert plain > 0.1
+    assert warped_difference(reference, stretched) < 0.02
+
+
+@pytest.mark.parametrize("constant", [0.0, -0.55])
+def test_a_constant_has_no_rating(constant):
+    flat, signal = np.full(50, constant), wave(0, 50)
+    for pair in ((flat, signal), (signal, flat), (flat, flat), (signal[:9], signal[:9])):
+        assert np.isnan(scores(rating(*pair))).all()
+
+
+def test_five_thousand_points_are_not_looped_over_and_more_are_refused(lines_run):
+    signal, other = wave(0, MOST_POINTS), wave(1, MOST_POINTS)
+    rating(signal[:20], other[:20])  # compiles, once
+    # 400; the warping alone looks at a million pairs of points.
+    assert lines_run(lambda: rating(signal, other)) < 5000
+    with pytest.raises(ValueError, match="5001 samples"):
+        rating(wave(0, 5001), wave(1, 5001))

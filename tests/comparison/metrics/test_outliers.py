@@ -1,0 +1,115 @@
+"""The statistic is exact in rank, its floor keeps noise out, and clusters and their contact are found."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from scipy.stats import binomtest
+
+from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR
+from comparison.metrics.impacts import WINDOW
+from comparison.metrics.outliers import clustered, distances, parting_contact, split
+
+
+def heavy_tailed(rng: np.random.Generator, count: int, samples: int = 20) -> np.ndarray:
+    """Errors of one size a run, which spreads over six decades, along one course of the motion."""
+    sizes = rng.choice([-1.0, 1.0], count) * 10 ** rng.uniform(-9.0, -3.0, count)
+    return sizes[:, None] * np.linspace(0.5, 1.0, samples) + 1e-10 * rng.standard_normal((count, samples))
+
+
+def test_left_out_members_are_held_against_the_others_and_a_run_against_all():
+    members = np.array([[0.0, 1.0], [2.0, 1.0], [4.0, 1.0], [10.0, 4.0]])
+    of_members, of_run = distances(members, np.array([9.0, 1.0]), np.full(2, 0.5))
+    expected = []
+    for left_out in range(4):
+        others = np.delete(members, left_out, axis=0)
+        away = np.abs(members[left_out] - others.mean(axis=0)) / np.maximum(others.std(axis=0), 0.5)
+        expected.append(away.max())
+    np.testing.assert_allclose(of_members, expected, rtol=1e-12)
+    assert of_run == pytest.approx(5.0 / np.sqrt(14.0))
+    assert distances(members[:, :0], np.empty(0), np.empty(0))[1] == 0.0
+
+
+def normal(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Errors of one kind and of about one size."""
+    return 1e-6 * rng.standard_normal((count, 1)) * np.linspace(0.5, 1.0, 20)
+
+
+@pytest.mark.parametrize("draw", [heavy_tailed, normal])
+@pytest.mark.parametrize("count", [19, 99])
+def test_a_run_of_the_same_model_is_outside_no_more_than_once_in_as_many_draws_as_there_are_runs(draw, count):
+    rng, outside, trials = np.random.default_rng(count), 0, 3000
+    for _ in range(trials):
+        drawn = draw(rng, count + 1)
+        of_members, of_run = distances(drawn[1:], drawn[0], np.full(drawn.shape[1], 1e-10))
+        outside += of_run > of_members.max()
+    # It is held against one run more than each member is, so it is outside less often, but not never.
+    expected = 1 / (count + 1)
+    assert binomtest(outside, trials).proportion_ci(0.999).low <= expected
+    assert outside / trials > 0.2 * expected
+
+
+def test_without_the_floor_errors_that_moved_starts_do_not_show_would_count():
+    rng = np.random.default_rng(1)
+    members = 1e-13 * rng.standard_normal((99, 20))
+    local_error = np.full(20, 1e-11)  # of a solver, in a contact that makes all starts one
+    of_members, of_run = distances(members, local_error, np.full(20, 1e-15))
+    assert of_run > of_members.max()
+    of_members, of_run = distances(members, local_error, np.full(20, 3e-11))
+    assert of_run < 1.0
+    assert of_members.max() < 1.0
+
+
+@example(members=[1000.0] * 18 + [-1000.0], side=1.0)  # the closest case: all but one on the run's side
+@given(
+    members=st.lists(st.floats(-1000.0, 1000.0), min_size=19, max_size=30), side=st.sampled_from([-1.0, 1.0])
+)
+def test_what_an_ensemble_does_not_exclude_its_uncertainty_explains(members, side):
+    """A run just beyond k u from the base, u the ensemble's, is farther out than every member left out."""
+    base, ensemble = 0.0, np.array(members)[:, None]
+    u = np.maximum(ENSEMBLE_FACTOR * np.abs(ensemble - base).max(axis=0), 1e-3)
+    of_members, of_run = distances(ensemble, base + side * thresholds().k * u, u)
+    assert of_run >= of_members.max() * (1 - 1e-12)
+
+
+def test_two_families_are_clusters_and_errors_over_six_decades_are_not():
+    rng = np.random.default_rng(7)
+    families = 1e-9 * rng.standard_normal((99, 30)) + np.where(np.arange(99) < 12, 1e-6, 0.0)[:, None]
+    assert clustered(families, np.full(30, 1e-8)).all()
+    # Not where they are no farther apart than u, nor where only a straggler is: one run is no family.
+    assert not clustered(families, np.full(30, 1e-5)).any()
+    lonely = 1e-9 * rng.standard_normal((99, 30)) + np.where(np.arange(99) < 1, 1e-6, 0.0)[:, None]
+    assert not clustered(lonely, np.full(30, 1e-8)).any()
+    assert not clustered(families[:3], np.full(30, 1e-8)).any()
+    found = sum(clustered(heavy_tailed(rng, 99), np.full(20, 1e-10)).any() for _ in range(1000))
+    assert found <= 5
+    np.testing.assert_array_equal(split(families[:, 0]), np.arange(99) < 12)
+
+
+def contacts(*rows: tuple[str, float]) -> pd.DataFrame:
+    """Event tables with no more than corner and start."""
+    return pd.DataFrame(rows, columns=["corner", "start"])
+
+
+def test_the_first_contact_that_parts_two_groups_is_named():
+    rng, window = np.random.default_rng(3), WINDOW * 0.4
+
+    def run(*extra: tuple[str, float]) -> pd.DataFrame:
+        jitter = 0.2 * window * rng.uniform(-1.0, 1.0, 3)
+        common = [("ll", 0.01), ("ul", 0.01), ("ll", 0.1)]
+        rows = [(corner, start + moved) for (corner, start), moved in zip(common, jitter, strict=True)]
+        return contacts(*rows, *extra)
+
+    with_contact = [run(("ul", 0.05), ("lr", 0.2)) for _ in range(5)]
+    without = [run() for _ in range(20)]
+    found = parting_contact((without, with_contact), period=0.4, until=0.3)
+    assert (found.corner, found.having, found.sizes) == ("ul", (0, 5), (20, 5))
+    assert found.start == pytest.approx(0.05)
+    # What comes later is a consequence; and a contact that half of both have parts nothing.
+    assert parting_contact((without, with_contact), period=0.4, until=0.04) is None
+    mixed = [run(("ul", 0.05)) if n % 2 else run() for n in range(10)]
+    assert parting_contact((mixed, mixed[::-1]), period=0.4, until=0.3) is None

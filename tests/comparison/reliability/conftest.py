@@ -1,0 +1,34 @@
+"""A slider that follows a sine of the crank, with errors as asked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparison.tables.table import Table
+
+PERIOD = 0.4
+
+
+@pytest.fixture
+def press() -> Callable[..., Table]:
+    """Make tables: ``press(error)`` adds to the acceleration alone what is given for each sample."""
+
+    def make(error: object = 0.0, cycles: float = 2, per_turn: int = 1000, displaced: object = 0.0) -> Table:
+        time = np.arange(round(cycles * per_turn) + 1) * (PERIOD / per_turn)
+        phase, w = 2 * np.pi * time / PERIOD, 2 * np.pi / PERIOD
+        return Table(
+            pd.DataFrame(
+                {
+                    "time": time,
+                    "slider_y": 0.1 * np.cos(phase) + displaced,
+                    "slider_vy": -0.1 * w * np.sin(phase),
+                    "slider_ay": -0.1 * w**2 * np.cos(phase) + error,
+                }
+            )
+        )
+
+    return make

@@ -1,0 +1,149 @@
+"""Two models' reliabilities: what is known of their difference, and what its interval says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.special import ndtr
+
+from comparison.accuracy.uncertainty import Runs
+from comparison.reliability.difference import MARGIN, ReliabilityComparison, compare_reliability
+from comparison.reliability.words import line, particulars, rounded
+from comparison.scene.criteria import AccelerationLimits, Reliability
+from comparison.tables.table import TableError
+
+PERIOD = 0.4
+LIMIT = 80.0
+SETTINGS = Reliability(acceleration=AccelerationLimits(upper=LIMIT))
+K = 2.0
+
+
+def compared(a, b, ideal):
+    """The difference of the accelerations' reliabilities; runs or tables."""
+    sides = tuple(of if isinstance(of, Runs) else Runs(of, of) for of in (a, b))
+    ideals = ideal if isinstance(ideal, tuple) else (Runs(ideal, ideal),) * 2
+    return compare_reliability(sides, ideals, PERIOD, SETTINGS, K)["acceleration"]
+
+
+def exact(error):
+    """R of a constant error: (40 - e) / (80 / 6)."""
+    return float(ndtr((LIMIT / 2 - error) / (LIMIT / 6)))
+
+
+def test_equal_results_agree_and_leave_nothing_open(press):
+    found = compared(press(8.0), press(8.0), press())
+    assert (found.minimum, found.sampling, found.verdict) == (0.0, 0.0, "agree")
+    assert found.numerical < 1e-14
+    assert not found.curve.any()
+
+
+def test_a_difference_that_neither_numerics_nor_cycles_explain_is_one(press):
+    found = compared(press(8.0), press(8.1), press())
+    assert found.minimum == pytest.approx(exact(8.0) - exact(8.1), rel=1e-9)
+    assert found.curve == pytest.approx(np.full(10, exact(8.0) - exact(8.1)), rel=1e-9)
+    assert found.verdict == "differ"
+
+
+def test_the_numerical_part_is_that_of_the_refined_runs_and_of_the_ideal_mechanism(press):
+    base = press(8.0)
+    finer = compared(Runs(base, press(8.01)), Runs(base, base), press())
+    # Two levels that show no order: three times their distance, k = 2.
+    assert finer.numerical == pytest.approx(K * 3 * (exact(8.0) - exact(8.01)), rel=1e-9)
+    twin = compared(Runs(base, base, twin=press(8.2), coarser=base), Runs(base, base), press())
+    assert twin.numerical == pytest.approx(K * 3 * (exact(8.0) - exact(8.2)), rel=1e-9)
+    assert twin.verdict == "undecided"
+    assert twin.half_width > MARGIN
+    # Of two twins the farther one counts.
+    both = Runs(base, base, twin=press(8.2), other_twin=press(7.7), coarser=base)
+    farther = compared(both, Runs(base, base), press())
+    assert farther.numerical == pytest.approx(K * 3 * (exact(7.7) - exact(8.0)), rel=1e-9)
+    # Of the ideal there is the coarser level, of second order: a quarter of its distance.
+    ideals = (Runs(press(), coarser=press(0.01)), Runs(press(), coarser=press()))
+    ideal = compared(base, base, ideals)
+    assert ideal.numerical == pytest.approx(K * 3 / 4 * (exact(7.99) - exact(8.0)), rel=1e-9)
+    # The smallest and the parts of the turn have the same uncertainty where all parts are equal.
+    assert ideal.curve_half_width == pytest.approx(np.full(10, ideal.numerical), rel=1e-9)
+
+
+def test_without_a_refined_run_nothing_is_decided(press):
+    found = compared(Runs(press(8.0)), Runs(press(8.0)), press())
+    assert np.isnan(found.half_width)
+    assert found.verdict == "undecided"
+
+
+def test_results_that_follow_one_course_are_told_apart_better_than_their_cycles_scatter(press):
+    """The pairing: cycles that scatter by 2 m/s^2 in both alike leave a difference of 0.1 m/s^2 visible."""
+    scatter = np.repeat(np.random.default_rng(1).normal(0.0, 2.0, 5), 1000)
+    course = 8.0 + np.append(0.0, scatter)
+    a, b = (press(course + offset, cycles=5) for offset in (0.0, 0.1))
+    found = compared(a, b, press(cycles=5))
+    alone = 0.5 * (found.a.high - found.a.low)[found.a.worst]
+    assert found.sampling < 0.05 * alone
+    assert found.verdict == "differ"
+
+
+def test_two_samples_of_one_distribution_differ_as_seldom_as_the_level_says(press):
+    """Independent courses in both models, 5 cycles of their own scatter: 95 % hold zero."""
+    rng = np.random.default_rng(4)
+    kept = 0
+    repeated = 100
+    ideal = press(cycles=5, per_turn=50)
+    for _ in range(repeated):
+        sides = [
+            press(8.0 + np.append(0.0, np.repeat(rng.normal(0.0, 2.0, 25), 10)), cycles=5, per_turn=50)
+            for _ in range(2)
+        ]
+        found = compared(*sides, ideal)
+        kept += int(np.sum(np.abs(found.curve) <= found.curve_half_width))
+    # Each bin has one value a cycle, so four degrees of freedom; neighbouring bins share it, which makes 500
+    # independent intervals. Three deviations of their number, and 0.02 for what the influence, a first
+    # derivative, does not see.
+    independent = 5 * repeated
+    assert kept / (10 * repeated) == pytest.approx(0.95, abs=0.02 + 3 * np.sqrt(0.95 * 0.05 / independent))
+
+
+def test_smallest_values_in_different_parts_of_the_turn_have_no_pairs(press):
+    angle = np.arange(2001) * 0.36 % 360.0
+    rng = np.random.default_rng(2)
+    noise = [np.repeat(rng.normal(0.0, 1.0, 2), 1000) for _ in range(2)]
+    early, late = (
+        press(5.0 + 3.0 * ((angle > low) & (angle <= low + 36.0)) + np.append(0.0, of))
+        for low, of in zip((36.0, 180.0), noise, strict=True)
+    )
+    found = compared(early, late, press())
+    assert (found.a.angle[found.a.worst], found.b.angle[found.b.worst]) == (72.0, 216.0)
+    own = [0.5 * float((of.high - of.low)[of.worst]) for of in (found.a, found.b)]
+    assert found.sampling == pytest.approx(np.hypot(*own), rel=1e-12)
+
+
+def test_results_of_other_grids_are_refused(press):
+    ideals = (Runs(press()), Runs(press(per_turn=500)))
+    with pytest.raises(TableError, match="other samples a turn"):
+        compared(press(), press(per_turn=500), ideals)
+
+
+def scene_of(a, b, ideal):
+    runs, ideals = (Runs(a, a), Runs(b, b)), (Runs(ideal, ideal),) * 2
+    return ReliabilityComparison(SETTINGS, compare_reliability(runs, ideals, PERIOD, SETTINGS, K))
+
+
+def test_the_line_names_the_smallest_and_the_cap(press):
+    comparison = scene_of(press(8.0), press(8.1), press())
+    assert comparison.verdict == "differ"
+    assert line(comparison) == (
+        "differ: smallest of displacement 0.9986501 (the cap), velocity 0.9986501 (the cap), acceleration "
+        f"{rounded(exact(8.0))} and {rounded(exact(8.1))} at 36 deg; largest difference "
+        f"{exact(8.0) - exact(8.1):.1e} ± {comparison.quantities['acceleration'].half_width:.1e}"
+    )
+    limits, capped, sampled = particulars(comparison)
+    assert limits.endswith("displacement 0.0002 m, velocity 0.02 m/s, acceleration 80 m/s^2.")
+    assert capped.endswith("wide: displacement in 10 of 10 parts; velocity in 10 of 10 parts.")
+    assert sampled.startswith("Cycles sampled: 2, few")
+
+
+def test_of_a_part_of_a_cycle_and_of_nothing_it_says_so(press):
+    short = scene_of(press(cycles=0.06), press(cycles=0.06), press(cycles=0.06))
+    assert particulars(short)[-1].startswith("Of one cycle nothing is known about others")
+    nothing = ReliabilityComparison(SETTINGS, missing="the run crashed")
+    assert (line(nothing), nothing.verdict) == ("not available: the run crashed", "undecided")
+    assert particulars(nothing) == ["Not available: the run crashed."]

@@ -1,0 +1,149 @@
+"""A comparison of the study: what its ensembles are given, and how a confirmation changes what is found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from comparison.accuracy.uncertainty import moved
+from comparison.agreement.compare import Runs
+from comparison.agreement.results import Confirmation
+from comparison.execution.run import Outcome, RunError
+from comparison.studies.detection import limits, pairs
+from comparison.studies.detection.faults import Trial, catalogue, scenes
+from comparison.studies.detection.pairs import Pair
+from comparison.studies.detection.tables import SPOILS
+from comparison.studies.detection.tasks import Side, runs
+
+FAULTS = {(fault.name, fault.model): fault for fault in catalogue()}
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """What is run in an ensemble: engine and scene; each run comes to its scene."""
+    scenes_of = []
+
+    def runner(engine):
+        def run(scene):
+            scenes_of.append((engine, scene))
+            return scene
+
+        return run
+
+    monkeypatch.setattr(pairs, "runner", runner)
+    monkeypatch.setattr(pairs, "load_copy", lambda _: None)
+    return scenes_of
+
+
+def trial(name, model, tier="tight", of=""):
+    return Trial(FAULTS[name, of], model, tier)
+
+
+def starts(pair):
+    return [moved(pair.scene, shift, -shift) for shift in (1e-9, 2e-9)]
+
+
+@pytest.mark.parametrize("name", ["stiffness +1 %", "clearance +1 µm", "gravity upwards"])
+@pytest.mark.parametrize("model", ["reference", "exudyn"])
+def test_the_ensemble_of_a_faulty_model_has_its_wrong_number_and_the_moved_starts(name, model, asked):
+    pair = trial(name, model).pair
+    fault, others = FAULTS[name, ""], starts(pair)
+    assert pair.b.model == model
+    pair.ensemble(others, model)
+    assert [engine for engine, _ in asked] == [model] * 2
+    for (_, given), other in zip(asked, others, strict=True):
+        assert given.data["initial"] == other.data["initial"] != pair.scene.data["initial"]
+        assert given.hash == other.with_values({fault.key: fault.wrong(pair.scene)}).hash
+    asked.clear()
+    pair.ensemble(others, pair.a.model)
+    assert [(engine, given.hash) for engine, given in asked] == [(pair.a.model, o.hash) for o in others]
+
+
+def test_a_wrong_start_is_moved_as_the_right_one_is(asked):
+    # The crank's angle is what an ensemble moves where the crank pin alone has clearance.
+    pin = scenes("tight")["press"].with_values({"joints.slider": "ideal", "joints.crank_pin": "clearance"})
+    right = pin.data["mechanism"]["crank_angle_deg"]
+    wrong = pin.with_values({"mechanism.crank_angle_deg": right + 2.0})
+    pair = Pair(pin, Side(pin, "exudyn"), Side(wrong, "reference"), "tight")
+    pair.ensemble([moved(pin, 1e-6, 0.0)], "reference")
+    turned = moved(pin, 1e-6, 0.0).data["mechanism"]["crank_angle_deg"] - right
+    ((_, given),) = asked
+    assert turned != 0.0
+    assert given.data["mechanism"]["crank_angle_deg"] == pytest.approx(right + 2.0 + turned, abs=1e-12)
+
+
+def test_wrong_code_runs_its_ensemble_itself_and_runs_that_fail_are_left_out(asked, monkeypatch):
+    pair = trial("a corner left out", "reference", of="reference").pair
+    pair.ensemble(starts(pair), "reference")
+    assert [engine for engine, _ in asked] == ["reference_fault_corner"] * 2
+
+    def runner(_):
+        def run(_):
+            raise RunError(Outcome("chatter"), None)
+
+        return run
+
+    monkeypatch.setattr(pairs, "runner", runner)
+    monkeypatch.setattr("comparison.execution.run.describe", lambda *_: "chatter")
+    assert pair.ensemble(starts(pair), "reference") == []
+
+
+@pytest.fixture(scope="module")
+def table():
+    return runs(Side(scenes("tight")["press"], "reference")).base
+
+
+@pytest.mark.parametrize("spoil", ["zero force", "sign", "both constant"])
+def test_the_ensemble_of_a_spoiled_table_is_spoiled_alike(spoil, table, monkeypatch):
+    monkeypatch.setattr(pairs, "runner", lambda _: lambda _: table)
+    fault = next(fault for fault in FAULTS.values() if fault.spoil == spoil)
+    pair = Trial(fault, "exudyn", "tight").pair
+    expected = [side.base.frame for side in SPOILS[spoil](Runs(table), Runs(table))]
+    for model, frame in zip((pair.a.model, pair.b.model), expected, strict=True):
+        (made,) = pair.ensemble(starts(pair)[:1], model)
+        assert made.frame.equals(frame)
+    assert expected[0].equals(table.frame) == (spoil != "both constant")
+
+
+@pytest.fixture(scope="module")
+def two():
+    """A pair that differs by a tenth of the gravity, and what ran."""
+    scene = scenes("tight")["press"]
+    wrong = scene.with_values({"environment.gravity": 9.0})
+    pair = Pair(scene, Side(scene, "exudyn"), Side(wrong, "reference"), "tight")
+    return pair, (runs(pair.a), runs(pair.b))
+
+
+def test_a_difference_that_is_not_confirmed_is_a_miss(two, monkeypatch):
+    pair, both = two
+
+    def confirm(result, of, *, scene, models, run):
+        assert result.verdict == "differ"
+        assert (of, scene, models) == (both, pair.scene, ("exudyn", "reference"))
+        assert run == pair.ensemble
+        made = Confirmation("underestimated", (99, 30), factor=7.0, sentence="too small by 7")
+        return replace(result, verdict="agree", confirmation=made)
+
+    monkeypatch.setattr(pairs, "confirm", confirm)
+    found = pairs.summary(pair.judged(both))
+    assert found["verdict"] == "agree"
+    assert found["confirmation"]["outcome"] == "underestimated"
+    assert not trial("gravity upwards", "exudyn").detected(found)
+    monkeypatch.setattr(Pair, "find", lambda _: found)
+    assert not limits.searches()[0].confirmed(1e-3)
+
+
+def test_models_that_agree_run_nothing_more(two, monkeypatch):
+    pair, (a, _) = two
+    monkeypatch.setattr(pairs, "confirm", lambda *_, **__: pytest.fail("was asked"))
+    found = pairs.summary(pair.judged((a, a)))
+    assert (found["verdict"], found["confirmation"]) == ("agree", None)
+
+
+def test_a_wrong_number_is_confirmed_by_the_ensembles_of_both_models(two):
+    pair, both = two
+    found = pairs.summary(pair.judged(both))
+    assert found["verdict"] == "differ"
+    assert found["confirmation"]["outcome"] == "confirmed"
+    assert found["confirmation"]["members"] == [30, 99]

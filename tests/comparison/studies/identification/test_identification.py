@@ -1,0 +1,171 @@
+"""The search for the press: its kinematics, and what it finds from facts of a known press and the paper's."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from comparison.studies.identification.facts import (
+    Facts,
+    printed_facts,
+    shipped_geometry,
+    shown,
+    table_1,
+)
+from comparison.studies.identification.fitting import fit, profile
+from comparison.studies.identification.kinematics import TOPOLOGIES, Geometry, Topology, motion
+from comparison.studies.identification.runs import RADII
+from comparison.studies.identification.text_runs import radius_met
+from comparison.studies.shared.published import published
+
+LENGTHS, SPEED = table_1("150rpm-0.2mm")
+RIGHT = Topology(crank=1, rocker=1, slider=-1, pin="centroid", side=-1)
+SEARCHED = 300
+"""Random geometries, of which the best five are fitted; the study draws 1000."""
+
+
+def presses():
+    """A press of every topology; some do not turn all round."""
+    for topology in TOPOLOGIES:
+        x, y, guide = (0.535, -0.126, 0.179) if topology.pin == "tip" else (0.2568, 0.2, 0.55)
+        yield topology, Geometry(-topology.side * x, y, topology.side * guide)
+
+
+def turn(geometry, topology, count=720):
+    angle = 2 * np.pi * np.arange(count) / count
+    return angle, motion(geometry, topology, LENGTHS, angle)
+
+
+def test_rods_stay_rigid_and_rates_are_the_derivatives_of_positions():
+    turned = 0
+    for topology, geometry in presses():
+        angle, press = turn(geometry, topology)
+        if press.assembled < 1e-3:
+            continue
+        turned += 1
+        H = complex(geometry.pivot_x, geometry.pivot_y)
+        hung = LENGTHS.rocker if topology.pin == "tip" else LENGTHS.rocker_centroid
+        for distance, length in (
+            (press.A, LENGTHS.crank),
+            (press.B - press.A, LENGTHS.rod2),
+            (press.B - H, hung),
+            (press.C - H, LENGTHS.rocker),
+            (press.F - press.C, LENGTHS.rod4),
+        ):
+            assert np.abs(np.abs(distance) - length).max() < 1e-15  # round-off of coordinates below 1 m
+        assert np.all(press.F.real == geometry.guide)
+        assert np.all(np.sign((press.F - press.C).imag) == topology.slider)
+        step = topology.crank * (angle[1] - angle[0])
+        y = press.F.imag
+        ahead, behind = np.roll(y, -1), np.roll(y, 1)
+        # Central differences over half a degree each way are off by h^2/6 y''' and h^2/12 y'''', less than
+        # 1e-4 and 1e-3 of the largest rates where harmonics up to the eighth matter.
+        velocity, acceleration = (ahead - behind) / (2 * step), (ahead - 2 * y + behind) / step**2
+        assert np.abs(velocity - press.velocity).max() < 1e-4 * np.abs(press.velocity).max()
+        assert np.abs(acceleration - press.acceleration).max() < 1e-3 * np.abs(press.acceleration).max()
+        assert press.tangent == pytest.approx(np.abs(np.tan(np.angle((press.C - press.F) / 1j))), rel=1e-9)
+    assert turned >= 16
+
+
+def test_the_mirror_image_of_a_press_moves_its_slider_alike():
+    geometry = Geometry(0.27, 0.18, -0.53)
+    angle, press = turn(geometry, RIGHT)
+    mirrored = Topology(crank=-1, rocker=-1, slider=-1, pin="centroid", side=1)
+    image = motion(Geometry(-0.27, 0.18, 0.53), mirrored, LENGTHS, np.pi - angle)
+    for name in ("velocity", "acceleration", "tangent"):
+        assert getattr(image, name) == pytest.approx(getattr(press, name), abs=1e-13)
+    assert pytest.approx(-press.F.conj(), abs=1e-14) == image.F
+
+
+def test_a_press_whose_links_do_not_reach_each_other_has_a_negative_margin():
+    assert turn(Geometry(0.9, 0.9, -0.5), RIGHT)[1].assembled < 0
+    assert turn(Geometry(0.2568, 0.2, -0.9), RIGHT)[1].assembled < 0
+    assert np.isnan(shown(Geometry(0.9, 0.9, -0.5), RIGHT, LENGTHS, SPEED)[1]).all()
+    assert turn(Geometry(0.045, 0.0, -0.5), RIGHT)[1].assembled < 0  # A runs through H
+
+
+def test_half_a_unit_of_the_last_printed_digit():
+    assert published("S2.2-tdc").rounding == pytest.approx(0.005)
+    assert published("F14e-y2").rounding == pytest.approx(0.5e-8)
+    assert published("F7-R-a").rounding == pytest.approx(0.05)
+    assert np.isnan(published("F14e-y2").time)
+
+
+@pytest.mark.parametrize(
+    ("topology", "geometry"),
+    [
+        (RIGHT, Geometry(0.27, 0.18, -0.53)),
+        (Topology(crank=-1, rocker=-1, slider=1, pin="centroid", side=1), Geometry(-0.25, 0.21, 0.6)),
+    ],
+)
+def test_a_known_press_is_found_from_what_it_shows(topology, geometry):
+    values = shown(geometry, topology, LENGTHS, SPEED)[1]
+    printed = printed_facts()
+    found = fit(topology, LENGTHS, SPEED, Facts(values, printed.allowances, printed.roundings), SEARCHED)
+    assert found is not None
+    assert found.misfit < 1e-3
+    # A misfit of 1e-3 allowances is so much of a standard deviation of the geometry, at most 1 mm.
+    assert found.geometry == pytest.approx(geometry, abs=2e-6)
+    wrong = fit(replace(topology, pin="tip"), LENGTHS, SPEED, Facts(values, *printed_allowances()), SEARCHED)
+    assert wrong is None or wrong.misfit > 10
+
+
+def printed_allowances():
+    printed = printed_facts()
+    return printed.allowances, printed.roundings
+
+
+def best_of(topologies, drawn):
+    facts = printed_facts()
+    found = [fit(topology, LENGTHS, SPEED, facts, drawn) for topology in topologies]
+    return sorted((each for each in found if each is not None), key=lambda each: each.misfit)
+
+
+def check_paper(fits):
+    """The shipped geometry lies within the uncertainty of the best fit, and other topologies far behind."""
+    assert fits[0].topology == RIGHT
+    assert fits[0].misfit < 1  # allowances: what a right model should show
+    assert all(each.misfit > 1.5 for each in fits[1:])
+    off = np.array(shipped_geometry()) - np.array(fits[0].geometry)
+    deviations = np.sqrt(np.diag(fits[0].covariance))
+    assert np.all(np.abs(off) < deviations)
+    # Three unknowns: 7.8 is passed by chance once in 20 times.
+    assert off @ np.linalg.pinv(fits[0].covariance) @ off < 7.8
+    assert np.all(deviations < 1e-3)
+
+
+def test_the_shipped_press_is_the_best_of_its_nearest_rivals():
+    rivals = [replace(RIGHT, slider=1), Topology(1, -1, -1, "centroid", 1), replace(RIGHT, crank=-1)]
+    check_paper(best_of([*rivals, RIGHT], SEARCHED))
+
+
+@pytest.mark.slow
+def test_the_shipped_press_is_the_best_of_all():
+    fits = best_of(TOPOLOGIES, 1000)
+    check_paper(fits)
+    assert len(fits) == len(set(TOPOLOGIES)) == 32
+
+
+def test_a_profile_agrees_with_the_covariance():
+    facts = printed_facts()
+    (best,) = best_of([RIGHT], SEARCHED)
+    for n in range(3):
+        deviation = np.sqrt(best.covariance[n, n])
+        held = best.geometry[n] + deviation * np.linspace(-3, 3, 7)
+        low, high = profile(best, n, held, LENGTHS, SPEED, facts).two_sigma
+        # The facts are nearly linear in a millimetre; interpolating a parabola linearly costs 3 %.
+        assert high - best.geometry[n] == pytest.approx(2 * deviation, rel=0.05)
+        assert best.geometry[n] - low == pytest.approx(2 * deviation, rel=0.05)
+
+
+def test_the_radius_at_which_peaks_that_follow_hertz_meet_the_print():
+    scatter = np.array([0.5, 1.0, 2.0])
+    peaks = (np.array(RADII)[:, None] / 2e-3) ** 0.2 * scatter
+    power, words = radius_met(peaks)
+    assert power == "0.20"
+    # Three scenes a factor of 2 apart: ln 2 / sqrt 3 / 0.2 = 2.0 in the logarithm of the radius.
+    assert words.startswith("0.0020 m; the scenes scatter")
+    assert "3·10⁻⁴ … 0.01 m" in words
+    assert radius_met(1 / peaks)[1].startswith("no radius")

@@ -1,0 +1,322 @@
+"""Studies as a whole, with fake models: what they write, that they resume, and how they show what failed."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparison.agreement.compare import Runs, compare
+from comparison.cli import main, reports
+from comparison.engines.platform import platform_name
+from comparison.execution.run import Outcome
+from comparison.formatting import table
+from comparison.scene import load_scene, shipped_scenes
+from comparison.studies import NAMES, paper
+from comparison.studies.campaign import population
+from comparison.studies.contact_laws import study as contact_laws
+from comparison.studies.crank_pin import study as crank_pin
+from comparison.studies.crank_pin.peaks import Case, met, peaks_table, powers
+from comparison.studies.detection import alarms, cross_model, faults, limits, rounding, study
+from comparison.studies.ensembles import study as ensembles
+from comparison.studies.extremes import cells
+from comparison.studies.extremes import study as extremes
+from comparison.studies.identification import runs
+from comparison.studies.identification import study as identification
+from comparison.studies.identification.kinematics import TOPOLOGIES
+from comparison.studies.nonlinear import controls, scenes
+from comparison.studies.random_inputs import plan
+from comparison.studies.reliability import study as reliability
+from comparison.studies.shared.errors import Peak
+from comparison.studies.tradeoff import growth
+from comparison.studies.tradeoff import study as tradeoff
+from comparison.studies.tradeoff.measure import QUANTITIES
+from comparison.studies.tradeoff.methods import METHODS
+from comparison.studies.verdicts import study as verdicts
+from comparison.tables.table import Table
+
+
+@pytest.fixture
+def small(fake_models, tmp_path, monkeypatch):
+    """Studies of few and short runs, in an empty folder; the log of what ran."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(contact_laws, "DENSE", 1000)
+    monkeypatch.setattr(contact_laws, "SPARSE", 200)
+    monkeypatch.setattr(crank_pin, "SAMPLES", 100)
+    monkeypatch.setattr(crank_pin, "SAMPLINGS", (50, 100))
+    monkeypatch.setattr(crank_pin, "MEMBERS", 2)
+    monkeypatch.setattr(ensembles, "MEMBERS", 3)
+    monkeypatch.setattr(reliability, "CASES", ("150rpm-0.2mm", "crank-pin"))
+    monkeypatch.setattr(reliability, "CYCLES", 3)
+    monkeypatch.setattr(reliability, "SAMPLES", 100)
+    monkeypatch.setattr(runs, "SAMPLES", 100)
+    monkeypatch.setattr(runs, "LONG_SAMPLES", 100)
+    monkeypatch.setattr(runs, "CYCLES", 3)
+    monkeypatch.setattr(runs, "MEMBERS", 2)
+    monkeypatch.setattr(identification, "TOPOLOGIES", TOPOLOGIES[:5])
+    for module in (paper.runs, paper.measures, paper.trends):
+        monkeypatch.setattr(module, "SAMPLES", 100, raising=False)
+        monkeypatch.setattr(module, "LONG_SAMPLES", 50, raising=False)
+    monkeypatch.setattr(paper.runs, "CYCLES", 4)
+    monkeypatch.setattr(paper.runs, "FEWER", 3)
+    monkeypatch.setattr(paper.runs, "MEMBERS", 2)
+    monkeypatch.setitem(crank_pin.VARIED, crank_pin.MODULUS, (10e9, 30e9, 70e9, 210e9))
+    monkeypatch.setattr(alarms, "KINDS", tuple(replace(kind, draws=2) for kind in alarms.KINDS))
+    monkeypatch.setattr(cross_model, "KINDS", tuple(replace(kind, wanted=2) for kind in cross_model.KINDS))
+    # There are no copies of fakes, which round alike in any environment: the first variant alone counts.
+    monkeypatch.setattr(rounding, "REARRANGED", ())
+    monkeypatch.setattr(rounding, "ROUNDINGS", rounding.ROUNDINGS[:2])
+    few = [fault for fault in faults.catalogue() if fault.kind != "code"]
+    monkeypatch.setattr(study, "catalogue", lambda: [few[0], few[-3], few[-2], few[-1]])
+    monkeypatch.setattr(limits, "PARAMETERS", limits.PARAMETERS[:1])
+    monkeypatch.setattr(limits, "HALVINGS", 1)
+    # Timings are taken in this process, by the models themselves.
+    monkeypatch.setattr(tradeoff, "measured", lambda *_: made_up_rows())
+    monkeypatch.setattr(tradeoff, "confirmation", lambda _: 1e-12)
+    monkeypatch.setattr(growth, "by_turns", lambda: [("reference", 10.0, 0.05, 500)])
+    monkeypatch.setattr(growth, "by_contacts", lambda: [("150rpm-0.2mm", 0.05, 500)])
+    monkeypatch.setattr(growth, "by_channels", lambda: [("motion", 0.05)])
+    monkeypatch.setattr(scenes, "SCENES", scenes.SCENES[:2])
+    monkeypatch.setattr(scenes, "TOLERANCES", {"reference": (1e-10, 1e-12), "exudyn": (1e-10,)})
+    monkeypatch.setattr(scenes, "TURNS", {"reference": 3, "exudyn": 2})
+    monkeypatch.setattr(scenes, "LONG", {"reference": 112, "exudyn": 14})
+    monkeypatch.setattr(scenes, "LONG_MAIN", {"reference": 112, "exudyn": 14})
+    monkeypatch.setattr(scenes, "SPEEDS", (100.0, 200.0))
+    monkeypatch.setattr(scenes, "CLEARANCES", (1e-4, 2e-4))
+    monkeypatch.setattr(controls, "PERIODS", 110)
+    monkeypatch.setattr(population, "COUNT", 5)
+    monkeypatch.setattr(plan, "SAMPLES", 40)
+    monkeypatch.setattr(plan, "RUNS", 60)
+    monkeypatch.setattr(plan, "PLANE", 30)
+    monkeypatch.setattr(plan, "FACTORS", (0.1, 1.0))
+    monkeypatch.setattr(plan, "COMMON", 20)
+    monkeypatch.setattr(plan, "TOLERANCES", (1e-7, 1e-10))
+    monkeypatch.setattr(cells, "POINTS", 12)
+    few_axes = cells.axes()[:3]
+    monkeypatch.setattr(cells, "axes", lambda: few_axes)
+    # What they hold the models to only the models can give; they have tests of their own.
+    for measured, text, figures in (
+        (extremes.limits, extremes.limits, extremes.limits_figures),
+        (extremes.baumgarte, extremes.baumgarte_text, extremes.baumgarte_figures),
+        (extremes.stability, extremes.stability_text, extremes.stability_figures),
+    ):
+        monkeypatch.setattr(measured, "measured", lambda *_: [])
+        monkeypatch.setattr(text, "text", lambda _: "measured elsewhere")
+        monkeypatch.setattr(figures, "draw", lambda *_: None)
+    return fake_models
+
+
+def made_up_rows():
+    """What every setting costs and gives, one of them nothing."""
+    rows = [
+        {
+            "method": method.name, "model": method.model, "scene": scene, "setting": setting,
+            "status": "success", "seconds": 0.1 / setting**0.1, "evaluations": 1000,
+            "errors": dict.fromkeys(QUANTITIES, 1e-3 * setting**method.order),
+        }
+        for method in METHODS
+        for scene in method.scenes
+        for setting in method.settings
+    ]  # fmt: skip
+    rows[0] |= {"status": "gave up", "seconds": None, "evaluations": None, "errors": {}}
+    return rows
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "paper",
+        "reliability",
+        "contact-laws",
+        "crank-pin",
+        "identification",
+        "ensembles",
+        "nonlinear",
+        "random-inputs",
+        "detection",
+    ],
+)  # fmt: skip
+def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
+    assert main(["study", name, "--jobs", "2"]) == 0
+    (told,) = capsys.readouterr().out.splitlines()
+    assert told == f"reports/out/{name}/README.md"
+    text = Path(told).read_text("utf-8")
+    assert not re.search(r"\{\w*\}|\bnan\b", text)
+    pictures = re.findall(r"\]\(([\w-]+\.svg)\)", text)
+    numbers = {"detection": {"detection.json"}, "paper": {"report.html"}}.get(name, set())
+    assert {path.name for path in Path(told).parent.iterdir()} == {"README.md", *numbers, *pictures}
+    for picture in pictures:
+        drawn = (Path(told).parent / picture).read_text("utf-8")
+        assert drawn.count("<path") > 10
+        assert "var(--first)" in drawn
+        assert "--first:" in drawn
+    runs = small.read_text().count("\n")
+    assert runs > 10
+    assert main(["study", name]) == 0
+    assert small.read_text().count("\n") == runs
+    assert Path(told).read_text("utf-8") == text
+
+
+@pytest.mark.usefixtures("small")
+def test_all_studies_their_list_and_the_table_of_the_readme(tmp_path):
+    (tmp_path / "README.md").write_text(f"before {reports.BEGIN} formerly {reports.END} after", "utf-8")
+    (tmp_path / "comparison").mkdir()
+    reports.main()
+    listed = (tmp_path / "reports" / "README.md").read_text("utf-8")
+    links = re.findall(r"^- \[.+\]\((.+)\)$", listed, re.MULTILINE)
+    assert links == [f"{name}/README.md" for name in NAMES]
+    assert all((tmp_path / "reports" / link).is_file() for link in links)
+    readme = (tmp_path / "README.md").read_text("utf-8")
+    assert "| 150 rpm, 0.2 mm clearance | **agree** | 100\u00a0% |" in readme
+    assert "formerly" not in readme
+    # Machine, versions and date stand below the table in both, and with the verdicts on record.
+    made = next(line for line in readme.splitlines() if line.startswith("Made on "))
+    assert made in (tmp_path / "reports" / "verdicts" / "README.md").read_text("utf-8")
+    assert platform_name() in made
+    assert f"numpy {np.__version__}" in made
+    recorded = tomllib.loads((tmp_path / "comparison" / "verdicts.toml").read_text("utf-8"))
+    assert made == f"Made on {recorded['made']['machine']}; {recorded['made']['date']}."
+    known = recorded["scenes"]["150rpm-0.2mm"]
+    assert known == {"hash": load_scene("150rpm-0.2mm").hash, "standard": "agree", "tight": "agree"}
+    assert list(recorded["scenes"]) == shipped_scenes()
+
+
+def test_an_unknown_study_is_refused_with_the_known_ones(small, capsys):
+    assert main(["study", "contact_laws"]) == 2
+    err = capsys.readouterr().err
+    assert "study 'contact_laws' is not known; there are verdicts, paper, reliability" in err
+    assert err.count("\n") == 1
+    assert not Path("reports").exists()
+    assert small.read_text() == ""
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_the_work(small, capsys):
+    Path("file").touch()
+    assert main(["study", "crank-pin", "--out", "file/below"]) == 2
+    assert "is not a folder" in capsys.readouterr().err
+    assert small.read_text() == ""
+
+
+def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
+    refused = Outcome("bad input", "contact.law = 'strip' is not simulated")
+    shown = contact_laws.of_run(refused)
+    assert shown[0] == "not simulated: contact.law = 'strip' is not simulated"
+    assert set(shown[1:]) == {"n/a"}
+    assert len(shown) == len(contact_laws.RUN_HEADINGS)
+    partial = Table(
+        pd.DataFrame({"time": [0.0, 0.1], "energy_residual": [0.0, -5.0]}),
+        pd.DataFrame(
+            {"corner": ["ll"], "start": [0.0], "end": [0.1], "peak_force": [3.0], "largest_depth": [1e-6]}
+        ),
+        {name: {"min": -2.0, "max": 1.0} for name in ("slider_vx", "slider_omega")},
+        {"counters": {"steps": 7}},
+    )
+    stopped = Outcome("work-limit", "shorten drive.cycles", partial=partial)
+    shown = contact_laws.of_run(stopped)
+    assert shown[0] == "work-limit at 0.1000 s; shorten drive.cycles"
+    assert shown[3:5] == ["5.00\u00a0J", "2.00\u00a0m/s"]
+    assert contact_laws.of_switches(stopped)[0] == "not measured: work-limit"
+    assert len(contact_laws.of_switches(stopped)) == len(contact_laws.SWITCH_HEADINGS)
+
+
+def case(*sizes: float, stopped: tuple[str, ...] = ()) -> Case:
+    channels = ("slider_y", "slider_vy", "slider_ay")
+    peaks = {(c, close): [Peak(size, 0.75) for size in sizes] for c in channels for close in (False, True)}
+    return Case(peaks, list(stopped))
+
+
+def test_peaks_of_an_ensemble_stand_beside_the_published_ones():
+    text = peaks_table({"a": case(-100.0, 494.9, 600.0), "b": case(stopped=("not simulated: no pin",))})
+    row = next(line for line in text.splitlines() if line.startswith("| acceleration, second cycle"))
+    assert row.replace("\u00a0", " ").endswith("| 494.9 m/s² | 494.9 m/s² (100 m/s² … 600 m/s²) |")
+    assert text.splitlines()[-1] == "b: not simulated: no pin."
+    assert peaks_table({"b": case(stopped=("not simulated: no pin",))}) == "b: not simulated: no pin."
+
+
+def test_exponents_and_where_the_published_peak_is_met():
+    cases = {modulus: case(494.9 * (modulus / 20e9) ** 0.4) for modulus in (1e9, 7e9, 90e9)}
+    assert powers(cases) == "displacement 0.40, velocity 0.40, acceleration 0.40"
+    assert met(cases, "slider_ay") == "20 GPa"
+    assert met({1e9: case(1.0), 2e9: case(2.0)}, "slider_ay") == "no modulus"
+
+
+def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make_table):
+    def compared(tier, apart):
+        sides = [
+            Runs(*(make_table(part * error) for part in (1, 0.25, 4, 4, 4))) for error in (1e-8, 1e-8 + apart)
+        ]
+        return compare(*sides, scene=scene, labels=("reference", "exudyn"), tier=tier)
+
+    usual = compared("standard", 1e-6)
+    line = dict(
+        zip(verdicts.HEADINGS, verdicts.row(replace(usual, tight=compared("tight", 1e-7))), strict=True)
+    )
+    assert line["tight tier"] == line["standard tier"] == "**agree**"
+    # 1e-7 (1 + cos) sin of a clearance of 0.2 mm, at most 1.3 where the angle is 60 degrees.
+    assert line["largest difference of x, tight, predictable samples"] == "2.6e-11 m"
+    # Two errors of some 1e-5 of the clearance of 2e-4 m.
+    far = verdicts.row(replace(usual, tight=compared("tight", 1e-5)))[-1]
+    assert re.fullmatch(r"\S+e-09 m †", far)
+    assert line["largest difference of x, whole run"] == "2.6e-10 m"
+    assert line["samples predictable"] == line["of these explained, tight"] == "100\u00a0%"
+    refused = replace(usual, verdict="cannot compare", channels={}, attribution=None)
+    for tight, told in ((None, "not run"), (refused, "**cannot compare**")):
+        shown = verdicts.row(replace(usual, tight=tight))
+        assert shown[-4:] == [told, "n/a", "n/a", "n/a"]
+        assert len(verdicts.row(replace(refused, tight=tight))) == len(verdicts.HEADINGS)
+
+
+def test_what_the_mark_means_stands_below_the_table_where_there_is_one(scene, make_table):
+    sides = [Runs(*(make_table(part * error) for part in (1, 0.25, 4, 4, 4))) for error in (1e-8, 2e-8)]
+    near = compare(*sides, scene=scene, labels=("reference", "exudyn"))
+    far = replace(near, channels={"slider_x": replace(near.channels["slider_x"], difference=near.time)})
+    made = {"machine": "a machine", "date": "2030-01-01"}
+    for tight, marked in ((None, False), (near, False), (far, True)):
+        text = verdicts.text([replace(near, tight=tight)], made)
+        assert ("† above the 1e-09 m" in text) == marked
+        assert text.endswith("\nMade on a machine; 2030-01-01.\n")
+        shown = reports.table_of(text)
+        assert shown.endswith("\nMade on a machine; 2030-01-01.")
+        assert shown.count("†") == text.count("†") == 2 * marked
+
+
+def test_a_bar_in_a_cell_does_not_end_it():
+    assert table(("a", "b"), [("1|2", "3")]) == "| a | b |\n|---|---|\n| 1\\|2 | 3 |"
+
+
+@pytest.mark.usefixtures("small")
+def test_speed_against_accuracy_has_its_tables_drawings_and_failures(capsys):
+    assert main(["study", "tradeoff"]) == 0
+    (told,) = capsys.readouterr().out.splitlines()
+    text = Path(told).read_text("utf-8")
+    assert not re.search(r"\{\w*\}|\bnan\b", text)
+    pictures = re.findall(r"\]\(([\w.-]+\.svg)\)", text)
+    assert len(pictures) == 6
+    assert {path.name for path in Path(told).parent.iterdir()} == {"README.md", "tradeoff.json", *pictures}
+    assert "- reference, minimal, DOP853, 150rpm-0.2mm, 1e-06: gave up" in text
+    assert "R: minimal, DOP853 (-1)" in (Path(told).parent / "150rpm-0.2mm-seconds.svg").read_text("utf-8")
+
+
+def test_extremes_have_every_run_in_a_class_and_a_second_call_runs_nothing(small, capsys):
+    assert main(["study", "extremes", "--jobs", "2"]) == 0
+    (told,) = capsys.readouterr().out.splitlines()
+    text, folder = Path(told).read_text("utf-8"), Path(told).parent
+    assert not re.search(r"\{\w*\}|\bnan\b", text)
+    assert {path.name for path in folder.iterdir()} == {
+        "README.md", "cells.csv", "axes.svg", "hypercube.svg", "errors.svg"
+    }  # fmt: skip
+    rows = pd.read_csv(folder / "cells.csv")
+    assert set(rows["class"]) <= {"converged", "degraded", "unconfirmed", "stopped", "refused"}
+    assert (rows["axis"] == "hypercube").sum() == 12 * 4
+    # The fakes err by what their settings say: nothing is degraded without its number.
+    assert rows.loc[rows["class"] == "degraded", "error_m"].notna().all()
+    runs = small.read_text().count("\n")
+    assert runs > 100
+    assert main(["study", "extremes"]) == 0
+    assert small.read_text().count("\n") == runs
+    assert Path(told).read_text("utf-8") == text

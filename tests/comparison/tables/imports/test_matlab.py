@@ -1,0 +1,120 @@
+"""MATLAB's files: vectors and structures arrive bit for bit, all else is refused or listed, none ends us."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from comparison.tables.imports.mapping import load_mapping
+from comparison.tables.imports.text import read_pair
+from comparison.tables.table import Table, TableError
+
+TIME = np.arange(0, 11) / 1000
+COLUMNS = {"time": TIME, "slider_y": 0.1 * np.cos(400 * TIME), "slider_angle": 1e-3 * np.sin(400 * TIME)}
+FILE = Path("a.mat")
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def read(mapping: str | None = None) -> tuple[Table, tuple[str, ...]]:
+    """Read the file beside itself."""
+    rules = None
+    if mapping is not None:
+        Path("map.toml").write_text(mapping)
+        rules = load_mapping(Path("map.toml"))
+    table, _, warnings = read_pair(FILE, FILE, rules)
+    return table, warnings
+
+
+def same(table: Table) -> None:
+    assert list(table.frame) == list(COLUMNS)
+    for name, values in COLUMNS.items():
+        assert table.frame[name].to_numpy().tobytes() == values.tobytes()
+
+
+@pytest.mark.parametrize("structure", [True, False])
+@pytest.mark.parametrize("shape", [(-1, 1), (1, -1)])
+def test_vectors_and_a_structure_of_them(shape, structure):
+    vectors = {name: values.reshape(shape) for name, values in COLUMNS.items()}
+    savemat(FILE, {"run": vectors} if structure else vectors)
+    same(read()[0])
+
+
+def test_of_several_structures_the_name_counts():
+    savemat(FILE, {"adams": COLUMNS, "other": COLUMNS})
+    rules = "".join(
+        f'[columns."adams.{name}"]\nchannel = "{name}"\nunit = "{unit}"\n'
+        for name, unit in zip(COLUMNS, ("s", "m", "rad"), strict=True)
+    )
+    table, warnings = read(rules)
+    same(table)
+    assert "other.slider_y" in warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("extra", "kind"),
+    [
+        (np.array(["a", {}], dtype=object), "objects or cells"),
+        (np.eye(3), "matrix of 3 x 3"),
+        (3.0, "single number"),
+        ("slow", "text"),
+        (1j * np.ones(11), "complex numbers"),
+    ],
+)
+def test_what_is_no_vector_is_refused_or_listed(extra, kind):
+    savemat(FILE, COLUMNS | {"more": extra})
+    with pytest.raises(TableError, match=rf"'more \({kind}\)' is unexpected"):
+        read()
+    table, warnings = read('[columns.slider_y]\nchannel = "slider_y"\nunit = "m"')
+    same(table)
+    assert f"more ({kind})" in warnings[0]
+
+
+def test_a_variable_may_have_the_name_of_an_argument():
+    savemat(FILE, COLUMNS | {"file": 3.0, "others": np.zeros(11)})
+    with pytest.raises(TableError, match=r"'file \(single number\)' is unexpected"):
+        read()
+
+
+def test_vectors_of_two_lengths_are_refused():
+    savemat(FILE, COLUMNS | {"slider_x": np.zeros(5)})
+    with pytest.raises(TableError, match="time holds 11 numbers and slider_x 5"):
+        read()
+
+
+def test_version_73_says_what_to_do():
+    FILE.write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + b"\x89HDF\r\n\x1a\n" + bytes(400))
+    with pytest.raises(TableError, match=r"version 7\.3 .* save it with the option -v7"):
+        read()
+
+
+def test_a_file_that_is_not_there_is_one_line():
+    with pytest.raises(TableError, match=r"^a\.mat: No such file or directory$"):
+        read()
+
+
+# The last three end scipy's parser by a wrong address.
+@pytest.mark.parametrize(
+    "broken",
+    [
+        lambda whole: whole[:0],
+        lambda whole: whole[:60],
+        lambda whole: whole[:200],
+        lambda whole: whole[:-3],
+        lambda whole: whole[:126] + b"??" + whole[128:],
+        lambda whole: whole[:145] + b"\x0f" + whole[146:],
+        lambda whole: whole[:154] + b"\x01" + whole[155:],
+        lambda whole: whole[:177] + b"\x0e" + whole[178:],
+    ],
+)
+def test_a_broken_file_is_one_line(broken):
+    savemat("good.mat", COLUMNS)
+    FILE.write_bytes(broken(Path("good.mat").read_bytes()))
+    with pytest.raises(TableError, match=r"^a\.mat: is no \.mat file that can be read$"):
+        read()
