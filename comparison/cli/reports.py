@@ -64,12 +64,12 @@ def with_table(readme: str, verdicts: str) -> str:
     return f"{before}{BEGIN}\n\n{verdicts}\n\n{END}{after}"
 
 
-def main() -> None:
+def main(*, small: bool = False) -> None:
     """Write all studies (kept runs are used), then what refers to them."""
     written = {}
     for name in NAMES:
         with progress(name) as report:
-            written[name] = write_study(name, REPORTS / name, cpus(), report).read_text("utf-8")
+            written[name] = write_study(name, REPORTS / name, cpus(), report, small=small).read_text("utf-8")
     readme = Path("README.md")
     _write(index(written), REPORTS / "README.md")
     _write(with_table(readme.read_text("utf-8"), table_of(written["verdicts"])), readme)

@@ -34,7 +34,11 @@ studies = typer.Typer(
 
 
 def _command(name: str) -> Callable[..., int]:
-    def command(out: _OutStudy = None, jobs: Jobs = None) -> int:
+    def command(
+        out: _OutStudy = None,
+        jobs: Jobs = None,
+        small: Annotated[bool, typer.Option("--small", help="Few and short runs, to try it.")] = False,
+    ) -> int:
         from comparison.execution.workers import cpus
         from comparison.files import check_folder
         from comparison.studies import write_study
@@ -42,7 +46,7 @@ def _command(name: str) -> Callable[..., int]:
         folder = out or REPORTS / name
         check_folder(folder)
         with progress(name) as report:
-            path = write_study(name, folder, jobs or cpus(), report)
+            path = write_study(name, folder, jobs or cpus(), report, small=small)
         typer.echo(str(path))
         return 0
 

@@ -83,6 +83,7 @@ class ChannelFigure:
         width = _RIGHT - _LEFT
         self._upper = upper = figure.add_axes((_LEFT, _UPPER[0], width, _UPPER[1]))
         self._lower = lower = figure.add_axes((_LEFT, _LOWER[0], width, _LOWER[1]))
+        upper.spines["top"].set_visible(True)
         upper.tick_params(labelbottom=False, labeltop=True, top=True, bottom=False)
         upper.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
         lower.set_yscale("log", nonpositive="clip")
@@ -92,9 +93,7 @@ class ChannelFigure:
         lower.yaxis.set_major_formatter(lambda value, _: decade(value) if value > 0 else "")
         lower.set_xlabel("time (s)", labelpad=2)
         for axes in (upper, lower):
-            axes.spines["right"].set_visible(False)
             axes.yaxis.set_label_coords(-0.11, 0.5)
-        lower.spines["top"].set_visible(False)
 
         self._walls = [
             upper.axhline(0.0, color=svg.LIMIT, lw=0.8, dashes=(1, 2), label="wall") for _ in range(2)

@@ -84,7 +84,6 @@ def against_angle(quantities: dict[str, Difference], labels: tuple[str, str]) ->
         axes.set_ylim(values.min() - margin, values.max() + margin)
         axes.yaxis.set_major_locator(MaxNLocator(3))
         axes.set_ylabel(f"R, {name}")
-        axes.spines[["top", "right"]].set_visible(False)
     panels[-1].set_xlim(0.0, 360.0)
     panels[-1].set_xticks(np.arange(0, 361, 72))
     panels[-1].set_xlabel("crank angle from the start (deg)", labelpad=2)

@@ -7,14 +7,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
-import matplotlib.figure
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from comparison.files import replacing
 
 STYLE = Path(__file__).with_name("assets") / "sixbar.mplstyle"
 
+HEIGHT = 3.0
+"""Inches, of a figure with one panel."""
 # What a colour of the drawing means; the page's style sheet says what it looks like, light and dark.
 INK, GRID, FIRST, SECOND = "#111111", "#222222", "#333333", "#444444"
 DIFFERENCE, THRESHOLD, SHADE, BEYOND, LIMIT = "#555555", "#666666", "#777777", "#888888", "#999999"
@@ -46,6 +50,45 @@ def style() -> Iterator[None]:
         yield
 
 
+@contextmanager
+def panels(
+    path: Path, rows: int = 1, columns: int = 1, *, height: float = HEIGHT, **options: Any
+) -> Iterator[list[Axes]]:
+    """Draw a figure of some panels and write it as a file of its own.
+
+    Parameters
+    ----------
+    path
+        Where to.
+    rows, columns
+        Of panels.
+    height
+        Inches; the width is that of the style.
+    options
+        Of `matplotlib.figure.Figure.subplots`, such as ``sharex``.
+
+    Yields
+    ------
+    axes
+        Row by row. What lies above them (`legend_above`) is given room.
+    """
+    with style():
+        figure = Figure(layout="constrained")
+        figure.set_figheight(height)
+        axes = list(figure.subplots(rows, columns, squeeze=False, **options).flat)
+        yield axes
+        write_svg(figure, path)
+
+
+def legend_above(axes: Axes, columns: int = 4) -> None:
+    """Put the legend of a panel above its figure."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    figure.legend(
+        *axes.get_legend_handles_labels(), loc="outside upper left", ncols=columns, borderaxespad=0.4
+    )
+
+
 def _rounded(match: re.Match[str]) -> str:
     """Return a path with tenths of a point, relative to nothing, without needless blanks."""
     path = _NUMBER.sub(
@@ -63,7 +106,7 @@ def standalone(svg: str) -> str:
     return str(svg).replace("<svg ", head, 1).replace(">", f">{block}", 1) + "\n"
 
 
-def inline_svg(figure: matplotlib.figure.Figure, key: str) -> str:
+def inline_svg(figure: Figure, key: str) -> str:
     """Return the figure as an ``<svg>`` element to be put into an HTML page.
 
     Parameters
@@ -92,7 +135,7 @@ def inline_svg(figure: matplotlib.figure.Figure, key: str) -> str:
     return re.sub(r">\s+<", "><", svg).strip()
 
 
-def write_svg(figure: matplotlib.figure.Figure, path: Path) -> None:
+def write_svg(figure: Figure, path: Path) -> None:
     """Write a figure, made inside `style`, as a file of its own."""
     with replacing(path) as part:
         part.write_text(standalone(inline_svg(figure, path.stem)), "utf-8")

@@ -1,8 +1,8 @@
 """What the code says about questions that one comparison cannot answer: each study writes its own folder.
 
-A study is a package here; its module `study` has a function ``write(folder, n_jobs, on_progress)`` that runs
-its scenes by `comparison.execution` (so that an interrupted study resumes and a second call is quick) and
-writes a README.md with SVG figures into a folder that exists.
+A study is a package here, with a module `study` that holds its ``STUDY`` (`comparison.studies.shared.study`):
+what it is asked with, small and full; what it measures, by `comparison.execution`, so that an interrupted
+study resumes and a second call is quick; the template of its page and its figures.
 """
 
 from __future__ import annotations
@@ -30,26 +30,22 @@ STUDIES = {
 NAMES = tuple(STUDIES)
 
 
-def write_study(name: str, folder: Path, n_jobs: int, on_progress: Callable[[float], None] | None) -> Path:
-    """Let a study write its folder.
+def write_study(
+    name: str, folder: Path, n_jobs: int, on_progress: Callable[[float], None] | None, *, small: bool = False
+) -> Path:
+    """Let a study write its folder; parameters and result of `comparison.studies.shared.study.Study.write`.
 
     Parameters
     ----------
     name
         One of `NAMES`.
-    folder
-        Made if there is none.
-    n_jobs
-        Worker processes.
-    on_progress
-        Called with the finished share, 0 to 1.
-
-    Returns
-    -------
-    path
-        Of the study's README.md.
+    folder, n_jobs, on_progress, small
+        Where to, worker processes, progress from 0 to 1, and whether with few and short runs.
     """
-    study = import_module(f"comparison.studies.{name.replace('-', '_')}.study")
-    folder.mkdir(parents=True, exist_ok=True)
-    study.write(folder, n_jobs, on_progress)
-    return folder / "README.md"
+    module = import_module(f"comparison.studies.{name.replace('-', '_')}.study")
+    if not hasattr(module, "STUDY"):
+        folder.mkdir(parents=True, exist_ok=True)
+        module.write(folder, n_jobs, on_progress)
+        return folder / "README.md"
+    path: Path = module.STUDY.write(folder, n_jobs, on_progress, small=small)
+    return path

@@ -38,7 +38,8 @@ def test_the_verdicts_are_those_of_the_reports():
 
 
 def test_the_verdicts_on_record_are_those_of_the_reports():
-    recorded = tomllib.loads((ROOT / "comparison" / "agreement" / "verdicts.toml").read_text("utf-8"))["scenes"]
+    path = ROOT / "comparison" / "agreement" / "verdicts.toml"
+    recorded = tomllib.loads(path.read_text("utf-8"))["scenes"]
     assert list(recorded) == shipped_scenes()
     text = (REPORTS / "verdicts" / "README.md").read_text("utf-8")
     rows = {line.split(" | ")[0].removeprefix("| "): line for line in text.splitlines() if line[:1] == "|"}

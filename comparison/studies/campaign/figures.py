@@ -78,7 +78,6 @@ def draw_distances(cases: Sequence[Case], rows: Sequence[Row], path: Path) -> No
             axes.set_yscale("log")
             axes.set_ylim(0.7, 1.2 * len(rows))
             _plain(axes.yaxis, (1, 10, 100, 1000))
-            axes.spines[["top", "right"]].set_visible(False)
         left.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, handlelength=1.2)
         figure.subplots_adjust(left=0.1, right=0.96, bottom=0.17, top=0.88, wspace=0.22)
         svg.write_svg(figure, path)
@@ -121,7 +120,6 @@ def draw_places(cases: Sequence[Case], rows: Sequence[Row], path: Path) -> None:
             axes.set_xlim(0.9 * SPEED_RPM[0], 1.1 * SPEED_RPM[1])
             _plain(axes.xaxis, (10, 30, 100, 300, 1000))
             axes.set_xlabel("speed (rpm)")
-            axes.spines[["top", "right"]].set_visible(False)
         left.legend(
             loc="lower left", bbox_to_anchor=(-0.05, 1.0), ncols=3, handlelength=0.8, columnspacing=1.0
         )

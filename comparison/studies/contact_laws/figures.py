@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from comparison.report import svg
 from comparison.report.decimate import envelope, upper_envelope
@@ -38,10 +36,9 @@ def draw(laws: Mapping[str, Table | None], literal: Mapping[float, Table | None]
     folder
         Where to.
     """
-    with svg.style():
-        _energy(laws, folder / "energy.svg")
-        _energy({f"{tolerance:.0e}": run for tolerance, run in literal.items()}, folder / "tolerances.svg")
-        figure, axes = _axes()
+    _energy(laws, folder / "energy.svg")
+    _energy({f"{tolerance:.0e}": run for tolerance, run in literal.items()}, folder / "tolerances.svg")
+    with svg.panels(folder / "slider_x.svg") as (axes,):
         for (law, run), line in zip(laws.items(), _LINES, strict=False):
             if run is not None:
                 inside = (run.time >= REVERSAL[0]) & (run.time <= REVERSAL[1])
@@ -49,32 +46,18 @@ def draw(laws: Mapping[str, Table | None], literal: Mapping[float, Table | None]
                 time, x = run.time[inside], 1e3 * (run.values("slider_x")[inside] - guide)
                 kept = envelope(x)
                 axes.plot(time[kept], x[kept], label=law, **line)
-        axes.set_ylabel("x − guide (mm)")
-        _finish(axes, figure, folder / "slider_x.svg")
+        axes.set(xlabel="time (s)", ylabel="x − guide (mm)")
+        svg.legend_above(axes)
 
 
 def _energy(runs: Mapping[str, Table | None], path: Path) -> None:
-    figure, axes = _axes()
-    axes.set_yscale("log")
-    for (label, run), line in zip(runs.items(), _LINES, strict=False):
-        if run is None:
-            axes.plot([], [], label=f"{label}: stopped", **line)
-            continue
-        size = np.maximum(np.abs(run.values("energy_residual")), _LEAST)
-        kept = upper_envelope(size)
-        axes.plot(run.time[kept], size[kept], label=label, **line)
-    axes.set_ylabel("|energy from nowhere| (J)")
-    _finish(axes, figure, path)
-
-
-def _axes() -> tuple[Figure, Axes]:
-    figure = Figure(figsize=(5.56, 3.0))
-    axes = figure.add_axes((0.135, 0.14, 0.83, 0.74))
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.set_xlabel("time (s)")
-    return figure, axes
-
-
-def _finish(axes: Axes, figure: Figure, path: Path) -> None:
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1.01), ncols=4)
-    svg.write_svg(figure, path)
+    with svg.panels(path) as (axes,):
+        for (label, run), line in zip(runs.items(), _LINES, strict=False):
+            if run is None:
+                axes.plot([], [], label=f"{label}: stopped", **line)
+                continue
+            size = np.maximum(np.abs(run.values("energy_residual")), _LEAST)
+            kept = upper_envelope(size)
+            axes.plot(run.time[kept], size[kept], label=label, **line)
+        axes.set(xlabel="time (s)", ylabel="|spurious energy| (J)", yscale="log")
+        svg.legend_above(axes)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from comparison.execution.run import Job, Outcome, Progress, run_all
-from comparison.files import replacing
 from comparison.formatting import MISSING, number, quantity, table
 from comparison.scene import Scene, load_scene
 from comparison.studies.contact_laws.figures import draw
+from comparison.studies.shared.study import Study
 from comparison.studies.shared.switches import closest, created, depths, surplus, switches
 from comparison.tables.table import Table
 
@@ -20,42 +20,64 @@ LAWS = ("hertz-corners", "strip", "paper-switching")
 TOLERANCES = (1e-9, 1e-10, 1e-11, 1e-12)
 SHOWN = 1e-10
 """Of the figures."""
-DENSE = 400_000
-"""Samples a cycle under paper-switching: 1 us apart, to separate the switches."""
-SPARSE = 4000
 LISTED = 12
 
-Runs = dict[tuple[str, float], Outcome]
+
+@dataclass(frozen=True)
+class Config:
+    """Samples a cycle.
+
+    Attributes
+    ----------
+    dense
+        Of the reference under paper-switching.
+    sparse
+        Of all other runs.
+    """
+
+    dense: int
+    sparse: int
 
 
-def scene(law: str, tolerance: float | None = None) -> Scene:
+@dataclass(frozen=True)
+class Results:
+    """The runs of the reference, by law and tolerance, and of Exudyn, by law."""
+
+    reference: dict[tuple[str, float], Outcome]
+    exudyn: dict[str, Outcome]
+
+
+def scene(law: str, config: Config, tolerance: float | None = None) -> Scene:
     """Return one cycle of the central case under a law; without a tolerance: as Exudyn runs it."""
     dense = law == "paper-switching" and tolerance is not None
     values: dict[str, object] = {
         "contact.law": law,
         "drive.cycles": 1.0,
         "output.groups": ["energy"],
-        "output.samples_per_cycle": DENSE if dense else SPARSE,
+        "output.samples_per_cycle": config.dense if dense else config.sparse,
     }
     if tolerance is not None:
         values["solver.reference.tolerance"] = tolerance
     return load_scene("150rpm-0.2mm", values)
 
 
-def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
-    """Run the laws by both models, the reference at several tolerances, and write README.md and figures."""
+def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
+    """Run the laws by both models, the reference at several tolerances."""
     which = [(law, tolerance) for law in LAWS for tolerance in TOLERANCES]
-    jobs = [Job(scene(*key), "reference") for key in which] + [Job(scene(law), "exudyn") for law in LAWS]
-    outcomes = run_all(jobs, n_jobs, on_progress)
-    reference = dict(zip(which, outcomes, strict=False))
-    exudyn = dict(zip(LAWS, outcomes[len(which) :], strict=True))
+    jobs = [Job(scene(law, config, tolerance), "reference") for law, tolerance in which]
+    outcomes = run_all([*jobs, *(Job(scene(law, config), "exudyn") for law in LAWS)], n_jobs, on_progress)
+    return Results(
+        dict(zip(which, outcomes, strict=False)), dict(zip(LAWS, outcomes[len(which) :], strict=True))
+    )
+
+
+def figures(results: Results, folder: Path) -> None:
+    """Draw energies and x."""
     draw(
-        {law: recorded(reference[law, SHOWN]) for law in LAWS},
-        {t: recorded(reference[LAWS[-1], t]) for t in TOLERANCES},
+        {law: recorded(results.reference[law, SHOWN]) for law in LAWS},
+        {t: recorded(results.reference[LAWS[-1], t]) for t in TOLERANCES},
         folder,
     )
-    with replacing(folder / "README.md") as part:
-        part.write_text(text(reference, exudyn), "utf-8")
 
 
 def recorded(outcome: Outcome) -> Table | None:
@@ -63,8 +85,9 @@ def recorded(outcome: Outcome) -> Table | None:
     return outcome.table or outcome.partial
 
 
-def text(reference: Runs, exudyn: dict[str, Outcome]) -> str:
-    """Return the study's README."""
+def page(results: Results) -> dict[str, str]:
+    """Return what stands in the page."""
+    reference, exudyn = results.reference, results.exudyn
     best = {law: recorded(reference[law, min(TOLERANCES)]) for law in LAWS}
     rows = [
         [law, f"reference, tolerance {tolerance:.0e}", *of_run(outcome), follows(outcome, best[law])]
@@ -80,17 +103,16 @@ def text(reference: Runs, exudyn: dict[str, Outcome]) -> str:
     listed_at = min((t for t in literal if t not in stopped), default=SHOWN)
     shown = literal[listed_at].table
     listed = [] if shown is None else listing(shown)
-    template = files("comparison.studies.contact_laws").joinpath("contact_laws.md").read_text("utf-8")
-    return template.format(
-        runs=table(("law", "run", *RUN_HEADINGS, "x within 1 µm of the most accurate run until"), rows),
-        switches=table(("tolerance", *SWITCH_HEADINGS), statistics),
-        tolerance=f"{listed_at:.0e}",
-        listed=table(LIST_HEADINGS, listed[:LISTED]),
-        stopped=f"At {', '.join(f'{t:.0e}' for t in stopped)} the run had to be given up.\n"
+    return {
+        "runs": table(("law", "run", *RUN_HEADINGS, "x within 1 µm of the most accurate run until"), rows),
+        "switches": table(("tolerance", *SWITCH_HEADINGS), statistics),
+        "tolerance": f"{listed_at:.0e}",
+        "listed": table(LIST_HEADINGS, listed[:LISTED]),
+        "stopped": f"At {', '.join(f'{t:.0e}' for t in stopped)} the run had to be given up.\n"
         if stopped
         else "",
-        more=f"\n{len(listed) - LISTED} more are not shown.\n" if len(listed) > LISTED else "",
-    )
+        "more": f"\n{len(listed) - LISTED} more are not shown.\n" if len(listed) > LISTED else "",
+    }
 
 
 RUN_HEADINGS = (
@@ -181,7 +203,11 @@ LIST_HEADINGS = ("time", "law after it", "depth of the other corner", "energy cr
 def listing(result: Table) -> list[list[str]]:
     """Return one row a switch."""
     found = switches(_events(result))
-    columns = depths(found, result, scene(LAWS[-1]).data), created(found, result), _theory(found, result)
+    columns = (
+        depths(found, result, scene(LAWS[-1], STUDY.full).data),
+        created(found, result),
+        _theory(found, result),
+    )
     return [
         [
             f"{time:.6f} s",
@@ -197,7 +223,7 @@ def listing(result: Table) -> list[list[str]]:
 
 
 def _theory(found: pd.DataFrame, result: Table) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    data = scene(LAWS[-1]).data
+    data = result.provenance["scene"]
     return np.where(found["to_surface"], 1.0, -1.0) * surplus(depths(found, result, data), data)
 
 
@@ -208,3 +234,14 @@ def _events(result: Table) -> pd.DataFrame:
 
 def _largest(peak: dict[str, float]) -> float:
     return max(abs(peak["min"]), abs(peak["max"]))
+
+
+STUDY = Study(
+    "contact-laws",
+    small=Config(dense=1000, sparse=200),
+    # 1 us apart, to separate the switches.
+    full=Config(dense=400_000, sparse=4000),
+    measure=measure,
+    page=page,
+    draw=figures,
+)

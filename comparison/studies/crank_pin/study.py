@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from itertools import islice
 from math import degrees
 from pathlib import Path
@@ -12,12 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from comparison.execution.run import Job, Outcome, Progress, run_all, successful
-from comparison.files import replacing
 from comparison.formatting import quantity
 from comparison.scene import Scene, load_scene
 from comparison.studies.crank_pin.figures import draw
 from comparison.studies.crank_pin.peaks import PRINTED, WORDS, Case, met, peaks_table, powers, summarise
 from comparison.studies.shared.errors import error, second_cycle, shift_bound
+from comparison.studies.shared.study import Study
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 
@@ -29,21 +28,35 @@ RADIUS, MODULUS, TOLERANCE = (
     "contact.youngs_modulus",
     "solver.reference.tolerance",
 )
-VARIED: dict[str, Sequence[float]] = {
-    RADIUS: (2e-3, 5e-3, 10e-3, 20e-3, 50e-3),
-    MODULUS: (1e9, 3e9, 10e9, 30e9, 100e9, 210e9, 1000e9),
-    TOLERANCE: (1e-9, 1e-10, 1e-11),
-}
 SHOWN = (RADIUS, 10e-3)
 BUILT = 20e-3
 """m; a larger journal would reach beyond the pivot of a 45 mm crank."""
 SOFT = 50e9
 """Pa; between the moduli that the exponents of soft and of hard contacts are fitted to."""
-SAMPLES = 10_000
-SAMPLINGS = (1000, 5000, SAMPLES, 20_000, 100_000)
-MEMBERS = 8
 NUDGE = 1e-7
 """Degrees of the crank from one member to the next: less than 1e-9 m of the ideal slider in all of them."""
+
+
+@dataclass(frozen=True)
+class Config:
+    """What is varied and how often it runs.
+
+    Attributes
+    ----------
+    varied
+        Key -> its values; each is run as an ensemble.
+    members
+        Runs in an ensemble.
+    samples
+        A cycle, of all runs but those of `samplings`.
+    samplings
+        Samples a cycle of one run each.
+    """
+
+    varied: Mapping[str, Sequence[float]]
+    members: int
+    samples: int
+    samplings: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -52,6 +65,8 @@ class Runs:
 
     Attributes
     ----------
+    config
+        What was asked.
     members
         (key, value) of what is varied -> the runs of its ensemble.
     sampled, still
@@ -61,9 +76,10 @@ class Runs:
     smooth
         The largest journal without friction.
     bound
-        What a rigid shift of the pin by its clearance moves the slider by, m, at `SAMPLES` a cycle.
+        What a rigid shift of the pin by its clearance moves the slider by, m.
     """
 
+    config: Config
     members: dict[tuple[str, float], list[Outcome]]
     sampled: dict[int, Outcome]
     exudyn: dict[float, Outcome]
@@ -72,96 +88,93 @@ class Runs:
     bound: Array
 
 
-def scene(values: Values, member: int = 0) -> Scene:
+def scene(values: Values, samples: int = 1000, member: int = 0) -> Scene:
     """Return two cycles with clearance at A only."""
     fixed: Values = {
         "joints.slider": "ideal",
         "joints.crank_pin": "clearance",
         "mechanism.crank_angle_deg": load_scene(BASE).data["mechanism"]["crank_angle_deg"] + member * NUDGE,
         "output.groups": ["accelerations"],
-        "output.samples_per_cycle": SAMPLES,
+        "output.samples_per_cycle": samples,
     }
     return load_scene(BASE, fixed | values)
 
 
-def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
-    """Run the ensembles, the ideal mechanism and Exudyn, and write README.md and figures."""
-    runs = simulate(n_jobs, on_progress)
-    still, period = runs.still[SAMPLES], scene({}).period
-    cases = {key: summarise(outcomes, still, period) for key, outcomes in runs.members.items()}
-    shown = _first(runs.members[SHOWN])
-    draw(
-        folder,
-        still.time,
-        {channel: error(shown, still, channel) for channel in WORDS},
-        runs.bound,
-        PRINTED,
-        {E: case.peaks["slider_ay", True] for E, case in _of(cases, MODULUS).items()},
-    )
-    with replacing(folder / "README.md") as part:
-        part.write_text(text(runs, cases), "utf-8")
-
-
-def simulate(n_jobs: int, on_progress: Progress | None) -> Runs:
-    """Run everything in one go.
+def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
+    """Run the ensembles, the ideal mechanism and Exudyn in one go.
 
     Raises
     ------
     RunError
         If the ideal mechanism, of which nothing can fail, does.
     """
-    which = [(key, value) for key, values in VARIED.items() for value in values]
-    radii = VARIED[RADIUS]
-    counts: list[Values] = [{"output.samples_per_cycle": count} for count in SAMPLINGS]
-    jobs = [Job(scene({key: value}, k), "reference") for key, value in which for k in range(MEMBERS)]
-    jobs += [Job(scene(values), "reference") for values in counts]
-    jobs += [Job(scene({RADIUS: radius}), "exudyn") for radius in radii]
-    jobs += [Job(scene({RADIUS: radii[-1], "friction.coefficient": 0.0}), "reference")]
-    ideal = [Job(scene({"joints.crank_pin": "ideal"} | v), "reference") for v in (*counts, *_shifts())]
+    varied, count, samples, samplings = config.varied, config.members, config.samples, config.samplings
+    which = [(key, value) for key, values in varied.items() for value in values]
+    radii = varied[RADIUS]
+    jobs = [Job(scene({key: value}, samples, k), "reference") for key, value in which for k in range(count)]
+    jobs += [Job(scene({}, each), "reference") for each in samplings]
+    jobs += [Job(scene({RADIUS: radius}, samples), "exudyn") for radius in radii]
+    jobs += [Job(scene({RADIUS: radii[-1], "friction.coefficient": 0.0}, samples), "reference")]
+    still: Values = {"joints.crank_pin": "ideal"}
+    ideal = [Job(scene(still, each), "reference") for each in samplings]
+    ideal += [Job(scene(still | values, samples), "reference") for values in _shifts()]
     outcomes = iter(run_all([*jobs, *ideal], n_jobs, on_progress))
-    members = {key: list(islice(outcomes, MEMBERS)) for key in which}
-    sampled = dict(zip(SAMPLINGS, islice(outcomes, len(SAMPLINGS)), strict=True))
+    members = {key: list(islice(outcomes, count)) for key in which}
+    sampled = dict(zip(samplings, islice(outcomes, len(samplings)), strict=True))
     exudyn = dict(zip(radii, islice(outcomes, len(radii)), strict=True))
     smooth = next(outcomes)
     tables = list(map(successful, outcomes, ideal))
     *_, longer, shorter, ahead, behind = (run.values("slider_y") for run in tables)
     clearance = float(scene({}).data["clearance"]["crank_pin"])
     bound = shift_bound((longer, shorter), (ahead, behind), clearance / 10, clearance)
-    return Runs(members, sampled, exudyn, smooth, dict(zip(SAMPLINGS, tables, strict=False)), bound)
+    return Runs(config, members, sampled, exudyn, smooth, dict(zip(samplings, tables, strict=False)), bound)
 
 
-def text(runs: Runs, cases: dict[tuple[str, float], Case]) -> str:
-    """Return the study's README."""
-    still, period = runs.still[SAMPLES], scene({}).period
-    radius, modulus, tolerance = (_of(cases, key) for key in VARIED)
+def figures(runs: Runs, folder: Path) -> None:
+    """Draw the errors of the shown run, and the peaks over the modulus."""
+    still, shown = runs.still[runs.config.samples], _first(runs.members[SHOWN])
+    draw(
+        folder,
+        still.time,
+        {channel: error(shown, still, channel) for channel in WORDS},
+        runs.bound,
+        PRINTED,
+        {E: case.peaks["slider_ay", True] for E, case in _varied(runs, MODULUS).items()},
+    )
+
+
+def page(runs: Runs) -> dict[str, object]:
+    """Return what stands in the page."""
+    config = runs.config
+    still, period = runs.still[config.samples], scene({}).period
+    radius, modulus, tolerance = (_varied(runs, key) for key in (RADIUS, MODULUS, TOLERANCE))
     printed_d, printed_v = PRINTED["slider_y"], PRINTED["slider_vy"]
     exudyn = {r: summarise([outcome], still, period) for r, outcome in runs.exudyn.items()}
     sampled = {n: summarise([outcome], runs.still[n], period) for n, outcome in runs.sampled.items()}
     smooth = summarise([runs.smooth], still, period)
     shown = _first(runs.members[SHOWN])
     velocity = np.interp(printed_v.time, still.time, error(shown, still, "slider_vy"))
-    template = files("comparison.studies.crank_pin").joinpath("crank_pin.md").read_text("utf-8")
-    return template.format(
-        members=MEMBERS,
-        nudge=f"{NUDGE:g}",
-        radii=peaks_table({f"R_j = {r * 1e3:g} mm": case for r, case in radius.items()}),
-        radius_powers=powers({r: case for r, case in radius.items() if r <= BUILT}),
-        smooth=peaks_table({f"R_j = {VARIED[RADIUS][-1] * 1e3:g} mm, no friction": smooth}),
-        bound=quantity(float(runs.bound[second_cycle(still.time, period)].max()), "m"),
-        bound_there=quantity(float(np.interp(printed_d.time, still.time, runs.bound)), "m"),
-        instant=printed_d.time,
-        velocity=quantity(printed_v.value, "m/s"),
-        velocity_instant=printed_v.time,
-        velocity_there=quantity(float(velocity), "m/s"),
-        contact=_contact_at(shown, PRINTED["slider_ay"].time),
-        exudyn=peaks_table({f"R_j = {r * 1e3:g} mm": case for r, case in exudyn.items()}),
-        tolerances=peaks_table({f"{value:.0e}": case for value, case in tolerance.items()}),
-        samplings=peaks_table({f"{n:,} samples": case for n, case in sampled.items()}),
-        moduli=peaks_table({f"{E / 1e9:g} GPa": case for E, case in modulus.items()}),
-        soft_powers=powers({E: case for E, case in modulus.items() if E < SOFT}),
-        hard_powers=powers({E: case for E, case in modulus.items() if E > SOFT}),
-        met=", ".join(f"{WORDS[name]} at {met(modulus, name)}" for name in ("slider_y", "slider_ay")),
-    )
+    return {
+        "members": config.members,
+        "nudge": f"{NUDGE:g}",
+        "radii": peaks_table({f"R_j = {r * 1e3:g} mm": case for r, case in radius.items()}),
+        "radius_powers": powers({r: case for r, case in radius.items() if r <= BUILT}),
+        "smooth": peaks_table({f"R_j = {max(radius) * 1e3:g} mm, no friction": smooth}),
+        "bound": quantity(float(runs.bound[second_cycle(still.time, period)].max()), "m"),
+        "bound_there": quantity(float(np.interp(printed_d.time, still.time, runs.bound)), "m"),
+        "instant": printed_d.time,
+        "velocity": quantity(printed_v.value, "m/s"),
+        "velocity_instant": printed_v.time,
+        "velocity_there": quantity(float(velocity), "m/s"),
+        "contact": _contact_at(shown, PRINTED["slider_ay"].time),
+        "exudyn": peaks_table({f"R_j = {r * 1e3:g} mm": case for r, case in exudyn.items()}),
+        "tolerances": peaks_table({f"{value:.0e}": case for value, case in tolerance.items()}),
+        "samplings": peaks_table({f"{n:,} samples": case for n, case in sampled.items()}),
+        "moduli": peaks_table({f"{E / 1e9:g} GPa": case for E, case in modulus.items()}),
+        "soft_powers": powers({E: case for E, case in modulus.items() if E < SOFT}),
+        "hard_powers": powers({E: case for E, case in modulus.items() if E > SOFT}),
+        "met": ", ".join(f"{WORDS[name]} at {met(modulus, name)}" for name in ("slider_y", "slider_ay")),
+    }
 
 
 def _contact_at(run: Table, instant: float) -> str:
@@ -175,9 +188,14 @@ def _contact_at(run: Table, instant: float) -> str:
     return f"closed, from {row['start'].iloc[0]:.4f} to {row['end'].iloc[0]:.4f} s"
 
 
-def _of(cases: dict[tuple[str, float], Case], key: str) -> dict[float, Case]:
+def _varied(runs: Runs, key: str) -> dict[float, Case]:
     """Return the ensembles in which one key is varied, by its value."""
-    return {value: case for (varied, value), case in cases.items() if varied == key}
+    still, period = runs.still[runs.config.samples], scene({}).period
+    return {
+        value: summarise(outcomes, still, period)
+        for (varied, value), outcomes in runs.members.items()
+        if varied == key
+    }
 
 
 def _first(outcomes: Sequence[Outcome]) -> Table:
@@ -192,3 +210,27 @@ def _shifts() -> list[Values]:
     return [{"mechanism.crank.length": crank + sign * step} for sign in (1, -1)] + [
         {"mechanism.crank_angle_deg": angle + sign * degrees(step / crank)} for sign in (1, -1)
     ]
+
+
+STUDY = Study(
+    "crank-pin",
+    small=Config(
+        varied={RADIUS: (2e-3, 10e-3, 50e-3), MODULUS: (10e9, 30e9, 70e9, 210e9), TOLERANCE: (1e-9, 1e-10)},
+        members=2,
+        samples=100,
+        samplings=(50, 100),
+    ),
+    full=Config(
+        varied={
+            RADIUS: (2e-3, 5e-3, 10e-3, 20e-3, 50e-3),
+            MODULUS: (1e9, 3e9, 10e9, 30e9, 100e9, 210e9, 1000e9),
+            TOLERANCE: (1e-9, 1e-10, 1e-11),
+        },
+        members=8,
+        samples=10_000,
+        samplings=(1000, 5000, 10_000, 20_000, 100_000),
+    ),
+    measure=measure,
+    page=page,
+    draw=figures,
+)

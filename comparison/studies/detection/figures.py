@@ -33,7 +33,6 @@ def draw(
         figure = Figure(figsize=(5.56, 0.9 + 0.26 * len(names)))
         height = 0.26 * len(names) / (0.9 + 0.26 * len(names))
         axes = figure.add_axes((0.33, 0.5 / (0.9 + 0.26 * len(names)), 0.64, height))
-        axes.spines[["top", "right"]].set_visible(False)
         axes.set_xscale("log")
         axes.set_xlim(LEAST, 2.0 * MOST)
         axes.set_ylim(len(names) - 0.5, -0.5)

@@ -44,7 +44,6 @@ def draw(folder: Path, turns: Array, a: Array, b: Array, predictable: float) -> 
         lower.set_ylabel("95 % - 5 % quantile (mm)")
         lower.set_xlabel("crank turns")
         for axes in (upper, lower):
-            axes.spines[["top", "right"]].set_visible(False)
             axes.yaxis.set_label_coords(-0.11, 0.5)
             axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
         figure.subplots_adjust(left=0.14, right=0.97, bottom=0.11, top=0.93, hspace=0.28)

@@ -29,7 +29,6 @@ def draw(found: Sequence[Run], folder: Path) -> None:
 def _steps(found: Sequence[Run], path: Path) -> None:
     figure = Figure(figsize=(5.56, 3.9))
     axes = figure.add_axes((0.125, 0.115, 0.85, 0.63))
-    axes.spines[["top", "right"]].set_visible(False)
     axes.set(xscale="log", yscale="log", xlabel="alpha = beta (1/s)", ylabel="mean step (s)")
     axes.margins(x=0.03)
     for name, (mark, colour) in zip(SCENES, _LOOKS, strict=True):

@@ -94,7 +94,6 @@ def _pair(label: str) -> tuple[Figure, Axes, Axes]:
     for axes in (left, right):
         axes.set(xscale="log", yscale="log", xlabel=label)
         axes.margins(x=0.04)
-        axes.spines[["top", "right"]].set_visible(False)
     return figure, left, right
 
 

@@ -149,7 +149,6 @@ def draw_hypercube(found: Sequence[Found], path: Path) -> None:
                         label=label,
                         markerfacecolor="none",
                     )
-            axes.spines[["top", "right"]].set_visible(False)
             if row:
                 axes.set_xlabel("speed (rpm)")
             else:
@@ -202,7 +201,6 @@ def draw_errors(found: Sequence[Found], path: Path) -> None:
             ends, ends / base, color=svg.DIFFERENCE, dashes=(4, 2), lw=0.9, label="as the scene magnifies"
         )
         axes.axhline(1.0, color=svg.THRESHOLD, lw=0.8)
-        axes.spines[["top", "right"]].set_visible(False)
         axes.set_xlabel("distance of two starts after a turn, over that at its start")
         axes.set_ylabel("error / promise")
         axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=3)

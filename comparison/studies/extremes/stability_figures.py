@@ -32,7 +32,6 @@ def _rebound(hits: Sequence[Hit], path: Path) -> None:
     steps = sorted({hit.step for hit in hits})
     for k, (name, method) in enumerate(METHODS.items()):
         axes = figure.add_axes((0.1, 0.545 - 0.45 * k, 0.88, 0.32))
-        axes.spines[["top", "right"]].set_visible(False)
         of = np.array([rebounds(method, each, ALL_PHASES) for each in wh])
         axes.fill_between(
             wh,

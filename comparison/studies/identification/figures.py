@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator, ScalarFormatter
 
@@ -60,7 +59,6 @@ def draw_presses(fits: Sequence[Fit], lengths: Lengths, path: Path) -> None:
         axes.set_title(f"{'best' if n == 0 else 'second'}: misfit {fit.misfit:.2g}", fontsize=8, loc="left")
         if n == 0:
             axes.set_ylabel("y (m)")
-        _bare(axes)
     svg.write_svg(figure, path)
 
 
@@ -78,7 +76,6 @@ def draw_ranking(fits: Sequence[Fit], path: Path) -> None:
     axes.set_ylim(len(fits) - 0.5, -0.5)
     axes.set_yticks(places, [_short(fit.topology) for fit in fits], fontsize=6)
     axes.set_xlabel("misfit (allowances)")
-    _bare(axes)
     svg.write_svg(figure, path)
 
 
@@ -94,7 +91,6 @@ def draw_profiles(profiles: Sequence[Profile], shipped: Geometry, path: Path) ->
         if n == 0:
             axes.set_ylabel("growth of the sum of squares")
             axes.legend(loc="lower left", bbox_to_anchor=(0, 1.03), ncols=3)
-        _bare(axes)
     svg.write_svg(figure, path)
 
 
@@ -116,7 +112,6 @@ def draw_radius(runs: Runs, path: Path) -> None:
     axes.set_xlabel("corner radius (m)")
     axes.set_ylabel("peak acceleration error / published")
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1.01), ncols=3)
-    _bare(axes)
     svg.write_svg(figure, path)
 
 
@@ -135,14 +130,9 @@ def draw_offset(runs: Runs, path: Path) -> None:
         axes.set_ylabel(f"error of {name} ({unit})")
         if n == 0:
             axes.legend(loc="lower left", bbox_to_anchor=(0, 1.03), ncols=3)
-        _bare(axes)
     svg.write_svg(figure, path)
 
 
 def _short(topology: Topology) -> str:
     words = str(topology).replace("crank ", "").replace("rod 2 at the rocker's ", "rod 2 at ")
     return words.replace("counter-clockwise", "ccw").replace("clockwise", "cw").replace("slider ", "")
-
-
-def _bare(axes: Axes) -> None:
-    axes.spines[["top", "right"]].set_visible(False)

@@ -57,7 +57,6 @@ def draw_sections(a: Array, b: Array, angles: Sequence[int], per_turn: int, path
             axes.set_title(f"{360 * angle / per_turn:.0f}° after the start", fontsize=9)
             axes.set_xlabel(f"x ({x_unit})", labelpad=1)
             axes.set_ylabel(f"rate of x ({rate_unit})", labelpad=1)
-            axes.spines[["top", "right"]].set_visible(False)
         figure.axes[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.13), ncols=2)
         figure.subplots_adjust(left=0.12, right=0.97, bottom=0.1, top=0.9, hspace=0.5, wspace=0.3)
         svg.write_svg(figure, path)
@@ -91,7 +90,6 @@ def draw_bifurcation(panels: Sequence[tuple[str, str, Array, Array]], path: Path
             axes.set_xlabel(below)
             axes.set_ylabel(left)
             axes.set_ylim(-1.05, 1.05)
-            axes.spines[["top", "right"]].set_visible(False)
         figure.subplots_adjust(left=0.12, right=0.97, bottom=0.1, top=0.98, hspace=0.36)
         svg.write_svg(figure, path)
 
@@ -127,7 +125,6 @@ def draw_exponents(found: Mapping[str, tuple[Sequence[float], Sequence[Exponent]
         axes.axhline(0.0, color=svg.LIMIT, lw=0.8)
         axes.set_xlabel("distance of the twins (m)")
         axes.set_ylabel("exponent per turn")
-        axes.spines[["top", "right"]].set_visible(False)
         axes.legend(loc="lower left", bbox_to_anchor=(0, 1.01), ncols=3)
         svg.write_svg(figure, path)
 
@@ -160,7 +157,6 @@ def draw_growth(angles: Array, scatter: Array, steps: Array, growth: Mapping[str
         lower.set_xlabel("crank turns from the start angle")
         lower.legend(loc="upper left", bbox_to_anchor=(0.0, 1.2), ncols=3)
         for axes in (upper, lower):
-            axes.spines[["top", "right"]].set_visible(False)
             axes.yaxis.set_label_coords(-0.11, 0.5)
         figure.subplots_adjust(left=0.14, right=0.97, bottom=0.11, top=0.97, hspace=0.3)
         svg.write_svg(figure, path)

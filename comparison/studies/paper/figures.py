@@ -73,8 +73,6 @@ def grid(rows: int, height: float, titles: Sequence[str] = MODELS) -> tuple[Figu
     for column, title in enumerate(titles):
         drawn[0][column].set_title(title, fontsize=9)
     for line in drawn:
-        for axes in line:
-            axes.spines[["top", "right"]].set_visible(False)
         line[0].yaxis.set_label_coords(-0.24, 0.5)
     for line in drawn[:-1]:
         for axes in line:

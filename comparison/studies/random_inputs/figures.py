@@ -59,7 +59,6 @@ def draw_probabilities(responses: Mapping[str, tuple[str, Array, Plane]], path: 
             axes.set_title(head if not tail else f"{head},\n{tail}", fontsize=9)
             axes.set_xlabel(f"limit ({scaled})")
             axes.locator_params(axis="x", nbins=5)
-            axes.spines[["top", "right"]].set_visible(False)
         for axes in figure.axes[::2]:
             axes.set_ylabel("probability beyond it")
         figure.axes[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.16), ncols=3)
@@ -100,7 +99,6 @@ def draw_gradients(
             axes.set_ylabel(f"slope per deviation ({scaled})")
             axes.yaxis.set_label_coords(-0.1, 0.5)
             axes.set_title(name, fontsize=9)
-            axes.spines[["top", "right"]].set_visible(False)
         every[-1].set_xlabel("scatter of the runs over that of the inputs")
         figure.subplots_adjust(left=0.16, right=0.97, bottom=0.12, top=0.93, hspace=0.3)
         svg.write_svg(figure, path)
@@ -143,6 +141,5 @@ def draw_precision(
         axes.set_xlim(-0.5, len(x) - 0.5)
         axes.set_xlabel("tolerance (rad) and processor time of a run")
         axes.set_ylabel("change of the probability (%)")
-        axes.spines[["top", "right"]].set_visible(False)
         axes.legend(loc="lower left", bbox_to_anchor=(0, 1.01), ncols=3)
         svg.write_svg(figure, path)

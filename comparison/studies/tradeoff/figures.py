@@ -49,7 +49,6 @@ def draw(
         axes.margins(x=0.03)
         axes.set_xscale("log")
         axes.set_yscale("log")
-        axes.spines[["top", "right"]].set_visible(False)
         count = {"reference": 0, "exudyn": 0}
         everything: list[Point] = []
         for (model, method), points in curves.items():

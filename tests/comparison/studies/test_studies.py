@@ -17,10 +17,9 @@ from comparison.engines.platform import platform_name
 from comparison.execution.run import Outcome
 from comparison.formatting import table
 from comparison.scene import load_scene, shipped_scenes
-from comparison.studies import NAMES, paper
+from comparison.studies import NAMES
 from comparison.studies.campaign import population
 from comparison.studies.contact_laws import study as contact_laws
-from comparison.studies.crank_pin import study as crank_pin
 from comparison.studies.crank_pin.peaks import Case, met, peaks_table, powers
 from comparison.studies.detection import alarms, cross_model, faults, limits, rounding, study
 from comparison.studies.ensembles import study as ensembles
@@ -30,6 +29,9 @@ from comparison.studies.identification import runs
 from comparison.studies.identification import study as identification
 from comparison.studies.identification.kinematics import TOPOLOGIES
 from comparison.studies.nonlinear import controls, scenes
+from comparison.studies.paper import measures as paper_measures
+from comparison.studies.paper import runs as paper_runs
+from comparison.studies.paper import trends as paper_trends
 from comparison.studies.random_inputs import plan
 from comparison.studies.reliability import study as reliability
 from comparison.studies.shared.errors import Peak
@@ -45,11 +47,6 @@ from comparison.tables.table import Table
 def small(fake_models, tmp_path, monkeypatch):
     """Studies of few and short runs, in an empty folder; the log of what ran."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(contact_laws, "DENSE", 1000)
-    monkeypatch.setattr(contact_laws, "SPARSE", 200)
-    monkeypatch.setattr(crank_pin, "SAMPLES", 100)
-    monkeypatch.setattr(crank_pin, "SAMPLINGS", (50, 100))
-    monkeypatch.setattr(crank_pin, "MEMBERS", 2)
     monkeypatch.setattr(ensembles, "MEMBERS", 3)
     monkeypatch.setattr(reliability, "CASES", ("150rpm-0.2mm", "crank-pin"))
     monkeypatch.setattr(reliability, "CYCLES", 3)
@@ -59,13 +56,12 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(runs, "CYCLES", 3)
     monkeypatch.setattr(runs, "MEMBERS", 2)
     monkeypatch.setattr(identification, "TOPOLOGIES", TOPOLOGIES[:5])
-    for module in (paper.runs, paper.measures, paper.trends):
+    for module in (paper_runs, paper_measures, paper_trends):
         monkeypatch.setattr(module, "SAMPLES", 100, raising=False)
         monkeypatch.setattr(module, "LONG_SAMPLES", 50, raising=False)
-    monkeypatch.setattr(paper.runs, "CYCLES", 4)
-    monkeypatch.setattr(paper.runs, "FEWER", 3)
-    monkeypatch.setattr(paper.runs, "MEMBERS", 2)
-    monkeypatch.setitem(crank_pin.VARIED, crank_pin.MODULUS, (10e9, 30e9, 70e9, 210e9))
+    monkeypatch.setattr(paper_runs, "CYCLES", 4)
+    monkeypatch.setattr(paper_runs, "FEWER", 3)
+    monkeypatch.setattr(paper_runs, "MEMBERS", 2)
     monkeypatch.setattr(alarms, "KINDS", tuple(replace(kind, draws=2) for kind in alarms.KINDS))
     monkeypatch.setattr(cross_model, "KINDS", tuple(replace(kind, wanted=2) for kind in cross_model.KINDS))
     # There are no copies of fakes, which round alike in any environment: the first variant alone counts.
@@ -142,7 +138,7 @@ def made_up_rows():
     ],
 )  # fmt: skip
 def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
-    assert main(["study", name, "--jobs", "2"]) == 0
+    assert main(["study", name, "--small", "--jobs", "2"]) == 0
     (told,) = capsys.readouterr().out.splitlines()
     assert told == f"reports/out/{name}/README.md"
     text = Path(told).read_text("utf-8")
@@ -157,7 +153,7 @@ def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(n
         assert "--first:" in drawn
     runs = small.read_text().count("\n")
     assert runs > 10
-    assert main(["study", name]) == 0
+    assert main(["study", name, "--small"]) == 0
     assert small.read_text().count("\n") == runs
     assert Path(told).read_text("utf-8") == text
 
@@ -165,8 +161,8 @@ def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(n
 @pytest.mark.usefixtures("small")
 def test_all_studies_their_list_and_the_table_of_the_readme(tmp_path):
     (tmp_path / "README.md").write_text(f"before {reports.BEGIN} formerly {reports.END} after", "utf-8")
-    (tmp_path / "comparison").mkdir()
-    reports.main()
+    (tmp_path / "comparison" / "agreement").mkdir(parents=True)
+    reports.main(small=True)
     listed = (tmp_path / "reports" / "README.md").read_text("utf-8")
     links = re.findall(r"^- \[.+\]\((.+)\)$", listed, re.MULTILINE)
     assert links == [f"{name}/README.md" for name in NAMES]
@@ -179,7 +175,7 @@ def test_all_studies_their_list_and_the_table_of_the_readme(tmp_path):
     assert made in (tmp_path / "reports" / "verdicts" / "README.md").read_text("utf-8")
     assert platform_name() in made
     assert f"numpy {np.__version__}" in made
-    recorded = tomllib.loads((tmp_path / "comparison" / "verdicts.toml").read_text("utf-8"))
+    recorded = tomllib.loads((tmp_path / "comparison" / "agreement" / "verdicts.toml").read_text("utf-8"))
     assert made == f"Made on {recorded['made']['machine']}; {recorded['made']['date']}."
     known = recorded["scenes"]["150rpm-0.2mm"]
     assert known == {"hash": load_scene("150rpm-0.2mm").hash, "standard": "agree", "tight": "agree"}
@@ -291,7 +287,7 @@ def test_a_bar_in_a_cell_does_not_end_it():
 
 @pytest.mark.usefixtures("small")
 def test_speed_against_accuracy_has_its_tables_drawings_and_failures(capsys):
-    assert main(["study", "tradeoff"]) == 0
+    assert main(["study", "tradeoff", "--small"]) == 0
     (told,) = capsys.readouterr().out.splitlines()
     text = Path(told).read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
@@ -303,7 +299,7 @@ def test_speed_against_accuracy_has_its_tables_drawings_and_failures(capsys):
 
 
 def test_extremes_have_every_run_in_a_class_and_a_second_call_runs_nothing(small, capsys):
-    assert main(["study", "extremes", "--jobs", "2"]) == 0
+    assert main(["study", "extremes", "--small", "--jobs", "2"]) == 0
     (told,) = capsys.readouterr().out.splitlines()
     text, folder = Path(told).read_text("utf-8"), Path(told).parent
     assert not re.search(r"\{\w*\}|\bnan\b", text)
@@ -317,6 +313,6 @@ def test_extremes_have_every_run_in_a_class_and_a_second_call_runs_nothing(small
     assert rows.loc[rows["class"] == "degraded", "error_m"].notna().all()
     runs = small.read_text().count("\n")
     assert runs > 100
-    assert main(["study", "extremes"]) == 0
+    assert main(["study", "extremes", "--small"]) == 0
     assert small.read_text().count("\n") == runs
     assert Path(told).read_text("utf-8") == text

@@ -8,10 +8,12 @@ import pytest
 
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
-from comparison.studies.crank_pin.study import SAMPLES, _shifts, scene
+from comparison.studies.crank_pin.study import _shifts, scene
 from comparison.studies.shared.errors import error, peak, second_cycle, shift_bound
 from comparison.studies.shared.published import published
 from comparison.tables.table import Table
+
+SAMPLES = 10_000
 
 
 def test_the_peak_is_the_largest_in_size_with_its_sign_and_inside_the_window():
@@ -62,14 +64,14 @@ def test_figures_come_from_the_published_table():
 def test_the_slider_moves_no_further_than_the_pins_shift_and_penetration_allow():
     still = {"joints.crank_pin": "ideal", "output.groups": []}
     ideal, *shifted = (
-        run_one(scene(still | values), "reference").values("slider_y") for values in ({}, *_shifts())
+        run_one(scene(still | values, SAMPLES), "reference").values("slider_y") for values in ({}, *_shifts())
     )
     clearance = scene({}).data["clearance"]["crank_pin"]
     bound = shift_bound((shifted[0], shifted[1]), (shifted[2], shifted[3]), clearance / 10, clearance)
     # The identified geometry's, with the digits that are known of it (paper-model, Sec. 3).
     assert bound[SAMPLES:].max() == pytest.approx(5.67e-4, abs=0.005e-4)
     assert bound[round(0.7523 / 0.4 * SAMPLES)] == pytest.approx(5.56e-4, abs=0.005e-4)
-    actual = run_one(scene({"output.groups": []}), "reference")
+    actual = run_one(scene({"output.groups": []}, SAMPLES), "reference")
     assert actual.events is not None
     depth = actual.events["largest_depth"].max()
     size = np.abs(actual.values("slider_y") - ideal)
@@ -79,7 +81,7 @@ def test_the_slider_moves_no_further_than_the_pins_shift_and_penetration_allow()
 
 
 def test_the_members_of_an_ensemble_differ_by_their_start_only():
-    first, second = scene({}, 0), scene({}, 1)
+    first, second = scene({}, member=0), scene({}, member=1)
     changed = second.with_values(
         {"mechanism.crank_angle_deg": load_scene("150rpm-0.2mm").data["mechanism"]["crank_angle_deg"]}
     )

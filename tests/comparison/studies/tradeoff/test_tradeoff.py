@@ -1,5 +1,6 @@
 """Orders, fronts and costs at equal error of curves whose answers are known; every method runs its scenes."""
 
+from dataclasses import replace
 from math import isnan
 
 import numpy as np
@@ -113,15 +114,14 @@ def test_the_ratio_in_long_runs_is_of_the_longest_that_both_have():
 
 def test_a_measured_run_has_its_errors_against_the_exact_one(tmp_path, monkeypatch):
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr(measure, "ROUNDS", 1)
-    method = METHODS[0]
-    rows = [measure._row(method, "150rpm-0.2mm", setting) for setting in (1e-6, 1e-9)]
+    method = replace(METHODS[0], scenes=("150rpm-0.2mm",), settings=(1e-6, 1e-9))
+    rows = measure.measured(None, (method,))
     assert all(found["status"] == "success" for found in rows)
     # A thousandth of the tolerance; single runs scatter around their line by a factor of up to 10 either way.
     assert 0 < rows[1]["errors"]["slider_x"] < 1e-1 * rows[0]["errors"]["slider_x"]
     assert rows[1]["errors"]["impulse"] < rows[0]["errors"]["impulse"]
     assert rows[0]["evaluations"] < rows[1]["evaluations"]
-    assert measure._row(method, "150rpm-0.2mm", 1e-9) == rows[1]  # kept
-    bad = measure._row(method, "150rpm-0.2mm", 1.0)
+    assert measure.measured(None, (method,)) == rows  # kept
+    (bad,) = measure.measured(None, (replace(method, settings=(1.0,)),))
     assert "must be" in bad["status"]
     assert bad["seconds"] is None

@@ -1,0 +1,82 @@
+"""A study: what it is asked with, what it measures, the page that it fills and the figures that it draws."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from comparison.execution.run import Progress
+from comparison.files import replacing, write_json
+
+C = TypeVar("C")
+R = TypeVar("R")
+
+
+def _no_figures(results: object, folder: Path) -> None:
+    del results, folder
+
+
+@dataclass(frozen=True)
+class Study(Generic[C, R]):
+    """A study of this package.
+
+    Attributes
+    ----------
+    name
+        As the command line takes it. Its package has the same name, and in it the template of its page.
+    small, full
+        What it is asked with: to try it, or for its report.
+    measure
+        Runs and measures, with so many worker processes and progress from 0 to 1.
+    page
+        What stands in the template for each ``{name}``.
+    draw
+        Writes the figures into a folder.
+    data
+        What goes into ``NAME.json`` beside the page; None: nothing.
+    """
+
+    name: str
+    small: C
+    full: C
+    measure: Callable[[C, int, Progress | None], R]
+    page: Callable[[R], Mapping[str, object]]
+    draw: Callable[[R, Path], None] = _no_figures
+    data: Callable[[R], Mapping[str, Any]] | None = None
+
+    def write(self, folder: Path, n_jobs: int, on_progress: Progress | None, *, small: bool = False) -> Path:
+        """Measure, and write page, data and figures.
+
+        Parameters
+        ----------
+        folder
+            Made if there is none.
+        n_jobs
+            Worker processes.
+        on_progress
+            Called with the finished share, 0 to 1.
+        small
+            Whether with few and short runs.
+
+        Returns
+        -------
+        path
+            Of the page.
+        """
+        folder.mkdir(parents=True, exist_ok=True)
+        results = self.measure(self.small if small else self.full, n_jobs, on_progress)
+        self.draw(results, folder)
+        if self.data is not None:
+            write_json(self.data(results), folder / f"{self.name}.json")
+        page = folder / "README.md"
+        with replacing(page) as part:
+            part.write_text(self.template().format(**self.page(results)), "utf-8")
+        return page
+
+    def template(self) -> str:
+        """Return the text of the page, with ``{name}`` for what is measured."""
+        name = self.name.replace("-", "_")
+        return files(f"comparison.studies.{name}").joinpath(f"{name}.md").read_text("utf-8")
