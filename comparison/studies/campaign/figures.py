@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.figure import Figure
 
 from comparison.accuracy.thresholds import thresholds
 from comparison.execution.ledger import Row
@@ -26,7 +25,6 @@ from comparison.studies.campaign.stages import (
 )
 from comparison.tables.arrays import Array
 
-_SIZE = (5.56, 2.9)
 _DECADES = np.arange(-15.0, -2.9, 0.5)
 _SHARES = np.linspace(0.0, 1.0, 21)
 _MARKS: dict[str, dict[str, Any]] = {
@@ -50,20 +48,19 @@ def draw_distances(cases: Sequence[Case], rows: Sequence[Row], path: Path) -> No
     path
         Of the SVG file.
     """
-    with svg.style():
-        figure = Figure(figsize=_SIZE)
-        left, right = figure.subplots(1, 2)
-        groups = (
-            ("agree", svg.FIRST, {AGREE, UNDERESTIMATED}),
-            ("differ or broken", svg.SECOND, {DIFFER, BROKEN}),
-        )
-        screened = [
-            (row["outcome"], row["screening"], case)
-            for case, row in zip(cases, rows, strict=True)
-            if row["screening"] is not None
-        ]
-        for label, colour, outcomes in (*groups, ("not decided", svg.THRESHOLD, {NOT_DECIDED})):
-            own = [found for outcome, found, _ in screened if outcome in outcomes]
+    groups = (
+        ("agree", svg.FIRST, {AGREE, UNDERESTIMATED}),
+        ("differ or broken", svg.SECOND, {DIFFER, BROKEN}),
+        ("not decided", svg.THRESHOLD, {NOT_DECIDED}),
+    )
+    screened = [
+        (row["outcome"], row["screening"])
+        for _, row in zip(cases, rows, strict=True)
+        if row["screening"] is not None
+    ]
+    with svg.panels(path, 1, 2) as (left, right):
+        for label, colour, outcomes in groups:
+            own = [found for outcome, found in screened if outcome in outcomes]
             distances = np.log10(np.maximum([found["distance"] for found in own], 10.0 ** _DECADES[0]))
             _outline(left, distances, _DECADES, label, colour)
             _outline(right, np.array([found["coverage"] for found in own]), _SHARES, label, colour)
@@ -71,16 +68,12 @@ def draw_distances(cases: Sequence[Case], rows: Sequence[Row], path: Path) -> No
         right.axvline(thresholds(TIER).coverage, color=svg.LIMIT, dashes=(4, 2))
         ticks = np.arange(-15, -2, 3)
         left.set_xticks(ticks, [f"$10^{{{tick}}}$" for tick in ticks])
-        left.set_xlabel("largest distance, scaled to x (m)")
+        left.set(xlabel="largest distance, scaled to x (m)", ylabel="scenes")
         right.set_xlabel("share of samples predictable")
-        left.set_ylabel("scenes")
         for axes in (left, right):
-            axes.set_yscale("log")
-            axes.set_ylim(0.7, 1.2 * len(rows))
+            axes.set(yscale="log", ylim=(0.7, 1.2 * len(rows)))
             _plain(axes.yaxis, (1, 10, 100, 1000))
-        left.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, handlelength=1.2)
-        figure.subplots_adjust(left=0.1, right=0.96, bottom=0.17, top=0.88, wspace=0.22)
-        svg.write_svg(figure, path)
+        svg.legend_above(left)
 
 
 def _outline(axes: Axes, values: Array, edges: Array, label: str, colour: str) -> None:
@@ -100,31 +93,20 @@ def draw_places(cases: Sequence[Case], rows: Sequence[Row], path: Path) -> None:
     path
         Of the SVG file.
     """
-    with svg.style():
-        figure = Figure(figsize=_SIZE)
-        left, right = figure.subplots(1, 2, sharex=True)
+    with svg.panels(path, 1, 2, sharex=True) as (left, right):
         for outcome, mark in _MARKS.items():
             own = [case.scene for case, row in zip(cases, rows, strict=True) if row["outcome"] == outcome]
             speeds = [abs(scene.data["drive"]["speed_rpm"]) for scene in own]
             values = ([1e3 * clearance(scene) for scene in own], [_restitution(scene.data) for scene in own])
             for axes, of in zip((left, right), values, strict=True):
                 axes.plot(speeds, of, linestyle="none", label=outcome, **mark)
-        left.set_yscale("log")
-        left.set_ylim(0.8e3 * CLEARANCE[0], 1.2e3 * CLEARANCE[1])
+        left.set(yscale="log", ylim=(0.8e3 * CLEARANCE[0], 1.2e3 * CLEARANCE[1]), ylabel="clearance (mm)")
         _plain(left.yaxis, (0.05, 0.1, 0.2, 0.5, 1.0))
-        left.set_ylabel("clearance (mm)")
-        right.set_ylim(-0.03, 1.03)
-        right.set_ylabel("restitution")
+        right.set(ylim=(-0.03, 1.03), ylabel="restitution")
         for axes in (left, right):
-            axes.set_xscale("log")
-            axes.set_xlim(0.9 * SPEED_RPM[0], 1.1 * SPEED_RPM[1])
+            axes.set(xscale="log", xlim=(0.9 * SPEED_RPM[0], 1.1 * SPEED_RPM[1]), xlabel="speed (rpm)")
             _plain(axes.xaxis, (10, 30, 100, 300, 1000))
-            axes.set_xlabel("speed (rpm)")
-        left.legend(
-            loc="lower left", bbox_to_anchor=(-0.05, 1.0), ncols=3, handlelength=0.8, columnspacing=1.0
-        )
-        figure.subplots_adjust(left=0.1, right=0.96, bottom=0.17, top=0.82, wspace=0.26)
-        svg.write_svg(figure, path)
+        svg.legend_above(left, columns=3)
 
 
 def _plain(axis: Axis, ticks: Sequence[float]) -> None:

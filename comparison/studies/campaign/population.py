@@ -16,7 +16,6 @@ from comparison.execution.run import MODELS
 from comparison.scene import Scene, load_scene
 
 SEED = 13062026
-COUNT = 1000
 CYCLES = 2.0
 DRAWN_SHARE = 0.1
 """Of the scenes, whose whole family of runs is compared however close the single runs are."""

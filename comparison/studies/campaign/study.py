@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,6 @@ from comparison.accuracy.thresholds import thresholds
 from comparison.engines.platform import platform_name, versions
 from comparison.execution.ledger import Row
 from comparison.execution.run import MODELS, Progress
-from comparison.files import replacing, write_json
 from comparison.formatting import percent, quantity
 from comparison.studies.campaign import population, tables
 from comparison.studies.campaign.adjudication import OPEN
@@ -31,51 +31,81 @@ from comparison.studies.campaign.stages import (
     VIOLATED,
 )
 from comparison.studies.campaign.tasks import run_cases
+from comparison.studies.shared.study import Study
 
 NAMES = {"reference": "the reference errs", "exudyn": "Exudyn's tree errs", OPEN: "open"}
 
 
-def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
-    """Examine the population, and write README.md, campaign.json and the figures."""
-    cases = population.cases(population.COUNT, population.SEED)
-    report(folder, cases, run_cases(cases, n_jobs, on_progress), population.SEED)
+@dataclass(frozen=True)
+class Config:
+    """Number of scenes."""
+
+    count: int
 
 
-def report(folder: Path, cases: Sequence[Case], rows: Sequence[Row], seed: int) -> None:
-    """Write what was found of cases of a seed."""
-    found = list(zip(cases, rows, strict=True))
-    draw_distances(cases, rows, folder / "distances.svg")
-    draw_places(cases, rows, folder / "places.svg")
-    record = {"seed": seed, "machine": platform_name(), "versions": versions()}
-    scenes = [{"scene": case.number, "drawn": case.family, **row} for case, row in found]
-    write_json(record | {"scenes": scenes}, folder / "campaign.json")
-    template = files("comparison.studies.campaign").joinpath("campaign.md").read_text("utf-8")
-    text = template.format(
-        outcome=outcome(rows),
-        seed=seed,
-        machine=platform_name(),
-        versions=", ".join(f"{name} {version}" for name, version in versions().items()),
-        counts=tables.counts(found),
-        floor=percent(thresholds(TIER).coverage),
-        differences=tables.differences(found),
-        opinions=tables.opinions(found),
-        underestimated=tables.underestimated(found),
-        breaches=tables.breaches(found),
-        failures=tables.failures(found),
-        failed=tables.not_decided(found, FAILED),
-        not_decided=tables.not_decided(found, NOT_DECIDED),
-        mended="\n\n".join(_entry(fault) for fault in mended()),
-        limit=quantity(LIMIT, "m"),
-        drawn=tables.drawn(found),
-        fine=FINE_SAMPLES,
-        step=quantity(SMALL_STEP, "s"),
-        seconds=tables.seconds(found),
-        ranges=ranges(),
-        shipped=", ".join(population.SHIPPED),
-        moved=f"{population.MOVED:.0%}",
-    )
-    with replacing(folder / "README.md") as file:
-        file.write_text(text, "utf-8")
+@dataclass(frozen=True)
+class Results:
+    """What was found of the first scenes of a seed."""
+
+    seed: int
+    cases: Sequence[Case]
+    rows: Sequence[Row]
+
+    @property
+    def found(self) -> list[tuple[Case, Row]]:
+        """Each scene with what was found of it."""
+        return list(zip(self.cases, self.rows, strict=True))
+
+
+def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
+    """Examine the population."""
+    cases = population.cases(config.count, population.SEED)
+    return Results(population.SEED, cases, run_cases(cases, n_jobs, on_progress))
+
+
+def figures(results: Results, folder: Path) -> None:
+    """Draw distances between the models, and where the scenes lie."""
+    draw_distances(results.cases, results.rows, folder / "distances.svg")
+    draw_places(results.cases, results.rows, folder / "places.svg")
+
+
+def record(results: Results) -> dict[str, Any]:
+    """Return all that was found, scene by scene."""
+    return {
+        "seed": results.seed,
+        "machine": platform_name(),
+        "versions": versions(),
+        "scenes": [{"scene": case.number, "drawn": case.family, **row} for case, row in results.found],
+    }
+
+
+def page(results: Results) -> dict[str, object]:
+    """Return what stands in the page."""
+    found = results.found
+    return {
+        "outcome": outcome(results.rows),
+        "seed": results.seed,
+        "machine": platform_name(),
+        "versions": ", ".join(f"{name} {version}" for name, version in versions().items()),
+        "counts": tables.counts(found),
+        "floor": percent(thresholds(TIER).coverage),
+        "differences": tables.differences(found),
+        "opinions": tables.opinions(found),
+        "underestimated": tables.underestimated(found),
+        "breaches": tables.breaches(found),
+        "failures": tables.failures(found),
+        "failed": tables.not_decided(found, FAILED),
+        "not_decided": tables.not_decided(found, NOT_DECIDED),
+        "mended": "\n\n".join(_entry(fault) for fault in mended()),
+        "limit": quantity(LIMIT, "m"),
+        "drawn": tables.drawn(found),
+        "fine": FINE_SAMPLES,
+        "step": quantity(SMALL_STEP, "s"),
+        "seconds": tables.seconds(found),
+        "ranges": ranges(),
+        "shipped": ", ".join(population.SHIPPED),
+        "moved": f"{population.MOVED:.0%}",
+    }
 
 
 def outcome(rows: Sequence[Row]) -> str:
@@ -138,3 +168,14 @@ def ranges() -> str:
         + joints.replace("the both", "both")
         + f"; {population.STRIP_SHARE:.0%} with the strip law and a soft guide"
     )
+
+
+STUDY = Study(
+    "campaign",
+    small=Config(count=5),
+    full=Config(count=1000),
+    measure=measure,
+    page=page,
+    draw=figures,
+    data=record,
+)

@@ -110,7 +110,7 @@ def rounding_table(results: Results) -> str:
             *(bits[:8] for bits in all_bits),
             ", ".join(tier for tier in TIERS if variant in counted[tier]) or "nowhere",
         ]
-        for variant, all_bits in zip(rounding.ROUNDINGS, results.bits, strict=True)
+        for variant, all_bits in results.bits.items()
     ]
     headings = ("variant", "environment", "copies", *(f"{model}, {tier}" for model, tier in rounding.PLACES))
     return table((*headings, "counts at the tiers"), rows)

@@ -6,6 +6,7 @@ difference is before it is reported. What is not confirmed is a miss, and the ne
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,8 +38,6 @@ LEAST, MOST = 1e-9, 0.1
 """Relative changes between which the smallest is sought."""
 HALVINGS = 6
 """Of the decades between them: 8 / 2^6, so that two changes remain which are 33 % apart."""
-NEXT = (MOST / LEAST) ** 0.5**HALVINGS
-"""From one change to the next larger one."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +49,12 @@ class Search(Comparison):
     model: str
     key: str
     tier: str
+    halvings: int = HALVINGS
+
+    @property
+    def step(self) -> float:
+        """Factor from one change to the next larger one."""
+        return float((MOST / LEAST) ** 0.5**self.halvings)
 
     @property
     def sides(self) -> tuple[Side, ...]:
@@ -60,7 +65,7 @@ class Search(Comparison):
     def identity(self) -> dict[str, Any]:
         """What distinguishes it from other tasks."""
         return {
-            "search": [self.key, LEAST, MOST, HALVINGS],
+            "search": [self.key, LEAST, MOST, self.halvings],
             "sides": [side.identity for side in self.sides],
             "tier": self.tier,
         }
@@ -68,7 +73,7 @@ class Search(Comparison):
     @property
     def cost(self) -> float:
         """Expected time, s."""
-        return HALVINGS * self.sides[1].cost + 0.1 * self.a.cost
+        return self.halvings * self.sides[1].cost + 0.1 * self.a.cost
 
     def find(self) -> Found:
         """Return ``found`` and ``missed``, relative changes; None where all or none are found."""
@@ -76,15 +81,15 @@ class Search(Comparison):
         low, high = LEAST, MOST
         if not self.shows(high):
             return {"found": None, "missed": high}
-        for _ in range(HALVINGS):
+        for _ in range(self.halvings):
             middle = (low * high) ** 0.5
             if self.shows(middle):
                 high = middle
             else:
                 missed = low = middle
         while not self.confirmed(high):
-            missed, high = high, high * NEXT
-            if high > MOST * NEXT**0.5:
+            missed, high = high, high * self.step
+            if high > MOST * self.step**0.5:
                 return {"found": None, "missed": missed}
         return {"found": high, "missed": missed}
 
@@ -107,12 +112,14 @@ class Search(Comparison):
         return self.pair(change).find()["verdict"] in DETECTED
 
 
-def searches() -> list[Search]:
+def searches(
+    parameters: Sequence[tuple[str, str, str]] = PARAMETERS, halvings: int = HALVINGS
+) -> list[Search]:
     """Return all searches: for each parameter, one a place."""
     found = []
-    for _, key, name in PARAMETERS:
+    for _, key, name in parameters:
         for model, tier in PLACES:
             scene = scenes(tier)[name]
             other = MODELS[1 - MODELS.index(model)]
-            found.append(Search(scene, Side(scene, other), model, key, tier))
+            found.append(Search(scene, Side(scene, other), model, key, tier, halvings))
     return found

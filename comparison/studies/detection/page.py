@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from importlib.resources import files
 
 from comparison.engines.platform import platform_name, versions
 from comparison.formatting import MISSING, number, quantity, table
@@ -27,44 +26,43 @@ Tried = Sequence[tuple[Trial, Found]]
 WORDS = {"differ": "**differs**", "cannot compare": "**refused**", "agree": "agrees"}
 
 
-def text(results: Results) -> str:
-    """Return the study's README."""
-    template = files("comparison.studies.detection").joinpath("detection.md").read_text("utf-8")
+def page(results: Results) -> dict[str, object]:
+    """Return what stands in the page."""
     columns = [f"in the {_short(model)}, {tier} tier" for model, tier in limits.PLACES]
     rows = [
         [name, *(MISSING if value is None else number(value, 2) for value in row)]
-        for (name, _, _), row in zip(limits.PARAMETERS, results.smallest, strict=True)
+        for name, row in results.smallest.items()
     ]
     healthy = Counter(result["verdict"] for result in results.healthy)
-    return template.format(
-        overview=overview(results),
-        machine=platform_name(),
-        versions=", ".join(f"{name} {version}" for name, version in versions().items()),
-        scenes=", ".join(f"`{name}`" for name in cross_model.loose_scenes()),
-        moved=share(cross_model.SHARE),
-        wanted=" and ".join(f"{kind.wanted} at the {kind.tier} tier" for kind in cross_model.KINDS),
-        most=f"{cross_model.MOST:g}",
-        seed=cross_model.SEED,
-        rounding=rounding_table(results),
-        both=both_table(results),
-        speed=span(alarms.SPEED_RPM),
-        clearance=span(alarms.CLEARANCE, 1e3),
-        modulus=span(alarms.MODULUS, 1e-9),
-        restitution=span(alarms.RESTITUTION),
-        friction=span(alarms.FRICTION),
-        factors=span(alarms.FACTORS),
-        own=own_table(results),
-        listed=alarm_list(results),
-        channels=channel_table(results),
-        controls=", ".join(f"{times} times {verdict}" for verdict, times in healthy.items()),
-        numbers=fault_table(results.faults, "number"),
-        codes=fault_table(results.faults, "code"),
-        tables=fault_table(results.faults, "table"),
-        missed=misses(results.faults),
-        least=number(limits.LEAST, 1),
-        largest=number(limits.MOST, 1),
-        smallest=table(("number", *columns), rows),
-    )
+    return {
+        "overview": overview(results),
+        "machine": platform_name(),
+        "versions": ", ".join(f"{name} {version}" for name, version in versions().items()),
+        "scenes": ", ".join(f"`{name}`" for name in cross_model.loose_scenes()),
+        "moved": share(cross_model.SHARE),
+        "wanted": " and ".join(f"{kind.wanted} at the {kind.tier} tier" for kind, _ in results.both),
+        "most": f"{cross_model.MOST:g}",
+        "seed": cross_model.SEED,
+        "rounding": rounding_table(results),
+        "both": both_table(results),
+        "speed": span(alarms.SPEED_RPM),
+        "clearance": span(alarms.CLEARANCE, 1e3),
+        "modulus": span(alarms.MODULUS, 1e-9),
+        "restitution": span(alarms.RESTITUTION),
+        "friction": span(alarms.FRICTION),
+        "factors": span(alarms.FACTORS),
+        "own": own_table(results),
+        "listed": alarm_list(results),
+        "channels": channel_table(results),
+        "controls": ", ".join(f"{times} times {verdict}" for verdict, times in healthy.items()),
+        "numbers": fault_table(results.faults, "number"),
+        "codes": fault_table(results.faults, "code"),
+        "tables": fault_table(results.faults, "table"),
+        "missed": misses(results.faults),
+        "least": number(limits.LEAST, 1),
+        "largest": number(limits.MOST, 1),
+        "smallest": table(("number", *columns), rows),
+    }
 
 
 def overview(results: Results) -> str:

@@ -24,13 +24,13 @@ class Results:
     """Of both models against each other: by kind and variant of rounding, in the order of the draws."""
     own: Sequence[tuple[alarms.Kind, Sequence[Found]]]
     """Of each model against itself."""
-    bits: Sequence[tuple[str, ...]]
+    bits: Mapping[rounding.Rounding, tuple[str, ...]]
     """Hashes of tables by variant of rounding, see `rounding.hashes`."""
     healthy: Sequence[Found]
     """Of the catalogue's scenes without a fault."""
     faults: Sequence[tuple[Trial, Found]]
-    smallest: Sequence[Sequence[float | None]]
-    """Smallest detected relative changes: one row a parameter of `limits`, one column a place."""
+    smallest: Mapping[str, Sequence[float | None]]
+    """Smallest detected relative changes of each parameter, one a place of `limits`."""
 
     @property
     def without_fault(self) -> list[tuple[str, list[Found]]]:
@@ -83,7 +83,7 @@ def record(results: Results) -> dict[str, Any]:
                 for kind, by_rounding in results.both
                 if variant in by_rounding
             }
-            for variant, all_bits in zip(rounding.ROUNDINGS, results.bits, strict=True)
+            for variant, all_bits in results.bits.items()
         },
         "faults": [
             {
@@ -103,7 +103,7 @@ def record(results: Results) -> dict[str, Any]:
                 f"{model}, {tier}": None if value is None else float(f"{value:.2g}")
                 for (model, tier), value in zip(limits.PLACES, row, strict=True)
             }
-            for (name, _, _), row in zip(limits.PARAMETERS, results.smallest, strict=True)
+            for name, row in results.smallest.items()
         },
     }
 

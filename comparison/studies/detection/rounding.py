@@ -110,11 +110,11 @@ class Bits(Comparison):
         return refusal("") | {"bits": hashlib.sha256(frame.to_numpy().tobytes()).hexdigest()}
 
 
-def measurements() -> list[Bits]:
+def measurements(roundings: Sequence[Rounding]) -> list[Bits]:
     """Return what is measured of the variants, one after the other: of each as many as there are `PLACES`."""
     return [
         Bits(Side(scenes(tier)["press"], model, rounding.engines.get(model, "")), rounding.environment)
-        for rounding in ROUNDINGS
+        for rounding in roundings
         for model, tier in PLACES
     ]
 
@@ -123,14 +123,14 @@ PLACES = tuple((model, tier) for tier in TIERS for model in MODELS)
 """Model and tier of the tables that are hashed: both have settings or formulations of their own at each."""
 
 
-def hashes(found: Sequence[Found]) -> list[tuple[str, ...]]:
+def hashes(roundings: Sequence[Rounding], found: Sequence[Found]) -> dict[Rounding, tuple[str, ...]]:
     """Return the hashes of each variant, by `PLACES`, from what was found by `measurements`."""
     bits = [str(result.get("bits", result["reason"])) for result in found]
     width = len(PLACES)
-    return [tuple(bits[at : at + width]) for at in range(0, len(bits), width)]
+    return {variant: tuple(bits[n * width : (n + 1) * width]) for n, variant in enumerate(roundings)}
 
 
-def effective(measured: Sequence[tuple[str, ...]], tier: str) -> list[Rounding]:
+def effective(measured: Mapping[Rounding, tuple[str, ...]], tier: str) -> list[Rounding]:
     """Return the variants that give runs of their own at a tier: the first, and each unlike all before it.
 
     Parameters
@@ -142,6 +142,6 @@ def effective(measured: Sequence[tuple[str, ...]], tier: str) -> list[Rounding]:
     """
     columns = [at for at, place in enumerate(PLACES) if place[1] == tier]
     known: dict[tuple[str, ...], Rounding] = {}
-    for rounding, bits in zip(ROUNDINGS, measured, strict=True):
+    for rounding, bits in measured.items():
         known.setdefault(tuple(bits[at] for at in columns), rounding)
     return list(known.values())

@@ -2,74 +2,99 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 
 from comparison.execution.run import Progress
-from comparison.files import replacing, write_json
 from comparison.studies.detection import alarms, cross_model, limits, rounding
 from comparison.studies.detection.copies import installed
 from comparison.studies.detection.cross_model import Draw
-from comparison.studies.detection.faults import catalogue, controls, trials
-from comparison.studies.detection.figures import draw
+from comparison.studies.detection.faults import Fault, catalogue, controls, trials
+from comparison.studies.detection.figures import draw_smallest
 from comparison.studies.detection.finding import find_all
-from comparison.studies.detection.page import text
+from comparison.studies.detection.page import page
 from comparison.studies.detection.results import Results, record
 from comparison.studies.detection.tasks import Comparison, Found
 from comparison.studies.shared.progress import part
+from comparison.studies.shared.study import Study
 
 # Of the whole time: what is measured of the rounding, faults with self comparisons and limits, both models.
 _PARTS = (0.01, 0.4, 1.0)
 
 
-def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
-    """Measure everything, and write README.md, detection.json and the figure."""
-    results = measured(n_jobs, on_progress)
-    draw(
-        [name for name, _, _ in limits.PARAMETERS],
-        [f"{model}, {tier}" for model, tier in limits.PLACES],
-        results.smallest,
-        folder / "smallest.svg",
-    )
-    write_json(record(results), folder / "detection.json")
-    with replacing(folder / "README.md") as unfinished:
-        unfinished.write_text(text(results), "utf-8")
+@dataclass(frozen=True)
+class Config:
+    """What is compared.
+
+    Attributes
+    ----------
+    both
+        Kinds of comparisons of both models.
+    own
+        Kinds of comparisons of a model with itself.
+    roundings
+        Variants of rounding under which both models run; the first is what the others are held against.
+    faults
+        Of the catalogue.
+    parameters
+        Whose smallest detectable change is sought, see `limits.PARAMETERS`.
+    halvings
+        Of the decades in that search.
+    """
+
+    both: tuple[cross_model.Kind, ...]
+    own: tuple[alarms.Kind, ...]
+    roundings: tuple[rounding.Rounding, ...]
+    faults: tuple[Fault, ...]
+    parameters: tuple[tuple[str, str, str], ...]
+    halvings: int
 
 
-def measured(n_jobs: int, on_progress: Progress | None) -> Results:
+def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Make all comparisons; those that were made before are not repeated."""
-    own, faults, healthy = [alarms.pairs(kind) for kind in alarms.KINDS], trials(catalogue()), controls()
-    searches = limits.searches()
+    own, faults, healthy = [alarms.pairs(kind) for kind in config.own], trials(config.faults), controls()
+    searches = limits.searches(config.parameters, config.halvings)
     tasks: list[Comparison] = [
         *(pair for drawn in own for pair in drawn),
         *healthy,
         *(trial.pair for trial in faults),
         *searches,
     ]
-    changes = [fault for fault in catalogue() if fault.kind == "code"]
-    with installed([*changes, *rounding.REARRANGED]):
-        bits = rounding.hashes(find_all(rounding.measurements(), n_jobs, part(on_progress, 0.0, _PARTS[0])))
+    changes = [fault for fault in config.faults if fault.kind == "code"]
+    copies = {engine for variant in config.roundings for engine in variant.engines.values()}
+    with installed([*changes, *(copy for copy in rounding.REARRANGED if copy.engine in copies)]):
+        measurements = rounding.measurements(config.roundings)
+        bits = rounding.hashes(
+            config.roundings, find_all(measurements, n_jobs, part(on_progress, 0.0, _PARTS[0]))
+        )
         found = iter(find_all(tasks, n_jobs, part(on_progress, *_PARTS[:2])))
-        both = _both_models(bits, n_jobs, on_progress)
+        both = _both_models(config.both, bits, n_jobs, on_progress)
     return Results(
         both=both,
-        own=[(kind, _next(found, drawn)) for kind, drawn in zip(alarms.KINDS, own, strict=True)],
+        own=[(kind, _next(found, drawn)) for kind, drawn in zip(config.own, own, strict=True)],
         bits=bits,
         healthy=_next(found, healthy),
         faults=list(zip(faults, _next(found, faults), strict=True)),
-        smallest=_by_place(_next(found, searches)),
+        smallest={
+            name: [each.get("found") for each in _next(found, limits.PLACES)]
+            for name, _, _ in config.parameters
+        },
     )
 
 
 def _both_models(
-    bits: Sequence[tuple[str, ...]], n_jobs: int, on_progress: Progress | None
+    kinds: Sequence[cross_model.Kind],
+    bits: Mapping[rounding.Rounding, tuple[str, ...]],
+    n_jobs: int,
+    on_progress: Progress | None,
 ) -> list[tuple[cross_model.Kind, dict[rounding.Rounding, list[Found]]]]:
     """Draw each kind by its rule of stopping."""
     start, end = _PARTS[1:]
-    each = (end - start) / len(cross_model.KINDS)
+    each = (end - start) / len(kinds)
     both = []
-    for number, kind in enumerate(cross_model.KINDS):
+    for number, kind in enumerate(kinds):
         # The first round is nearly all of it: later ones replace what was indeterminate.
         reports = iter([part(on_progress, start + number * each, start + (number + 1) * each)])
 
@@ -84,8 +109,38 @@ def _next(found: Iterator[Found], of: Sequence[object]) -> list[Found]:
     return list(islice(found, len(of)))
 
 
-def _by_place(found: Sequence[Found]) -> list[list[float | None]]:
-    """Return the smallest detected changes, one row a parameter, one column a place."""
-    columns = len(limits.PLACES)
-    values = [result.get("found") for result in found]
-    return [values[at : at + columns] for at in range(0, len(values), columns)]
+def figures(results: Results, folder: Path) -> None:
+    """Draw the smallest detectable changes."""
+    places = [f"{model}, {tier}" for model, tier in limits.PLACES]
+    draw_smallest(places, results.smallest, folder / "smallest.svg")
+
+
+def _few_faults() -> tuple[Fault, ...]:
+    """Return a wrong number and some wrong tables: none that needs a copy of a model."""
+    numbers, tables = ([fault for fault in catalogue() if fault.kind == kind] for kind in ("number", "table"))
+    return numbers[0], *tables[-3:]
+
+
+STUDY = Study(
+    "detection",
+    small=Config(
+        both=tuple(replace(kind, wanted=2) for kind in cross_model.KINDS),
+        own=tuple(replace(kind, draws=2) for kind in alarms.KINDS),
+        roundings=rounding.ROUNDINGS[:2],
+        faults=_few_faults(),
+        parameters=limits.PARAMETERS[:1],
+        halvings=1,
+    ),
+    full=Config(
+        both=cross_model.KINDS,
+        own=alarms.KINDS,
+        roundings=rounding.ROUNDINGS,
+        faults=tuple(catalogue()),
+        parameters=limits.PARAMETERS,
+        halvings=limits.HALVINGS,
+    ),
+    measure=measure,
+    page=page,
+    draw=figures,
+    data=record,
+)

@@ -67,7 +67,10 @@ class Study(Generic[C, R]):
             Of the page.
         """
         folder.mkdir(parents=True, exist_ok=True)
-        results = self.measure(self.small if small else self.full, n_jobs, on_progress)
+        return self.report(self.measure(self.small if small else self.full, n_jobs, on_progress), folder)
+
+    def report(self, results: R, folder: Path) -> Path:
+        """Write page, data and figures of results into a folder that is there; return the page's path."""
         self.draw(results, folder)
         if self.data is not None:
             write_json(self.data(results), folder / f"{self.name}.json")

@@ -18,10 +18,8 @@ from comparison.execution.run import Outcome
 from comparison.formatting import table
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
-from comparison.studies.campaign import population
 from comparison.studies.contact_laws import study as contact_laws
 from comparison.studies.crank_pin.peaks import Case, met, peaks_table, powers
-from comparison.studies.detection import alarms, cross_model, faults, limits, rounding, study
 from comparison.studies.ensembles import study as ensembles
 from comparison.studies.extremes import cells
 from comparison.studies.extremes import study as extremes
@@ -62,15 +60,6 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(paper_runs, "CYCLES", 4)
     monkeypatch.setattr(paper_runs, "FEWER", 3)
     monkeypatch.setattr(paper_runs, "MEMBERS", 2)
-    monkeypatch.setattr(alarms, "KINDS", tuple(replace(kind, draws=2) for kind in alarms.KINDS))
-    monkeypatch.setattr(cross_model, "KINDS", tuple(replace(kind, wanted=2) for kind in cross_model.KINDS))
-    # There are no copies of fakes, which round alike in any environment: the first variant alone counts.
-    monkeypatch.setattr(rounding, "REARRANGED", ())
-    monkeypatch.setattr(rounding, "ROUNDINGS", rounding.ROUNDINGS[:2])
-    few = [fault for fault in faults.catalogue() if fault.kind != "code"]
-    monkeypatch.setattr(study, "catalogue", lambda: [few[0], few[-3], few[-2], few[-1]])
-    monkeypatch.setattr(limits, "PARAMETERS", limits.PARAMETERS[:1])
-    monkeypatch.setattr(limits, "HALVINGS", 1)
     # Timings are taken in this process, by the models themselves.
     monkeypatch.setattr(tradeoff, "measured", lambda *_: made_up_rows())
     monkeypatch.setattr(tradeoff, "confirmation", lambda _: 1e-12)
@@ -85,7 +74,6 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(scenes, "SPEEDS", (100.0, 200.0))
     monkeypatch.setattr(scenes, "CLEARANCES", (1e-4, 2e-4))
     monkeypatch.setattr(controls, "PERIODS", 110)
-    monkeypatch.setattr(population, "COUNT", 5)
     monkeypatch.setattr(plan, "SAMPLES", 40)
     monkeypatch.setattr(plan, "RUNS", 60)
     monkeypatch.setattr(plan, "PLANE", 30)

@@ -326,8 +326,7 @@ def test_the_campaign_writes_a_page_with_its_figures_and_a_second_call_runs_noth
     fake_models, tmp_path, monkeypatch, capsys
 ):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(population, "COUNT", 6)
-    assert main(["study", "campaign", "--jobs", "2"]) == 0
+    assert main(["study", "campaign", "--small", "--jobs", "2"]) == 0
     (told,) = capsys.readouterr().out.splitlines()
     text, folder = Path(told).read_text("utf-8"), Path(told).parent
     assert not re.search(r"\{\w*\}|\bnan\b", text)
@@ -335,11 +334,11 @@ def test_the_campaign_writes_a_page_with_its_figures_and_a_second_call_runs_noth
         "README.md", "campaign.json", "distances.svg", "places.svg"
     }  # fmt: skip
     # The fakes go through walls without a contact where the slider has clearance.
-    assert text.splitlines()[2].startswith("**Of 6 random scenes of 2 cycles ")
+    assert text.splitlines()[2].startswith("**Of 5 random scenes of 2 cycles ")
     assert "open-depth" in text
     runs = fake_models.read_text().count("\n")
-    assert runs >= 6 * 6
-    assert main(["study", "campaign"]) == 0
+    assert runs >= 5 * 6
+    assert main(["study", "campaign", "--small"]) == 0
     assert fake_models.read_text().count("\n") == runs
     assert Path(told).read_text("utf-8") == text
 
@@ -359,7 +358,7 @@ def test_the_page_shows_who_errs_what_was_corrected_and_what_failed(models, case
     add(examine(case, models, lambda result, *_: replace(result, verdict="agree", confirmation=found)))
     models.status["exudyn"] = Outcome("newton-failed", "try a smaller step")
     add(examine(case, models, refuse))
-    study.report(tmp_path, numbered, rows, 5)
+    study.STUDY.report(study.Results(5, numbered, rows), tmp_path)
     text = (tmp_path / "README.md").read_text("utf-8")
     assert (
         "3 are decided: 1 agree, in 1 the uncertainty had been underestimated, 1 differ (1 the reference errs"

@@ -13,10 +13,10 @@ from comparison.regression import update
 from comparison.studies.detection import alarms, limits
 from comparison.studies.detection.cross_model import KINDS
 from comparison.studies.detection.faults import catalogue, trials
-from comparison.studies.detection.page import text
 from comparison.studies.detection.rates import interval, share, upper_limit
 from comparison.studies.detection.results import Results, record
 from comparison.studies.detection.rounding import PLACES, ROUNDINGS
+from comparison.studies.detection.study import STUDY
 
 
 @pytest.mark.parametrize("trials", [1, 20, 300])
@@ -88,7 +88,7 @@ def test_a_change_that_is_not_confirmed_is_a_miss_and_the_next_larger_one_is_tri
     )
     found = limits.searches()[0].find()
     assert found["missed"] < smallest <= found["found"]
-    assert found["found"] / found["missed"] == pytest.approx(limits.NEXT, rel=1e-9)
+    assert found["found"] / found["missed"] == pytest.approx(limits.searches()[0].step, rel=1e-9)
     assert asked == sorted(asked)
     assert asked[-2:] == [found["missed"], found["found"]]
 
@@ -109,14 +109,14 @@ def test_what_the_study_writes_is_what_a_baseline_reads(tmp_path):
     agree = {"verdict": "agree", "reason": "", "channels": {}, "first": None}
     alarm = agree | {"verdict": "differ"}
     corrected = agree | {"confirmation": {"outcome": "underestimated", "sentence": "too small"}}
-    bits = [(str(number),) * len(PLACES) for number, _ in enumerate(ROUNDINGS)]
+    bits = {variant: (str(number),) * len(PLACES) for number, variant in enumerate(ROUNDINGS)}
     results = Results(
         both=[(KINDS[0], {ROUNDINGS[0]: [agree] * 200, ROUNDINGS[1]: [agree] * 99 + [corrected]})],
         own=[(alarms.KINDS[0], [agree] * 300 + [alarm, agree | {"verdict": "indeterminate"}])],
         bits=bits,
         healthy=[agree],
         faults=[(trial, alarm) for trial in trials(catalogue())],
-        smallest=[[None] + [1.23456e-7] * (len(limits.PLACES) - 1)] * len(limits.PARAMETERS),
+        smallest={name: [None] + [1.23456e-7] * (len(limits.PLACES) - 1) for name, _, _ in limits.PARAMETERS},
     )
     path = tmp_path / "detection.json"
     write_json(record(results), path)
@@ -131,7 +131,7 @@ def test_what_the_study_writes_is_what_a_baseline_reads(tmp_path):
         "draws": 300, "decided": 300, "underestimated": 1, "alarms": 0, "upper_limit_95": 0.00994
     }  # fmt: skip
     assert read.detected["tight"]["faults"] == sum(trial.tier == "tight" for trial, _ in results.faults)
-    page = text(results)
+    page = STUDY.report(results, tmp_path).read_text("utf-8")
     assert "- both models, tight: 0 false alarms in 300 decided comparisons" in page
     assert "agree: too small." in page
     assert not re.search(r"\{\w*\}", page)

@@ -40,7 +40,8 @@ def test_a_variant_without_a_table_of_its_own_does_not_count():
         (*plain[:-1], "c"),
         ("b", *plain[2:], "c"),
     ]
-    names = {tier: effective(measured, tier) for tier in ("standard", "tight")}
+    by_variant = dict(zip(ROUNDINGS, measured, strict=True))
+    names = {tier: effective(by_variant, tier) for tier in ("standard", "tight")}
     assert [place[1] for place in PLACES] == ["standard", "standard", "tight", "tight"]
     assert names == {"standard": [ROUNDINGS[0], ROUNDINGS[2]], "tight": [ROUNDINGS[0], ROUNDINGS[4]]}
 
@@ -48,7 +49,7 @@ def test_a_variant_without_a_table_of_its_own_does_not_count():
 def cheap():
     """Tables of the tight tier, of the models themselves."""
     at = [n for n, (_, tier) in enumerate(PLACES) if tier == "tight"]
-    bits = rounding.measurements()
+    bits = rounding.measurements(ROUNDINGS)
     width = len(PLACES)
     return {
         variant: [bits[width * number + place] for place in at]
@@ -72,11 +73,9 @@ def test_an_environment_changes_bits_where_its_library_has_other_code(tmp_path, 
     if applies and "GLIBC_TUNABLES" not in before:
         assert all(one != other for one, other in zip(plain, libm, strict=True))
     # The rule by which a variant counts, on what was measured here.
-    measured = [("", "", *bits[variant]) for variant in bits] + [
-        ("", "", "x", "y"),
-        ("", "", "y", "x"),
-    ]
-    counted = effective(measured, "tight")
+    measured = {variant: ("", "", *own) for variant, own in bits.items()}
+    copies = [variant for variant in ROUNDINGS if variant not in bits]
+    counted = effective(measured | {copy: ("", "", copy.name, "") for copy in copies}, "tight")
     for variant, own in bits.items():
         others = [
             known for earlier, known in bits.items() if ROUNDINGS.index(earlier) < ROUNDINGS.index(variant)
@@ -87,11 +86,12 @@ def test_an_environment_changes_bits_where_its_library_has_other_code(tmp_path, 
 @pytest.mark.slow
 def test_sums_in_another_order_change_bits_of_both_models_at_both_tiers_on_any_machine(tmp_path, monkeypatch):
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
-    tasks, width = rounding.measurements(), len(PLACES)
+    tasks, width = rounding.measurements(ROUNDINGS), len(PLACES)
     other = next(number for number, variant in enumerate(ROUNDINGS) if variant.engines)
     assert ROUNDINGS[other].environment == ()
     with installed(REARRANGED):
         found = find_all([*tasks[:width], *tasks[width * other : width * (other + 1)]], 2, None)
     plain, rearranged = ([result["bits"] for result in found[at : at + width]] for at in (0, width))
     assert all(one != other for one, other in zip(plain, rearranged, strict=True))
-    assert hashes(found) == [tuple(plain), tuple(rearranged)]
+    two = ROUNDINGS[0], ROUNDINGS[other]
+    assert hashes(two, found) == dict(zip(two, (tuple(plain), tuple(rearranged)), strict=True))
