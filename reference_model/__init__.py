@@ -7,9 +7,9 @@
 | Eqs. 1-6 | corners, walls, gaps | `contact` |
 | Eqs. 7-8 | surface contact (and the strip that replaces it) | `contact` |
 | Eqs. 9-11 | point contact with damping | `contact`; memory of the impact speed: `progress` |
-| Eqs. 13-14 | modified Coulomb friction | `friction` |
+| Eqs. 12-13 | modified Coulomb friction | `friction` |
 | Figs. 7, 8 | clearance at the crank pin A | `journal` |
-| Eqs. 15-21 | coordinates and multipliers, Baumgarte | `multiplier` |
+| Eqs. 14-21 | coordinates and multipliers, Baumgarte | `multiplier` |
 | their projections | the fewest coordinates | `minimal` (slider), `chain` (crank pin, both) |
 | the paper's ode15s | scipy's BDF and others, same equations and events | `by_scipy`, `dense_events` |
 | - | where a mode ends | `switching`; most steps hold no end: `step_bounds`; search: `isolation`, `events` |

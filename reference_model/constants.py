@@ -83,9 +83,9 @@ class Constants(NamedTuple):
     c_f: float
     """Friction coefficient."""
     v0: float
-    """Speed below which friction is zero, Eq. 14, m/s."""
+    """Speed below which friction is zero, Eq. 13, m/s."""
     v1: float
-    """Speed above which friction is full, Eq. 14, m/s."""
+    """Speed above which friction is full, Eq. 13, m/s."""
     pin_clearance: float
     """Radial clearance at the crank pin A, m."""
     bearing_radius: float

@@ -1,4 +1,4 @@
-"""Contact of the slider's four corners with the guide's walls (Eqs. 1-12), in three laws.
+"""Contact of the slider's four corners with the guide's walls (Eqs. 1-11), in three laws.
 
 Corners are numbered ll, lr, ul, ur: lower/upper in the slider's y, left/right in its x. Each sees only
 the infinite wall on its side. The forces of one side derive from a potential U of its two depths d1, d2,

@@ -1,6 +1,6 @@
-"""Modified Coulomb friction (Eqs. 13-14), taken apart into its smooth pieces.
+"""Modified Coulomb friction (Eqs. 12-13), taken apart into its smooth pieces.
 
-The dynamic correction coefficient c_d of Eq. 14 has kinks at |v_t| = v0 and v1. Between them it is
+The dynamic correction coefficient c_d of Eq. 13 has kinks at |v_t| = v0 and v1. Between them it is
 smooth, so an integrator that knows in which regime it is, and locates the change, never steps over a kink.
 Regimes: -2, +2 full friction; -1, +1 on the ramp between v0 and v1; 0 none.
 """
@@ -29,7 +29,7 @@ def regime_bounds(c: Constants, regime: int) -> tuple[float, float]:
 
 @inlined
 def signed_correction(c: Constants, v_t: float, regime: int) -> float:
-    """Return c_d v_t / |v_t| of Eq. 14 as the smooth function it is within `regime`."""
+    """Return c_d v_t / |v_t| of Eq. 13 as the smooth function it is within `regime`."""
     if regime == 0:
         return 0.0
     sign = 1.0 if regime > 0 else -1.0
@@ -40,5 +40,5 @@ def signed_correction(c: Constants, v_t: float, regime: int) -> float:
 
 @inlined
 def friction_force(c: Constants, normal: float, v_t: float, regime: int) -> float:
-    """Return the friction force along +y on the slider, N (Eq. 13)."""
+    """Return the friction force along +y on the slider, N (Eq. 12)."""
     return -c.c_f * normal * signed_correction(c, v_t, regime)

@@ -2,7 +2,7 @@
 
 The paper gives no formulas. e runs from the bearing's centre to the journal's; the gap is c - |e|, the
 normal n = e / |e|. Both forces act at the bearing's surface point P = A_bearing + R_b n, with the point law
-of Eqs. 9-11 for the conformal pair and the friction of Eqs. 13-14 on the relative velocity of the two
+of Eqs. 9-11 for the conformal pair and the friction of Eqs. 12-13 on the relative velocity of the two
 materials at P.
 """
 

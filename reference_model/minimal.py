@@ -7,7 +7,7 @@ theta_5 are free:
     J5 theta5'' = M
 
 F and M are force and moment of all corners on the slider; I = J4 + m4 Ls4^2 + m5 L4^2. It is the projection
-of Eqs. 15-21 onto their constraints.
+of Eqs. 14-21 onto their constraints.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""The paper's own form: 15 coordinates, one multiplier a constraint, Baumgarte (Eqs. 15-21).
+"""The paper's own form: 15 coordinates, one multiplier a constraint, Baumgarte (Eqs. 14-21).
 
 q_i = (x_i, y_i, theta_i), i = 1..5. With Phi(q, t) = 0 the rows of Eq. 16,
 

@@ -114,7 +114,7 @@ class Contact(Section):
 
 
 class Friction(Section):
-    """Modified Coulomb friction, Eqs. 13-14: none below the static speed, full above the transition speed."""
+    """Modified Coulomb friction, Eqs. 12-13: none below the static speed, full above the transition speed."""
 
     coefficient: NotNegative
     static_speed: Annotated[NotNegative, M_S]

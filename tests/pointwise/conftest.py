@@ -144,7 +144,7 @@ SLIPS = ("none", "ramp", "full")
 
 
 def draw(press: Press, rng: np.random.Generator, situation: str, slip: str) -> State:
-    """Draw a state with this contact situation whose first touching corner slips in this regime of Eq. 14."""
+    """Draw a state with this contact situation whose first touching corner slips in this regime of Eq. 13."""
     data = press.data
     c, length = data["clearance"]["slider"], data["mechanism"]["slider"]["length"]
     width = data["mechanism"]["slider"]["width"]

@@ -194,7 +194,7 @@ def text(found: Sequence[Row]) -> str:
             "With friction force and torque do not tend to those of the frictionless press: the slider "
             f"slides, and what remains ({quantity(slow.torque, 'N m')} and {quantity(slow.force, 'N')} at "
             f"{slow.speed:g} rpm) is Coulomb's force, which does not depend on the speed until the slip "
-            "falls below the transition speed of Eq. 14; only a press that slow would lose it. Nor does the "
+            "falls below the transition speed of Eq. 13; only a press that slow would lose it. Nor does the "
             "work of an explicit method per turn converge: once the slider rests on the wall, its step is "
             "held by the stability of that contact to a length that does not depend on the speed.",
             f"Nor do the models agree on the largest wall force with friction, by up to {number(apart, 2)} "
