@@ -6,7 +6,6 @@ package's sources gets a cache folder of its own.
 """
 
 import hashlib
-import os
 import sys
 from collections.abc import Callable
 from importlib.metadata import version
@@ -14,6 +13,7 @@ from pathlib import Path
 from typing import TypeVar, cast
 
 import numba
+from platformdirs import user_cache_path
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -24,17 +24,6 @@ _OPTIONS = getattr(getattr(numba.core, "options", None), "DefaultOptions", None)
 _COUNTING_IS_OPTIONAL = hasattr(_OPTIONS, "_nrt")
 
 
-def user_cache_folder() -> Path:
-    """Return the folder that this platform keeps a user's cached files in."""
-    if "XDG_CACHE_HOME" in os.environ:
-        return Path(os.environ["XDG_CACHE_HOME"])
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", str(Path.home())))
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches"
-    return Path.home() / ".cache"
-
-
 def source_hash() -> str:
     """Return a hash over all sources of this package and the versions of what compiles them."""
     digest = hashlib.sha256(f"{sys.version} {numba.__version__} {version('numpy')}".encode())
@@ -43,7 +32,7 @@ def source_hash() -> str:
     return digest.hexdigest()[:16]
 
 
-_FOLDER = str(user_cache_folder() / "sixbar-crossval" / "numba" / f"reference-{source_hash()}")
+_FOLDER = str(user_cache_path("sixbar-crossval", appauthor=False) / "numba" / f"reference-{source_hash()}")
 
 
 def kernel(function: F) -> F:

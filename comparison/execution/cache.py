@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import os
 import platform
-import sys
 import time
 from contextlib import suppress
 from pathlib import Path
+
+from platformdirs import user_cache_path
 
 from comparison.engines.platform import platform_name
 from comparison.engines.registry import OWN
@@ -28,14 +29,8 @@ _WRITES = "comparison.execution.run"
 
 def cache_folder() -> Path:
     """Return ``$SIXBAR_CACHE_DIR``, or a folder of ours where the system keeps a user's caches."""
-    if named := os.environ.get("SIXBAR_CACHE_DIR"):
-        return Path(named)
-    home = Path.home()
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", home / "AppData/Local")) / "sixbar-crossval" / "Cache"
-    if sys.platform == "darwin":
-        return home / "Library/Caches/sixbar-crossval"
-    return Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache") / "sixbar-crossval"
+    named = os.environ.get("SIXBAR_CACHE_DIR")
+    return Path(named) if named else user_cache_path("sixbar-crossval", appauthor=False)
 
 
 def run_key(scene: Scene, model: str, fingerprint: str) -> str:
