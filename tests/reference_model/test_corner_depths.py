@@ -1,8 +1,7 @@
 """The checker of located contacts, `benchmarks/corner_depths.py`, and a small share of its runs."""
 
-import sys
-from pathlib import Path
-
+import corner_depth_steps as steps
+import corner_depths as depths
 import numpy as np
 import pytest
 
@@ -12,10 +11,6 @@ from reference_model.forces import CONTACTS, GAP, MEMORY, no_contacts
 from reference_model.formulations import right_hand_side, state_size
 from reference_model.reading import read_parameters
 from reference_model.start import formulation, start
-
-sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
-import corner_depth_steps as steps
-import corner_depths as depths
 
 SHORT = {"drive.cycles": 0.05, "initial.slider_omega": 0.2, "initial.slider_angle": 1e-4}
 VARIANTS = pytest.mark.parametrize("variant", depths.FORMULATIONS)

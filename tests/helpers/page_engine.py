@@ -1,0 +1,249 @@
+"""The engine of a reader of docs/model.md: the 15 coordinates of Eq. 20, with no code of either model."""
+
+import math
+
+import numpy as np
+from page_formulas import (
+    CORNERS,
+    Numbers,
+    corner_load,
+    friction,
+    impact_speed,
+    journal_load,
+    journal_motion,
+    normal_force,
+    point_elastic,
+)
+from scipy.integrate import solve_ivp
+
+
+def cross(p, q):
+    return p[0] * q[1] - p[1] * q[0]
+
+
+def direction(θ):
+    return np.array([math.cos(θ), math.sin(θ)])
+
+
+def across(u):
+    return np.array([-u[1], u[0]])
+
+
+class Engine:
+    """The press as the page describes it, in 15 coordinates without Baumgarte's terms.
+
+    Behind coordinates and velocities its state has the work of the drive and the losses by damping and by
+    friction, J.
+    """
+
+    def __init__(self, scene) -> None:
+        m, self.scene, self.numbers = scene["mechanism"], scene, Numbers(scene)
+        rods = [m[name] for name in ("crank", "rod2", "rocker", "rod4")]
+        self.L = [rod["length"] for rod in rods]
+        self.Ls = [rod["centroid"] for rod in rods]
+        bodies = [*rods, m["slider"]]
+        self.masses = np.array([body["mass"] for body in bodies])
+        self.M = np.array([body[key] for body in bodies for key in ("mass", "mass", "inertia")])
+        self.J, self.H, self.g = self.M[2::3], np.array(m["rocker_pivot"]), scene["environment"]["gravity"]
+        self.ω, self.θ_0 = scene["drive"]["speed_rpm"] * 2 * math.pi / 60, math.radians(m["crank_angle_deg"])
+        self.line = m["guide_x"] + m["reference_offset"]
+        self.ideal_slider = scene["joints"]["slider"] == "ideal"
+        self.ideal_pin = scene["joints"]["crank_pin"] == "ideal"
+        # Joint: bodies i and j (None: the frame), and what stands before u_i and u_j in its rows.
+        to_tip = [length - centroid for length, centroid in zip(self.L, self.Ls, strict=True)]
+        self.joints = {
+            "O": (0, None, self.Ls[0], 0.0),
+            "A": (1, 0, self.Ls[1], to_tip[0]),
+            "H": (2, None, self.Ls[2], 0.0),
+            "B": (2, 1, 0.0, to_tip[1]),
+            "C": (3, 2, self.Ls[3], to_tip[2]),
+            "F": (4, 3, 0.0, to_tip[3]),
+        }
+        if not self.ideal_pin:
+            del self.joints["A"]
+        self.to_tip = to_tip
+        self.v_i = np.zeros(5)  # corners and journal; 0: open
+
+    def start(self):
+        """Section 2."""
+        m, initial = self.scene["mechanism"], self.scene["initial"]
+        L, Ls, H, ω = self.L, self.Ls, self.H, self.ω
+        u1 = direction(self.θ_0)
+        A = L[0] * u1
+        d = np.linalg.norm(H - A)
+        e = (H - A) / d
+        p = (d**2 + L[1] ** 2 - Ls[2] ** 2) / (2 * d)
+        B = A + p * e + m["rocker_branch"] * math.sqrt(L[1] ** 2 - p**2) * across(e)
+        u2, u3 = (B - A) / L[1], (B - H) / Ls[2]
+        C = H + L[2] * u3
+        x5, vx5, θ5, ω5 = self.line, 0.0, 0.0, 0.0
+        if not self.ideal_slider:
+            x5, vx5 = m["guide_x"] + initial["slider_offset"], initial["slider_vx"]
+            θ5, ω5 = initial["slider_angle"], initial["slider_omega"]
+        c4 = (x5 - C[0]) / L[3]
+        u4 = np.array([c4, m["slider_branch"] * math.sqrt(1 - c4**2)])
+        n1, n2, n3, n4 = (across(u) for u in (u1, u2, u3, u4))
+        ω2 = ω * L[0] * (n1 @ u3) / (L[1] * (n3 @ u2))
+        ω3 = ω * L[0] * (n1 @ u2) / (Ls[2] * (n3 @ u2))
+        vC = L[2] * ω3 * n3
+        ω4 = (vC[0] - vx5) / (L[3] * u4[1])
+        centres = [Ls[0] * u1, A + Ls[1] * u2, B, C + Ls[3] * u4, C + L[3] * u4]
+        rates = [
+            *(ω * Ls[0] * n1, ω * L[0] * n1 + ω2 * Ls[1] * n2, ω3 * Ls[2] * n3),
+            *(vC + ω4 * Ls[3] * n4, vC + ω4 * L[3] * n4),
+        ]
+        angles = [math.atan2(u[1], u[0]) for u in (u1, u2, u3, u4)]
+        q = [z for centre, θ in zip(centres, [*angles, θ5], strict=True) for z in (*centre, θ)]
+        v = [z for rate, w in zip(rates, [ω, ω2, ω3, ω4, ω5], strict=True) for z in (*rate, w)]
+        q[2] = self.θ_0
+        return np.array([*q, *v, 0.0, 0.0, 0.0])
+
+    def constraints(self, q, v):
+        """Φ_q and γ of section 3."""
+        rows, γ = [], []
+        for i, j, arm_i, arm_j in self.joints.values():
+            for axis in range(2):
+                row, right = np.zeros(15), 0.0
+                for body, sign, arm in ((i, 1, arm_i), (j, -1, arm_j)):
+                    if body is not None:
+                        θ, w = q[3 * body + 2], v[3 * body + 2]
+                        u = direction(θ)
+                        row[3 * body + axis], row[3 * body + 2] = sign, -arm * across(u)[axis]
+                        right -= arm * u[axis] * w**2
+                rows.append(row)
+                γ.append(right)
+        for coordinate in (2, 12, 14) if self.ideal_slider else (2,):
+            rows.append(np.eye(15)[coordinate])
+            γ.append(0.0)
+        return np.array(rows), np.array(γ)
+
+    def contacts(self, q, v):
+        """Of each contact: depth, its rate, slip, what places its force; None where there is none."""
+        found = [None] * 5
+        if not self.ideal_slider:
+            found[:4] = [self.numbers.corner(k, q[12], q[14], v[12], v[13], v[14]) for k in range(4)]
+        if not self.ideal_pin:
+            arm1, arm2 = self.to_tip[0] * direction(q[2]), -self.Ls[1] * direction(q[5])
+            A, A_ = q[0:2] + arm1, q[3:5] + arm2
+            vA, vA_ = v[0:2] + v[2] * across(arm1), v[3:5] + v[5] * across(arm2)
+            R_b = self.numbers.R_j + self.numbers.c
+            found[4] = journal_motion(A, A_, vA - vA_, self.numbers.c, R_b, v[2], v[5])
+        return found
+
+    def forces(self, q, v):
+        """Q, and F_n, F_t and the elastic force of each contact."""
+        Q, found, numbers = np.zeros(15), self.contacts(q, v), self.numbers
+        Q[1::3] = -self.masses * self.g
+        states = np.zeros((5, 3))
+        for k in np.flatnonzero(self.v_i):
+            δ, dδ, v_t, *place = found[k]
+            if k < 4:
+                other = found[k ^ 2][0] if self.v_i[k ^ 2] > 0.0 else 0.0
+                f, F_n = numbers.elastic(δ, other), numbers.normal(δ, other, dδ, self.v_i[k])
+            else:
+                f = point_elastic(numbers.K_j, δ, numbers.n)
+                F_n = normal_force(f, numbers.C, δ, dδ, self.v_i[k])
+            F_t = friction(*numbers.rub, F_n, v_t)
+            states[k] = F_n, F_t, f
+            if k < 4:
+                Q[12:] += corner_load(numbers.corners[k][2], F_n, F_t, *place)
+            else:
+                n, t, P = place
+                G = journal_load(F_n, F_t, n, t)
+                Q[3:6] += [*G, cross(P - q[3:5], G)]
+                Q[0:3] -= [*G, cross(P - q[0:2], G)]
+        return Q, states, found
+
+    def solve(self, y):
+        """Accelerations and λ of Eq. 20."""
+        q, v = y[:15], y[15:30]
+        Φ_q, γ = self.constraints(q, v)
+        Q, states, found = self.forces(q, v)
+        size = 15 + len(γ)
+        matrix = np.zeros((size, size))
+        matrix[:15, :15], matrix[:15, 15:], matrix[15:, :15] = np.diag(self.M), Φ_q.T, Φ_q
+        solution = np.linalg.solve(matrix, np.concatenate([Q, γ]))
+        return solution[:15], solution[15:], states, found
+
+    def rates(self, _, y):
+        a, λ, states, found = self.solve(y)
+        damping = sum((states[k][0] - states[k][2]) * found[k][1] for k in np.flatnonzero(self.v_i))
+        rubbing = -sum(states[k][1] * found[k][2] for k in np.flatnonzero(self.v_i))
+        return np.concatenate([y[15:30], a, [-λ[2 * len(self.joints)] * self.ω, damping, rubbing]])
+
+    def gap(self, k, y):
+        return -self.contacts(y[:15], y[15:30])[k][0]
+
+    def energies(self, y, found):
+        """Stored energies of section 8, kinetic and in the contacts, and that of height."""
+        q, v, numbers = y[:15], y[15:30], self.numbers
+        stored = 0.0
+        for k in np.flatnonzero(self.v_i):
+            K = numbers.K if k < 4 else numbers.K_j
+            stored += K / (numbers.n + 1) * max(found[k][0], 0.0) ** (numbers.n + 1)
+        return 0.5 * self.M @ v**2, stored, self.g * self.masses @ q[1::3]
+
+    def channels(self, y, start):
+        a, λ, states, found = self.solve(y)
+        q, v = y[:15], y[15:30]
+        out = dict(
+            zip(
+                [f"slider_{name}" for name in ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")],
+                [*q[12:], *v[12:], *a[12:]],
+                strict=True,
+            )
+        )
+        if self.ideal_slider:
+            out |= {"guide_force": -λ[-2], "guide_moment": -λ[-1]}
+        else:
+            for k, name in enumerate(CORNERS):
+                parts = -found[k][0], states[k][0], states[k][1]
+                out |= {
+                    f"corner_{name}_{what}": part
+                    for what, part in zip(("gap", "normal", "friction"), parts, strict=True)
+                }
+        for joint, name in enumerate(self.joints):
+            out[f"reaction_{name}_x"], out[f"reaction_{name}_y"] = -λ[2 * joint], -λ[2 * joint + 1]
+        if not self.ideal_pin:
+            n, t = found[4][3:5] if self.v_i[4] else (np.zeros(2), np.zeros(2))
+            out["reaction_A_x"], out["reaction_A_y"] = journal_load(states[4][0], states[4][1], n, t)
+        out["crank_torque"] = -λ[2 * len(self.joints)]
+        kinetic, contact, height = self.energies(y, found)
+        parts = y[30], start[2] - height, kinetic, contact, y[31], y[32]
+        names = ("drive", "gravity", "kinetic", "contact", "damping", "friction")
+        return out | {f"energy_{name}": part for name, part in zip(names, parts, strict=True)}
+
+    def run(self, times):
+        """Channels at these times, s, and the contacts' table: corner, start, end, impact speed."""
+        y, t, table, begun = self.start(), 0.0, [], {}
+        start = self.energies(y, self.contacts(y[:15], y[15:30]))
+        samples, there = [], [k for k, found in enumerate(self.contacts(y[:15], y[15:30])) if found]
+        while t < times[-1]:
+            events = []
+            for k in there:
+                event = lambda _, y, k=k: self.gap(k, y)  # noqa: E731
+                event.terminal, event.direction = True, 1.0 if self.v_i[k] else -1.0
+                events.append(event)
+            # Steps that cannot jump over a contact of some 0.1 ms.
+            piece = solve_ivp(
+                self.rates, (t, times[-1]), y, "DOP853", rtol=1e-12, atol=1e-14, events=events,
+                dense_output=True, max_step=2e-5 if self.v_i.any() else 1e-4,
+            )  # fmt: skip
+            assert piece.success
+            samples += [
+                self.channels(piece.sol(at), start)
+                for at in times[(times >= t) & ((times < piece.t[-1]) | (piece.t[-1] == times[-1]))]
+            ]
+            t, y = piece.t[-1], piece.y[:, -1]
+            if t == times[-1]:
+                break
+            for k in there:
+                gap, rate = self.gap(k, y), -self.contacts(y[:15], y[15:30])[k][1]
+                # Two corners may touch at one instant, but for rounding.
+                if not self.v_i[k] and rate < 0.0 and gap < 1e-15:
+                    self.v_i[k] = impact_speed(-rate, self.numbers.v_min)
+                    begun[k] = t
+                elif self.v_i[k] and rate > 0.0 and gap > -1e-15:
+                    table.append(((*CORNERS, "pin")[k], begun.pop(k), t, self.v_i[k]))
+                    self.v_i[k] = 0.0
+        return {name: np.array([sample[name] for sample in samples]) for name in samples[0]}, table

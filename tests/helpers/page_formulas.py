@@ -1,0 +1,197 @@
+"""The formulas of docs/model.md in plain Python, with the page's symbols.
+
+Each function marked `stated` holds formulas of the page; tests/contract/test_model_page.py requires that
+formulas and symbols stand there.
+"""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+
+PAGE = (Path(__file__).parents[2] / "docs" / "model.md").read_text("utf-8")
+MATH = [
+    " ".join(re.sub(r"```math|```|\$", "", found).split())
+    for found in re.findall(r"```math\n.*?```|\$[^$]+\$", PAGE, re.DOTALL)
+]
+CORNERS = ("ll", "lr", "ul", "ur")
+STATED = []
+
+# Names in the functions below, as the page writes them. "d" before a name is a rate.
+SYMBOLS = {
+    "E": r"E", "ν": r"\nu", "σ": r"\sigma", "R": r"R", "K": r"K", "n": r"n", "c_e": r"c_e", "C": r"C",
+    "T": r"T", "L": r"L", "a": r"a", "K_s": r"K_s", "h": r"h", "δ": r"\delta", "dδ": r"\dot\delta",
+    "δ_1": r"\delta_1", "δ_2": r"\delta_2", "f_1": r"f_1", "v_i": r"v_i", "v_min": r"v_{\min}", "F_n": r"F_n",
+    "F_t": r"F_t", "c_f": r"c_f", "c_d": r"c_d", "v_t": r"v_t", "v_0": r"v_0", "v_1": r"v_1", "s_x": r"s_x",
+    "s_y": r"s_y", "σ_x": r"\sigma_x", "W_T": r"W_T", "c_T": r"c_T", "x_g": r"x_g", "r_x": r"r_x",
+    "r_y": r"r_y", "g_c": r"g_c", "x_5": r"x_5", "dx_5": r"\dot x_5", "dy_5": r"\dot y_5", "θ_5": r"\theta_5",
+    "ω_5": r"\omega_5", "F_x": r"F_x", "F_y": r"F_y", "M_5": r"M_5", "A": r"A", "A_": r"A'", "e": r"e",
+    "de": r"\dot e", "t": r"t", "c": r"c", "R_j": r"R_j", "R_b": r"R_b", "ω": r"\omega", "ω_2": r"\omega_2",
+    "P": r"P", "G": r"G",
+}  # fmt: skip
+
+
+def stated(*formulas):
+    """Mark a function as these formulas of the page."""
+
+    def mark(function):
+        STATED.append((function, formulas))
+        return function
+
+    return mark
+
+
+@stated(r"\sigma = \frac{1 - \nu^2}{E}", r"K = \frac{4}{3 (\sigma + \sigma)} \sqrt{R}")
+def point_stiffness(E, ν, R):
+    σ = (1 - ν**2) / E
+    return 4 / (3 * (σ + σ)) * math.sqrt(R)
+
+
+@stated(r"K_s = \frac{a}{0.475 (\sigma + \sigma)}", r"a = T + L")
+def side_stiffness(E, ν, T, L):
+    σ = (1 - ν**2) / E
+    a = T + L
+    return a / (0.475 * (σ + σ))
+
+
+@stated(r"C = \frac{3}{4} (1 - c_e^2)")
+def damping(c_e):
+    return 3 / 4 * (1 - c_e**2)
+
+
+@stated(r"R_j R_b/(R_b - R_j)", r"R_b = R_j + c")
+def conformal_radius(R_j, c):
+    R_b = R_j + c
+    return R_j * R_b / (R_b - R_j)
+
+
+@stated(
+    r"r_x = s_x\cos\theta_5 - s_y\sin\theta_5",
+    r"r_y = s_x\sin\theta_5 + s_y\cos\theta_5",
+    r"g_c = \sigma_x (x_5 + r_x - x_g) + W_T/2 + c_T, \qquad \delta = -g_c",
+    r"\dot\delta = -\sigma_x (\dot x_5 - \omega_5 r_y)",
+    r"v_t = \dot y_5 + \omega_5 r_x",
+)
+def corner_motion(s_x, s_y, σ_x, x_g, W_T, c_T, x_5, θ_5, dx_5, dy_5, ω_5):
+    r_x = s_x * np.cos(θ_5) - s_y * np.sin(θ_5)
+    r_y = s_x * np.sin(θ_5) + s_y * np.cos(θ_5)
+    g_c = σ_x * (x_5 + r_x - x_g) + W_T / 2 + c_T
+    δ = -g_c
+    dδ = -σ_x * (dx_5 - ω_5 * r_y)
+    v_t = dy_5 + ω_5 * r_x
+    return δ, dδ, v_t, r_x, r_y
+
+
+@stated(r"v_i = \max(\dot\delta(t_i), v_{\min})")
+def impact_speed(dδ, v_min):
+    return max(dδ, v_min)
+
+
+@stated(r"K\delta^n")
+def point_elastic(K, δ, n):
+    return K * np.maximum(δ, 0) ** n
+
+
+@stated(r"K_s(2\delta_1 + \delta_2)/6")
+def surface_elastic(K_s, δ_1, δ_2):
+    return K_s * (2 * δ_1 + δ_2) / 6
+
+
+@stated(
+    r"K\delta_1^n + 4 K_s h (\delta_2/(\delta_1 + \delta_2))^2",
+    r"h = \frac{\delta_1 \delta_2}{\delta_1 + \delta_2}",
+)
+def strip_elastic(K, K_s, n, δ_1, δ_2):
+    h = δ_1 * δ_2 / (δ_1 + δ_2)
+    return K * δ_1**n + 4 * K_s * h * (δ_2 / (δ_1 + δ_2)) ** 2
+
+
+@stated(
+    r"F_n = K \delta^n \left(1 + C\,\frac{\dot\delta}{v_i}\right)",
+    r"\text{ if that is positive and } \delta > 0, \text{ else } 0",
+)
+def normal_force(f_1, C, δ, dδ, v_i):
+    F_n = f_1 * (1 + C * dδ / v_i)
+    return np.where((F_n > 0) & (δ > 0), F_n, 0)
+
+
+@stated(
+    r"F_t = -c_f\,c_d\,F_n \mathrm{sgn}(v_t)",
+    r"c_d = \min\left(1, \max\left(0, \frac{\lvert v_t \rvert - v_0}{v_1 - v_0}\right)\right)",
+)
+def friction(c_f, v_0, v_1, F_n, v_t):
+    c_d = np.minimum(1, np.maximum(0, (np.abs(v_t) - v_0) / (v_1 - v_0)))
+    return -c_f * c_d * F_n * np.sign(v_t)
+
+
+@stated(r"F_x = \sigma_x F_n, \qquad F_y = F_t, \qquad M_5 = r_x F_t - r_y \sigma_x F_n")
+def corner_load(σ_x, F_n, F_t, r_x, r_y):
+    F_x, F_y, M_5 = σ_x * F_n, F_t, r_x * F_t - r_y * σ_x * F_n
+    return np.array([F_x, F_y, M_5])
+
+
+@stated(
+    r"e = A - A', \qquad n = e/\lVert e \rVert, \qquad t = (-n_y, n_x), \qquad \delta = \lVert e \rVert - c",
+    r"\dot\delta = n \cdot \dot e",
+    r"v_t = t \cdot \dot e + \omega (R_b - \lVert e \rVert) - \omega_2 R_b",
+    r"P = A' + R_b n",
+)
+def journal_motion(A, A_, de, c, R_b, ω, ω_2):
+    e = A - A_
+    n = e / np.linalg.norm(e) if e.any() else np.array([1.0, 0.0])
+    t = np.array([-n[1], n[0]])
+    δ = np.linalg.norm(e) - c
+    dδ = n @ de
+    v_t = t @ de + ω * (R_b - np.linalg.norm(e)) - ω_2 * R_b
+    P = A_ + R_b * n
+    return δ, dδ, v_t, n, t, P
+
+
+@stated(r"G = F_n\,n - F_t\,t")
+def journal_load(F_n, F_t, n, t):
+    return F_n * n - F_t * t
+
+
+class Numbers:
+    """The numbers of a scene's contacts, by the keys that the page names."""
+
+    def __init__(self, scene) -> None:
+        contact, rub, slider = scene["contact"], scene["friction"], scene["mechanism"]["slider"]
+        material = contact["youngs_modulus"], contact["poisson"]
+        self.law = contact["law"]
+        self.n, self.v_min = contact["exponent"], contact["impact_speed_floor"]
+        self.K = point_stiffness(*material, contact["corner_radius"])
+        self.K_s = side_stiffness(*material, slider["thickness"], slider["length"])
+        self.C = damping(contact["restitution"])
+        self.rub = rub["coefficient"], rub["static_speed"], rub["transition_speed"]
+        self.W_T, self.c_T = slider["width"], scene["clearance"]["slider"]
+        self.corners = [
+            (x * slider["width"] / 2, y * slider["length"] / 2, -x) for y in (-1, 1) for x in (-1, 1)
+        ]
+        self.x_g = scene["mechanism"]["guide_x"]
+        self.c = scene["clearance"]["crank_pin"]
+        self.R_j = scene["clearance"]["journal_radius"]
+        self.K_j = point_stiffness(*material, conformal_radius(self.R_j, self.c))
+
+    def corner(self, k: int, x_5, θ_5, dx_5, dy_5, ω_5):
+        """Depth (m), its rate, slip (m/s) and arm (m) of a corner."""
+        s_x, s_y, σ_x = self.corners[k]
+        return corner_motion(s_x, s_y, σ_x, self.x_g, self.W_T, self.c_T, x_5, θ_5, dx_5, dy_5, ω_5)
+
+    def elastic(self, δ_1, δ_2):
+        """Force of a corner of depth δ_1 before damping, N; δ_2 is that of the other corner of its side."""
+        alone = point_elastic(self.K, δ_1, self.n)
+        both = (δ_1 > 0) & (δ_2 > 0)
+        if self.law == "hertz-corners" or not np.any(both):
+            return alone
+        d_1, d_2 = np.where(both, δ_1, 1), np.where(both, δ_2, 1)
+        if self.law == "strip":
+            return np.where(both, strip_elastic(self.K, self.K_s, self.n, d_1, d_2), alone)
+        return np.where(both, surface_elastic(self.K_s, d_1, d_2), alone)
+
+    def normal(self, δ_1, δ_2, dδ, v_i):
+        """Force of such a corner that touched at v_i, N."""
+        elastic = self.elastic(δ_1, δ_2)
+        damped = normal_force(elastic, self.C, δ_1, dδ, v_i)
+        return np.where((δ_1 > 0) & (δ_2 > 0), elastic, damped) if self.law == "paper-switching" else damped
