@@ -3,12 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
-from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -20,32 +14,6 @@ from comparison.scene import load_scene
 from comparison.tables.table import read
 
 pytestmark = pytest.mark.usefixtures("fake_models")
-ROOT = Path(str(files("comparison"))).parent
-PATIENCE = 600.0
-"""s; what has not happened by then never will, however busy the machine is."""
-
-
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    """Default folders of reports are relative to where the command is given."""
-    (tmp_path / "here").mkdir()
-    monkeypatch.chdir(tmp_path / "here")
-
-
-def process(*arguments: str, **options) -> subprocess.Popen[str]:
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([*sys.path[:1], str(ROOT)])}
-    return subprocess.Popen(
-        [sys.executable, "-m", "comparison", *arguments],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment, **options,
-    )  # fmt: skip
-
-
-def _group_lives(group: int) -> bool:
-    try:
-        os.killpg(group, 0)
-    except ProcessLookupError:
-        return False
-    return True
 
 
 def test_scenes_lists_name_speed_and_clearance(capsys):
@@ -265,74 +233,3 @@ def test_the_order_of_the_exit_codes():
     assert exit_code([1, 2, 3]) == 2
     assert exit_code([2, 70]) == 70
     assert exit_code([3, 1], allow_indeterminate=True) == 1
-
-
-def test_an_unforeseen_error_is_one_line_with_what_to_report(monkeypatch, capsys):
-    def broken():
-        raise ZeroDivisionError("a\nb")
-
-    monkeypatch.setattr("comparison.scene.shipped_scenes", broken)
-    assert main(["scenes"]) == 70
-    err = capsys.readouterr().err
-    assert "internal error: ZeroDivisionError: a b at test_cli.py:" in err
-    assert "please report" in err
-    assert err.count("\n") == 1
-
-
-def test_an_interruption_ends_with_130_in_one_line_and_leaves_no_process(fake_models, scene_file, gravity):
-    running = process(
-        "validate", scene_file("hang", gravity.hang), "--out", "v", start_new_session=True,
-        # A test run in the background hands down that SIGINT is ignored.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )  # fmt: skip
-    deadline = time.monotonic() + PATIENCE
-    while not any("exudyn" in line for line in fake_models.read_text().splitlines()):
-        assert time.monotonic() < deadline
-        assert running.poll() is None
-        time.sleep(0.02)
-    os.killpg(running.pid, signal.SIGINT)  # as Ctrl-C on a terminal: to every process of the group
-    out, err = running.communicate(timeout=PATIENCE)
-    assert running.returncode == 130
-    assert out == ""
-    assert err.splitlines() == ["sixbar: interrupted; finished runs are kept for the next time"]
-    # multiprocessing's own bookkeeping process ends when it notices that the others have.
-    deadline = time.monotonic() + PATIENCE
-    while _group_lives(running.pid) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert not _group_lives(running.pid)
-    assert not Path("v").exists()
-
-
-def test_a_reader_that_leaves_early_causes_no_traceback():
-    running = process("scenes")
-    running.stdout.close()
-    assert running.stderr.read() == ""
-    running.stderr.close()
-    assert running.wait(timeout=PATIENCE) == 141  # and not 1, "differ"
-
-
-def test_help_imports_nothing_heavy():
-    """And so is quick: 0.15 s where it was written."""
-    code = "import sys; from comparison.cli import main; main(['--help']); print(*sys.modules)"
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    out = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment
-    ).stdout
-    assert "validate" in out
-    loaded = set(out.splitlines()[-1].split())
-    assert not loaded & {"numpy", "pandas", "scipy", "pydantic", "matplotlib", "rich", "numba", "exudyn"}
-    assert len(loaded) < 400  # 156 where it was written
-
-
-def test_plan_tells_what_is_integrated_and_what_is_left_out(capsys):
-    assert main(["plan", "150rpm-0.2mm", "--set", "solver.exudyn.formulation=auto"]) == 0
-    out = capsys.readouterr().out
-    assert out.startswith("150rpm-0.2mm: 2 turns at 150 rpm, 21 channels (motion, accelerations, corners)\n")
-    assert "reference: minimal: rod 4 and slider (2 coordinates)\n" in out
-    assert "exudyn: rod 4 and slider tree\n" in out
-    assert out.count("  left out    contact at the crank pin: joints.crank_pin is ideal\n") == 2
-    assert "  instead     solver.exudyn.formulation = 'full': all five bodies" in out
-    assert main(["plan", "ideal"]) == 0
-    assert "  integrates  nothing: the drive leaves nothing free\n" in capsys.readouterr().out
-    assert main(["plan", "nowhere"]) == 2
-    assert capsys.readouterr().err.count("\n") == 1

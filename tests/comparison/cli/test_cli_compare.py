@@ -12,13 +12,6 @@ from comparison.cli import main
 from comparison.tables.table import Table, read, write
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    """Default folders of reports are relative to where the command is given."""
-    (tmp_path / "here").mkdir()
-    monkeypatch.chdir(tmp_path / "here")
-
-
 @pytest.fixture
 def tables(make_table):
     """Two foreign tables that differ by a thousandth, and one that is the first."""

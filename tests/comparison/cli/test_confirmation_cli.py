@@ -17,12 +17,6 @@ from comparison.tables.table import read
 pytestmark = pytest.mark.usefixtures("fake_models")
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    (tmp_path / "here").mkdir()
-    monkeypatch.chdir(tmp_path / "here")
-
-
 def test_a_confirmed_difference_is_1_and_stands_in_every_output_in_one_sentence(
     scene_file, gravity, capsys, fake_models
 ):

@@ -9,6 +9,7 @@ from math import cos, pi, sin
 import numpy as np
 import pandas as pd
 import pytest
+from outline import page
 
 from comparison.accuracy.thresholds import thresholds
 from comparison.agreement.results import Attribution, SceneComparison
@@ -187,3 +188,8 @@ def broken(scene: SceneComparison) -> SceneComparison:
         events=(None, None),
         provenance={},
     )
+
+
+@pytest.fixture(scope="module")
+def html(scene: SceneComparison, differing: SceneComparison) -> str:
+    return page(scene, differing)
