@@ -2,115 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-
 import numpy as np
-import pandas as pd
 import pytest
+from fake_ensemble import COARSE, LATE, LOCAL, MODELS, Fake, wide
 
-from comparison.accuracy.tiers import tight
-from comparison.accuracy.uncertainty import Runs, movable, twin_shift
+from comparison.accuracy.uncertainty import Runs
 from comparison.agreement.compare import compare
 from comparison.agreement.confirmation import confirm
 from comparison.agreement.confirmation_starts import (
     MEMBERS,
     OTHER_MEMBERS,
-    arrived,
-    moved_starts,
-    starting_error,
 )
-from comparison.report.text import EXIT_CODES, as_mapping, scene_lines
-from comparison.scene import Scene, digest, load_scene
+from comparison.report.text import EXIT_CODES
+from comparison.scene import load_scene
 from comparison.tables.table import Table
-
-MODELS = ("reference", "exudyn")
-LOCAL = 1e-6  # of the amplitude: error of a level, from which u follows
-COARSE: dict[str, object] = {"output.samples_per_cycle": 100, "output.groups": []}
-LATE = 0.6  # of the run: where magnified errors begin
-
-
-def contact_at(start: float, corner: str = "ul") -> dict[str, object]:
-    """One row of an event table."""
-    numbers = {"end": start + 1e-3, "normal_speed": 0.1, "impulse": 0.02, "peak_force": 40.0}
-    return {"corner": corner, "start": start, **numbers, "largest_depth": 1e-6}
-
-
-@dataclass
-class Fake:
-    """Two models whose error after some time is a draw of each start: the truth times 1 + error."""
-
-    signals: Callable[..., dict[str, np.ndarray]]
-    scene: Scene
-    draw: Callable[[np.random.Generator], float]
-    """Relative error, late in the run, of one whose start was moved."""
-    bias: tuple[float, float] = (0.0, 0.0)
-    """Of either model, late in the run, whatever the start."""
-    succeed: int | None = None
-    """How many runs of an ensemble do; None: all."""
-    late: float = LATE
-    """Share of the run from which errors are magnified."""
-    extra: Callable[[float], bool] = lambda _: False
-    """Whether a run with such an error has one contact more."""
-    asked: list[tuple[str, int]] = field(default_factory=list)
-
-    def table(self, late: float, everywhere: float = 0.0) -> Table:
-        samples = (
-            round(self.scene.data["drive"]["cycles"] * self.scene.data["output"]["samples_per_cycle"]) + 1
-        )
-        error = everywhere + np.where(np.arange(samples) >= self.late * samples, late, 0.0)
-        rows = [contact_at(0.01), *([contact_at(0.3)] if self.extra(late) else [])]
-        return Table(pd.DataFrame(self.signals(self.scene.data, 0.0, error)), pd.DataFrame(rows))
-
-    def family(self, side: int, late: float = 0.0) -> Runs:
-        """Return runs that lie together, by chance or because this is all there is."""
-        late += self.bias[side]
-        return Runs(
-            self.table(late),
-            finer=self.table(late, LOCAL / 10),
-            coarser=self.table(late, 10 * LOCAL / 10),
-            twin=self.table(late, LOCAL + 1e-9),
-            other_twin=self.table(late, LOCAL - 1e-9),
-            refinement=(10.0, 1.0),
-        )
-
-    def run(self, starts: Sequence[Scene], model: str) -> list[Table]:
-        self.asked.append((model, len(starts)))
-        bias = self.bias[MODELS.index(model)]
-        seeds = [int(digest([start.hash, model])[:8], 16) for start in starts]
-        tables = [self.table(bias + self.draw(np.random.default_rng(seed))) for seed in seeds]
-        return tables[: self.succeed]
-
-    def confirmed(self, a: float = 0.0, b: float = 0.0, tier: str = "standard"):
-        runs = self.family(0, a), self.family(1, b)
-        before = compare(*runs, scene=self.scene, labels=MODELS, tier=tier)
-        return before, confirm(before, runs, scene=self.scene, models=MODELS, run=self.run)
-
-
-@pytest.fixture
-def small() -> Scene:
-    """Two cycles with few samples, Exudyn's tree: both models have an ensemble."""
-    tree = tight(load_scene("150rpm-0.2mm", COARSE), MODELS)
-    assert tree is not None
-    return tree
-
-
-@pytest.fixture
-def fake(fake_model, small) -> Callable[..., Fake]:
-    def make(draw: Callable[[np.random.Generator], float], of: Scene = small, **options) -> Fake:
-        return Fake(fake_model.signals, of, draw, **options)
-
-    return make
 
 
 def narrow(rng: np.random.Generator) -> float:
     """Errors of the size that the family shows."""
     return float(LOCAL / 10 * rng.standard_normal())
-
-
-def wide(rng: np.random.Generator) -> float:
-    """Errors over four decades: five of them may well lie together."""
-    return float(rng.choice([-1.0, 1.0]) * 10 ** rng.uniform(-8.0, -4.0))
 
 
 def test_where_models_agree_nothing_is_run(fake):
@@ -257,93 +167,3 @@ def test_runs_on_other_times_are_no_members(fake):
     usual = fake(narrow)
     _, after = Elsewhere(usual.signals, usual.scene, narrow, bias=(0.0, 1e-3)).confirmed()
     assert after.confirmation.members == (0, 0)
-
-
-def test_models_that_are_one_are_hardly_ever_told_apart(fake, small):
-    """Bases and members drawn alike: whatever is confirmed is a false alarm, once in 100 by the ranks."""
-    outcomes = []
-    for seed in range(25):
-        rng = np.random.default_rng(seed)
-        moved = small.with_values({"initial.slider_offset": 1e-5 * (1 + seed / 100)})
-        before, after = fake(wide, of=moved).confirmed(a=wide(rng), b=wide(rng))
-        if before.verdict == "differ":
-            outcomes.append(after.confirmation.outcome)
-    assert len(outcomes) >= 15
-    assert outcomes.count("confirmed") <= 1
-    assert set(outcomes) <= {"confirmed", "underestimated"}
-
-
-def test_starts_are_moved_by_what_the_error_is_worth_and_always_alike(make_table, small, scene):
-    def moving(error: float, response: float) -> Runs:
-        """A run with an error, whose twins have moved by so many times what their starts had."""
-        apart = response * twin_shift(scene) / scene.data["clearance"]["slider"]
-        return Runs(
-            make_table(),
-            finer=make_table(stretch=error),
-            twin=make_table(stretch=apart),
-            other_twin=make_table(stretch=-apart),
-        )
-
-    c = scene.data["clearance"]["slider"]
-    samples = make_table().time.size
-    # x moves by c times the error at a sine's peak, as its twins do by their response: the ratio is constant.
-    for error, response in ((1e-5, 10.0), (1e-5, 1000.0)):
-        worth = starting_error(moving(error, response), scene, samples)
-        # The angle's amplitude is that of x over half the length, so times the length it is twice that; its
-        # response is as much larger, so that both say the same.
-        assert worth.shift == pytest.approx(error * c / response, rel=1e-3)
-        assert worth.share[-1] == pytest.approx(1.0, rel=1e-3)
-    assert starting_error(moving(1e-12, 1000.0), scene, samples).shift == twin_shift(scene)
-    assert starting_error(moving(1e-5, 10.0), scene, 0).shift == twin_shift(scene)
-    starts = moved_starts(small, "reference", 1e-9)
-    assert [s.hash for s in starts] == [s.hash for s in moved_starts(small, "reference", 1e-9)]
-    offsets = np.array([s.data["initial"]["slider_offset"] for s in starts])
-    angles = np.array([s.data["initial"]["slider_angle"] for s in starts])
-    length = small.data["mechanism"]["slider"]["length"]
-    for moved in (offsets - small.data["initial"]["slider_offset"], angles * length):
-        assert moved.std() == pytest.approx(1e-9, rel=0.3)
-    assert abs(np.corrcoef(offsets, angles)[0, 1]) < 0.3
-    others = moved_starts(small, "exudyn", 1e-9)
-    assert len({s.hash for s in (*starts, *others)}) == len(starts) + len(others) == 129
-    pin = load_scene("crank-pin")
-    assert movable(pin) == "crank_pin"
-    assert len({s.data["mechanism"]["crank_angle_deg"] for s in moved_starts(pin, "exudyn", 1e-9)}) == 30
-
-
-def test_members_deviate_by_no_more_than_the_error_that_has_arisen(make_table, scene):
-    """A model that is exact until the middle of the run: until there its ensemble is as narrow as can be."""
-    time = make_table().time
-    late = time >= time[-1] / 2.0
-
-    def late_table(stretch: float) -> Table:
-        usual, other = make_table(), make_table(stretch=stretch)
-        return replace(usual, frame=pd.concat([usual.frame[~late], other.frame[late]]))
-
-    apart = 10.0 * twin_shift(scene) / scene.data["clearance"]["slider"]
-    runs = Runs(
-        make_table(), late_table(1e-5), twin=make_table(stretch=apart), other_twin=make_table(stretch=-apart)
-    )
-    error = starting_error(runs, scene, time.size)
-    np.testing.assert_array_equal(error.until[~late], twin_shift(scene))
-    assert np.all(np.diff(error.until) >= 0.0)
-    assert error.share[-1] == 1.0
-    far = make_table(stretch=1e-3)
-    (member,) = arrived([far], runs.base, error.share)
-    x, base, full = (table.values("slider_x") for table in (member, runs.base, far))
-    np.testing.assert_allclose(x - base, (full - base) * error.share, atol=1e-15)
-    np.testing.assert_array_equal(member.time, time)
-    assert member.channels == runs.base.channels
-
-
-def test_the_sentence_stands_on_the_console_and_in_the_json(fake):
-    _, taken_back = fake(wide).confirmed(b=3e-6)
-    found = taken_back.confirmation
-    lines = scene_lines([taken_back])
-    assert lines[0].split()[2] == "agree"
-    assert lines[1].split(maxsplit=1) == ["confirmation", found.sentence]
-    record = as_mapping(taken_back)["confirmation"]
-    assert record["outcome"] == "underestimated"
-    assert record["members"] == (99, 30)
-    assert record["factor"] == found.factor
-    assert record["sentence"] == found.sentence
-    assert as_mapping(fake(wide).confirmed()[1])["confirmation"] is None

@@ -1,0 +1,88 @@
+"""Two models whose errors are draws, for the confirmation by ensembles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+from comparison.accuracy.uncertainty import Runs
+from comparison.agreement.compare import compare
+from comparison.agreement.confirmation import confirm
+from comparison.scene import Scene, digest
+from comparison.tables.table import Table
+
+MODELS = ("reference", "exudyn")
+
+
+LOCAL = 1e-6  # of the amplitude: error of a level, from which u follows
+
+
+COARSE: dict[str, object] = {"output.samples_per_cycle": 100, "output.groups": []}
+
+
+LATE = 0.6  # of the run: where magnified errors begin
+
+
+def contact_at(start: float, corner: str = "ul") -> dict[str, object]:
+    """One row of an event table."""
+    numbers = {"end": start + 1e-3, "normal_speed": 0.1, "impulse": 0.02, "peak_force": 40.0}
+    return {"corner": corner, "start": start, **numbers, "largest_depth": 1e-6}
+
+
+@dataclass
+class Fake:
+    """Two models whose error after some time is a draw of each start: the truth times 1 + error."""
+
+    signals: Callable[..., dict[str, np.ndarray]]
+    scene: Scene
+    draw: Callable[[np.random.Generator], float]
+    """Relative error, late in the run, of one whose start was moved."""
+    bias: tuple[float, float] = (0.0, 0.0)
+    """Of either model, late in the run, whatever the start."""
+    succeed: int | None = None
+    """How many runs of an ensemble do; None: all."""
+    late: float = LATE
+    """Share of the run from which errors are magnified."""
+    extra: Callable[[float], bool] = lambda _: False
+    """Whether a run with such an error has one contact more."""
+    asked: list[tuple[str, int]] = field(default_factory=list)
+
+    def table(self, late: float, everywhere: float = 0.0) -> Table:
+        samples = (
+            round(self.scene.data["drive"]["cycles"] * self.scene.data["output"]["samples_per_cycle"]) + 1
+        )
+        error = everywhere + np.where(np.arange(samples) >= self.late * samples, late, 0.0)
+        rows = [contact_at(0.01), *([contact_at(0.3)] if self.extra(late) else [])]
+        return Table(pd.DataFrame(self.signals(self.scene.data, 0.0, error)), pd.DataFrame(rows))
+
+    def family(self, side: int, late: float = 0.0) -> Runs:
+        """Return runs that lie together, by chance or because this is all there is."""
+        late += self.bias[side]
+        return Runs(
+            self.table(late),
+            finer=self.table(late, LOCAL / 10),
+            coarser=self.table(late, 10 * LOCAL / 10),
+            twin=self.table(late, LOCAL + 1e-9),
+            other_twin=self.table(late, LOCAL - 1e-9),
+            refinement=(10.0, 1.0),
+        )
+
+    def run(self, starts: Sequence[Scene], model: str) -> list[Table]:
+        self.asked.append((model, len(starts)))
+        bias = self.bias[MODELS.index(model)]
+        seeds = [int(digest([start.hash, model])[:8], 16) for start in starts]
+        tables = [self.table(bias + self.draw(np.random.default_rng(seed))) for seed in seeds]
+        return tables[: self.succeed]
+
+    def confirmed(self, a: float = 0.0, b: float = 0.0, tier: str = "standard"):
+        runs = self.family(0, a), self.family(1, b)
+        before = compare(*runs, scene=self.scene, labels=MODELS, tier=tier)
+        return before, confirm(before, runs, scene=self.scene, models=MODELS, run=self.run)
+
+
+def wide(rng: np.random.Generator) -> float:
+    """Errors over four decades: five of them may well lie together."""
+    return float(rng.choice([-1.0, 1.0]) * 10 ** rng.uniform(-8.0, -4.0))
