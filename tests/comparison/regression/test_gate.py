@@ -4,82 +4,15 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
-import tomllib
-from importlib.resources import files
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
+from gate_command import BASELINE, checks, edit, gate
 
-from comparison.accuracy.thresholds import thresholds_record
 from comparison.cli import main
-from comparison.regression import update
-from comparison.regression.baseline import read
-from comparison.scene import shipped_scenes
 
-BASELINE = Path("sixbar-baseline.toml")
-
-
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    (tmp_path / "here").mkdir()
-    monkeypatch.chdir(tmp_path / "here")
-
-
-@pytest.fixture
-def scene_file(fake_models):
-    """Write a scene file beside the baseline; called again, it changes the scene."""
-    assert fake_models.exists()
-
-    def make(name: str, gravity: float = 9.81) -> str:
-        Path(f"{name}.toml").write_text(
-            f'[scene]\nextends = "paper"\n[environment]\ngravity = {gravity}\n'
-            '[output]\nsamples_per_cycle = 100\ngroups = ["corners"]\n'
-        )
-        return f"{name}.toml"
-
-    return make
-
-
-@pytest.fixture(scope="module")
-def kept(tmp_path_factory):
-    """Where the first test leaves the baseline and its runs to the others."""
-    return tmp_path_factory.mktemp("kept")
-
-
-@pytest.fixture
-def made(scene_file, kept, tmp_path, capsys):
-    """A baseline of one scene, and its runs in the cache."""
-    scene_file("own")
-    if not (kept / "cache").exists():
-        assert gate("own.toml", "--update") == 0
-        out = capsys.readouterr().out.splitlines()
-        assert re.fullmatch(r"own: 3 runs, \d+ checkpoints", out[0])
-        assert out[1:] == [str(BASELINE)]
-        shutil.copy(BASELINE, kept)
-        shutil.copytree(tmp_path / "cache", kept / "cache")
-    else:
-        shutil.copy(kept / BASELINE, BASELINE)
-        shutil.copytree(kept / "cache", tmp_path / "cache")
-    return BASELINE
-
-
-def gate(*arguments: str) -> int:
-    """One worker: starting another costs more than the fakes' runs."""
-    return main(["gate", *arguments, "--jobs", "1"])
-
-
-def edit(pattern: str, by: str) -> None:
-    text, count = re.subn(pattern, by, BASELINE.read_text(), count=1, flags=re.MULTILINE)
-    assert count == 1
-    BASELINE.write_text(text)
-
-
-def checks() -> dict[tuple[str, str], dict[str, str]]:
-    """What did not pass, by run and item."""
-    record = json.loads(Path("reports/out/gate/gate.json").read_text())
-    return {(c["group"], c["name"]): c for c in record["checks"] if c["status"] in ("failed", "error")}
+pytestmark = pytest.mark.usefixtures("elsewhere")
 
 
 @pytest.mark.usefixtures("made")
@@ -223,111 +156,3 @@ def test_a_model_that_does_not_run_any_more_is_a_regression(scene_file, gravity,
     assert gate() == code
     assert "REGRESSION exudyn standard, scene 'own': scene 'own': " in capsys.readouterr().out
     assert set(checks()) == {("exudyn standard", "run"), ("exudyn tight", "run")}
-
-
-@pytest.mark.parametrize(
-    ("pattern", "by", "told"),
-    [
-        (None, None, "sixbar-baseline.toml: there is no such baseline; sixbar gate --update makes one"),
-        ("^platform = .*", "", "sixbar-baseline.toml: platform is missing"),
-        (r"^\[scenes(.|\n)*", "", "sixbar-baseline.toml: scenes is missing"),
-        ("^platform = ", "platform ", "sixbar-baseline.toml: is not TOML text: "),
-        ("^platform", "colour = 1\nplatform", "sixbar-baseline.toml: colour = 1: "),
-        ("contacts = 1", "contacts = -1", 'scenes.own.reference.tight.counters.contacts = -1: '),
-        (r"slider_x = \[\n  \[", "slider_x = [\n  [nan, ", "slider_x.0"),
-        (r"slider_x = \[\n  \[[^]]*\]", "slider_x = [\n  [0.1, nan, 1.0]", "slider_x.0.1 = nan: "),
-        (r"slider_x = \[\n  \[[^]]*\]", "slider_x = [\n  [0.1, 0.2, 0]", "slider_x.0.2 = 0: "),
-        (r"exudyn.tight\]", "adams.tight]", "scenes.own.exudyn.tight.settings is missing"),
-        (r"reference.tight\]", "reference.loose]", "scenes.own.reference.loose.[key] = 'loose': "),
-    ],
-)  # fmt: skip
-def test_a_baseline_that_is_none_is_one_line_and_exit_code_2(made, capsys, pattern, by, told):
-    if pattern is None:
-        made.unlink()
-    else:
-        edit(pattern, by)
-    assert gate() == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("sixbar: ")
-    assert told in err
-    assert err.count("\n") == 1
-    assert not Path("reports").exists()
-
-
-def test_update_keeps_the_scenes_of_the_baseline_and_drops_those_that_are_gone(made, scene_file, capsys):
-    before = made.read_text()
-    assert gate("--update") == 0
-    assert made.read_text() == before
-    assert gate(scene_file("another"), "--update") == 0
-    assert list(tomllib.loads(made.read_text())["scenes"]) == ["another", "own"]
-    assert gate() == 0
-    Path("own.toml").unlink()
-    assert gate("--update") == 0
-    assert list(tomllib.loads(made.read_text())["scenes"]) == ["another"]
-    assert "scene 'own' of the old baseline is not found any more" in capsys.readouterr().err
-
-
-def test_a_scene_is_found_from_the_folder_of_the_baseline(scene_file):
-    assert gate(scene_file("own"), "--baseline", "deep/base.toml", "--update") == 0
-    assert tomllib.loads(Path("deep/base.toml").read_text())["scenes"]["own"]["source"] == "../own.toml"
-    assert gate("--baseline", "deep/base.toml") == 0
-
-
-def test_an_update_that_fails_leaves_the_baseline_alone(made, scene_file, gravity, capsys):
-    before = made.read_text()
-    scene_file("own", gravity.refuse)
-    assert gate("--update") == 2
-    assert "scene 'own': contact.law = 'strip' is not simulated yet" in capsys.readouterr().err
-    assert made.read_text() == before
-
-
-def rates(changes: dict[str, object] | None = None) -> None:
-    update.RATES.parent.mkdir(parents=True, exist_ok=True)
-    measured = {
-        "false_alarms": {"count": 0, "runs": 300, "upper95": 0.00994},
-        "detected": {"tight": {"faults": 25, "detected": 24, "interval_95": [0.8046, 0.9989]}},
-        "thresholds": thresholds_record(),
-    }
-    update.RATES.write_text(json.dumps(measured | (changes or {})))
-
-
-def test_thresholds_change_only_together_with_rates_measured_anew(made, monkeypatch, capsys):
-    rates()
-    assert gate("--update") == 0
-    detection = tomllib.loads(made.read_text())["detection"]
-    assert detection["false_alarms"] == {"count": 0, "runs": 300, "upper95": 0.00994}
-    assert detection["detected"]["tight"]["interval_95"] == [0.8046, 0.9989]
-    update.RATES.unlink()
-    assert gate("--update") == 0  # the thresholds are the same: so are the rates
-    assert tomllib.loads(made.read_text())["detection"] == detection
-    changed = thresholds_record() | {"k": 3.0}
-    for module in ("check", "update"):
-        monkeypatch.setattr(f"comparison.regression.{module}.thresholds_record", lambda: changed)
-    capsys.readouterr()
-    assert gate() == 1
-    assert "thresholds.toml is not what the baseline was made with" in capsys.readouterr().out
-    assert gate("--update") == 2
-    assert "is needed, with rates measured anew" in capsys.readouterr().err
-    rates()
-    assert gate("--update") == 2
-    assert "measured with other thresholds" in capsys.readouterr().err
-    rates({"thresholds": changed})
-    assert gate("--update") == 0
-    assert gate() == 0
-
-
-@pytest.mark.usefixtures("made")
-def test_rates_that_are_none_are_refused(capsys):
-    rates({"detected": {"count": "many"}})
-    assert gate("--update") == 2
-    assert "detection.json: detected.count" in capsys.readouterr().err
-
-
-def test_the_baseline_of_this_project_holds_every_shipped_scene_and_is_small():
-    path = Path(str(files("comparison"))).parent / "sixbar-baseline.toml"
-    record = read(path)
-    assert list(record.scenes) == shipped_scenes()
-    assert record.thresholds == thresholds_record()
-    assert {len(scene.runs) for scene in record.scenes.values()} == {2, 3}
-    assert path.stat().st_size < 150_000  # a reader's patience with a difference of two versions
