@@ -7,9 +7,10 @@ import re
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from x import PAPER
 
 from comparison.scene import SceneError, load_scene, parse_set
+
+PAPER = "150rpm-0.2mm"
 
 
 def test_set_reads_toml_values_and_takes_bare_words_as_text():

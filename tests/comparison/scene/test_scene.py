@@ -7,11 +7,12 @@ import pickle
 from pathlib import Path
 
 import pytest
-from x import PAPER
 
 from comparison.scene import SceneError, load_scene, scene_from_mapping, shipped_scenes
 from comparison.scene.criteria import Reliability
 from comparison.tables.channels import expected
+
+PAPER = "150rpm-0.2mm"
 
 AUTO = {"solver.exudyn.formulation": "auto"}
 
