@@ -22,7 +22,6 @@ from comparison.studies.campaign import population
 from comparison.studies.contact_laws import study as contact_laws
 from comparison.studies.crank_pin.peaks import Case, met, peaks_table, powers
 from comparison.studies.detection import alarms, cross_model, faults, limits, rounding, study
-from comparison.studies.ensembles import study as ensembles
 from comparison.studies.extremes import cells
 from comparison.studies.extremes import study as extremes
 from comparison.studies.identification import runs
@@ -47,7 +46,6 @@ from comparison.tables.table import Table
 def small(fake_models, tmp_path, monkeypatch):
     """Studies of few and short runs, in an empty folder; the log of what ran."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(ensembles, "MEMBERS", 3)
     monkeypatch.setattr(reliability, "CASES", ("150rpm-0.2mm", "crank-pin"))
     monkeypatch.setattr(reliability, "CYCLES", 3)
     monkeypatch.setattr(reliability, "SAMPLES", 100)
