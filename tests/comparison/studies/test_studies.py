@@ -32,7 +32,6 @@ from comparison.studies.paper import measures as paper_measures
 from comparison.studies.paper import runs as paper_runs
 from comparison.studies.paper import trends as paper_trends
 from comparison.studies.random_inputs import plan
-from comparison.studies.reliability import study as reliability
 from comparison.studies.shared.errors import Peak
 from comparison.studies.tradeoff import growth
 from comparison.studies.tradeoff import study as tradeoff
@@ -46,9 +45,6 @@ from comparison.tables.table import Table
 def small(fake_models, tmp_path, monkeypatch):
     """Studies of few and short runs, in an empty folder; the log of what ran."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(reliability, "CASES", ("150rpm-0.2mm", "crank-pin"))
-    monkeypatch.setattr(reliability, "CYCLES", 3)
-    monkeypatch.setattr(reliability, "SAMPLES", 100)
     monkeypatch.setattr(runs, "SAMPLES", 100)
     monkeypatch.setattr(runs, "LONG_SAMPLES", 100)
     monkeypatch.setattr(runs, "CYCLES", 3)
