@@ -243,22 +243,20 @@ def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make
         return compare(*sides, scene=scene, labels=("reference", "exudyn"), tier=tier)
 
     usual = compared("standard", 1e-6)
-    line = dict(
-        zip(verdicts.HEADINGS, verdicts.row(replace(usual, tight=compared("tight", 1e-7))), strict=True)
-    )
+    line = verdicts.row(replace(usual, tight=compared("tight", 1e-7)))
     assert line["tight tier"] == line["standard tier"] == "**agree**"
     # 1e-7 (1 + cos) sin of a clearance of 0.2 mm, at most 1.3 where the angle is 60 degrees.
     assert line["largest difference of x, tight, predictable samples"] == "2.6e-11 m"
     # Two errors of some 1e-5 of the clearance of 2e-4 m.
-    far = verdicts.row(replace(usual, tight=compared("tight", 1e-5)))[-1]
+    *_, far = verdicts.row(replace(usual, tight=compared("tight", 1e-5))).values()
     assert re.fullmatch(r"\S+e-09 m †", far)
     assert line["largest difference of x, whole run"] == "2.6e-10 m"
     assert line["samples predictable"] == line["of these explained, tight"] == "100\u00a0%"
     refused = replace(usual, verdict="cannot compare", channels={}, attribution=None)
     for tight, told in ((None, "not run"), (refused, "**cannot compare**")):
         shown = verdicts.row(replace(usual, tight=tight))
-        assert shown[-4:] == [told, "n/a", "n/a", "n/a"]
-        assert len(verdicts.row(replace(refused, tight=tight))) == len(verdicts.HEADINGS)
+        assert list(shown.values())[-4:] == [told, "n/a", "n/a", "n/a"]
+        assert verdicts.row(replace(refused, tight=tight)).keys() == line.keys()
 
 
 def test_what_the_mark_means_stands_below_the_table_where_there_is_one(scene, make_table):
@@ -267,8 +265,9 @@ def test_what_the_mark_means_stands_below_the_table_where_there_is_one(scene, ma
     far = replace(near, channels={"slider_x": replace(near.channels["slider_x"], difference=near.time)})
     made = {"machine": "a machine", "date": "2030-01-01"}
     for tight, marked in ((None, False), (near, False), (far, True)):
-        text = verdicts.text([replace(near, tight=tight)], made)
-        assert ("† above the 1e-09 m" in text) == marked
+        results = verdicts.Results([replace(near, tight=tight)], made)
+        text = verdicts.STUDY.template().format(**verdicts.page(results))
+        assert ("† above 1e-09 m" in text) == marked
         assert text.endswith("\nMade on a machine; 2030-01-01.\n")
         shown = reports.table_of(text)
         assert shown.endswith("\nMade on a machine; 2030-01-01.")
