@@ -24,9 +24,6 @@ from comparison.studies.crank_pin.peaks import Case, met, peaks_table, powers
 from comparison.studies.detection import alarms, cross_model, faults, limits, rounding, study
 from comparison.studies.extremes import cells
 from comparison.studies.extremes import study as extremes
-from comparison.studies.identification import runs
-from comparison.studies.identification import study as identification
-from comparison.studies.identification.kinematics import TOPOLOGIES
 from comparison.studies.nonlinear import controls, scenes
 from comparison.studies.paper import measures as paper_measures
 from comparison.studies.paper import runs as paper_runs
@@ -45,11 +42,6 @@ from comparison.tables.table import Table
 def small(fake_models, tmp_path, monkeypatch):
     """Studies of few and short runs, in an empty folder; the log of what ran."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(runs, "SAMPLES", 100)
-    monkeypatch.setattr(runs, "LONG_SAMPLES", 100)
-    monkeypatch.setattr(runs, "CYCLES", 3)
-    monkeypatch.setattr(runs, "MEMBERS", 2)
-    monkeypatch.setattr(identification, "TOPOLOGIES", TOPOLOGIES[:5])
     for module in (paper_runs, paper_measures, paper_trends):
         monkeypatch.setattr(module, "SAMPLES", 100, raising=False)
         monkeypatch.setattr(module, "LONG_SAMPLES", 50, raising=False)
