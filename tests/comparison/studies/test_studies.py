@@ -28,7 +28,6 @@ from comparison.studies.nonlinear import controls, scenes
 from comparison.studies.paper import measures as paper_measures
 from comparison.studies.paper import runs as paper_runs
 from comparison.studies.paper import trends as paper_trends
-from comparison.studies.random_inputs import plan
 from comparison.studies.shared.errors import Peak
 from comparison.studies.tradeoff import growth
 from comparison.studies.tradeoff import study as tradeoff
@@ -72,12 +71,6 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(scenes, "CLEARANCES", (1e-4, 2e-4))
     monkeypatch.setattr(controls, "PERIODS", 110)
     monkeypatch.setattr(population, "COUNT", 5)
-    monkeypatch.setattr(plan, "SAMPLES", 40)
-    monkeypatch.setattr(plan, "RUNS", 60)
-    monkeypatch.setattr(plan, "PLANE", 30)
-    monkeypatch.setattr(plan, "FACTORS", (0.1, 1.0))
-    monkeypatch.setattr(plan, "COMMON", 20)
-    monkeypatch.setattr(plan, "TOLERANCES", (1e-7, 1e-10))
     monkeypatch.setattr(cells, "POINTS", 12)
     few_axes = cells.axes()[:3]
     monkeypatch.setattr(cells, "axes", lambda: few_axes)
