@@ -32,12 +32,20 @@ OF_CONTACTS = {"largest_depth": "m", "peak_force": "N", "normal_speed": "m/s"}
 
 
 @dataclass(frozen=True)
-class Distance:
-    """One quantity in two ensembles."""
+class Sample:
+    """One number a run, of each of two ensembles: shapes (n,) and (m,)."""
 
     quantity: str
     where: str
     unit: str
+    a: Array
+    b: Array
+
+
+@dataclass(frozen=True)
+class Distance(Sample):
+    """How far the two samples are apart."""
+
     statistic: float
     """Largest distance of the empirical distribution functions, 0 to 1."""
     wasserstein: float
@@ -55,39 +63,15 @@ class Distance:
         return self.adjusted <= RATE
 
 
-@dataclass(frozen=True)
-class Sample:
-    """One number a run, of each of two ensembles: shapes (n,) and (m,)."""
-
-    quantity: str
-    where: str
-    unit: str
-    a: Array
-    b: Array
-
-
 def distances(samples: Sequence[Sample]) -> list[Distance]:
-    """Test every quantity and adjust the p-values for their number.
-
-    Parameters
-    ----------
-    samples
-        All that is asked of the two ensembles: one family of tests.
-
-    Returns
-    -------
-    list of Distance
-        In the same order.
-    """
+    """Test every quantity; the p-values are adjusted for the number of all samples, one family of tests."""
     if not samples:
         return []
     tests = [ks_2samp(sample.a, sample.b) for sample in samples]
     adjusted = false_discovery_control([test.pvalue for test in tests], method="by")
     return [
         Distance(
-            quantity=sample.quantity,
-            where=sample.where,
-            unit=sample.unit,
+            **vars(sample),
             statistic=float(test.statistic),
             wasserstein=float(wasserstein_distance(sample.a, sample.b)),
             scale=float(np.std(np.concatenate([sample.a, sample.b]))),

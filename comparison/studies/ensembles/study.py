@@ -45,6 +45,7 @@ class Ensemble(NamedTuple):
     changed: dict[str, object]
 
 
+DETECTED = "a difference"
 FIRST = Ensemble("", "", "reference", 1, {})
 MODELS = Ensemble("reference against Exudyn", "the question", "exudyn", 2, {})
 OTHERS = (
@@ -65,20 +66,11 @@ class Config:
 
 @dataclass(frozen=True)
 class Results:
-    """What was found.
+    """One list of tests for each of `OTHERS`, and what is drawn.
 
-    Attributes
-    ----------
-    config
-        What was asked.
-    tests
-        One list for each of `OTHERS`.
-    cycles
-        Time of the bands in crank cycles, shape (n,).
-    bands
-        5, 50 and 95 % quantiles of x over the runs of the reference and of Exudyn, m, shape (3, n) each.
-    predictable
-        Scatter of x below which single runs can be compared, m.
+    The bands are the 5, 50 and 95 % quantiles of x over the runs of the reference and of Exudyn, m, shape
+    (3, n) each, at times in cycles. Where x scatters by less than ``predictable``, m, single runs can be
+    compared.
     """
 
     config: Config

@@ -63,14 +63,8 @@ def vibration() -> float:
 def table_1() -> tuple[Lengths, float]:
     """Return the lengths of Table 1, and the speed of the crank, rad/s."""
     data = load_scene(BASE).data
-    rods = data["mechanism"]
-    lengths = Lengths(
-        rods["crank"]["length"],
-        rods["rod2"]["length"],
-        rods["rocker"]["length"],
-        rods["rocker"]["centroid"],
-        rods["rod4"]["length"],
-    )
+    crank, rod2, rocker, rod4 = (data["mechanism"][part] for part in ("crank", "rod2", "rocker", "rod4"))
+    lengths = Lengths(crank["length"], rod2["length"], rocker["length"], rocker["centroid"], rod4["length"])
     return lengths, pi / 30 * abs(float(data["drive"]["speed_rpm"]))
 
 

@@ -94,16 +94,9 @@ def residuals(geometry: Sequence[float], topology: Topology, facts: pd.DataFrame
 
 
 def fit(topology: Topology, facts: pd.DataFrame, drawn: int = DRAWN) -> Fit | None:
-    """Return the best geometry of a topology, or None where no drawn one can be assembled.
+    """Return the best geometry of a topology, or None where none of the drawn ones can be assembled.
 
-    Parameters
-    ----------
-    topology
-        Of the press.
-    facts
-        As `comparison.studies.identification.facts.printed_facts` returns them.
-    drawn
-        Random geometries from which the starts are chosen.
+    The facts are as `comparison.studies.identification.facts.printed_facts` returns them.
     """
     digits = (topology.crank, topology.rocker, topology.slider, topology.side, int(topology.pin == "tip"))
     rng = np.random.default_rng([0, *(digit + 1 for digit in digits)])

@@ -106,17 +106,9 @@ def press(fit: Fit) -> Values:
 
 
 def simulate(runner_up: Fit, config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
-    """Run everything in one go.
+    """Run everything in one go, the shipped press and the runner-up.
 
-    Parameters
-    ----------
-    runner_up
-        The press that comes second, to be run beside the shipped one. Its crank must rotate
-        counter-clockwise and its rod 2 be attached at the rocker's centroid.
-    config
-        How much is run.
-    n_jobs, on_progress
-        As of `comparison.execution.run.run_all`.
+    The runner-up's crank must rotate counter-clockwise and its rod 2 be attached at the rocker's centroid.
 
     Raises
     ------

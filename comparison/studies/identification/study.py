@@ -27,21 +27,7 @@ HELD = np.linspace(-3.0, 3.0, 13)
 
 @dataclass(frozen=True)
 class Results:
-    """What was found.
-
-    Attributes
-    ----------
-    config
-        What was asked.
-    facts
-        What the geometry is fitted to.
-    fits
-        Of every topology that can be assembled, the best first.
-    profiles
-        Of the best, one an unknown.
-    runs
-        What kinematics do not determine.
-    """
+    """Fits of all topologies, the best first, its profiles, one an unknown, and what was run."""
 
     config: Config
     facts: pd.DataFrame

@@ -42,19 +42,7 @@ class Config:
 
 @dataclass(frozen=True)
 class Results:
-    """What was found, by scene.
-
-    Attributes
-    ----------
-    config
-        What was asked.
-    scenes
-        What was run.
-    found
-        Quantity -> both models' reliabilities.
-    repeating
-        Quantity -> share of the variance of the reference's error that repeats in every cycle.
-    """
+    """By scene and quantity: both models' reliabilities, and what `repeating` returns for the reference."""
 
     config: Config
     scenes: dict[str, Scene]
