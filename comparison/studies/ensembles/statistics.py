@@ -1,27 +1,25 @@
 r"""Two ensembles of runs from scattered starts, compared as distributions.
 
-Where neighbouring runs part, one run of either model says nothing; what may be asked is whether both draw
-from one distribution. Every quantity gives one number a run, so that the runs, started independently, are
-the sample: a channel at an instant, the number of contacts in a turn, quantiles of a run's contacts. Two
-samples are held against each other by
+Where neighbouring runs diverge, single runs cannot be compared; what can be tested is whether both models
+draw from one distribution. Every quantity gives one number a run, so that the runs, started independently,
+are the sample: a channel at an instant, the number of contacts in a cycle, quantiles of a run's contacts.
+Two samples are compared by
 
 - the two-sample test of Kolmogorov and Smirnov, whose statistic is the largest distance of the empirical
   distribution functions (exact p-value, conservative where values are tied);
-- the Wasserstein distance :math:`\int |F_a - F_b|`, which says how far they are apart in the quantity's unit.
+- the Wasserstein distance :math:`\int |F_a - F_b|`, in the quantity's unit.
 
 Some hundred tests at 5 % each would find differences by chance. The p-values are therefore adjusted after
 Benjamini and Yekutieli (Ann. Statist. 29, 2001, 1165-1188), which holds however the tests depend on each
-other: of all differences that are called found, at most the share `RATE` is expected to be false.
+other: of all differences that are reported as found, at most the share `RATE` is expected to be false.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain
 
 import numpy as np
-import pandas as pd
 from scipy.stats import false_discovery_control, ks_2samp, wasserstein_distance
 
 from comparison.tables.arrays import Array
@@ -34,12 +32,20 @@ OF_CONTACTS = {"largest_depth": "m", "peak_force": "N", "normal_speed": "m/s"}
 
 
 @dataclass(frozen=True)
-class Distance:
-    """One quantity in two ensembles."""
+class Sample:
+    """One number a run, of each of two ensembles: shapes (n,) and (m,)."""
 
     quantity: str
     where: str
     unit: str
+    a: Array
+    b: Array
+
+
+@dataclass(frozen=True)
+class Distance(Sample):
+    """How far the two samples are apart."""
+
     statistic: float
     """Largest distance of the empirical distribution functions, 0 to 1."""
     wasserstein: float
@@ -57,39 +63,15 @@ class Distance:
         return self.adjusted <= RATE
 
 
-@dataclass(frozen=True)
-class Sample:
-    """One number a run, of each of two ensembles: shapes (n,) and (m,)."""
-
-    quantity: str
-    where: str
-    unit: str
-    a: Array
-    b: Array
-
-
 def distances(samples: Sequence[Sample]) -> list[Distance]:
-    """Test every quantity and adjust the p-values for their number.
-
-    Parameters
-    ----------
-    samples
-        All that is asked of the two ensembles: one family of tests.
-
-    Returns
-    -------
-    list of Distance
-        In the same order.
-    """
+    """Test every quantity; the p-values are adjusted for the number of all samples, one family of tests."""
     if not samples:
         return []
     tests = [ks_2samp(sample.a, sample.b) for sample in samples]
     adjusted = false_discovery_control([test.pvalue for test in tests], method="by")
     return [
         Distance(
-            quantity=sample.quantity,
-            where=sample.where,
-            unit=sample.unit,
+            **vars(sample),
             statistic=float(test.statistic),
             wasserstein=float(wasserstein_distance(sample.a, sample.b)),
             scale=float(np.std(np.concatenate([sample.a, sample.b]))),
@@ -107,9 +89,9 @@ def ask(
     instants: Array,
     floors: Mapping[str, tuple[float, str]],
     period: float,
-    first_turn: int,
+    first_cycle: int,
 ) -> list[Sample]:
-    """Collect what two ensembles are asked.
+    """Collect the samples of two ensembles.
 
     Parameters
     ----------
@@ -118,64 +100,46 @@ def ask(
     instants
         Sample times (s) at which channels are compared, shape (k,).
     floors
-        Channel -> its floor and unit. Where both ensembles spread (standard deviation) by less than the floor
-        the motion is predictable, and comparing single runs says more.
+        Channel -> its floor and unit. Where both ensembles scatter (standard deviation) by no more than the
+        floor the motion is predictable, and comparing single runs says more.
     period
-        Of a crank turn, s.
-    first_turn
-        The first whose contacts count, from 0: until then the runs have not parted.
+        Of the crank, s.
+    first_cycle
+        The first whose contacts count, from 0: until then the runs have not diverged.
     """
-    return list(
-        chain(
-            _channels(a, b, instants, floors),
-            _counts(a, b, period, first_turn),
-            _quantiles(a, b, period * first_turn),
-        )
-    )
+    units = {channel: unit for channel, (_, unit) in floors.items()}
+    of_a, of_b = ([_numbers(run, instants, units, period, first_cycle) for run in runs] for runs in (a, b))
+    samples = [
+        Sample(*key, np.array([run[key] for run in of_a]), np.array([run[key] for run in of_b]))
+        for key in of_a[0]
+    ]
+    return [
+        sample
+        for sample in samples
+        if sample.quantity not in floors or max(sample.a.std(), sample.b.std()) > floors[sample.quantity][0]
+    ]
 
 
-def _channels(
-    a: Sequence[Table], b: Sequence[Table], instants: Array, floors: Mapping[str, tuple[float, str]]
-) -> Iterator[Sample]:
-    rows = np.searchsorted(a[0].time, instants - 1e-9 * instants[-1])
-    for channel, (floor, unit) in floors.items():
-        of_a, of_b = (np.array([table.values(channel)[rows] for table in runs]) for runs in (a, b))
-        for k, instant in enumerate(instants):
-            if max(of_a[:, k].std(), of_b[:, k].std()) > floor:
-                yield Sample(channel, f"t = {instant:.4f} s", unit, of_a[:, k], of_b[:, k])
-
-
-def _counts(a: Sequence[Table], b: Sequence[Table], period: float, first_turn: int) -> Iterator[Sample]:
-    """Count the contacts that begin in a turn, by corner."""
-    turns = range(first_turn, round(a[0].time[-1] / period))
+def _numbers(
+    run: Table, instants: Array, units: Mapping[str, str], period: float, first_cycle: int
+) -> dict[tuple[str, str, str], float]:
+    """Return what a run gives: (quantity, where, unit) -> number; zero for quantiles of no contacts."""
+    if run.events is None:
+        raise ValueError("a run of an ensemble has no event table")
+    rows = np.searchsorted(run.time, instants - 1e-9 * instants[-1])
+    numbers = {
+        (channel, f"t = {instant:.4f} s", unit): value
+        for channel, unit in units.items()
+        for instant, value in zip(instants, run.values(channel)[rows], strict=True)
+    }
+    edges = period * np.arange(first_cycle, round(run.time[-1] / period) + 1)
     for corner, words in CORNERS.items():
-        for turn in turns:
-            both = (np.array([_begun(_events(t), corner, turn, period) for t in runs]) for runs in (a, b))
-            yield Sample(f"contacts, {words} corner", f"turn {turn + 1}", "", *both)
-
-
-def _begun(events: pd.DataFrame, corner: str, turn: int, period: float) -> float:
-    begun = events["start"].to_numpy(float)[(events["corner"] == corner).to_numpy()]
-    return float(np.count_nonzero((begun >= turn * period) & (begun < (turn + 1) * period)))
-
-
-def _quantiles(a: Sequence[Table], b: Sequence[Table], since: float) -> Iterator[Sample]:
-    """Take quantiles of each run's own contacts; a run without any has zero."""
+        counts, _ = np.histogram(run.events.loc[run.events["corner"] == corner, "start"], edges)
+        for cycle, count in enumerate(counts, first_cycle + 1):
+            numbers[f"contacts, {words} corner", f"cycle {cycle}", ""] = float(count)
+    late = run.events[run.events["start"] >= edges[0]]
     for column, unit in OF_CONTACTS.items():
         for words, level in QUANTILES.items():
-            both = (
-                np.array([_quantile(_events(table), column, level, since) for table in runs])
-                for runs in (a, b)
-            )
-            yield Sample(f"{column.replace('_', ' ')} of a contact", words, unit, *both)
-
-
-def _quantile(events: pd.DataFrame, column: str, level: float, since: float) -> float:
-    values = events[column].to_numpy(float)[(events["start"] >= since).to_numpy()]
-    return float(np.quantile(values, level)) if values.size else 0.0
-
-
-def _events(table: Table) -> pd.DataFrame:
-    if table.events is None:
-        raise ValueError("a run of an ensemble has no event table")
-    return table.events
+            value = late[column].quantile(level) if len(late) else 0.0
+            numbers[f"{column.replace('_', ' ')} of a contact", words, unit] = float(value)
+    return numbers

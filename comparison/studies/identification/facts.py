@@ -2,53 +2,35 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from functools import cache
 from math import pi, tau
 
 import numpy as np
+import pandas as pd
 
 from comparison.scene import load_scene
-from comparison.studies.identification.kinematics import (
-    Geometry,
-    Lengths,
-    Topology,
-    motion,
-)
+from comparison.studies.identification.kinematics import Geometry, Lengths, Topology, motion
 from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array
 
+BASE = "150rpm-0.2mm"
 ANGLES = 240
-"""Crank angles of a turn; parabolas through three of them give extrema to 1e-6 of their size."""
-WORDS = ("top dead centre", "stroke", "lowest velocity", "highest velocity", "largest tan β")
+"""Crank angles of a cycle; parabolas through three of them give extrema to 1e-6 of their size."""
 UNKNOWNS = ("H_x", "H_y", "guide")
-UNITS = ("deg", "m", "m/s", "m/s", "1")
 OF_THE_QUOTIENT = 0.015
-"""Of tan β: the largest errors of x and y need not belong to one instant. In 100 turns of the model their
-quotient falls 1.3 % short, as the page tells."""
+"""Of tan β: the largest errors of x and y need not belong to one instant. In 100 cycles of the model their
+quotient falls 1.3 % short, as the page reports."""
 
 
-@dataclass(frozen=True)
-class Facts:
-    """Five figures about the ideal motion, in the order of `WORDS`, each of shape (5,).
+def printed_facts() -> pd.DataFrame:
+    """Return the five facts that the geometry is fitted to.
 
-    Attributes
-    ----------
-    values
-        What the ideal motion should show: deg, m, m/s, m/s, 1.
-    allowances
-        By how much it may miss (taken as standard deviations): the rounding of the print, and what the
-        clearance adds to a figure that was taken from a motion with clearance.
-    roundings
-        Half a unit of the last printed digit alone.
-    """
-
-    values: Array
-    allowances: Array
-    roundings: Array
-
-
-def printed_facts() -> Facts:
-    """Return the facts that the geometry is fitted to.
+    Returns
+    -------
+    facts
+        By what it is: ``value``, what the ideal motion should show, in ``unit``; ``allowance``, by how much
+        it may miss (one standard deviation): the rounding of the print, and what the clearance adds to a
+        figure of a motion with clearance; ``rounding``, half a unit of the last printed digit alone.
 
     Notes
     -----
@@ -60,22 +42,16 @@ def printed_facts() -> Facts:
     angle, stroke = published("S2.2-tdc"), published("S4.2-stroke")
     lowest, highest = published("F14c-vy"), published("F14c-vy2")
     y, x = published("F14e-y2"), published("F14a-x")
-    quotient = abs(y.value / x.value)
+    quotient, half = abs(y.value / x.value), 0.5 * vibration()
     of_quotient = quotient * (y.rounding / abs(y.value) + x.rounding / abs(x.value))
-    half = 0.5 * vibration()
-    return Facts(
-        np.array([angle.value, abs(stroke.value), lowest.value + half, highest.value - half, quotient]),
-        np.array(
-            [
-                angle.rounding,
-                stroke.rounding,
-                half + lowest.rounding,
-                half + highest.rounding,
-                OF_THE_QUOTIENT * quotient,
-            ]
-        ),
-        np.array([angle.rounding, stroke.rounding, lowest.rounding, highest.rounding, of_quotient]),
-    )
+    rows = {
+        "top dead centre": ("deg", angle.value, angle.rounding, angle.rounding),
+        "stroke": ("m", abs(stroke.value), stroke.rounding, stroke.rounding),
+        "lowest velocity": ("m/s", lowest.value + half, half + lowest.rounding, lowest.rounding),
+        "highest velocity": ("m/s", highest.value - half, half + highest.rounding, highest.rounding),
+        "largest tan β": ("", quotient, OF_THE_QUOTIENT * quotient, of_quotient),
+    }
+    return pd.DataFrame.from_dict(rows, orient="index", columns=["unit", "value", "allowance", "rounding"])
 
 
 def vibration() -> float:
@@ -83,17 +59,12 @@ def vibration() -> float:
     return max(abs(published(name).value) for name in ("F14e-vy", "F14e-vy2"))
 
 
-def table_1(scene: str) -> tuple[Lengths, float]:
-    """Return the lengths, and the crank's speed, rad/s, of a shipped scene."""
-    data = load_scene(scene).data
-    rods = data["mechanism"]
-    lengths = Lengths(
-        rods["crank"]["length"],
-        rods["rod2"]["length"],
-        rods["rocker"]["length"],
-        rods["rocker"]["centroid"],
-        rods["rod4"]["length"],
-    )
+@cache
+def table_1() -> tuple[Lengths, float]:
+    """Return the lengths of Table 1, and the speed of the crank, rad/s."""
+    data = load_scene(BASE).data
+    crank, rod2, rocker, rod4 = (data["mechanism"][part] for part in ("crank", "rod2", "rocker", "rod4"))
+    lengths = Lengths(crank["length"], rod2["length"], rocker["length"], rocker["centroid"], rod4["length"])
     return lengths, pi / 30 * abs(float(data["drive"]["speed_rpm"]))
 
 
@@ -104,45 +75,33 @@ def shipped_geometry() -> Geometry:
     return Geometry(x, y, mechanism["guide_x"] + mechanism["reference_offset"])
 
 
-def shown(geometry: Geometry, topology: Topology, lengths: Lengths, speed: float) -> tuple[float, Array]:
-    """Return what a press shows.
-
-    Parameters
-    ----------
-    geometry, topology, lengths
-        The press.
-    speed
-        Of the crank, rad/s, positive.
+def shown(geometry: Geometry, topology: Topology) -> tuple[float, Array]:
+    """Return what a press with the lengths of Table 1 shows.
 
     Returns
     -------
     assembled
         As in `Motion.assembled`.
     values
-        Shape (5,), in the order of `WORDS`; nan where the press cannot be assembled at every angle.
+        Shape (5,), in the order of `printed_facts`; nan where the press cannot be assembled at every angle.
     """
-    angle = tau * np.arange(ANGLES) / ANGLES
-    turn = motion(geometry, topology, lengths, angle)
-    if turn.assembled <= 0:
-        return turn.assembled, np.full(len(WORDS), np.nan)
-    top, at = _highest(turn.F.imag)
+    lengths, speed = table_1()
+    cycle = motion(geometry, topology, lengths, tau * np.arange(ANGLES) / ANGLES)
+    if cycle.assembled <= 0:
+        return cycle.assembled, np.full(5, np.nan)
+    top, at = _highest(cycle.F.imag)
     crank = at * tau / ANGLES
-    # Newton's method, since the print gives this angle to 4e-5 of a turn; at most to the next sample.
+    # Newton's method, since the print gives this angle to 4e-5 of a cycle; at most to the next sample.
     for _ in range(3):
         here = motion(geometry, topology, lengths, np.array([crank]))
         velocity, acceleration = float(here.velocity[0]), float(here.acceleration[0])
         if acceleration < 0:
             step = topology.crank * velocity / acceleration
             crank -= min(max(step, -tau / ANGLES), tau / ANGLES)
-    low, high = -_highest(-turn.velocity)[0], _highest(turn.velocity)[0]
-    return turn.assembled, np.array(
-        [
-            180.0 / pi * crank % 360.0,
-            top + _highest(-turn.F.imag)[0],
-            speed * low,
-            speed * high,
-            _highest(turn.tangent)[0],
-        ]
+    stroke = top + _highest(-cycle.F.imag)[0]
+    low, high = -speed * _highest(-cycle.velocity)[0], speed * _highest(cycle.velocity)[0]
+    return cycle.assembled, np.array(
+        [np.degrees(crank) % 360.0, stroke, low, high, _highest(cycle.tangent)[0]]
     )
 
 

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from scipy.optimize import least_squares
 
-from comparison.studies.identification.facts import Facts, shown
-from comparison.studies.identification.kinematics import Geometry, Lengths, Topology
+from comparison.studies.identification.facts import shown
+from comparison.studies.identification.kinematics import Geometry, Topology
 from comparison.tables.arrays import Array
 
 DRAWN = 1000
@@ -82,66 +83,50 @@ class Profile:
         )
 
 
-def residuals(
-    geometry: Sequence[float],
-    topology: Topology,
-    lengths: Lengths,
-    speed: float,
-    facts: Facts,
-    allowances: Array,
-) -> Array:
+def residuals(geometry: Sequence[float], topology: Topology, facts: pd.DataFrame, allowances: Array) -> Array:
     """Return (shown - printed) / allowance, shape (5,); large where the press cannot be assembled."""
-    assembled, values = shown(Geometry(*geometry), topology, lengths, speed)
+    assembled, values = shown(Geometry(*map(float, geometry)), topology)
     if assembled <= 0:
-        return np.full(facts.values.size, MISSING * (1 - max(assembled, -1.0)))
-    off = values - facts.values
+        return np.full(len(facts), MISSING * (1 - max(assembled, -1.0)))
+    off = values - facts["value"].to_numpy()
     off[0] = (off[0] + 180.0) % 360.0 - 180.0
     return np.asarray(off / allowances)
 
 
-def fit(
-    topology: Topology, lengths: Lengths, speed: float, facts: Facts, drawn: int = DRAWN, seed: int = 0
-) -> Fit | None:
-    """Return the best geometry of a topology, or None where no drawn one can be assembled.
+def fit(topology: Topology, facts: pd.DataFrame, drawn: int = DRAWN) -> Fit | None:
+    """Return the best geometry of a topology, or None where none of the drawn ones can be assembled.
 
-    Parameters
-    ----------
-    topology, lengths, speed, facts
-        What is fitted to what; rad/s.
-    drawn
-        Random geometries from which the starts are chosen.
-    seed
-        Of the draws.
+    The facts are as `comparison.studies.identification.facts.printed_facts` returns them.
     """
-    rng = np.random.default_rng([seed, *(part + 1 for part in _digits(topology))])
-    low = np.array([-REACH, -REACH, GUIDES[0] if topology.side > 0 else -GUIDES[1]])
-    high = np.array([REACH, REACH, GUIDES[1] if topology.side > 0 else -GUIDES[0]])
+    digits = (topology.crank, topology.rocker, topology.slider, topology.side, int(topology.pin == "tip"))
+    rng = np.random.default_rng([0, *(digit + 1 for digit in digits)])
+    near, far = sorted(topology.side * distance for distance in GUIDES)
+    low, high = np.array([-REACH, -REACH, near]), np.array([REACH, REACH, far])
     starts = rng.uniform(low, high, (drawn, 3))
 
     def of(geometry: Array, allowances: Array) -> Array:
-        return residuals([float(g) for g in geometry], topology, lengths, speed, facts, allowances)
+        return residuals(geometry.tolist(), topology, facts, allowances)
 
     costs = np.array([np.sum(of(start, COARSE) ** 2) for start in starts])
     best = None
-    for start in starts[np.argsort(costs)[:STARTS]]:
-        if np.sum(of(start, COARSE) ** 2) >= MISSING**2:
+    for n in np.argsort(costs)[:STARTS]:
+        if costs[n] >= MISSING**2:
             continue
-        geometry = start
-        for allowances in (COARSE, facts.allowances):
+        geometry = starts[n]
+        for allowances in (COARSE, facts["allowance"].to_numpy()):
             found = least_squares(of, geometry, args=(allowances,), bounds=(low, high), x_scale=0.1)
             geometry = found.x
         if best is None or found.cost < best.cost:
             best = found
     if best is None:
         return None
-    geometry = Geometry(*(float(g) for g in best.x))
-    values = shown(geometry, topology, lengths, speed)[1]
+    fitted = Geometry(*map(float, best.x))
     jacobian = np.asarray(best.jac, dtype=np.float64)
     covariance = np.asarray(np.linalg.pinv(jacobian.T @ jacobian), dtype=np.float64)
-    return Fit(topology, geometry, values, np.asarray(best.fun), covariance)
+    return Fit(topology, fitted, shown(fitted, topology)[1], np.asarray(best.fun), covariance)
 
 
-def profile(fitted: Fit, which: int, values: Array, lengths: Lengths, speed: float, facts: Facts) -> Profile:
+def profile(fitted: Fit, which: int, values: Array, facts: pd.DataFrame) -> Profile:
     """Return what it costs to hold one unknown while the others are fitted.
 
     Parameters
@@ -152,34 +137,20 @@ def profile(fitted: Fit, which: int, values: Array, lengths: Lengths, speed: flo
         The unknown's place in `Geometry`.
     values
         What it is held at, m, shape (n,).
-    lengths, speed, facts
+    facts
         As of the fit.
     """
     free = [k for k in range(3) if k != which]
     slope = fitted.covariance[free, which] / fitted.covariance[which, which]
     best = np.array(fitted.geometry)
+    allowances = facts["allowance"].to_numpy()
 
     def of(others: Array, value: float) -> Array:
-        geometry = np.empty(3)
-        geometry[which], geometry[free] = value, others
-        return residuals(
-            [float(g) for g in geometry], fitted.topology, lengths, speed, facts, facts.allowances
-        )
+        return residuals(np.insert(others, which, value).tolist(), fitted.topology, facts, allowances)
 
     sums = []
     for value in values:
         start = best[free] + slope * (value - best[which])
-        found = least_squares(of, start, args=(value,), x_scale=0.1)
-        sums.append(2 * found.cost)
+        sums.append(2 * least_squares(of, start, args=(value,), x_scale=0.1).cost)
     growth = np.array(sums) - np.sum(fitted.residuals**2)
     return Profile(fitted.geometry[which], values, growth)
-
-
-def _digits(topology: Topology) -> tuple[int, ...]:
-    return (
-        topology.crank,
-        topology.rocker,
-        topology.slider,
-        topology.side,
-        int(topology.pin == "tip"),
-    )

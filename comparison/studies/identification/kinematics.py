@@ -1,4 +1,4 @@
-"""The ideal press in closed form, for any arrangement of its parts: to be held against printed facts.
+"""The ideal press in closed form, for any arrangement of its parts: to be compared with printed facts.
 
 Written for this study alone. The two models have their own loop closures, and a run of the scene ``ideal``
 by each of them checks this one.
@@ -32,7 +32,7 @@ class Lengths(NamedTuple):
 
 @dataclass(frozen=True)
 class Topology:
-    """What is one way or the other.
+    """The two-valued choices of an arrangement.
 
     Attributes
     ----------
@@ -41,9 +41,9 @@ class Topology:
     rocker
         1: joint B lies to the left of the line from A to H, -1: to its right.
     slider
-        -1: rod 4 hangs down from the rocker's tip, 1: it stands on it.
+        -1: rod 4 points down from the rocker's tip, 1: up.
     pin
-        Where rod 2 hangs on the rocker: ``"centroid"`` or ``"tip"``.
+        Where rod 2 is attached to the rocker: ``"centroid"`` or ``"tip"``.
     side
         -1: the guide is to the left of the crank pivot, 1: to its right.
     """
@@ -54,16 +54,18 @@ class Topology:
     pin: str
     side: int
 
-    def __str__(self) -> str:
-        return ", ".join(
-            (
-                f"crank {'counter-clockwise' if self.crank > 0 else 'clockwise'}",
-                f"B {'left' if self.rocker > 0 else 'right'} of A–H",
-                f"rod 2 at the rocker's {self.pin}",
-                f"slider {'above' if self.slider > 0 else 'below'}",
-                f"guide {'left' if self.side < 0 else 'right'}",
-            )
+    def words(self, text: str) -> str:
+        """Fill words for crank, B, pin, slider and guide into a text with five places."""
+        return text.format(
+            "counter-clockwise" if self.crank > 0 else "clockwise",
+            "left" if self.rocker > 0 else "right",
+            self.pin,
+            "above" if self.slider > 0 else "below",
+            "left" if self.side < 0 else "right",
         )
+
+    def __str__(self) -> str:
+        return self.words("crank {}, B {} of A–H, rod 2 at the rocker's {}, slider {}, guide {}")
 
 
 TOPOLOGIES = tuple(
@@ -81,7 +83,7 @@ class Geometry(NamedTuple):
 
 @dataclass(frozen=True)
 class Motion:
-    """One crank turn; every array has shape (n,).
+    """One crank cycle; every array has shape (n,).
 
     Attributes
     ----------
@@ -106,6 +108,7 @@ class Motion:
     tangent: Array
 
 
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def motion(geometry: Geometry, topology: Topology, lengths: Lengths, angle: Array) -> Motion:
     """Move the press.
 
@@ -114,26 +117,21 @@ def motion(geometry: Geometry, topology: Topology, lengths: Lengths, angle: Arra
     geometry, topology, lengths
         The press.
     angle
-        Of the crank, counter-clockwise from the x axis whichever way it turns, rad, shape (n,).
+        Of the crank, counter-clockwise from the x axis whichever way it rotates, rad, shape (n,).
 
     Notes
     -----
-    Where links do not reach each other the half chord is set to zero: `Motion.assembled` tells by how much
+    Where links do not reach each other the half chord is set to zero: `Motion.assembled` shows by how much
     they miss. Velocities follow from rigid rods: their ends have the same velocity along them.
     """
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        return _moved(geometry, topology, lengths, angle)
-
-
-def _moved(geometry: Geometry, topology: Topology, lengths: Lengths, angle: Array) -> Motion:
     H = complex(geometry.pivot_x, geometry.pivot_y)
-    hung = lengths.rocker if topology.pin == "tip" else lengths.rocker_centroid
+    lever = lengths.rocker if topology.pin == "tip" else lengths.rocker_centroid
     turn = 1j * topology.crank
     A = lengths.crank * np.exp(1j * angle)
     A1, A2 = turn * A, -A
 
     gap = np.abs(H - A)
-    along = (gap**2 + lengths.rod2**2 - hung**2) / (2 * gap)
+    along = (gap**2 + lengths.rod2**2 - lever**2) / (2 * gap)
     chord = lengths.rod2**2 - along**2
     B = A + (along + 1j * topology.rocker * np.sqrt(np.maximum(chord, 0.0))) * (H - A) / gap
 
@@ -142,7 +140,7 @@ def _moved(geometry: Geometry, topology: Topology, lengths: Lengths, angle: Arra
     rate = _dot(rod, A1) / _dot(rod, arm)
     B1 = rate * arm
     rate1 = (_dot(rod, A2) - np.abs(B1 - A1) ** 2 + rate**2 * _dot(rod, B - H)) / _dot(rod, arm)
-    C = H + (lengths.rocker / hung) * (B - H)
+    C = H + (lengths.rocker / lever) * (B - H)
     C1 = 1j * rate * (C - H)
     C2 = (1j * rate1 - rate**2) * (C - H)
 

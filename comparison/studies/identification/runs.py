@@ -1,4 +1,4 @@
-"""What kinematics do not fix, from runs of the reference: corner radius, gravity, reference line."""
+"""What kinematics do not determine, from runs of the reference: corner radius, gravity, reference line."""
 
 from __future__ import annotations
 
@@ -6,18 +6,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
-from comparison.execution.run import Job, Progress, run_all, successful
+from comparison.execution.run import MODELS, Job, Progress, run_all, successful
 from comparison.scene import Scene, load_scene
+from comparison.studies.identification.facts import BASE
 from comparison.studies.identification.fitting import Fit
+from comparison.studies.identification.kinematics import Topology
 from comparison.studies.shared.errors import largest, second_cycle
 from comparison.studies.shared.published import published
-from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 
 Values = dict[str, object]
 
-BASE = "150rpm-0.2mm"
 CASES = {
     BASE: "F9-210",
     "69GPa": "F9-69",
@@ -28,36 +29,42 @@ CASES = {
 """Scene -> how its rows begin in the table of published results; Poisson's ratio 0.33 repeats the first."""
 CHANNELS = {"slider_y": "d", "slider_vy": "v", "slider_ay": "a"}
 RADIUS, GRAVITY = "contact.corner_radius", "environment.gravity"
-OFFSET = "mechanism.reference_offset"
 RUNNER_UP = "runner-up"
-POWER = 0.2
-"""Of the radius in an impact's peak force: the stiffness K goes with its root, the force with K^0.4."""
 PRINTED_RANGES = {
-    "x": (published("F14a-x").value, published("F14a-x2").value),
-    "y": (published("F14e-y").value, published("F14e-y2").value),
+    "x, lowest": published("F14a-x").value,
+    "x, highest": published("F14a-x2").value,
+    "y error, lowest": published("F14e-y").value,
+    "y error, highest": published("F14e-y2").value,
 }
-"""Of 100 cycles, m."""
+"""Of 100 cycles, relative to the ideal slider, m."""
 RADII = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 GRAVITIES = (-9.81, 0.0, 9.81)
 OFFSETS = (-50e-6, 0.0, 25e-6, 50e-6, 75e-6)
-MEMBERS = 4
 NUDGE = 1e-9
-"""m, of the start from one member to the next: which impact is the hardest can hang on less than that."""
-SAMPLES = 10_000
-"""A cycle: 40 us apart at 150 rpm, where half of the contacts last more than 200 us."""
-CYCLES = 100
-LONG_SAMPLES = 1000
-
-Setting = tuple[str, float]
-"""The key that is varied, and its value."""
+"""m, of the start from one member to the next: which impact is the hardest can depend on less than that."""
 
 
 @dataclass(frozen=True)
-class Ranges:
-    """Of 100 cycles, relative to the ideal slider: (lowest, highest), m."""
+class Config:
+    """What is fitted and how much is run.
 
-    x: tuple[float, float]
-    y: tuple[float, float]
+    Attributes
+    ----------
+    topologies
+        To be fitted.
+    members
+        Runs in an ensemble.
+    samples
+        A cycle, of the runs whose peaks are taken.
+    cycles, long_samples
+        Of the runs whose ranges are taken, and samples a cycle.
+    """
+
+    topologies: Sequence[Topology]
+    members: int
+    samples: int
+    cycles: int
+    long_samples: int
 
 
 @dataclass(frozen=True)
@@ -66,21 +73,27 @@ class Runs:
 
     Attributes
     ----------
-    peaks
-        (setting, scene, channel) -> size of the largest error in the second cycle, one a member, shape (m,).
+    ratios
+        Median of the largest errors in the second cycle over the published one: a row for each key that is
+        varied and its value, a column for each scene and channel.
     ranges
-        Reference offset, m -> ranges of 100 cycles.
+        A row for each reference offset (m) with the columns of `PRINTED_RANGES`.
     ideal
         Model -> one cycle of the scene ``ideal``.
     """
 
-    peaks: dict[tuple[Setting, str, str], Array]
-    ranges: dict[float, Ranges]
+    ratios: pd.DataFrame
+    ranges: pd.DataFrame
     ideal: dict[str, Table]
+
+    @property
+    def by_radius(self) -> pd.DataFrame:
+        """Ratios of the acceleration: a row a radius (m), a column a scene."""
+        return self.ratios.loc[[RADIUS], (slice(None), "slider_ay")].droplevel(0).droplevel(1, axis=1)
 
 
 def press(fit: Fit) -> Values:
-    """Return the scene keys of a press whose rod 2 hangs at the rocker's centroid."""
+    """Return the scene keys of a press whose rod 2 is attached at the rocker's centroid."""
     topology, geometry = fit.topology, fit.geometry
     mechanism = load_scene(BASE).data["mechanism"]
     return {
@@ -92,93 +105,72 @@ def press(fit: Fit) -> Values:
     }
 
 
-def simulate(runner_up: Fit, n_jobs: int, on_progress: Progress | None) -> Runs:
-    """Run everything in one go.
+def simulate(runner_up: Fit, config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
+    """Run everything in one go, the shipped press and the runner-up.
 
-    Parameters
-    ----------
-    runner_up
-        The press that comes second, to be run beside the shipped one. Its crank must turn
-        counter-clockwise and its rod 2 hang at the rocker's centroid.
-    n_jobs, on_progress
-        As of `comparison.execution.run.run_all`.
+    The runner-up's crank must rotate counter-clockwise and its rod 2 be attached at the rocker's centroid.
 
     Raises
     ------
     RunError
         If one of them does not succeed.
     """
-    changed: dict[Setting, Values] = {(RADIUS, value): {RADIUS: value} for value in RADII}
-    changed |= {(GRAVITY, value): {GRAVITY: value} for value in GRAVITIES}
-    changed |= {(RUNNER_UP, value): press(runner_up) | {GRAVITY: value} for value in GRAVITIES}
+    settings: dict[tuple[str, float], Values] = {(RADIUS, value): {RADIUS: value} for value in RADII}
+    settings |= {(GRAVITY, value): {GRAVITY: value} for value in GRAVITIES}
+    settings |= {(RUNNER_UP, value): press(runner_up) | {GRAVITY: value} for value in GRAVITIES}
     jobs: dict[tuple[object, ...], Job] = {}
-    for setting, values in changed.items():
+    for setting, values in settings.items():
         # Gravity and contact move nothing in the ideal mechanism.
-        still: Values = {key: value for key, value in values.items() if key.startswith("mechanism.")}
+        still = {key: value for key, value in values.items() if key.startswith("mechanism.")}
         for name in CASES:
-            jobs[setting, name] = Job(_scene(name, still | {"joints.slider": "ideal"}), "reference")
-            for k in range(MEMBERS):
-                jobs[setting, name, k] = Job(_scene(name, values, k), "reference")
+            jobs[setting, name] = _job(name, still | {"joints.slider": "ideal"}, config)
+            for k in range(config.members):
+                jobs[setting, name, k] = _job(name, values, config, k)
     for offset in OFFSETS:
-        for joint in ("clearance", "ideal"):
-            jobs[offset, joint] = Job(_long(offset, joint), "reference")
-    for model in ("reference", "exudyn"):
+        for joint, cycles in (("clearance", config.cycles), ("ideal", 1)):
+            jobs[offset, joint] = Job(_long(offset, joint, cycles, config.long_samples), "reference")
+    for model in MODELS:
         jobs["ideal", model] = Job(load_scene("ideal", {"drive.cycles": 1.0}), model)
     outcomes = run_all(list(jobs.values()), n_jobs, on_progress)
     tables = dict(zip(jobs, map(successful, outcomes, jobs.values()), strict=True))
+
+    def ratio(setting: tuple[str, float], name: str, channel: str) -> float:
+        still, members = tables[setting, name], [tables[setting, name, k] for k in range(config.members)]
+        within = second_cycle(still.time, float(still.time[-1]) / 2)
+        sizes = [abs(largest(run, still, channel, within).value) for run in members]
+        return float(np.median(sizes)) / abs(published(f"{CASES[name]}-{CHANNELS[channel]}").value)
+
+    columns = pd.MultiIndex.from_product([CASES, CHANNELS])
+    ratios = [[ratio(setting, *column) for column in columns] for setting in settings]
+    ranges = {offset: _ranges(tables[offset, "clearance"], tables[offset, "ideal"]) for offset in OFFSETS}
     return Runs(
-        {
-            (setting, name, channel): _peaks(
-                [tables[setting, name, k] for k in range(MEMBERS)], tables[setting, name], channel
-            )
-            for setting in changed
-            for name in CASES
-            for channel in CHANNELS
-        },
-        {offset: _ranges(tables[offset, "clearance"], tables[offset, "ideal"]) for offset in OFFSETS},
-        {model: tables["ideal", model] for model in ("reference", "exudyn")},
+        pd.DataFrame(ratios, pd.MultiIndex.from_tuples(settings), columns),
+        pd.DataFrame.from_dict(ranges, orient="index", columns=list(PRINTED_RANGES)),
+        {model: tables["ideal", model] for model in MODELS},
     )
 
 
-def ratios(runs: Runs, setting: Setting, channels: Sequence[str]) -> Array:
-    """Return median peak over published peak, one a scene and channel, in the order of `CASES`."""
-    return np.array(
-        [
-            float(np.median(runs.peaks[setting, name, channel]))
-            / abs(published(f"{row}-{CHANNELS[channel]}").value)
-            for name, row in CASES.items()
-            for channel in channels
-        ]
-    )
+def _job(name: str, values: Values, config: Config, member: int = 0) -> Job:
+    fixed: Values = {"output.groups": ["accelerations"], "output.samples_per_cycle": config.samples}
+    scene = load_scene(name, fixed | values)
+    start = scene.data["mechanism"]["reference_offset"] + member * NUDGE
+    return Job(scene.with_values({"initial.slider_offset": start}), "reference")
 
 
-def _scene(name: str, values: Values, member: int = 0) -> Scene:
-    scene = load_scene(
-        name, {"output.groups": ["accelerations"], "output.samples_per_cycle": SAMPLES} | values
-    )
-    return scene.with_values(
-        {"initial.slider_offset": scene.data["mechanism"]["reference_offset"] + member * NUDGE}
-    )
-
-
-def _long(offset: float, joint: str) -> Scene:
-    fixed: Values = {
-        OFFSET: offset,
+def _long(offset: float, joint: str, cycles: int, samples: int) -> Scene:
+    values: Values = {
+        "mechanism.reference_offset": offset,
         "joints.slider": joint,
-        "drive.cycles": float(CYCLES if joint == "clearance" else 1),
+        "drive.cycles": float(cycles),
         "output.groups": [],
-        "output.samples_per_cycle": LONG_SAMPLES,
+        "output.samples_per_cycle": samples,
     }
-    return load_scene(BASE, fixed)
+    return load_scene(BASE, values)
 
 
-def _peaks(runs: Sequence[Table], still: Table, channel: str) -> Array:
-    within = second_cycle(still.time, float(still.time[-1]) / 2)
-    return np.array([abs(largest(run, still, channel, within).value) for run in runs])
-
-
-def _ranges(run: Table, ideal: Table) -> Ranges:
-    turn = np.arange(run.time.size) % LONG_SAMPLES
-    off = run.values("slider_y") - ideal.values("slider_y")[turn]
+def _ranges(run: Table, ideal: Table) -> list[float]:
+    # Both start at zero, and the ideal motion repeats in every cycle.
+    cycle = np.arange(run.time.size) % (ideal.time.size - 1)
+    off = run.values("slider_y") - ideal.values("slider_y")[cycle]
     line, x = float(ideal.values("slider_x")[0]), run.extrema["slider_x"]
-    return Ranges((x["min"] - line, x["max"] - line), (float(off.min()), float(off.max())))
+    return [x["min"] - line, x["max"] - line, float(off.min()), float(off.max())]

@@ -2,63 +2,80 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from comparison.execution.run import Progress
-from comparison.files import replacing
-from comparison.report import svg
-from comparison.studies.identification import figures, text_fits, text_runs
-from comparison.studies.identification.facts import Facts, printed_facts, shipped_geometry, table_1
-from comparison.studies.identification.fitting import Fit, fit, profile
-from comparison.studies.identification.kinematics import TOPOLOGIES, Lengths
-from comparison.studies.identification.runs import BASE, simulate
+from comparison.studies.identification import figures
+from comparison.studies.identification.facts import printed_facts
+from comparison.studies.identification.fit_tables import of_fits
+from comparison.studies.identification.fitting import Fit, Profile, fit, profile
+from comparison.studies.identification.kinematics import TOPOLOGIES
+from comparison.studies.identification.run_tables import of_runs
+from comparison.studies.identification.runs import Config, Runs, simulate
+from comparison.studies.shared.progress import part
+from comparison.studies.shared.study import Study
 
 FITTING = 0.1
 """Share of the progress that the fits take."""
-HELD = 13
-"""Values of a profile."""
-REACH = 3.0
-"""Standard deviations to either side that a profile spans."""
+HELD = np.linspace(-3.0, 3.0, 13)
+"""Values of a profile, standard deviations from the best."""
 
 
-def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
-    """Fit every topology, run what kinematics leave open, and write README.md and figures."""
-    lengths, speed = table_1(BASE)
-    facts = printed_facts()
-    fits = ranked(lengths, speed, facts, on_progress)
+@dataclass(frozen=True)
+class Results:
+    """Fits of all topologies, the best first, its profiles, one an unknown, and what was run."""
 
-    def later(share: float) -> None:
+    config: Config
+    facts: pd.DataFrame
+    fits: list[Fit]
+    profiles: list[Profile]
+    runs: Runs
+
+
+def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
+    """Fit every topology and run what kinematics leave open."""
+    facts, found = printed_facts(), []
+    for n, topology in enumerate(config.topologies):
+        found.append(fit(topology, facts))
         if on_progress:
-            on_progress(FITTING + (1 - FITTING) * share)
+            on_progress(FITTING * (n + 1) / len(config.topologies))
+    fits = sorted((each for each in found if each is not None), key=lambda each: each.misfit)
+    runs = simulate(fits[1], config, n_jobs, part(on_progress, FITTING, 1.0))
+    best = fits[0]
+    spread = np.sqrt(np.diag(best.covariance))
+    profiles = [profile(best, n, best.geometry[n] + spread[n] * HELD, facts) for n in range(3)]
+    return Results(config, facts, fits, profiles, runs)
 
-    runs = simulate(fits[1], n_jobs, later)
-    spread = np.sqrt(np.diag(fits[0].covariance))
-    profiles = [
-        profile(fits[0], n, middle + sd * np.linspace(-REACH, REACH, HELD), lengths, speed, facts)
-        for n, (middle, sd) in enumerate(zip(fits[0].geometry, spread, strict=True))
-    ]
-    with svg.style():
-        figures.draw_presses(fits, lengths, folder / "press.svg")
-        figures.draw_ranking(fits, folder / "ranking.svg")
-        figures.draw_profiles(profiles, shipped_geometry(), folder / "profiles.svg")
-        figures.draw_radius(runs, folder / "radius.svg")
-        figures.draw_offset(runs, folder / "offset.svg")
-    template = files("comparison.studies.identification").joinpath("identification.md").read_text("utf-8")
-    parts = text_fits.of_kinematics(fits, facts, profiles, lengths, speed) | text_runs.of_runs(
-        fits[1], runs, lengths, speed
+
+def page(results: Results) -> dict[str, object]:
+    """Return what stands in the page."""
+    config = results.config
+    return (
+        {"members": config.members, "cycles": config.cycles}
+        | of_fits(results.fits, results.facts, results.profiles)
+        | of_runs(results.runs)
     )
-    with replacing(folder / "README.md") as part:
-        part.write_text(template.format(**parts), "utf-8")
 
 
-def ranked(lengths: Lengths, speed: float, facts: Facts, on_progress: Progress | None) -> list[Fit]:
-    """Return the best fit of every topology that can be assembled, the best first."""
-    found = []
-    for n, topology in enumerate(TOPOLOGIES):
-        found.append(fit(topology, lengths, speed, facts))
-        if on_progress:
-            on_progress(FITTING * (n + 1) / len(TOPOLOGIES))
-    return sorted((each for each in found if each is not None), key=lambda each: each.misfit)
+def draw(results: Results, folder: Path) -> None:
+    """Draw presses, ranking and profiles of the fits, radius and offset of the runs."""
+    figures.draw_presses(results.fits, folder / "press.svg")
+    figures.draw_ranking(results.fits, folder / "ranking.svg")
+    figures.draw_profiles(results.profiles, folder / "profiles.svg")
+    figures.draw_radius(results.runs, folder / "radius.svg")
+    figures.draw_offset(results.runs, folder / "offset.svg")
+
+
+STUDY = Study(
+    "identification",
+    small=Config(topologies=TOPOLOGIES[:5], members=2, samples=100, cycles=3, long_samples=100),
+    # 10,000 samples a cycle are 40 us apart at 150 rpm, where half of the contacts last more than 200 us.
+    full=Config(topologies=TOPOLOGIES, members=4, samples=10_000, cycles=100, long_samples=1000),
+    measure=measure,
+    page=page,
+    draw=draw,
+)

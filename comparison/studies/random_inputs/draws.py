@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import chain, islice
 
 import numpy as np
+import pandas as pd
 
 from comparison.execution.ledger import Row
 from comparison.execution.run import Progress, RunError, runner
@@ -26,7 +28,7 @@ RESPONSES = {
     "acceleration": "m/s^2",
     "displacement, against the nominal mechanism": "m",
 }
-"""Largest errors of the second turn and their units; against the ideal mechanism with the same numbers, or
+"""Largest errors of the second cycle and their units; against the ideal mechanism with the same numbers, or
 against that with none of them drawn, at equal crank angle."""
 _CHANNELS = ("slider_y", "slider_vy", "slider_ay")
 _runner = cache(runner)
@@ -56,10 +58,13 @@ class Draws:
     seed: int
     factor: float = 1.0
 
-    @property
-    def chunks(self) -> list[Chunk]:
-        """Its parts."""
-        return [Chunk(self, first, min(CHUNK, self.count - first)) for first in range(0, self.count, CHUNK)]
+    def u(self, number: int) -> Array:
+        """Return the inputs of a run in standard deviations, shape (d,)."""
+        return self.factor * np.random.default_rng([self.seed, number]).normal(size=len(self.inputs))
+
+    def chunks(self, size: int) -> list[Chunk]:
+        """Return its parts, each of so many runs."""
+        return [Chunk(self, first, min(size, self.count - first)) for first in range(0, self.count, size)]
 
 
 @dataclass(frozen=True)
@@ -74,10 +79,9 @@ class Chunk(Task):
     def identity(self) -> dict[str, object]:
         """Scene, inputs and which draws."""
         draws = self.draws
-        drawn = [one.model_dump() for one in draws.inputs]
         return {
             "scene": draws.scene.hash,
-            "inputs": drawn,
+            "inputs": [one.model_dump() for one in draws.inputs],
             "draw": [draws.seed, draws.factor, self.first, self.count],
         }
 
@@ -96,9 +100,7 @@ class Drawn:
     u
         Inputs in standard deviations, shape (n, d): of the runs that succeeded.
     responses
-        Shape (n, len(RESPONSES)).
-    index
-        Number of each run, shape (n,).
+        A row for each of these runs by its number, with the columns of `RESPONSES`.
     failures
         One line for each run that did not succeed.
     seconds
@@ -106,17 +108,18 @@ class Drawn:
     """
 
     u: Array
-    responses: Array
-    index: Array
+    responses: pd.DataFrame
     failures: list[str]
     seconds: float
 
 
-def run_draws(draws: Sequence[Draws], n_jobs: int, on_progress: Progress | None) -> list[Drawn]:
-    """Run all draws by the reference; what ran before is not run again."""
-    chunks = [chunk for one in draws for chunk in one.chunks]
-    held = iter(measure_all(measure, chunks, on_processes(n_jobs), on_progress))
-    return [_joined([next(held) for _ in one.chunks], len(one.inputs)) for one in draws]
+def run_draws(
+    draws: Sequence[Draws], n_jobs: int, on_progress: Progress | None, chunk: int = CHUNK
+) -> list[Drawn]:
+    """Run all draws by the reference, in chunks of so many; what ran before is not run again."""
+    chunks = [one.chunks(chunk) for one in draws]
+    rows = iter(measure_all(measure, list(chain(*chunks)), on_processes(n_jobs), on_progress))
+    return [_joined(one, list(islice(rows, len(parts)))) for one, parts in zip(draws, chunks, strict=True)]
 
 
 def measure(chunk: Chunk, progress: Progress) -> Row:
@@ -124,19 +127,16 @@ def measure(chunk: Chunk, progress: Progress) -> Row:
     del progress
     draws, run = chunk.draws, _runner("reference")
     nominal = run(draws.scene.with_values(IDEAL))
-    u, responses, index, failures = [], [], [], []
+    numbers, responses, failures = [], [], []
     for number in range(chunk.first, chunk.first + chunk.count):
-        drawn = draws.factor * np.random.default_rng([draws.seed, number]).normal(size=len(draws.inputs))
         try:
-            scene = draws.scene.with_values(values_at(draws.scene, draws.inputs, drawn))
-            found = respond(run(scene), run(scene.with_values(IDEAL)), nominal, scene.period)
+            scene = draws.scene.with_values(values_at(draws.scene, draws.inputs, draws.u(number)))
+            responses.append(respond(run(scene), run(scene.with_values(IDEAL)), nominal, scene.period))
         except (RunError, SceneError) as error:
             failures.append(str(error))
             continue
-        u.append(drawn.tolist())
-        responses.append(found)
-        index.append(number)
-    return {"u": u, "responses": responses, "index": index, "failures": failures}
+        numbers.append(number)
+    return {"numbers": numbers, "responses": responses, "failures": failures}
 
 
 def respond(run: Table, ideal: Table, nominal: Table, period: float) -> list[float]:
@@ -145,13 +145,13 @@ def respond(run: Table, ideal: Table, nominal: Table, period: float) -> list[flo
     Parameters
     ----------
     run
-        Two turns or more.
+        Two cycles or more.
     ideal
         The ideal mechanism with the same numbers, at the same times.
     nominal
         The ideal mechanism with the scene's own numbers: at the same crank angles.
     period
-        Of a crank turn, s.
+        Of the crank, s.
     """
     within = second_cycle(run.time, period)
     errors = [run.values(channel) - ideal.values(channel) for channel in _CHANNELS]
@@ -159,16 +159,14 @@ def respond(run: Table, ideal: Table, nominal: Table, period: float) -> list[flo
     return [abs(peak(run.time, values, within).value) for values in errors]
 
 
-def _joined(rows: Sequence[Row], inputs: int) -> Drawn:
-    u = [values for row in rows for values in row.get("u", [])]
-    responses = [values for row in rows for values in row.get("responses", [])]
-    failures = [told for row in rows for told in row.get("failures", [row.get("message", "")])]
-    index = [number for row in rows for number in row.get("index", [])]
-    seconds = sum(row.get("seconds", 0.0) for row in rows)
+def _joined(draws: Draws, rows: Sequence[Row]) -> Drawn:
+    # The row of a chunk whose process died has a message alone.
+    numbers, responses = (
+        [value for row in rows for value in row.get(key, [])] for key in ("numbers", "responses")
+    )
     return Drawn(
-        np.array(u, dtype=np.float64).reshape(-1, inputs),
-        np.array(responses, dtype=np.float64).reshape(-1, len(RESPONSES)),
-        np.array(index, dtype=np.float64),
-        failures,
-        seconds / max(1, len(index) + len(failures)),
+        np.array([draws.u(number) for number in numbers]).reshape(-1, len(draws.inputs)),
+        pd.DataFrame(responses, numbers, list(RESPONSES), dtype=np.float64),
+        [reason for row in rows for reason in row.get("failures", [row.get("message", "")])],
+        sum(row.get("seconds", 0.0) for row in rows) / draws.count,
     )

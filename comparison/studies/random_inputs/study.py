@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from importlib.resources import files
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from comparison.execution.run import Progress
-from comparison.files import replacing
-from comparison.formatting import MISSING, quantity, table
+from comparison.formatting import quantity
+from comparison.scene import Scene, load_scene
 from comparison.scene.criteria import RandomInput
-from comparison.studies.random_inputs import plan
-from comparison.studies.random_inputs.draws import RESPONSES, Drawn, run_draws
+from comparison.studies.random_inputs import tables
+from comparison.studies.random_inputs.draws import RESPONSES, Drawn, Draws, run_draws
 from comparison.studies.random_inputs.figures import draw_gradients, draw_precision, draw_probabilities
 from comparison.studies.random_inputs.inputs import inputs_of, label
-from comparison.studies.random_inputs.second_moment import (
-    Plane,
-    counted_probability,
-    failure_probability,
-    fit_plane,
-    paired_change,
-)
+from comparison.studies.random_inputs.second_moment import Plane, fit_plane, paired_change
+from comparison.studies.shared.study import Study
 from comparison.tables.arrays import Array
 
+SCENE = "150rpm-0.2mm"
+TOLERANCE = 1e-10
+MONTE_CARLO, GRADIENT = 1, 2
+"""Seeds."""
 LIMITS = {
     "displacement": (5.3e-5, 5.5e-5),
     "velocity": (7.8e-3, 8.2e-3),
@@ -32,163 +31,149 @@ LIMITS = {
     "displacement, against the nominal mechanism": (5e-4, 7e-4),
 }
 """Two of each, the second exceeded seldom; the scene's own, of ``[reliability]``, come after them."""
+COMPARED = ("displacement", "velocity", "acceleration")
+"""Responses whose failure probability is compared at several tolerances."""
 SLOPES = (("displacement", "clearance.slider"), ("acceleration", "contact.restitution"))
 """Response and input whose gradient is shown over the scale."""
 
 
-def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
-    """Run all draws, and write README.md and figures."""
-    planes, coarser = plan.planes(), plan.coarser()
-    drawn = iter(run_draws([*planes.values(), *coarser.values(), plan.monte_carlo()], n_jobs, on_progress))
-    scaled = {factor: next(drawn) for factor in planes}
-    common = {tolerance: next(drawn) for tolerance in coarser}
-    many = next(drawn)
-    inputs = inputs_of(plan.scene())
-    fitted = {name: _plane(scaled[1.0], k) for k, name in enumerate(RESPONSES)}
-    draw_probabilities(
-        {
-            name: (unit, many.responses[:, k], fitted[name])
-            for k, (name, unit) in enumerate(RESPONSES.items())
-        },
-        folder / "probabilities.svg",
+@dataclass(frozen=True)
+class Config:
+    """How much is run.
+
+    Attributes
+    ----------
+    samples
+        A cycle. Peaks of the acceleration last less: what is between samples is seen by none of the runs.
+    runs
+        Of Monte Carlo.
+    plane
+        Runs that a plane is fitted to.
+    factors
+        Scales of the scatter over which a gradient is measured; the last is 1.
+    tolerances
+        Of the reference, the finest last.
+    common
+        Runs with the same inputs at every tolerance.
+    """
+
+    samples: int
+    runs: int
+    plane: int
+    factors: tuple[float, ...]
+    tolerances: tuple[float, ...]
+    common: int
+
+
+@dataclass(frozen=True)
+class Results:
+    """Monte Carlo runs; planes by factor and response; runs with the same inputs by tolerance.
+
+    With changes of the failure probability against the finest tolerance by response, shape (n - 1, 3): the
+    change and its interval.
+    """
+
+    config: Config
+    inputs: tuple[RandomInput, ...]
+    many: Drawn
+    planes: dict[float, dict[str, Plane]]
+    common: dict[float, Drawn]
+    changes: dict[str, Array]
+
+
+def scene(samples: int, tolerance: float = TOLERANCE) -> Scene:
+    """Return two cycles of the scene."""
+    values: dict[str, object] = {
+        "drive.cycles": 2.0,
+        "output.groups": ["accelerations"],
+        "output.samples_per_cycle": samples,
+        "solver.reference.tolerance": tolerance,
+    }
+    return load_scene(SCENE, values)
+
+
+def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
+    """Run all draws and fit the planes."""
+    usual = scene(config.samples)
+    inputs = inputs_of(usual)
+    scaled = [Draws(usual, inputs, config.plane, GRADIENT, factor) for factor in config.factors]
+    # At the usual tolerance they are the first of the many.
+    coarser = [
+        Draws(scene(config.samples, tolerance), inputs, config.common, MONTE_CARLO)
+        for tolerance in config.tolerances
+    ]
+    many = Draws(usual, inputs, config.runs, MONTE_CARLO)
+    *drawn, counted = run_draws([*scaled, *coarser, many], n_jobs, on_progress)
+    planes = {
+        factor: {name: fit_plane(of.u, of.responses[name].to_numpy()) for name in RESPONSES}
+        for factor, of in zip(config.factors, drawn, strict=False)
+    }
+    common = dict(zip(config.tolerances, drawn[len(scaled) :], strict=True))
+    return Results(
+        config, inputs, counted, planes, common, {name: _changes(common, name) for name in COMPARED}
     )
-    labels = [label(one) for one in inputs]
+
+
+def _changes(common: dict[float, Drawn], response: str) -> Array:
+    *coarse, finest = (of.responses[response] > LIMITS[response][0] for of in common.values())
+    pairs = [pd.concat([failed, finest], axis=1, join="inner").to_numpy() for failed in coarse]
+    return np.array([paired_change(*both.T) for both in pairs])
+
+
+def draw(results: Results, folder: Path) -> None:
+    """Draw probabilities, gradients over the scale, and changes over the tolerance."""
+    draw_probabilities(results.many.responses, results.planes[1.0], folder / "probabilities.svg")
+    labels = [label(one) for one in results.inputs]
     slopes = {}
     for response, key in SLOPES:
-        k, column = list(RESPONSES).index(response), labels.index(key)
-        at = [_plane(of, k) for of in scaled.values()]
+        at = {factor: planes[response] for factor, planes in results.planes.items()}
+        column = labels.index(key)
+        # Per standard deviation of the input, not of the runs.
+        found = {factor: (plane.gradient[column], plane.errors[column]) for factor, plane in at.items()}
         slopes[f"{response} by {key}"] = (
             RESPONSES[response],
-            # Per standard deviation of the input, not of the runs.
-            np.array([p.gradient[column] for p in at]),
-            np.array([p.errors[column] for p in at]),
+            pd.DataFrame.from_dict(found, orient="index", columns=["gradient", "error"]),
         )
-    draw_gradients(list(scaled), slopes, folder / "gradients.svg")
-    changes = {name: _changes(common, k, LIMITS[name][0]) for k, name in enumerate(RESPONSES) if k < 3}
-    milliseconds = [1e3 * of.seconds for of in common.values()]
-    draw_precision(list(common), milliseconds, changes, folder / "precision.svg")
-    with replacing(folder / "README.md") as part:
-        part.write_text(text(inputs, fitted, many, common, changes), "utf-8")
+    draw_gradients(slopes, folder / "gradients.svg")
+    costs = [f"{tolerance:.0e}\n{1e3 * of.seconds:.1f} ms" for tolerance, of in results.common.items()]
+    draw_precision(costs[:-1], results.changes, folder / "precision.svg")
 
 
-def _plane(of: Drawn, response: int) -> Plane:
-    return fit_plane(of.u, of.responses[:, response])
+def page(results: Results) -> dict[str, object]:
+    """Return what stands in the page."""
+    config, many, planes = results.config, results.many, results.planes[1.0]
+    count = len(many.responses)
+    settings = scene(config.samples).reliability
+    limits = {
+        name: (*LIMITS[name], float(getattr(settings, name.partition(",")[0]).upper)) for name in RESPONSES
+    }
+    return {
+        "runs": f"{count:,}",
+        "failed": len(many.failures),
+        "plane_runs": config.plane,
+        "common": config.common,
+        "seconds": quantity(many.seconds, "s"),
+        "total": quantity(many.seconds * (count + len(many.failures)), "s"),
+        "inputs": tables.inputs(results.inputs),
+        "moments": tables.moments(planes, many.responses),
+        "importance": tables.importance(planes, [label(one) for one in results.inputs]),
+        "probabilities": tables.probabilities(planes, many.responses, limits),
+        "precision": tables.precision(results.common, results.changes),
+    }
 
 
-def _changes(common: dict[float, Drawn], response: int, limit: float) -> Array:
-    """Return the change of the failure probability against the finest tolerance, shape (n - 1, 3)."""
-    *coarse, finest = common.values()
-    rows = []
-    for of in coarse:
-        both, mine, theirs = np.intersect1d(of.index, finest.index, return_indices=True)
-        del both
-        beyond = [(d.responses[at, response] > limit) for d, at in ((of, mine), (finest, theirs))]
-        rows.append(paired_change(beyond[0], beyond[1]))
-    return np.array(rows)
-
-
-def text(
-    inputs: Sequence[RandomInput],
-    fitted: dict[str, Plane],
-    many: Drawn,
-    common: dict[float, Drawn],
-    changes: dict[str, Array],
-) -> str:
-    """Return the study's README."""
-    template = files("comparison.studies.random_inputs").joinpath("random_inputs.md").read_text("utf-8")
-    labels = [label(one) for one in inputs]
-    return template.format(
-        runs=f"{many.index.size:,}",
-        failed=len(many.failures),
-        plane_runs=plan.PLANE,
-        seconds=quantity(many.seconds, "s"),
-        total=quantity(many.seconds * (many.index.size + len(many.failures)), "s"),
-        inputs=table(
-            ("key", "distribution", "standard deviation"),
-            [[label(one), one.distribution, f"{one.deviation:g}"] for one in inputs],
-        ),
-        moments=table(MOMENT_HEADINGS, [_moments(n, fitted[n], many, k) for k, n in enumerate(RESPONSES)]),
-        importance=table(
-            ("input", *RESPONSES),
-            [[labels[i], *(_importance(fitted[name], i) for name in RESPONSES)] for i in range(len(labels))],
-        ),
-        probabilities=table(
-            PROBABILITY_HEADINGS,
-            [
-                _probabilities(name, limit, fitted[name], many.responses[:, k])
-                for k, name in enumerate(RESPONSES)
-                for limit in (*LIMITS[name], _permitted(name))
-            ],
-        ),
-        precision=table(
-            ("tolerance", "processor time of a run", "failed runs", *(f"change, {name}" for name in changes)),
-            [_precision(n, tolerance, of, changes) for n, (tolerance, of) in enumerate(common.items())],
-        ),
-        common=plan.COMMON,
-    )
-
-
-def _permitted(name: str) -> float:
-    """Return the limit that the scene sets to an error of this kind, in its unit."""
-    limits = getattr(plan.scene().reliability, name.partition(",")[0])
-    return float(limits.upper)
-
-
-MOMENT_HEADINGS = (
-    "largest error of the second turn",
-    "mean: plane, Monte Carlo",
-    "standard deviation: plane, Monte Carlo",
-    "what the plane leaves",
-    "share of the variance that the plane explains",
+STUDY = Study(
+    "random-inputs",
+    small=Config(samples=40, runs=60, plane=30, factors=(0.1, 1.0), tolerances=(1e-7, 1e-10), common=20),
+    full=Config(
+        samples=500,
+        runs=10_000,
+        plane=400,
+        factors=(0.003, 0.03, 0.3, 1.0),
+        tolerances=(1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11),
+        common=2000,
+    ),
+    measure=measure,
+    page=page,
+    draw=draw,
 )
-
-
-def _moments(name: str, plane: Plane, many: Drawn, k: int) -> list[str]:
-    values, unit = many.responses[:, k], RESPONSES[name]
-    total = plane.deviation**2 + plane.rest**2
-    return [
-        name,
-        f"{quantity(plane.mean, unit)} ± {quantity(2 * plane.mean_error, unit, 2)}, "
-        f"{quantity(float(np.mean(values)), unit)}",
-        f"{quantity(plane.deviation, unit)}, {quantity(float(np.std(values)), unit)}",
-        quantity(plane.rest, unit),
-        f"{plane.deviation**2 / total:.0%}" if total else MISSING,
-    ]
-
-
-def _importance(plane: Plane, i: int) -> str:
-    sure = abs(plane.gradient[i]) > 2 * plane.errors[i]
-    return f"{plane.importance[i]:.1%}" if sure else "–"
-
-
-PROBABILITY_HEADINGS = (
-    "largest error",
-    "limit",
-    "Monte Carlo, 95 % interval",
-    "first order, 95 % interval",
-    "first order with the rest as one more input",
-)
-
-
-def _probabilities(name: str, limit: float, plane: Plane, values: Array) -> list[str]:
-    cells = [
-        counted_probability(values > limit),
-        failure_probability(plane, limit),
-        failure_probability(plane, limit, with_rest=True),
-    ]
-    return [
-        name,
-        quantity(limit, RESPONSES[name]),
-        *(f"{p:.2%} ({low:.2%} … {high:.2%})" for p, low, high in cells),
-    ]
-
-
-def _precision(n: int, tolerance: float, of: Drawn, changes: dict[str, Array]) -> list[str]:
-    cells = []
-    for change in changes.values():
-        if n == len(change):
-            cells.append("compared with")
-        else:
-            value, low, high = 100 * change[n]
-            cells.append(f"{value:+.2f} % ({low:+.2f} … {high:+.2f})")
-    return [f"{tolerance:.0e}", quantity(of.seconds, "s"), str(len(of.failures)), *cells]

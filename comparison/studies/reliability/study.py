@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +13,7 @@ from comparison.accuracy.tiers import tight
 from comparison.accuracy.uncertainty import Runs
 from comparison.agreement.cross_check import levels
 from comparison.execution.run import MODELS, Job, Progress, run_all, successful
-from comparison.files import replacing
-from comparison.formatting import number, percent, quantity, table
+from comparison.formatting import number, percent, quantity
 from comparison.reliability.assessment import Assessment
 from comparison.reliability.difference import MARGIN, Difference, compare_reliability
 from comparison.reliability.errors import since, slider_errors, unit_of
@@ -24,103 +23,78 @@ from comparison.reliability.words import rounded
 from comparison.report.reliability import against_angle
 from comparison.report.svg import style, write_svg
 from comparison.scene import Scene, load_scene
+from comparison.studies.shared.rows import rows_table
+from comparison.studies.shared.study import Study
 from comparison.tables.table import Table
 
-CASES = (
-    "150rpm-0.2mm",
-    "69GPa",
-    "poisson-0.33",
-    "90rpm-0.1mm",
-    "90rpm-0.5mm",
-    "300rpm-0.2mm",
-    "crank-pin",
-)
-CYCLES = 11
 LEFT_OUT = 1
-"""Turns at the start, which still remember how the slider was put in."""
-SAMPLES = 1000
-"""A turn."""
-
-ACTUAL, IDEAL = "actual", "ideal"
-COMPARED = (
-    "scene",
-    "quantity",
-    *(f"smallest R, {model}" for model in MODELS),
-    "difference",
-    "other cycles",
-    "numerics",
-    "verdict",
-)
-ALONE = (
-    "scene",
-    "quantity",
-    "smallest R, 95 % interval",
-    "parts of the turn at the cap",
-    "smallest P, 95 % interval",
-    "largest mean, deviation",
-    "repeats in every cycle",
-)
+"""Cycles at the start, which still depend on the initial position of the slider."""
 
 
-def scene(name: str) -> Scene:
+@dataclass(frozen=True)
+class Config:
+    """Scenes, cycles of each run, and samples a cycle."""
+
+    cases: tuple[str, ...]
+    cycles: int
+    samples: int
+
+
+@dataclass(frozen=True)
+class Results:
+    """By scene and quantity: both models' reliabilities, and what `repeating` returns for the reference."""
+
+    config: Config
+    scenes: dict[str, Scene]
+    found: dict[str, dict[str, Difference]]
+    repeating: dict[str, dict[str, float]]
+
+
+def scene(name: str, config: Config) -> Scene:
     """Return a case over all cycles at the settings of the tight tier."""
-    usual = load_scene(name, {"drive.cycles": float(CYCLES), "output.samples_per_cycle": SAMPLES})
-    closer = tight(usual, MODELS)
-    if closer is None:
+    values = {"drive.cycles": float(config.cycles), "output.samples_per_cycle": config.samples}
+    strict = tight(load_scene(name, values), MODELS)
+    if strict is None:
         raise ValueError("the models of this study have a tight tier")
-    return closer
+    return strict
 
 
-def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
-    """Run the cases and the ideal mechanism by both models; write README.md and a figure for each case.
+def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
+    """Run the cases and the ideal mechanism by both models.
 
     Raises
     ------
     RunError
         If a run does not succeed.
     """
-    scenes = {name: scene(name) for name in CASES}
+    scenes = {name: scene(name, config) for name in config.cases}
     jobs = {
         (name, model, motion, kind): Job(level, model)
         for name, of in scenes.items()
         for model in MODELS
-        for motion, variants in ((ACTUAL, levels(of, model)), (IDEAL, ideal_scenes(of, model)))
+        for motion, variants in (("actual", levels(of, model)), ("ideal", ideal_scenes(of, model)))
         for kind, level in variants.items()
     }
     outcomes = run_all(list(jobs.values()), n_jobs, on_progress)
-    families: dict[tuple[str, str, str], dict[str, Table]] = {}
-    for ((name, model, motion, kind), job), outcome in zip(jobs.items(), outcomes, strict=True):
-        later = since(successful(outcome, job), LEFT_OUT * scenes[name].period)
-        families.setdefault((name, model, motion), {})[kind] = later
-    runs = {
-        (name, model, motion): Runs(refinement=refinement(model, scenes[name]), **tables)
-        for (name, model, motion), tables in families.items()
+    tables = {
+        key: since(successful(outcome, job), LEFT_OUT * scenes[key[0]].period)
+        for (key, job), outcome in zip(jobs.items(), outcomes, strict=True)
     }
-    a, b = MODELS
-    found = {
-        name: compare_reliability(
-            (runs[name, a, ACTUAL], runs[name, b, ACTUAL]),
-            (runs[name, a, IDEAL], runs[name, b, IDEAL]),
-            of.period,
-            of.reliability,
-            thresholds("tight").k,
+
+    def runs(name: str, model: str, motion: str) -> Runs:
+        kinds = {key[3]: table for key, table in tables.items() if key[:3] == (name, model, motion)}
+        return Runs(refinement=refinement(model, scenes[name]), **kinds)
+
+    found, repeats = {}, {}
+    for name, of in scenes.items():
+        (a, b), (ideal_a, ideal_b) = (
+            [runs(name, model, motion) for model in MODELS] for motion in ("actual", "ideal")
         )
-        for name, of in scenes.items()
-    }
-    locked = {
-        name: repeating(runs[name, a, ACTUAL].base, runs[name, a, IDEAL].base, of)
-        for name, of in scenes.items()
-    }
-    with style():
-        for name, quantities in found.items():
-            write_svg(against_angle(quantities, MODELS), folder / picture(name))
-    with replacing(folder / "README.md") as part:
-        part.write_text(text(scenes, found, locked), "utf-8")
-
-
-def picture(name: str) -> str:
-    """Return the name of a scene's figure."""
-    return f"{name.replace('.', '_')}.svg"
+        found[name] = compare_reliability(
+            (a, b), (ideal_a, ideal_b), of.period, of.reliability, thresholds("tight").k
+        )
+        repeats[name] = repeating(a.base, ideal_a.base, of)
+    return Results(config, scenes, found, repeats)
 
 
 def repeating(run: Table, ideal: Table, of: Scene) -> dict[str, float]:
@@ -128,88 +102,104 @@ def repeating(run: Table, ideal: Table, of: Scene) -> dict[str, float]:
     errors = slider_errors(run, ideal, of.period)
     shares = {}
     for name, values in errors.by_quantity.items():
-        cycles = values.reshape(-1, errors.per_turn)
-        total = cycles.var()
-        shares[name] = float(cycles.mean(0).var() / total) if total > 0 else float("nan")
+        total = values.var()
+        mean = values.reshape(-1, errors.per_turn).mean(0)
+        shares[name] = float(mean.var() / total) if total > 0 else float("nan")
     return shares
 
 
-def text(
-    scenes: dict[str, Scene],
-    found: dict[str, dict[str, Difference]],
-    locked: dict[str, dict[str, float]],
-) -> str:
-    """Return the study's README.
+def picture(name: str) -> str:
+    """Return the name of a scene's figure."""
+    return f"{name.replace('.', '_')}.svg"
 
-    Parameters
-    ----------
-    scenes
-        By name.
-    found
-        Scene -> quantity -> both models' reliabilities.
-    locked
-        Scene -> quantity -> share of the error's variance that repeats in every cycle.
-    """
-    each = [(name, quantity, of) for name, all_ in found.items() for quantity, of in all_.items()]
+
+def figures(results: Results, folder: Path) -> None:
+    """Draw the reliabilities of every scene against the crank angle."""
+    with style():
+        for name, quantities in results.found.items():
+            write_svg(against_angle(quantities, MODELS), folder / picture(name))
+
+
+def page(results: Results) -> dict[str, object]:
+    """Return what stands in the page."""
+    each = [(name, quantity, of) for name, found in results.found.items() for quantity, of in found.items()]
     verdicts = [of.verdict for *_, of in each]
-    settings = next(iter(scenes.values())).reliability
-    limits = (getattr(settings, quantity) for quantity in found[CASES[0]])
-    template = files("comparison.studies.reliability").joinpath("reliability.md").read_text("utf-8")
-    return template.format(
-        cycles=CYCLES - LEFT_OUT,
-        all_cycles=CYCLES,
-        bins=settings.bins,
-        of_what="size of the error" if settings.errors == "absolute" else "signed error",
-        limits=", ".join(
-            f"{name} {quantity(limit.upper, unit_of(name))}"
-            for name, limit in zip(found[CASES[0]], limits, strict=True)
+    settings = next(iter(results.scenes.values())).reliability
+    inside = np.concatenate([np.abs(of.curve) <= of.curve_half_width for *_, of in each])
+    return {
+        "cycles": results.config.cycles - LEFT_OUT,
+        "all_cycles": results.config.cycles,
+        "bins": settings.bins,
+        "of_what": "size of the error" if settings.errors == "absolute" else "signed error",
+        "limits": ", ".join(
+            f"{name} {quantity(getattr(settings, name).upper, unit_of(name))}"
+            for name in dict.fromkeys(name for _, name, _ in each)
         ),
-        cap=f"{cap(settings.displacement):.10f}",
-        rounding=f"{ROUNDING:g}",
-        margin=f"{MARGIN:g}",
-        count=len(each),
-        agree=verdicts.count("agree"),
-        undecided=verdicts.count("undecided"),
-        differ=verdicts.count("differ"),
-        within=sum(abs(of.minimum) <= of.half_width for *_, of in each),
-        bins_within=percent(
-            float(np.mean(np.concatenate([np.abs(of.curve) <= of.curve_half_width for *_, of in each])))
+        "cap": f"{cap(settings.displacement):.10f}",
+        "rounding": f"{ROUNDING:g}",
+        "margin": f"{MARGIN:g}",
+        "count": len(each),
+        **{verdict: verdicts.count(verdict) for verdict in ("agree", "undecided", "differ")},
+        "within": sum(abs(of.minimum) <= of.half_width for *_, of in each),
+        "bins_within": percent(float(inside.mean())),
+        "differences": rows_table(_compared(*of) for of in each),
+        "one_model": rows_table(
+            _alone(name, quantity, of.a, results.repeating[name][quantity]) for name, quantity, of in each
         ),
-        differences=table(
-            COMPARED,
-            [_compared(*of) for of in each],
-        ),
-        one_model=table(
-            ALONE,
-            [_alone(name, quantity, of.a, locked[name][quantity]) for name, quantity, of in each],
-        ),
-        figures="\n\n".join(
+        "figures": "\n\n".join(
             f"![{of.title}: reliability against the crank angle]({picture(name)})\n\n{of.title}"
-            for name, of in scenes.items()
+            for name, of in results.scenes.items()
         ),
-    )
+    }
 
 
-def _compared(name: str, quantity_: str, of: Difference) -> list[str]:
-    return [
-        name,
-        quantity_,
-        *(f"{rounded(side.minimum)} at {side.angle[side.worst]:g}°" for side in (of.a, of.b)),
-        number(of.minimum, 2),
-        f"± {number(of.sampling, 2)}",
-        f"± {number(of.numerical, 2)}",
-        f"**{of.verdict}**",
-    ]
+def _compared(name: str, quantity_: str, of: Difference) -> dict[str, str]:
+    return {
+        "scene": name,
+        "quantity": quantity_,
+        **{
+            f"smallest R, {model}": f"{rounded(side.minimum)} at {side.angle[side.worst]:g}°"
+            for model, side in zip(MODELS, (of.a, of.b), strict=True)
+        },
+        "difference": number(of.minimum, 2),
+        "other cycles": f"± {number(of.sampling, 2)}",
+        "numerics": f"± {number(of.numerical, 2)}",
+        "verdict": f"**{of.verdict}**",
+    }
 
 
-def _alone(name: str, quantity_: str, of: Assessment, repeats: float) -> list[str]:
+def _alone(name: str, quantity_: str, of: Assessment, repeats: float) -> dict[str, str]:
     worst, least, unit = of.worst, int(of.within.argmin()), unit_of(quantity_)
-    return [
-        name,
-        quantity_,
-        f"{rounded(of.minimum)} ({of.low[worst]:.5f} … {of.high[worst]:.5f})",
-        f"{int(of.capped.sum())} of {of.capped.size}",
-        f"{of.within[least]:.3f} ({of.within_low[least]:.3f} … {of.within_high[least]:.3f})",
-        f"{quantity(float(of.mean.max()), unit)}, {quantity(float(of.deviation.max()), unit)}",
-        percent(repeats),
-    ]
+    mean, deviation = (quantity(float(values.max()), unit) for values in (of.mean, of.deviation))
+    return {
+        "scene": name,
+        "quantity": quantity_,
+        "smallest R, 95 % interval": f"{rounded(of.minimum)} ({of.low[worst]:.5f} … {of.high[worst]:.5f})",
+        "parts of the cycle at the cap": f"{int(of.capped.sum())} of {of.capped.size}",
+        "smallest P, 95 % interval": f"{of.within[least]:.3f} ({of.within_low[least]:.3f} … "
+        f"{of.within_high[least]:.3f})",
+        "largest mean, deviation": f"{mean}, {deviation}",
+        "repeats in every cycle": percent(repeats),
+    }
+
+
+STUDY = Study(
+    "reliability",
+    small=Config(cases=("150rpm-0.2mm", "crank-pin"), cycles=3, samples=100),
+    full=Config(
+        cases=(
+            "150rpm-0.2mm",
+            "69GPa",
+            "poisson-0.33",
+            "90rpm-0.1mm",
+            "90rpm-0.5mm",
+            "300rpm-0.2mm",
+            "crank-pin",
+        ),
+        cycles=11,
+        samples=1000,
+    ),
+    measure=measure,
+    page=page,
+    draw=figures,
+)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -14,80 +15,97 @@ from comparison.agreement.results import SceneComparison
 from comparison.engines.platform import made_on
 from comparison.execution.run import Progress
 from comparison.files import replacing
-from comparison.formatting import MISSING, percent, table
+from comparison.formatting import MISSING, percent
 from comparison.report.gallery import figures
 from comparison.report.summary import largest_predictable
 from comparison.report.svg import standalone, style
 from comparison.scene import load_scene, shipped_scenes
+from comparison.studies.shared.rows import rows_table
+from comparison.studies.shared.study import Study
 
-WANTED = 1e-9
-"""m; of x between the models at the tight tier, on the predictable samples."""
+TARGET = 1e-9
+"""m; of the difference of x at the tight tier, on the predictable samples."""
 ABOVE = "†"
-"""Marks a difference that is not as small as wanted."""
+"""Marks a difference above the target."""
 RECORD = "verdicts.toml"
 """What `comparison.agreement.recorded` reads, in the study's folder; ``make reports`` packages it."""
 PICTURE_OF = ("150rpm-0.2mm", "slider_x")
-HEADINGS = (
-    "scene",
-    "standard tier",
-    "channels that agree",
-    "samples predictable",
-    "of these explained",
-    "largest difference of x, first cycle",
-    "largest difference of x, whole run",
-    "tight tier",
-    "samples predictable, tight",
-    "of these explained, tight",
-    "largest difference of x, tight, predictable samples",
-)
-TEXT = """# Verdicts
-
-Both models on every shipped scene at two tiers. Standard: each model at the scene's setting. Tight: the
-reference at its strict setting against Exudyn on what the drive leaves free, with error control; a scene
-without clearance runs all five bodies as it says. Explained are the samples whose difference is within twice
-the numerical uncertainty of both runs; wanted are at least 99 %. Predictable are the samples where this
-uncertainty is small against the channel's scale; the share of a scene is the mean over its excited channels,
-of which one without a sample to judge counts as zero, and is what its verdict holds against the floor.
-
-{table}
-
-{notes}
+NOTE = f"""
+{ABOVE} above {TARGET:.0e} m, the target for x at the tight tier; the verdict compares the difference with the
+numerical uncertainty of both runs, which is not that small there.
 """
-NOTE = (
-    f"{ABOVE} above the {WANTED:.0e} m that is wanted of x at the tight tier; the verdict holds the "
-    "difference against the numerical uncertainty of both runs instead, which is not that small there."
-)
 
 
-def row(scene: SceneComparison) -> list[str]:
+@dataclass(frozen=True)
+class Results:
+    """Comparisons of scenes, and on which ``"machine"`` and ``"date"`` they were made."""
+
+    comparisons: Sequence[SceneComparison]
+    made: dict[str, str]
+
+
+def measure(scenes: Sequence[str], n_jobs: int, on_progress: Progress | None) -> Results:
+    """Validate scenes at both tiers."""
+    results = validate([load_scene(name) for name in scenes], n_jobs=n_jobs, on_progress=on_progress)
+    made = {"machine": made_on(), "date": datetime.now(UTC).date().isoformat()}
+    return Results([result.comparison for result in results], made)
+
+
+def page(results: Results) -> dict[str, str]:
+    """Return what stands in the page."""
+    table = rows_table(row(comparison) for comparison in results.comparisons)
+    return {"table": table, "note": NOTE if ABOVE in table else ""} | results.made
+
+
+def row(scene: SceneComparison) -> dict[str, str]:
     """Return a scene's line of the table."""
-    cells = [scene.title, _verdict(scene)]
+    tight, first, whole, x_tight = scene.tight, np.nan, np.nan, np.nan
+    excited = [channel.verdict for channel in scene.channels.values() if channel.verdict != "unexcited"]
     if scene.channels:
-        excited = [c for c in scene.channels.values() if c.verdict != "unexcited"]
-        agreeing = sum(c.verdict == "agree" for c in excited)
-        x = np.abs(scene.channels["slider_x"].difference)
-        first = x[scene.time <= (scene.period or np.inf)].max()
-        cells += [f"{agreeing} of {len(excited)}", *_shares(scene), f"{first:.1e} m", f"{x.max():.1e} m"]
-    else:
-        cells += [MISSING] * 5
-    if scene.tight is None:
-        return cells + ["not run"] + [MISSING] * 3
-    cells.append(_verdict(scene.tight))
-    if not scene.tight.channels:
-        return cells + [MISSING] * 3
-    x_tight = largest_predictable(scene.tight.channels["slider_x"])
-    mark = f" {ABOVE}" if x_tight > WANTED else ""
-    return [*cells, *_shares(scene.tight), MISSING if np.isnan(x_tight) else f"{x_tight:.1e} m{mark}"]
+        size = np.abs(scene.channels["slider_x"].difference)
+        first, whole = size[scene.time <= (scene.period or np.inf)].max(), size.max()
+    if tight and tight.channels:
+        x_tight = largest_predictable(tight.channels["slider_x"])
+    mark = f" {ABOVE}" if x_tight > TARGET else ""
+    return {
+        "scene": scene.title,
+        "standard tier": _verdict(scene),
+        "channels that agree": f"{excited.count('agree')} of {len(excited)}" if scene.channels else MISSING,
+        **_shares(scene),
+        "largest difference of x, first cycle": _metres(first),
+        "largest difference of x, whole run": _metres(whole),
+        "tight tier": _verdict(tight),
+        **_shares(tight, ", tight"),
+        "largest difference of x, tight, predictable samples": _metres(x_tight) + mark,
+    }
 
 
-def _verdict(scene: SceneComparison) -> str:
-    told = f"**{scene.verdict}**"
-    return told if scene.confirmation is None else f"{told} ({scene.confirmation.mark})"
+def _verdict(scene: SceneComparison | None) -> str:
+    if scene is None:
+        return "not run"
+    mark = "" if scene.confirmation is None else f" ({scene.confirmation.mark})"
+    return f"**{scene.verdict}**{mark}"
 
 
-def _shares(scene: SceneComparison) -> tuple[str, str]:
-    explained = np.nan if scene.attribution is None else scene.attribution.explained
-    return percent(scene.coverage), percent(explained)
+def _shares(scene: SceneComparison | None, tier: str = "") -> dict[str, str]:
+    coverage = explained = np.nan
+    if scene is not None and scene.channels:
+        coverage = scene.coverage
+        explained = np.nan if scene.attribution is None else scene.attribution.explained
+    return {f"samples predictable{tier}": percent(coverage), f"of these explained{tier}": percent(explained)}
+
+
+def _metres(value: float) -> str:
+    return MISSING if np.isnan(value) else f"{value:.1e} m"
+
+
+def draw(results: Results, folder: Path) -> None:
+    """Write the picture of the README and the verdicts to be recorded."""
+    named = {comparison.name: comparison for comparison in results.comparisons}
+    record = as_toml([load_scene(name) for name in named], results.comparisons, results.made)
+    for name, content in (("slider_x.svg", picture(named[PICTURE_OF[0]], PICTURE_OF[1])), (RECORD, record)):
+        with replacing(folder / name) as part:
+            part.write_text(content, "utf-8")
 
 
 def picture(scene: SceneComparison, channel: str) -> str:
@@ -98,24 +116,12 @@ def picture(scene: SceneComparison, channel: str) -> str:
     return standalone(next(drawing.svg for drawing in drawings[1:] if drawing.heading.startswith(label)))
 
 
-def text(comparisons: Sequence[SceneComparison], made: Mapping[str, str]) -> str:
-    """Return the study's README; `made` says on which "machine" and on which "date"."""
-    rows = [row(comparison) for comparison in comparisons]
-    notes = [NOTE] if any(ABOVE in row[-1] for row in rows) else []
-    notes.append(f"Made on {made['machine']}; {made['date']}.")
-    return TEXT.format(table=table(HEADINGS, rows), notes="\n\n".join(notes))
-
-
-def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
-    """Validate all shipped scenes and write the table, the picture, and the verdicts to be recorded."""
-    scenes = [load_scene(name) for name in shipped_scenes()]
-    comparisons = [result.comparison for result in validate(scenes, n_jobs=n_jobs, on_progress=on_progress)]
-    drawn = next(comparison for comparison in comparisons if comparison.name == PICTURE_OF[0])
-    made = {"machine": made_on(), "date": datetime.now(UTC).date().isoformat()}
-    for name, content in (
-        ("slider_x.svg", picture(drawn, PICTURE_OF[1])),
-        ("README.md", text(comparisons, made)),
-        (RECORD, as_toml(scenes, comparisons, made)),
-    ):
-        with replacing(folder / name) as part:
-            part.write_text(content, "utf-8")
+STUDY = Study(
+    "verdicts",
+    # The table of the README has all of them in any case.
+    small=shipped_scenes(),
+    full=shipped_scenes(),
+    measure=measure,
+    page=page,
+    draw=draw,
+)

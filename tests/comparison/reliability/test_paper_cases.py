@@ -11,14 +11,14 @@ from comparison.execution.run import MODELS, Job, run_all
 from comparison.reliability.difference import compare_reliability
 from comparison.reliability.ideal import ideal_scenes
 from comparison.scene import load_scene
-from comparison.studies.reliability.study import CASES
+from comparison.studies.reliability.study import STUDY
 
 pytestmark = pytest.mark.slow
 
 
 def test_the_difference_of_the_two_models_is_within_its_interval_in_every_case(tmp_path, monkeypatch):
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
-    closest = [tight(load_scene(name), MODELS) for name in CASES]
+    closest = [tight(load_scene(name), MODELS) for name in STUDY.full.cases]
     for result in validate(closest, n_jobs=2, tiers=("standard",)):
         found = result.comparison.reliability
         assert list(found.quantities) == ["displacement", "velocity", "acceleration"], found.missing

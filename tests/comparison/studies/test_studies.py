@@ -20,18 +20,12 @@ from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
 from comparison.studies.contact_laws import study as contact_laws
 from comparison.studies.crank_pin.peaks import Case, met, peaks_table, powers
-from comparison.studies.ensembles import study as ensembles
 from comparison.studies.extremes import cells
 from comparison.studies.extremes import study as extremes
-from comparison.studies.identification import runs
-from comparison.studies.identification import study as identification
-from comparison.studies.identification.kinematics import TOPOLOGIES
 from comparison.studies.nonlinear import controls, scenes
 from comparison.studies.paper import measures as paper_measures
 from comparison.studies.paper import runs as paper_runs
 from comparison.studies.paper import trends as paper_trends
-from comparison.studies.random_inputs import plan
-from comparison.studies.reliability import study as reliability
 from comparison.studies.shared.errors import Peak
 from comparison.studies.tradeoff import growth
 from comparison.studies.tradeoff import study as tradeoff
@@ -45,15 +39,6 @@ from comparison.tables.table import Table
 def small(fake_models, tmp_path, monkeypatch):
     """Studies of few and short runs, in an empty folder; the log of what ran."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(ensembles, "MEMBERS", 3)
-    monkeypatch.setattr(reliability, "CASES", ("150rpm-0.2mm", "crank-pin"))
-    monkeypatch.setattr(reliability, "CYCLES", 3)
-    monkeypatch.setattr(reliability, "SAMPLES", 100)
-    monkeypatch.setattr(runs, "SAMPLES", 100)
-    monkeypatch.setattr(runs, "LONG_SAMPLES", 100)
-    monkeypatch.setattr(runs, "CYCLES", 3)
-    monkeypatch.setattr(runs, "MEMBERS", 2)
-    monkeypatch.setattr(identification, "TOPOLOGIES", TOPOLOGIES[:5])
     for module in (paper_runs, paper_measures, paper_trends):
         monkeypatch.setattr(module, "SAMPLES", 100, raising=False)
         monkeypatch.setattr(module, "LONG_SAMPLES", 50, raising=False)
@@ -74,12 +59,6 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(scenes, "SPEEDS", (100.0, 200.0))
     monkeypatch.setattr(scenes, "CLEARANCES", (1e-4, 2e-4))
     monkeypatch.setattr(controls, "PERIODS", 110)
-    monkeypatch.setattr(plan, "SAMPLES", 40)
-    monkeypatch.setattr(plan, "RUNS", 60)
-    monkeypatch.setattr(plan, "PLANE", 30)
-    monkeypatch.setattr(plan, "FACTORS", (0.1, 1.0))
-    monkeypatch.setattr(plan, "COMMON", 20)
-    monkeypatch.setattr(plan, "TOLERANCES", (1e-7, 1e-10))
     monkeypatch.setattr(cells, "POINTS", 12)
     few_axes = cells.axes()[:3]
     monkeypatch.setattr(cells, "axes", lambda: few_axes)
@@ -237,22 +216,20 @@ def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make
         return compare(*sides, scene=scene, labels=("reference", "exudyn"), tier=tier)
 
     usual = compared("standard", 1e-6)
-    line = dict(
-        zip(verdicts.HEADINGS, verdicts.row(replace(usual, tight=compared("tight", 1e-7))), strict=True)
-    )
+    line = verdicts.row(replace(usual, tight=compared("tight", 1e-7)))
     assert line["tight tier"] == line["standard tier"] == "**agree**"
     # 1e-7 (1 + cos) sin of a clearance of 0.2 mm, at most 1.3 where the angle is 60 degrees.
     assert line["largest difference of x, tight, predictable samples"] == "2.6e-11 m"
     # Two errors of some 1e-5 of the clearance of 2e-4 m.
-    far = verdicts.row(replace(usual, tight=compared("tight", 1e-5)))[-1]
+    *_, far = verdicts.row(replace(usual, tight=compared("tight", 1e-5))).values()
     assert re.fullmatch(r"\S+e-09 m †", far)
     assert line["largest difference of x, whole run"] == "2.6e-10 m"
     assert line["samples predictable"] == line["of these explained, tight"] == "100\u00a0%"
     refused = replace(usual, verdict="cannot compare", channels={}, attribution=None)
     for tight, told in ((None, "not run"), (refused, "**cannot compare**")):
         shown = verdicts.row(replace(usual, tight=tight))
-        assert shown[-4:] == [told, "n/a", "n/a", "n/a"]
-        assert len(verdicts.row(replace(refused, tight=tight))) == len(verdicts.HEADINGS)
+        assert list(shown.values())[-4:] == [told, "n/a", "n/a", "n/a"]
+        assert verdicts.row(replace(refused, tight=tight)).keys() == line.keys()
 
 
 def test_what_the_mark_means_stands_below_the_table_where_there_is_one(scene, make_table):
@@ -261,8 +238,9 @@ def test_what_the_mark_means_stands_below_the_table_where_there_is_one(scene, ma
     far = replace(near, channels={"slider_x": replace(near.channels["slider_x"], difference=near.time)})
     made = {"machine": "a machine", "date": "2030-01-01"}
     for tight, marked in ((None, False), (near, False), (far, True)):
-        text = verdicts.text([replace(near, tight=tight)], made)
-        assert ("† above the 1e-09 m" in text) == marked
+        results = verdicts.Results([replace(near, tight=tight)], made)
+        text = verdicts.STUDY.template().format(**verdicts.page(results))
+        assert ("† above 1e-09 m" in text) == marked
         assert text.endswith("\nMade on a machine; 2030-01-01.\n")
         shown = reports.table_of(text)
         assert shown.endswith("\nMade on a machine; 2030-01-01.")

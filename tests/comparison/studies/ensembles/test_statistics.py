@@ -23,9 +23,9 @@ def run(x, starts=(), corner="ll"):
     return Table(pd.DataFrame({"time": TIMES, "slider_x": np.full(TIMES.size, x)}), events)
 
 
-def asked(a, b, instants=(1.5,), first_turn=1):
+def asked(a, b, instants=(1.5,), first_cycle=1):
     return ask(
-        a, b, instants=np.array(instants), floors=FLOORS, period=PERIOD, first_turn=first_turn
+        a, b, instants=np.array(instants), floors=FLOORS, period=PERIOD, first_cycle=first_cycle
     )  # fmt: skip
 
 
@@ -78,15 +78,15 @@ def test_what_both_predict_is_not_asked_and_what_one_of_them_scatters_is():
     assert x.b.tolist() == [0.1, 0.2, 0.3, 0.4]
 
 
-def test_contacts_are_counted_in_the_turn_and_at_the_corner_where_they_begin():
+def test_contacts_are_counted_in_the_cycle_and_at_the_corner_where_they_begin():
     a = [run(0.0, [0.5, 1.0, 1.999, 2.0]), run(0.0)]
     b = [run(0.0, [1.5], corner="ur"), run(0.0, [2.9, 2.95], corner="ur")]
     counts = {(s.quantity, s.where): (s.a.tolist(), s.b.tolist()) for s in asked(a, b)}
-    assert counts["contacts, lower left corner", "turn 2"] == ([2.0, 0.0], [0.0, 0.0])
-    assert counts["contacts, lower left corner", "turn 3"] == ([1.0, 0.0], [0.0, 0.0])
-    assert counts["contacts, upper right corner", "turn 2"] == ([0.0, 0.0], [1.0, 0.0])
-    assert counts["contacts, upper right corner", "turn 3"] == ([0.0, 0.0], [0.0, 2.0])
-    assert ("contacts, lower left corner", "turn 1") not in counts
+    assert counts["contacts, lower left corner", "cycle 2"] == ([2.0, 0.0], [0.0, 0.0])
+    assert counts["contacts, lower left corner", "cycle 3"] == ([1.0, 0.0], [0.0, 0.0])
+    assert counts["contacts, upper right corner", "cycle 2"] == ([0.0, 0.0], [1.0, 0.0])
+    assert counts["contacts, upper right corner", "cycle 3"] == ([0.0, 0.0], [0.0, 2.0])
+    assert ("contacts, lower left corner", "cycle 1") not in counts
 
 
 def test_a_run_without_an_event_table_is_refused():

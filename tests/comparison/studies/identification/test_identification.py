@@ -5,22 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from comparison.studies.identification.facts import (
-    Facts,
-    printed_facts,
-    shipped_geometry,
-    shown,
-    table_1,
-)
+from comparison.studies.identification.facts import printed_facts, shipped_geometry, shown, table_1
 from comparison.studies.identification.fitting import fit, profile
 from comparison.studies.identification.kinematics import TOPOLOGIES, Geometry, Topology, motion
+from comparison.studies.identification.run_tables import fit_radius
 from comparison.studies.identification.runs import RADII
-from comparison.studies.identification.text_runs import radius_met
 from comparison.studies.shared.published import published
 
-LENGTHS, SPEED = table_1("150rpm-0.2mm")
+LENGTHS, _ = table_1()
 RIGHT = Topology(crank=1, rocker=1, slider=-1, pin="centroid", side=-1)
 SEARCHED = 300
 """Random geometries, of which the best five are fitted; the study draws 1000."""
@@ -33,7 +28,7 @@ def presses():
         yield topology, Geometry(-topology.side * x, y, topology.side * guide)
 
 
-def turn(geometry, topology, count=720):
+def cycle(geometry, topology, count=720):
     angle = 2 * np.pi * np.arange(count) / count
     return angle, motion(geometry, topology, LENGTHS, angle)
 
@@ -41,7 +36,7 @@ def turn(geometry, topology, count=720):
 def test_rods_stay_rigid_and_rates_are_the_derivatives_of_positions():
     turned = 0
     for topology, geometry in presses():
-        angle, press = turn(geometry, topology)
+        angle, press = cycle(geometry, topology)
         if press.assembled < 1e-3:
             continue
         turned += 1
@@ -71,7 +66,7 @@ def test_rods_stay_rigid_and_rates_are_the_derivatives_of_positions():
 
 def test_the_mirror_image_of_a_press_moves_its_slider_alike():
     geometry = Geometry(0.27, 0.18, -0.53)
-    angle, press = turn(geometry, RIGHT)
+    angle, press = cycle(geometry, RIGHT)
     mirrored = Topology(crank=-1, rocker=-1, slider=-1, pin="centroid", side=1)
     image = motion(Geometry(-0.27, 0.18, 0.53), mirrored, LENGTHS, np.pi - angle)
     for name in ("velocity", "acceleration", "tangent"):
@@ -80,10 +75,10 @@ def test_the_mirror_image_of_a_press_moves_its_slider_alike():
 
 
 def test_a_press_whose_links_do_not_reach_each_other_has_a_negative_margin():
-    assert turn(Geometry(0.9, 0.9, -0.5), RIGHT)[1].assembled < 0
-    assert turn(Geometry(0.2568, 0.2, -0.9), RIGHT)[1].assembled < 0
-    assert np.isnan(shown(Geometry(0.9, 0.9, -0.5), RIGHT, LENGTHS, SPEED)[1]).all()
-    assert turn(Geometry(0.045, 0.0, -0.5), RIGHT)[1].assembled < 0  # A runs through H
+    assert cycle(Geometry(0.9, 0.9, -0.5), RIGHT)[1].assembled < 0
+    assert cycle(Geometry(0.2568, 0.2, -0.9), RIGHT)[1].assembled < 0
+    assert np.isnan(shown(Geometry(0.9, 0.9, -0.5), RIGHT)[1]).all()
+    assert cycle(Geometry(0.045, 0.0, -0.5), RIGHT)[1].assembled < 0  # A runs through H
 
 
 def test_half_a_unit_of_the_last_printed_digit():
@@ -101,25 +96,20 @@ def test_half_a_unit_of_the_last_printed_digit():
     ],
 )
 def test_a_known_press_is_found_from_what_it_shows(topology, geometry):
-    values = shown(geometry, topology, LENGTHS, SPEED)[1]
-    printed = printed_facts()
-    found = fit(topology, LENGTHS, SPEED, Facts(values, printed.allowances, printed.roundings), SEARCHED)
+    values = shown(geometry, topology)[1]
+    facts = printed_facts().assign(value=values)
+    found = fit(topology, facts, SEARCHED)
     assert found is not None
     assert found.misfit < 1e-3
     # A misfit of 1e-3 allowances is so much of a standard deviation of the geometry, at most 1 mm.
     assert found.geometry == pytest.approx(geometry, abs=2e-6)
-    wrong = fit(replace(topology, pin="tip"), LENGTHS, SPEED, Facts(values, *printed_allowances()), SEARCHED)
+    wrong = fit(replace(topology, pin="tip"), facts, SEARCHED)
     assert wrong is None or wrong.misfit > 10
-
-
-def printed_allowances():
-    printed = printed_facts()
-    return printed.allowances, printed.roundings
 
 
 def best_of(topologies, drawn):
     facts = printed_facts()
-    found = [fit(topology, LENGTHS, SPEED, facts, drawn) for topology in topologies]
+    found = [fit(topology, facts, drawn) for topology in topologies]
     return sorted((each for each in found if each is not None), key=lambda each: each.misfit)
 
 
@@ -154,7 +144,7 @@ def test_a_profile_agrees_with_the_covariance():
     for n in range(3):
         deviation = np.sqrt(best.covariance[n, n])
         held = best.geometry[n] + deviation * np.linspace(-3, 3, 7)
-        low, high = profile(best, n, held, LENGTHS, SPEED, facts).two_sigma
+        low, high = profile(best, n, held, facts).two_sigma
         # The facts are nearly linear in a millimetre; interpolating a parabola linearly costs 3 %.
         assert high - best.geometry[n] == pytest.approx(2 * deviation, rel=0.05)
         assert best.geometry[n] - low == pytest.approx(2 * deviation, rel=0.05)
@@ -162,10 +152,11 @@ def test_a_profile_agrees_with_the_covariance():
 
 def test_the_radius_at_which_peaks_that_follow_hertz_meet_the_print():
     scatter = np.array([0.5, 1.0, 2.0])
-    peaks = (np.array(RADII)[:, None] / 2e-3) ** 0.2 * scatter
-    power, words = radius_met(peaks)
-    assert power == "0.20"
+    peaks = pd.DataFrame((np.array(RADII)[:, None] / 2e-3) ** 0.2 * scatter, index=RADII)
+    found = fit_radius(peaks)
+    assert found.power == pytest.approx(0.2, rel=1e-9)
+    assert found.radius == pytest.approx(2e-3, rel=1e-9)
+    assert found.scatter == pytest.approx(2.0, rel=1e-9)
     # Three scenes a factor of 2 apart: ln 2 / sqrt 3 / 0.2 = 2.0 in the logarithm of the radius.
-    assert words.startswith("0.0020 m; the scenes scatter")
-    assert "3·10⁻⁴ … 0.01 m" in words
-    assert radius_met(1 / peaks)[1].startswith("no radius")
+    assert np.log([found.radius / found.low, found.high / found.radius]) == pytest.approx(2.0, rel=1e-3)
+    assert np.isnan(fit_radius(1 / peaks).radius)

@@ -1,0 +1,100 @@
+"""The tables of the study random-inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+
+from comparison.formatting import MISSING, quantity
+from comparison.scene.criteria import RandomInput
+from comparison.studies.random_inputs.draws import RESPONSES, Drawn
+from comparison.studies.random_inputs.inputs import label
+from comparison.studies.random_inputs.second_moment import Plane, counted_probability, failure_probability
+from comparison.studies.shared.rows import rows_table
+from comparison.tables.arrays import Array
+
+
+def inputs(drawn: Sequence[RandomInput]) -> str:
+    """Return what scatters, and how."""
+    return rows_table(
+        {"key": label(one), "distribution": one.distribution, "standard deviation": f"{one.deviation:g}"}
+        for one in drawn
+    )
+
+
+def moments(planes: Mapping[str, Plane], responses: pd.DataFrame) -> str:
+    """Return means and standard deviations by both methods, and how much of them the plane has."""
+    rows = []
+    for name, unit in RESPONSES.items():
+        plane, counted = planes[name], responses[name]
+        total = plane.deviation**2 + plane.rest**2
+        mean = f"{quantity(plane.mean, unit)} ± {quantity(2 * plane.mean_error, unit, 2)}"
+        deviations = [quantity(value, unit) for value in (plane.deviation, float(counted.std(ddof=0)))]
+        rows.append(
+            {
+                "largest error of the second cycle": name,
+                "mean: plane, Monte Carlo": f"{mean}, {quantity(float(counted.mean()), unit)}",
+                "standard deviation: plane, Monte Carlo": ", ".join(deviations),
+                "residual of the plane": quantity(plane.rest, unit),
+                "share of the variance that the plane explains": f"{plane.deviation**2 / total:.0%}"
+                if total
+                else MISSING,
+            }
+        )
+    return rows_table(rows)
+
+
+def importance(planes: Mapping[str, Plane], labels: Sequence[str]) -> str:
+    """Return the share of each input in the variance of each plane, where its slope is significant."""
+
+    def share(plane: Plane, i: int) -> str:
+        return f"{plane.importance[i]:.1%}" if abs(plane.gradient[i]) > 2 * plane.errors[i] else "–"
+
+    return rows_table(
+        {"input": name} | {response: share(planes[response], i) for response in RESPONSES}
+        for i, name in enumerate(labels)
+    )
+
+
+def probabilities(
+    planes: Mapping[str, Plane], responses: pd.DataFrame, limits: Mapping[str, Sequence[float]]
+) -> str:
+    """Return the probabilities of exceeding limits: counted, and by first order."""
+
+    def row(name: str, limit: float) -> dict[str, str]:
+        plane, counted = planes[name], responses[name].to_numpy()
+        found = {
+            "Monte Carlo": counted_probability(counted > limit),
+            "first order": failure_probability(plane, limit),
+            "first order with the residual as one more input": failure_probability(
+                plane, limit, with_rest=True
+            ),
+        }
+        return {"largest error": name, "limit": quantity(limit, RESPONSES[name])} | {
+            f"{method}, 95 % interval": f"{p:.2%} ({low:.2%} … {high:.2%})"
+            for method, (p, low, high) in found.items()
+        }
+
+    return rows_table(row(name, limit) for name in RESPONSES for limit in limits[name])
+
+
+def precision(common: Mapping[float, Drawn], changes: Mapping[str, Array]) -> str:
+    """Return cost, and change of the failure probabilities against the finest tolerance, by tolerance."""
+    finest = len(common) - 1
+
+    def cell(n: int, change: Array) -> str:
+        if n == finest:
+            return "compared with"
+        value, low, high = 100 * change[n]
+        return f"{value:+.2f} % ({low:+.2f} … {high:+.2f})"
+
+    return rows_table(
+        {
+            "tolerance": f"{tolerance:.0e}",
+            "processor time of a run": quantity(of.seconds, "s"),
+            "failed runs": str(len(of.failures)),
+        }
+        | {f"change, {name}": cell(n, change) for name, change in changes.items()}
+        for n, (tolerance, of) in enumerate(common.items())
+    )
