@@ -28,7 +28,6 @@ from comparison.studies.extremes import study as extremes
 from comparison.studies.identification import runs
 from comparison.studies.identification import study as identification
 from comparison.studies.identification.kinematics import TOPOLOGIES
-from comparison.studies.nonlinear import controls, scenes
 from comparison.studies.paper import measures as paper_measures
 from comparison.studies.paper import runs as paper_runs
 from comparison.studies.paper import trends as paper_trends
@@ -67,14 +66,6 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(study, "catalogue", lambda: [few[0], few[-3], few[-2], few[-1]])
     monkeypatch.setattr(limits, "PARAMETERS", limits.PARAMETERS[:1])
     monkeypatch.setattr(limits, "HALVINGS", 1)
-    monkeypatch.setattr(scenes, "SCENES", scenes.SCENES[:2])
-    monkeypatch.setattr(scenes, "TOLERANCES", {"reference": (1e-10, 1e-12), "exudyn": (1e-10,)})
-    monkeypatch.setattr(scenes, "TURNS", {"reference": 3, "exudyn": 2})
-    monkeypatch.setattr(scenes, "LONG", {"reference": 112, "exudyn": 14})
-    monkeypatch.setattr(scenes, "LONG_MAIN", {"reference": 112, "exudyn": 14})
-    monkeypatch.setattr(scenes, "SPEEDS", (100.0, 200.0))
-    monkeypatch.setattr(scenes, "CLEARANCES", (1e-4, 2e-4))
-    monkeypatch.setattr(controls, "PERIODS", 110)
     monkeypatch.setattr(population, "COUNT", 5)
     monkeypatch.setattr(plan, "SAMPLES", 40)
     monkeypatch.setattr(plan, "RUNS", 60)
