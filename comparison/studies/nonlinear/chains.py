@@ -1,8 +1,7 @@
-"""Twins of the press followed in worker processes; what was found is kept."""
+"""An orbit of the press with perturbed runs beside it, followed in worker processes."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,23 +9,23 @@ import numpy as np
 
 from comparison.execution.ledger import Row
 from comparison.execution.run import Progress, runner
-from comparison.execution.task_store import Task, measure_all, on_processes
+from comparison.execution.task_store import Task
 from comparison.scene import Scene
 from comparison.studies.nonlinear.methods.twins import Twins, follow
-from comparison.studies.nonlinear.press import CLEAR_OF_WALLS, Press, Run, by_turn, gaps, scale, states
+from comparison.studies.nonlinear.press import CLEAR_OF_WALLS, Press, Run, by_cycle, gaps, scale, states
 from comparison.tables.arrays import Array
 
 TRANSIENT = 10
-"""Turns before the first that counts; the start is forgotten after one."""
+"""Cycles before the first that counts; the start is forgotten after one."""
 SAMPLES = 200
-"""A turn; stages begin and end at samples."""
+"""A cycle; stages begin and end at samples."""
 ROUND_OFF = 1e-15
 """m; some ten times the rounding of a coordinate of 0.55 m."""
 
 
 @dataclass(frozen=True)
 class Chain(Task):
-    """Twins that are followed through many turns.
+    """Perturbed runs that are followed through many cycles.
 
     Attributes
     ----------
@@ -34,15 +33,15 @@ class Chain(Task):
         With its solvers' settings.
     model
         Who runs it.
-    turns
-        How many are noted.
+    cycles
+        How many are recorded.
     distances
         m, growing.
     """
 
     scene: Scene
     model: str
-    turns: int
+    cycles: int
     distances: tuple[float, ...]
 
     @property
@@ -51,7 +50,7 @@ class Chain(Task):
         return {
             "scene": self.scene.hash,
             "model": self.model,
-            "turns": self.turns,
+            "cycles": self.cycles,
             "distances": self.distances,
         }
 
@@ -61,13 +60,8 @@ class Chain(Task):
         return (self.model,)
 
 
-def followed(chains: Sequence[Chain], n_jobs: int, on_progress: Progress | None) -> list[Row]:
-    """Follow all chains; the row of each, in their order: see `measure`."""
-    return measure_all(measure, chains, on_processes(n_jobs), on_progress)
-
-
 def measure(chain: Chain, progress: Progress) -> Row:
-    """Follow one chain; where its twins cannot be followed its row says why."""
+    """Follow one chain; where its perturbed runs cannot be followed its row says why."""
     del progress
     try:
         twins = follow_press(chain)
@@ -95,7 +89,7 @@ def twins_of(row: Row, chain: Chain) -> Twins | None:
 
 
 def follow_press(chain: Chain) -> Twins:
-    """Run the scene until its start is forgotten, and follow twins from there."""
+    """Run the scene until its start is forgotten, and follow perturbed runs from there."""
     run = runner(chain.model)
     scene = chain.scene.with_values({"output.groups": ["corners"], "output.samples_per_cycle": SAMPLES})
     before = scene.with_values({"drive.cycles": float(TRANSIENT + 1)})
@@ -103,10 +97,10 @@ def follow_press(chain: Chain) -> Twins:
     press = Press(scene, run)
     return follow(
         press.orbit,
-        press.twin,
+        press.perturbed,
         state,
         when,
-        when + chain.turns * SAMPLES,
+        when + chain.cycles * SAMPLES,
         distances=np.array(chain.distances),
         round_off=ROUND_OFF,
         scale=scale(scene),
@@ -114,8 +108,8 @@ def follow_press(chain: Chain) -> Twins:
 
 
 def _in_flight(scene: Scene, run: Run) -> tuple[int, Array]:
-    """Return when the slider first flies in the last turn, and its state there."""
+    """Return when the slider first flies in the last cycle, and its state there."""
     table = run(scene)
-    gap = by_turn(gaps(table), scene)[-1]
+    gap = by_cycle(gaps(table), scene)[-1]
     when = TRANSIENT * SAMPLES + int(np.argmax(gap > CLEAR_OF_WALLS * scene.data["clearance"]["slider"]))
     return when, states(table, scene)[when]

@@ -14,34 +14,33 @@ from comparison.studies.nonlinear.methods.twins import follow
 from comparison.studies.nonlinear.methods.zero_one import chaos_indicator
 from comparison.tables.arrays import Array
 
-PERIODS = 1000
 TRANSIENT = 10
 HEADINGS = (
     "ball on a vibrating table, e = 0.5",
     "exponent, known",
-    "exponent from twins",
+    "exponent from perturbed runs",
     "K",
     "repeats after",
 )
 
 
-def controls() -> str:
+def controls(periods: int) -> str:
     """Return what the tools say of the ball where it moves regularly and where it does not."""
     return table(
         HEADINGS,
         [
-            _row("one impact a period", ball.REGULAR, log(ball.RESTITUTION), "ln e"),
-            _row("strange attractor", ball.CHAOTIC, None, "product of the exact linear maps"),
+            _row("one impact a period", ball.REGULAR, log(ball.RESTITUTION), "ln e", periods),
+            _row("strange attractor", ball.CHAOTIC, None, "product of the exact linear maps", periods),
         ],
     )
 
 
-def _row(words: str, amplitude: float, known: float | None, source: str) -> list[str]:
+def _row(words: str, amplitude: float, known: float | None, source: str, periods: int) -> list[str]:
     start = ball.on_the_periodic_motion(amplitude) + np.array([1e-2, 0.0])
     for _ in range(TRANSIENT):
         start = ball.advance(start, amplitude)
-    series, mean = _tangent(start, amplitude)
-    measured = _measured(start, amplitude)
+    series, mean = _tangent(start, amplitude, periods)
+    measured = _measured(start, amplitude, periods)
     repeats = period(series[-50:], 1e-6)
     return [
         f"{words}, table's peak acceleration {amplitude:g} g",
@@ -52,25 +51,25 @@ def _row(words: str, amplitude: float, known: float | None, source: str) -> list
     ]
 
 
-def _tangent(state: Array, amplitude: float) -> tuple[Array, float]:
-    """Return the section, shape (PERIODS, 2), and the mean growth under the exact linear maps."""
-    series, vector, total = np.empty((PERIODS, 2)), np.ones(2), 0.0
-    for k in range(PERIODS):
+def _tangent(state: Array, amplitude: float, periods: int) -> tuple[Array, float]:
+    """Return the section, shape (periods, 2), and the mean growth under the exact linear maps."""
+    series, vector, total = np.empty((periods, 2)), np.ones(2), 0.0
+    for k in range(periods):
         state, tangent = ball.flight(state, amplitude)
         series[k] = state
         vector = tangent @ vector
         size = float(np.linalg.norm(vector))
         total, vector = total + log(size), vector / size
-    return series, total / PERIODS
+    return series, total / periods
 
 
-def _measured(start: Array, amplitude: float) -> Exponent:
+def _measured(start: Array, amplitude: float, periods: int) -> Exponent:
     def orbit(state: Array, when: int) -> tuple[Array, int]:
         return ball.advance(state, amplitude), when + 1
 
-    def twin(state: Array, _when: int, _end: int) -> Array:
+    def perturbed(state: Array, _when: int, _end: int) -> Array:
         return ball.advance(state, amplitude)
 
     near = np.array([1e-8])
-    twins = follow(orbit, twin, start, 0, PERIODS, distances=near, round_off=1e-15, scale=np.ones(2))
+    twins = follow(orbit, perturbed, start, 0, periods, distances=near, round_off=1e-15, scale=np.ones(2))
     return exponents(twins, 1)[0]

@@ -7,20 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from comparison.scene import Scene
-from comparison.studies.nonlinear.press import STATE, by_turn, scale, states
+from comparison.studies.nonlinear.press import STATE, by_cycle, scale, states
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 
 RESTING = 0.78
-"""Of a turn from the start: the slider lies at the right wall with both corners."""
+"""Of a cycle from the start: the slider lies at the right wall with both corners."""
 LATER = (0.78, 0.86, 0.0)
-"""Of a turn: still at rest, just after it has left the wall, at the next top dead centre."""
+"""Of a cycle: still at rest, just after it has left the wall, at the next top dead centre."""
 CORNERS = ("lr", "ur")
 
 
 @dataclass(frozen=True)
 class Memory:
-    """Of one coordinate of the state at an angle, over many turns."""
+    """Of one coordinate of the state at an angle, over many cycles."""
 
     angle: float
     channel: str
@@ -30,7 +30,7 @@ class Memory:
     """Share of the variance that is a linear function of the inverse impact speeds, 0 to 1."""
 
 
-def remembered(table: Table, scene: Scene, first_turn: int) -> list[Memory]:
+def remembered(table: Table, scene: Scene, first_cycle: int) -> list[Memory]:
     """Fit the states after a rest by the impact speeds that the contacts keep through it.
 
     The damping force is K d^n C d' / v with the frozen speed v of the contact's first touch (Eqs. 9-11):
@@ -43,24 +43,24 @@ def remembered(table: Table, scene: Scene, first_turn: int) -> list[Memory]:
         A long run with its contacts.
     scene
         What it is the result of.
-    first_turn
+    first_cycle
         That counts, from 0.
 
     Returns
     -------
     list of Memory
-        Four for each angle of `LATER`; none where the slider does not rest on both corners in every turn.
+        Four for each angle of `LATER`; none where the slider does not rest on both corners in every cycle.
     """
-    turns = by_turn(states(table, scene) * scale(scene), scene)
-    speeds = _speeds(table, scene, first_turn, len(turns) - 1)
+    cycles = by_cycle(states(table, scene) * scale(scene), scene)
+    speeds = _speeds(table, scene, first_cycle, len(cycles) - 1)
     if speeds is None:
         return []
     found = []
     for angle in LATER:
-        sample = round(angle * turns.shape[1])
-        # What comes before the rest in a turn's count of angles is in the next turn.
+        sample = round(angle * cycles.shape[1])
+        # What comes before the rest in a cycle's count of angles is in the next cycle.
         shift = 1 if angle < RESTING else 0
-        values = turns[first_turn + shift : len(turns) - 1 + shift, sample]
+        values = cycles[first_cycle + shift : len(cycles) - 1 + shift, sample]
         basis = np.column_stack([np.ones(len(speeds)), 1.0 / speeds])
         for k, channel in enumerate(STATE):
             fitted = basis @ np.linalg.lstsq(basis, values[:, k])[0]
@@ -71,14 +71,14 @@ def remembered(table: Table, scene: Scene, first_turn: int) -> list[Memory]:
 
 
 def _speeds(table: Table, scene: Scene, first: int, last: int) -> Array | None:
-    """Return the impact speeds (m/s) of both corners at rest, shape (turns, 2)."""
+    """Return the impact speeds (m/s) of both corners at rest, shape (cycles, 2)."""
     if table.events is None:
         return None
     corner = table.events["corner"].to_numpy()
     start, end, speed = (table.events[name].to_numpy(float) for name in ("start", "end", "normal_speed"))
     speeds = np.empty((last - first, len(CORNERS)))
-    for row, turn in enumerate(range(first, last)):
-        when = (turn + RESTING) * scene.period
+    for row, cycle in enumerate(range(first, last)):
+        when = (cycle + RESTING) * scene.period
         for column, name in enumerate(CORNERS):
             closed = np.flatnonzero((corner == name) & (start < when) & (end > when))
             if not closed.size:

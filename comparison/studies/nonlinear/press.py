@@ -1,4 +1,4 @@
-"""The press as a map: the slider's state at a crank angle to that one turn later, by any model.
+"""The press as a map: the slider's state at a crank angle to that one cycle later, by any model.
 
 A state at a crank angle is a scene: the crank starts at that angle, and the keys of ``[initial]`` hold the
 slider's place, tilt and speeds; everything else follows from the crank. What a scene cannot hold is the
@@ -29,7 +29,7 @@ STATE = {
 CLEAR_OF_WALLS = 0.02
 """Of the clearance."""
 SHORTEST = 0.08
-"""Of a turn."""
+"""Of a cycle."""
 
 
 def states(table: Table, scene: Scene) -> Array:
@@ -50,27 +50,27 @@ def scale(scene: Scene) -> Array:
     return np.array([1.0, half, time, half * time])
 
 
-def by_turn(values: Array, scene: Scene) -> Array:
-    """Return samples sorted by turn and angle, shape (turns, samples a turn, ...), without the very last."""
+def by_cycle(values: Array, scene: Scene) -> Array:
+    """Return samples by cycle and angle, shape (cycles, samples a cycle, ...), without the very last."""
     return values[:-1].reshape(-1, scene.data["output"]["samples_per_cycle"], *values.shape[1:])
 
 
-def spread(turns: Array, scene: Scene) -> Array:
-    """Return how far states scatter, m, shape (angles,), from states of shape (turns, angles, 4)."""
-    return np.asarray(np.linalg.norm((turns * scale(scene)).std(axis=0), axis=1))
+def spread(cycles: Array, scene: Scene) -> Array:
+    """Return how far states scatter, m, shape (angles,), from states of shape (cycles, angles, 4)."""
+    return np.asarray(np.linalg.norm((cycles * scale(scene)).std(axis=0), axis=1))
 
 
 class Press:
     """The slider's orbit in stages that begin and end in flight; times are samples since the start.
 
-    A stage is at least `SHORTEST` of a turn long and ends where no corner is closer to a wall than
+    A stage is at least `SHORTEST` of a cycle long and ends where no corner is closer to a wall than
     `CLEAR_OF_WALLS`: after the slider has rested at one, with its next flight.
     """
 
     def __init__(self, scene: Scene, run: Run) -> None:
-        """Take the scene as it starts, with its samples a turn, and what runs it."""
+        """Take the scene as it starts, with its samples a cycle, and what runs it."""
         self._scene, self._run = scene.with_values({"output.groups": ["corners"]}), run
-        self.per_turn = int(scene.data["output"]["samples_per_cycle"])
+        self.per_cycle = int(scene.data["output"]["samples_per_cycle"])
 
     def orbit(self, state: Array, when: int) -> tuple[Array, int]:
         """Take a state, shape (4,), to the end of the stage that begins with it.
@@ -78,28 +78,28 @@ class Press:
         Raises
         ------
         ValueError
-            If the slider does not fly again for a whole turn.
+            If the slider does not fly again for a whole cycle.
         """
-        shortest = round(SHORTEST * self.per_turn)
+        shortest = round(SHORTEST * self.per_cycle)
         clear = CLEAR_OF_WALLS * self._scene.data["clearance"]["slider"]
-        for samples in (2 * shortest, self.per_turn):
+        for samples in (2 * shortest, self.per_cycle):
             table = self._table(state, when, samples)
             flying = np.flatnonzero(gaps(table)[shortest:] > clear)
             if flying.size:
                 end = shortest + int(flying[0])
-                # Run once more to there: a table that ends at the sample is what the twins will have.
-                return self.twin(state, when, when + end), when + end
-        raise ValueError(f"scene {self._scene.name!r}: the slider does not fly for a turn")
+                # Run once more to there: the tables of the perturbed runs end at that sample too.
+                return self.perturbed(state, when, when + end), when + end
+        raise ValueError(f"scene {self._scene.name!r}: the slider does not fly for a cycle")
 
-    def twin(self, state: Array, when: int, end: int) -> Array:
+    def perturbed(self, state: Array, when: int, end: int) -> Array:
         """Take a state, shape (4,), from one time to another."""
         return np.asarray(states(self._table(state, when, end - when), self._scene)[-1])
 
     def _table(self, state: Array, when: int, samples: int) -> Table:
         drive, mechanism = self._scene.data["drive"], self._scene.data["mechanism"]
-        turned = np.copysign(360.0, drive["speed_rpm"]) * (when % self.per_turn) / self.per_turn
+        offset = np.copysign(360.0, drive["speed_rpm"]) * (when % self.per_cycle) / self.per_cycle
         values = dict(zip(STATE.values(), state.tolist(), strict=True)) | {
-            "mechanism.crank_angle_deg": float(mechanism["crank_angle_deg"] + turned),
-            "drive.cycles": samples / self.per_turn,
+            "mechanism.crank_angle_deg": float(mechanism["crank_angle_deg"] + offset),
+            "drive.cycles": samples / self.per_cycle,
         }
         return self._run(self._scene.with_values(values))

@@ -2,66 +2,95 @@
 
 from __future__ import annotations
 
-from comparison.execution.run import Job
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from comparison.execution.run import MODELS, Job
 from comparison.scene import Scene, load_scene
 from comparison.studies.nonlinear.chains import Chain
 
+Key = tuple[str, str, float]
+"""Scene, model, and its tolerance."""
+
 MAIN = "150rpm-0.2mm"
-SCENES = (MAIN, "300rpm-0.2mm", "69GPa", "poisson-0.33", "90rpm-0.1mm", "90rpm-0.5mm")
-TOLERANCE = {"reference": "solver.reference.tolerance", "exudyn": "solver.exudyn.tolerance"}
-TOLERANCES = {"reference": (1e-9, 1e-10, 1e-11, 1e-12), "exudyn": (1e-8, 1e-9, 1e-10, 1e-11)}
+SPEED, CLEARANCE = "drive.speed_rpm", "clearance.slider"
 USUAL = {"reference": 1e-12, "exudyn": 1e-10}
-"""Of the models where only one setting is run."""
+"""Tolerances of the models where only one is run."""
 DISTANCES = {"reference": (1e-10, 1e-9, 1e-8, 1e-7, 1e-6), "exudyn": (1e-8, 1e-7)}
-"""m."""
-TURNS = {"reference": 40, "exudyn": 8}
-"""Of a chain: Exudyn takes some 4 s a turn for its five runs of each of nine stages."""
-LONG = {"reference": 600, "exudyn": 60}
-"""Turns of a run for sections."""
-LONG_MAIN = {"reference": 600, "exudyn": 110}
-"""The same of the main scene: enough for the 0-1 test."""
+"""m, of perturbed runs from their orbit."""
 ANGLES = 40
-"""Samples a turn of such a run."""
-SPEEDS = tuple(float(speed) for speed in range(60, 401, 10))
-CLEARANCES = tuple(round(1e-5 * k, 6) for k in range(6, 61, 2))
-BIFURCATION_TURNS = 60
+"""Samples a cycle of a long run."""
+SWEPT_CYCLES = 60
+"""Of a run with another speed or clearance."""
 
 
-def of_model(name: str, model: str, tolerance: float, values: dict[str, object] | None = None) -> Scene:
-    """Return a scene at a tolerance of a model; Exudyn integrates rod 4 and slider alone."""
+@dataclass(frozen=True)
+class Config:
+    """What is run.
+
+    Attributes
+    ----------
+    scenes
+        The first is `MAIN`.
+    tolerances
+        Model -> those at which perturbed runs of the main scene are followed; the reference's in all scenes.
+    cycles
+        Model -> cycles through which they are followed: Exudyn takes some 4 s a cycle for its five runs of
+        each of nine stages.
+    long, long_main
+        Model -> cycles of a run for sections; of the main scene enough for the 0-1 test.
+    swept
+        Key of a scene -> its values in a bifurcation diagram.
+    periods
+        Of the systems whose answers are known.
+    """
+
+    scenes: tuple[str, ...]
+    tolerances: Mapping[str, tuple[float, ...]]
+    cycles: Mapping[str, int]
+    long: Mapping[str, int]
+    long_main: Mapping[str, int]
+    swept: Mapping[str, tuple[float, ...]]
+    periods: int
+
+
+def of_model(name: str, model: str, tolerance: float, values: Mapping[str, object] | None = None) -> Scene:
+    """Return a scene at a tolerance of a model; Exudyn integrates the tree (rod 4 and slider)."""
     fixed: dict[str, object] = {"solver.exudyn.formulation": "tree"} if model == "exudyn" else {}
-    return load_scene(name, fixed | {TOLERANCE[model]: tolerance} | (values or {}))
+    return load_scene(name, fixed | {f"solver.{model}.tolerance": tolerance} | {**(values or {})})
 
 
-def chain(name: str, model: str, tolerance: float) -> Chain:
-    """Return the twins of a scene."""
-    return Chain(of_model(name, model, tolerance), model, TURNS[model], DISTANCES[model])
-
-
-def chains() -> dict[tuple[str, str, float], Chain]:
-    """Return all twins: the reference at every tolerance, Exudyn at every one of the main scene."""
-    which = [(name, "reference", tolerance) for name in SCENES for tolerance in TOLERANCES["reference"]]
-    which += [(MAIN, "exudyn", tolerance) for tolerance in TOLERANCES["exudyn"]]
-    which += [(name, "exudyn", USUAL["exudyn"]) for name in SCENES if name != MAIN]
-    return {key: chain(*key) for key in which}
-
-
-def long_run(name: str, model: str) -> Job:
-    """Return a long run with the slider's state at `ANGLES` angles a turn."""
-    values: dict[str, object] = {
-        "drive.cycles": float((LONG_MAIN if name == MAIN else LONG)[model]),
-        "output.groups": [],
-        "output.samples_per_cycle": ANGLES,
+def chains(config: Config) -> dict[Key, Chain]:
+    """Return all orbits with perturbed runs."""
+    which = [(name, "reference", tol) for name in config.scenes for tol in config.tolerances["reference"]]
+    which += [(MAIN, "exudyn", tol) for tol in config.tolerances["exudyn"]]
+    which += [(name, "exudyn", USUAL["exudyn"]) for name in config.scenes if name != MAIN]
+    return {
+        (name, model, tol): Chain(of_model(name, model, tol), model, config.cycles[model], DISTANCES[model])
+        for name, model, tol in which
     }
-    return Job(of_model(name, model, USUAL[model], values), model)
 
 
-def bifurcation(key: str, value: float) -> Job:
-    """Return a run of the main scene with another speed or clearance."""
-    values: dict[str, object] = {
-        key: value,
-        "drive.cycles": float(BIFURCATION_TURNS),
-        "output.groups": [],
-        "output.samples_per_cycle": ANGLES,
+def long_runs(config: Config) -> dict[tuple[str, str], Job]:
+    """Return long runs of each scene by each model."""
+    return {
+        (name, model): _sparse(
+            name, model, USUAL[model], {}, (config.long_main if name == MAIN else config.long)[model]
+        )
+        for name in config.scenes
+        for model in MODELS
     }
-    return Job(of_model(MAIN, "reference", 1e-10, values), "reference")
+
+
+def swept(config: Config) -> dict[tuple[str, float], Job]:
+    """Return runs of the main scene with other values of a key."""
+    return {
+        (key, value): _sparse(MAIN, "reference", 1e-10, {key: value}, SWEPT_CYCLES)
+        for key, values in config.swept.items()
+        for value in values
+    }
+
+
+def _sparse(name: str, model: str, tolerance: float, values: Mapping[str, object], cycles: int) -> Job:
+    fixed = {"drive.cycles": float(cycles), "output.groups": [], "output.samples_per_cycle": ANGLES}
+    return Job(of_model(name, model, tolerance, {**values, **fixed}), model)

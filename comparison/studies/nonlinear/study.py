@@ -1,118 +1,154 @@
-"""What the study nonlinear runs and draws."""
+"""Whether the press is chaotic."""
 
 from __future__ import annotations
 
-from itertools import islice
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from comparison.execution.run import Job, Outcome, Progress, run_all, successful
-from comparison.files import replacing
+from comparison.execution.run import MODELS, Outcome, Progress, run_all, successful
+from comparison.execution.task_store import measure_all, on_processes
 from comparison.formatting import quantity
-from comparison.studies.nonlinear import scenes
-from comparison.studies.nonlinear.chains import SAMPLES, TRANSIENT, followed, twins_of
-from comparison.studies.nonlinear.figures import draw_bifurcation, draw_exponents, draw_growth, draw_sections
-from comparison.studies.nonlinear.methods.lyapunov import exponents
+from comparison.scene import Scene
+from comparison.studies.nonlinear import chains, figures, scenes, tables
+from comparison.studies.nonlinear.chains import SAMPLES, TRANSIENT
+from comparison.studies.nonlinear.controls import controls
+from comparison.studies.nonlinear.memory import remembered
+from comparison.studies.nonlinear.methods.lyapunov import Exponent, exponents
 from comparison.studies.nonlinear.methods.twins import Twins
-from comparison.studies.nonlinear.press import by_turn, spread, states
-from comparison.studies.nonlinear.tables import Found, text
+from comparison.studies.nonlinear.press import by_cycle, spread, states
+from comparison.studies.nonlinear.scenes import CLEARANCE, DISTANCES, MAIN, SPEED, USUAL, Config, Key
 from comparison.studies.shared.progress import part
+from comparison.studies.shared.study import Study
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 
-DRAWN = (0, 7, 15, 34)
-"""Samples of a turn whose sections are drawn."""
-SHOWN_TURNS = 40
-"""Of a run with another parameter; those before are left out."""
-STRETCHES = 20
-PARAMETERS = (("drive.speed_rpm", "speed (rpm)", 1.0), ("clearance.slider", "clearance (mm)", 1e3))
-"""Key, label and factor of what a bifurcation diagram shows."""
+
+@dataclass(frozen=True)
+class Results:
+    """What was run, and what follows from it at once.
+
+    Attributes
+    ----------
+    config
+        What was asked.
+    perturbed, exponents
+        Perturbed runs, None where they cannot be followed, and their exponents, one a distance.
+    runs
+        (scene, model) -> its long run.
+    long
+        (scene, model) -> the scene of that run.
+    sections
+        (scene, model) -> states by cycle and angle, shape (cycles, angles, 4), without the first cycles.
+    swept
+        (key, value) -> run of the main scene with this value.
+    """
+
+    config: Config
+    perturbed: dict[Key, Twins | None]
+    exponents: dict[Key, list[Exponent]]
+    runs: dict[tuple[str, str], Table]
+    long: dict[tuple[str, str], Scene]
+    sections: dict[tuple[str, str], Array]
+    swept: dict[tuple[str, float], Outcome]
 
 
-def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
-    """Run all, and write README.md and figures."""
-    chains = scenes.chains()
+def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
+    """Follow perturbed runs, and run the rest.
+
+    Raises
+    ------
+    RunError
+        If a long run does not succeed.
+    """
+    asked = scenes.chains(config)
     half, rest = part(on_progress, 0.0, 0.5), part(on_progress, 0.5, 1.0)
-    rows = followed(list(chains.values()), n_jobs, half)
-    twins = {key: twins_of(row, chains[key]) for key, row in zip(chains, rows, strict=True)}
-    found: Found = {key: [] if of is None else exponents(of, SAMPLES, skip=1) for key, of in twins.items()}
-    which = [(name, model) for name in scenes.SCENES for model in scenes.LONG]
-    jobs = {key: scenes.long_run(*key) for key in which}
-    varied = {
-        key: [scenes.bifurcation(key, value) for value in values]
-        for (key, _, _), values in zip(PARAMETERS, (scenes.SPEEDS, scenes.CLEARANCES), strict=True)
-    }
-    every = [*jobs.values(), *(job for of in varied.values() for job in of)]
-    outcomes = iter(run_all(every, n_jobs, rest))
-    runs = {key: successful(next(outcomes), job) for key, job in jobs.items()}
-    sections = {key: _section(runs[key], jobs[key]) for key in which}
-    swept = {key: list(islice(outcomes, len(of))) for key, of in varied.items()}
-    _draw(folder, twins, found, sections, varied, swept)
-    main = (scenes.MAIN, "reference")
-    with replacing(folder / "README.md") as file:
-        file.write_text(text(found, twins, sections, runs[main], jobs[main]), "utf-8")
-
-
-def _section(run: Table, job: Job) -> Array:
-    """Return the states by turn and angle, shape (turns, angles, 4), without the first turns."""
-    return by_turn(states(run, job.scene), job.scene)[TRANSIENT:]
-
-
-def _draw(
-    folder: Path,
-    twins: dict[tuple[str, str, float], Twins | None],
-    found: Found,
-    sections: dict[tuple[str, str], Array],
-    varied: dict[str, list[Job]],
-    swept: dict[str, list[Outcome]],
-) -> None:
-    a, b = (sections[scenes.MAIN, model] for model in ("reference", "exudyn"))
-    draw_sections(a, b, DRAWN, scenes.ANGLES, folder / "sections.svg")
-    panels = []
-    for key, label, unit in PARAMETERS:
-        section, values = key.split(".")
-        parameter, points = [], []
-        for job, outcome in zip(varied[key], swept[key], strict=True):
-            if outcome.table is not None:
-                x = by_turn(states(outcome.table, job.scene), job.scene)[-SHOWN_TURNS:, :, 0]
-                parameter.append(unit * job.scene.data[section][values])
-                points.append(x[:, np.argmax(x.std(axis=0))] / job.scene.data["clearance"]["slider"])
-        panels.append((label, "x / clearance", np.array(parameter), np.array(points)))
-    draw_bifurcation(panels, folder / "bifurcation.svg")
-    exponents_of = {
-        f"{model}, {tolerance:.0e}": (scenes.DISTANCES[model], found[scenes.MAIN, model, tolerance])
-        for model, tolerance in (
-            *(("reference", t) for t in scenes.TOLERANCES["reference"][1:]),
-            ("exudyn", scenes.USUAL["exudyn"]),
-        )
-        if found[scenes.MAIN, model, tolerance]
-    }
-    draw_exponents(exponents_of, folder / "exponents.svg")
-    growth = {
-        f"twins at {quantity(scenes.DISTANCES['reference'][k], 'm')}": _growth(of, k)
-        for k in (1, 2, 3)
-        if (of := twins[scenes.MAIN, "reference", scenes.USUAL["reference"]]) is not None
-    }
-    scene = scenes.long_run(scenes.MAIN, "reference").scene
-    draw_growth(
-        np.arange(scenes.ANGLES) / scenes.ANGLES,
-        spread(a, scene),
-        np.arange(STRETCHES + 1) / STRETCHES,
-        growth,
-        folder / "growth.svg",
+    rows = measure_all(chains.measure, list(asked.values()), on_processes(n_jobs), half)
+    perturbed = {key: chains.twins_of(row, asked[key]) for key, row in zip(asked, rows, strict=True)}
+    long, swept = scenes.long_runs(config), scenes.swept(config)
+    outcomes = run_all([*long.values(), *swept.values()], n_jobs, rest)
+    runs = {key: successful(of, job) for (key, job), of in zip(long.items(), outcomes, strict=False)}
+    of_long = {key: job.scene for key, job in long.items()}
+    return Results(
+        config,
+        perturbed,
+        {key: [] if of is None else exponents(of, SAMPLES, skip=1) for key, of in perturbed.items()},
+        runs,
+        of_long,
+        {key: by_cycle(states(run, of_long[key]), of_long[key])[TRANSIENT:] for key, run in runs.items()},
+        dict(zip(swept, outcomes[len(long) :], strict=True)),
     )
 
 
-def _growth(twins: Twins, which: int) -> Array:
-    """Return the mean logarithm of the growth from the start angle to the end of each stretch of a turn."""
-    begins = twins.times[:, 0] % SAMPLES
-    length = twins.times[:, 1] - twins.times[:, 0]
-    turns = max(1, round(float(np.sum(length)) / SAMPLES))
-    total = np.zeros(STRETCHES)
-    per_sample = twins.logs[which] / length
-    samples = SAMPLES // STRETCHES
-    for begin, log_rate, count in zip(begins, per_sample, length, strict=True):
-        stretches = ((begin + np.arange(count)) % SAMPLES) // samples
-        total += log_rate * np.bincount(stretches, minlength=STRETCHES)
-    return np.asarray(np.cumsum(total / turns))
+def page(results: Results) -> dict[str, object]:
+    """Return what stands in the page."""
+    config, main = results.config, (MAIN, "reference")
+    orbit = results.perturbed[*main, USUAL["reference"]]
+    scatter = {
+        name: spread(results.sections[name, "reference"], results.long[name, "reference"])
+        for name in config.scenes
+    }
+    believed = tables.believed(results.exponents, {name: float(of.max()) for name, of in scatter.items()})
+    return {
+        "answer": tables.answer(believed, config.scenes),
+        "controls": controls(config.periods),
+        "main": tables.by_distance(results.exponents),
+        "scenes": tables.by_scene(believed, results.sections, results.long, scatter),
+        "memory": tables.memory(remembered(results.runs[main], results.long[main], TRANSIENT)),
+        "distributions": tables.distributions(results.sections, results.long, config.scenes),
+        "noise": quantity(float("nan") if orbit is None else float(np.median(orbit.noise)), "m", 2),
+        "cycles": config.cycles["reference"],
+        "exudyn_cycles": config.cycles["exudyn"],
+        "long": config.long_main["reference"],
+        "long_exudyn": config.long_main["exudyn"],
+    }
+
+
+def draw(results: Results, folder: Path) -> None:
+    """Draw sections, bifurcation diagrams, exponents and growth."""
+    (reference, exudyn), main = (results.sections[MAIN, m] for m in MODELS), results.long[MAIN, "reference"]
+    figures.draw_sections(reference, exudyn, folder / "sections.svg")
+    figures.draw_bifurcation(results.swept, scenes.swept(results.config), folder / "bifurcation.svg")
+    kept = {
+        key: of
+        for key, of in results.exponents.items()
+        if key[0] == MAIN and (key[1] == "reference" or key[2] == USUAL[key[1]]) and of
+    }
+    coarsest = (MAIN, "reference", results.config.tolerances["reference"][0])
+    kept.pop(coarsest, None)
+    figures.draw_exponents(
+        {f"{model}, {tol:.0e}": (DISTANCES[model], of) for (_, model, tol), of in kept.items()},
+        folder / "exponents.svg",
+    )
+    orbit = results.perturbed[MAIN, "reference", USUAL["reference"]]
+    figures.draw_growth(spread(reference, main), orbit, folder / "growth.svg")
+
+
+STUDY = Study(
+    "nonlinear",
+    small=Config(
+        scenes=(MAIN, "300rpm-0.2mm"),
+        tolerances={"reference": (1e-10, 1e-12), "exudyn": (1e-10,)},
+        cycles={"reference": 3, "exudyn": 2},
+        long={"reference": 112, "exudyn": 14},
+        long_main={"reference": 112, "exudyn": 14},
+        swept={SPEED: (100.0, 200.0), CLEARANCE: (1e-4, 2e-4)},
+        periods=110,
+    ),
+    full=Config(
+        scenes=(MAIN, "300rpm-0.2mm", "69GPa", "poisson-0.33", "90rpm-0.1mm", "90rpm-0.5mm"),
+        tolerances={"reference": (1e-9, 1e-10, 1e-11, 1e-12), "exudyn": (1e-8, 1e-9, 1e-10, 1e-11)},
+        cycles={"reference": 40, "exudyn": 8},
+        long={"reference": 600, "exudyn": 60},
+        long_main={"reference": 600, "exudyn": 110},
+        swept={
+            SPEED: tuple(float(speed) for speed in range(60, 401, 10)),
+            CLEARANCE: tuple(round(1e-5 * k, 6) for k in range(6, 61, 2)),
+        },
+        periods=1000,
+    ),
+    measure=measure,
+    page=page,
+    draw=draw,
+)

@@ -1,79 +1,75 @@
-"""What follows from measured settings: observed orders, the Pareto front, costs at equal error."""
+"""What follows from measured settings: observed orders, the Pareto front, costs at equal error.
+
+A curve is a data frame with a row a setting, coarsest first, and the columns ``setting``, ``error`` and
+``cost``; an error of 0 or nan is no point of it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
 from math import inf, log10, nan
 
 import numpy as np
+import pandas as pd
 
+from comparison.execution.task_store import SUCCESS
 from comparison.studies.shared.rates import rate
-from comparison.tables.arrays import Array
+from comparison.studies.tradeoff.methods import Sweep
+from comparison.tables.arrays import BoolArray
+
+LARGEST = {"slider_x": 2e-6, "crank_torque": 1e-2}
+"""Above such an error (a hundredth of the clearance, of the range) nothing is asymptotic."""
 
 
-@dataclass(frozen=True)
-class Point:
-    """One setting: its error and its cost; an error of 0 or nan is no point of a curve."""
-
-    setting: float
-    error: float
-    cost: float
+def curve_of(rows: pd.DataFrame, sweep: Sweep, quantity: str, cost: str = "seconds") -> pd.DataFrame:
+    """Return the settings of a method that gave a result, from rows of one scene."""
+    good = rows[(rows["method"] == sweep.method.name) & (rows["status"] == SUCCESS)].dropna(subset=[cost])
+    columns = {"setting": good["setting"], "error": good[f"errors.{quantity}"], "cost": good[cost]}
+    return pd.DataFrame(columns, dtype=np.float64).reset_index(drop=True)
 
 
-def asymptotic(points: Sequence[Point], order: float, largest: float) -> list[bool]:
-    """Return which points lie where the error falls with the setting as the method promises.
+def asymptotic(curve: pd.DataFrame, order: float, quantity: str) -> BoolArray:
+    """Return which points lie where the error falls with the setting at the order of the method.
 
-    A point does if its error is at most ``largest`` and the next finer one gains at least half of the order
-    from it; the finest if it is on that side of one that does.
+    A point does if its error is not above `LARGEST` and the next finer one gains at least half of the order
+    from it; the finest if the one before it does.
 
     Parameters
     ----------
-    points
-        Coarsest setting first.
+    curve
+        Of one method.
     order
         Of the error in the setting.
-    largest
-        In the unit of the errors.
+    quantity
+        Whose error.
     """
-    falls = [
-        one.error <= largest
-        and finer.error > 0
-        and log10(one.error / finer.error) >= 0.5 * order * log10(one.setting / finer.setting)
-        for one, finer in pairwise(points)
-    ]
-    return [*falls, bool(falls) and falls[-1]] if points else []
+    if len(curve) < 2:
+        return np.zeros(len(curve), dtype=bool)
+    error, setting = (curve[name].to_numpy(np.float64) for name in ("error", "setting"))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gain, refined = (np.log10(of[:-1] / of[1:]) for of in (error, setting))
+    falls = (error[:-1] <= LARGEST[quantity]) & (error[1:] > 0) & (gain >= 0.5 * order * refined)
+    return np.append(falls, falls[-1])
 
 
-def observed_order(points: Sequence[Point]) -> float:
+def observed_order(curve: pd.DataFrame) -> float:
     """Return the slope of the logarithms, by least squares; nan of fewer than three points."""
-    good = [point for point in points if point.error > 0]
-    if len(good) < 3:
-        return nan
-    return rate([point.setting for point in good], [point.error for point in good])
+    good = curve[curve["error"] > 0]
+    return rate(good["setting"].tolist(), good["error"].tolist()) if len(good) >= 3 else nan
 
 
-def front(points: Sequence[Point]) -> list[Point]:
+def front(curve: pd.DataFrame) -> pd.DataFrame:
     """Return the points that no other one beats in error and in cost, the cheapest first."""
-    kept: list[Point] = []
-    for point in sorted(points, key=lambda p: (p.cost, p.error)):
-        if point.error < (kept[-1].error if kept else inf):
-            kept.append(point)
-    return kept
+    points = curve[curve["error"] > 0].sort_values(["cost", "error"])
+    return points[points["error"] < points["error"].cummin().shift(fill_value=inf)]
 
 
-def cost_at(points: Sequence[Point], error: float) -> float:
-    """Return what a method costs that is to be wrong by no more than a given error.
+def cost_at(curve: pd.DataFrame, error: float) -> float:
+    """Return what a method costs whose error is to be at most a given one.
 
-    Between its settings by the logarithms; of settings that are as accurate the cheapest. If all are more
-    accurate the cheapest of them; nan if none is accurate enough: nothing is extrapolated.
+    Interpolated between its settings in logarithms; of settings that are as accurate the cheapest. If all are
+    more accurate the cheapest of them; nan if none is accurate enough: nothing is extrapolated.
     """
-    best = front([point for point in points if point.error > 0])
-    if not best or error < best[-1].error:
+    best = front(curve)[::-1]
+    if best.empty or error < best["error"].iloc[0]:
         return nan
-    if error >= best[0].error:
-        return best[0].cost
-    errors: Array = np.log10([point.error for point in best])
-    costs: Array = np.log10([point.cost for point in best])
-    return float(10 ** np.interp(log10(error), errors[::-1], costs[::-1]))
+    return float(10 ** np.interp(log10(error), np.log10(best["error"]), np.log10(best["cost"])))

@@ -1,26 +1,22 @@
-"""How the cost of a run grows: with the turns, the contacts and the channels that are asked for."""
+"""How the cost of a run grows: with the cycles, the contacts and the channels that are asked for."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from math import nan
-from typing import Any
+from collections.abc import Callable
+from math import isnan, nan
+
+import pandas as pd
 
 from comparison.execution.ledger import Row
-from comparison.execution.run import Progress
-from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
+from comparison.formatting import MISSING, number
 from comparison.scene import Scene, load_scene
-from comparison.studies.tradeoff.measure import timed
+from comparison.studies.shared.formulations import MINIMAL, MULTIPLIERS, TREE, Method
+from comparison.studies.shared.markdown import markdown
 
-PLANNED, MULTIPLIERS = "reference", "reference, multipliers"
-WAYS: dict[str, tuple[str, dict[str, object], tuple[float, ...]]] = {
-    PLANNED: ("reference", {}, (1.0, 10.0, 100.0, 1000.0)),
-    MULTIPLIERS: ("reference", {"solver.reference.formulation": "multiplier"}, (1.0, 10.0, 100.0)),
-    "exudyn, tree": ("exudyn", {"solver.exudyn.formulation": "tree"}, (1.0, 3.0, 10.0)),
-}
-"""Way -> its model, what of the scene it changes, and how many turns it runs."""
-CLEARANCES = ("90rpm-0.1mm", "150rpm-0.2mm", "300rpm-0.2mm", "90rpm-0.5mm")
+BASE = "150rpm-0.2mm"
+LENGTHS = {MINIMAL: (1.0, 10.0, 100.0, 1000.0), MULTIPLIERS: (1.0, 10.0, 100.0), TREE: (1.0, 3.0, 10.0)}
+"""Method -> how many cycles it runs."""
+CLEARANCES = ("90rpm-0.1mm", BASE, "300rpm-0.2mm", "90rpm-0.5mm")
 GROUPS = (
     (),
     ("accelerations", "corners"),
@@ -28,85 +24,73 @@ GROUPS = (
     ("energy",),
     ("accelerations", "corners", "joints", "energy"),
 )
-FEW = {"output.samples_per_cycle": 100}
+Values = dict[str, object]
+Timing = tuple[Row, Method, Scene]
+FEW: Values = {"output.groups": [], "output.samples_per_cycle": 100}
+"""The motion alone, sparsely."""
 
 
-@dataclass(frozen=True)
-class Growing(Task):
-    """A scene to be timed."""
+def growing(most: float) -> list[Timing]:
+    """Return what is timed, of no run more than so many cycles: the labels of its row, method and scene."""
 
-    scene: Scene
-    model: str
+    def run(cycles: float, method: Method, name: str, changes: Values, **labels: str) -> Timing:
+        values = {**changes, **method.changes, "drive.cycles": cycles}
+        return {"cycles": cycles, **labels}, method, load_scene(name, values)
 
-    @property
-    def identity(self) -> dict[str, Any]:
-        """Scene and model."""
-        return {"scene": self.scene.hash, "model": self.model}
+    ten = min(10.0, most)
+    return [
+        *(
+            run(cycles, method, BASE, FEW, table="cycles")
+            for method, lengths in LENGTHS.items()
+            for cycles in lengths
+            if cycles <= most
+        ),
+        *(run(ten, MINIMAL, name, FEW, table="contacts", scene=name) for name in CLEARANCES),
+        *(
+            run(
+                ten,
+                MINIMAL,
+                BASE,
+                {"output.groups": list(of)},
+                table="channels",
+                channels=", ".join(("motion", *of)),
+            )
+            for of in GROUPS
+        ),
+    ]
 
-    @property
-    def models(self) -> tuple[str, ...]:
-        """Its model."""
-        return (self.model,)
 
+def ratio_in_long_runs(grown: pd.DataFrame) -> tuple[float, float]:
+    """Return how many times the minimal formulation's cost multipliers have in the longest run of both.
 
-def measure(task: Growing, progress: Progress) -> Row:
-    """Return the least processor time of some runs, s, and the number of contacts."""
-    del progress
-    least, table = timed(task.scene, task.model)
-    return {"seconds": least, "contacts": 0 if table.events is None else len(table.events)}
-
-
-def timings(tasks: Sequence[Growing]) -> list[tuple[float, int]]:
-    """Return the least processor time of some runs of each, s, and its number of contacts.
-
-    Raises
-    ------
-    RuntimeError
-        If a run does not succeed.
+    And the cycles of that run; both nan where they have none in common.
     """
-    rows = measure_all(measure, tasks, on_processes(1))
-    for row in rows:
-        if row["status"] != SUCCESS:
-            raise RuntimeError(row["message"])
-    return [(row["seconds"], row["contacts"]) for row in rows]
-
-
-def by_turns() -> list[tuple[str, float, float, int]]:
-    """Return way, turns, seconds and contacts; a hundred samples a turn, and no more than the motion."""
-    cases = [(way, turns) for way, (_, _, lengths) in WAYS.items() for turns in lengths]
-    tasks = []
-    for way, turns in cases:
-        model, changes, _ = WAYS[way]
-        values = {"output.groups": [], **FEW, **changes, "drive.cycles": turns}
-        tasks.append(Growing(load_scene("150rpm-0.2mm", values), model))
-    return [(*case, *found) for case, found in zip(cases, timings(tasks), strict=True)]
-
-
-def ratio_in_long_runs(rows: Sequence[tuple[str, float, float, int]]) -> tuple[float, float]:
-    """Return how many times the planned formulation's cost multipliers have in the longest run of both.
-
-    And the turns of that run; both nan where they have none in common.
-    """
-    cost = {(way, turns): seconds for way, turns, seconds, _ in rows}
-    common = [turns for way, turns in cost if way == MULTIPLIERS and (PLANNED, turns) in cost]
-    if not common:
+    cost = grown[grown["table"] == "cycles"].pivot_table("seconds", "cycles", "method")
+    both = cost.reindex(columns=[MINIMAL.title, MULTIPLIERS.title]).dropna()
+    if both.empty:
         return nan, nan
-    longest = max(common)
-    return cost[MULTIPLIERS, longest] / cost[PLANNED, longest], longest
+    minimal, multipliers = both.iloc[-1]
+    return float(multipliers / minimal), float(both.index[-1])
 
 
-def by_contacts() -> list[tuple[str, float, int]]:
-    """Return scene, seconds and contacts of ten turns by the reference."""
-    usual: dict[str, object] = {"output.groups": [], "drive.cycles": 10.0, **FEW}
-    found = timings([Growing(load_scene(name, usual), "reference") for name in CLEARANCES])
-    return [(name, *of) for name, of in zip(CLEARANCES, found, strict=True)]
-
-
-def by_channels() -> list[tuple[str, float]]:
-    """Return groups and seconds of ten turns with a thousand samples each by the reference."""
-    tasks = []
-    for groups in GROUPS:
-        changes: dict[str, object] = {"output.groups": list(groups), "drive.cycles": 10.0}
-        tasks.append(Growing(load_scene("150rpm-0.2mm", changes), "reference"))
-    names = [", ".join(("motion", *groups)) for groups in GROUPS]
-    return [(name, seconds) for name, (seconds, _) in zip(names, timings(tasks), strict=True)]
+def tables(grown: pd.DataFrame) -> dict[str, str]:
+    """Return the table of each kind of growth."""
+    seconds = grown["seconds"]
+    shown = grown.assign(
+        **{
+            "processor time (s)": seconds,
+            "a cycle (ms)": 1e3 * seconds / grown["cycles"],
+            "contacts a cycle": grown["contacts"] / grown["cycles"],
+            "a contact (µs)": 1e6 * seconds / grown["contacts"],
+        }
+    )
+    whole, of_all = "{:.0f}".format, {"cycles": "{:.0f}".format, "processor time (s)": number}
+    columns: dict[str, dict[str, Callable[..., str]]] = {
+        "cycles": {"method": str} | of_all | {"a cycle (ms)": number, "contacts a cycle": number},
+        "contacts": {"scene": str} | of_all | {"contacts": whole, "a contact (µs)": number},
+        "channels": {"channels": str} | of_all,
+    }
+    ratio, longest = ratio_in_long_runs(grown)
+    return {"long_ratio": number(ratio, 2), "long_cycles": MISSING if isnan(longest) else whole(longest)} | {
+        name: markdown(shown[shown["table"] == name], of) for name, of in columns.items()
+    }

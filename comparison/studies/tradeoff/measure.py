@@ -1,4 +1,4 @@
-"""One setting measured: processor time, work, and the errors of what users read.
+"""A scene timed, and the errors of what users read.
 
 One run at a time: timings of runs side by side would be those of a busy machine.
 """
@@ -6,6 +6,7 @@ One run at a time: timings of runs side by side would be those of a busy machine
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -13,91 +14,93 @@ from typing import Any
 import numpy as np
 
 from comparison.execution.ledger import Row
-from comparison.execution.run import Progress, RunError, run_one, runner
-from comparison.execution.task_store import Task, measure_all, on_processes
-from comparison.scene import Scene, SceneError, load_scene
-from comparison.studies.tradeoff.methods import LOOSE, METHODS, SCENES, TURNS, Method
+from comparison.execution.run import Job, Progress, RunError, run_all, run_one, runner, successful
+from comparison.execution.task_store import Task
+from comparison.scene import Scene, SceneError
+from comparison.studies.shared.formulations import MINIMAL, TREE
+from comparison.studies.tradeoff.methods import LOOSE, cycle
 from comparison.tables.table import Table, TableError
 
 TRUTH = 1e-14
 """Tolerance of the run that counts as exact: a hundredth of the smallest that is measured."""
-ROUNDS, BUSY, LONG = 3, 0.5, 3.0
-"""The least time of at least so many runs counts, of more while they take less than so many seconds together;
-a run of more than the last is measured once."""
+CONFIRMING = 1e-12
+"""Tolerance of the other model's most accurate run."""
+LONG = 3.0
+"""s; a longer run is measured once."""
 WARM = 0.02
-"""Turns of the run before, in which kernels are compiled."""
+"""Cycles of the run before, in which kernels are compiled."""
 QUANTITIES = {
-    "slider_x": ("largest error of x", "m"),
+    "slider_x": ("maximum error of x", "m"),
     "slider_y_error": ("error of the largest deviation of y from the ideal mechanism", ""),
     "impulse": ("error of the sum of all contacts' impulses", ""),
     "peak_force": ("error of the largest contact force", ""),
-    "crank_torque": ("largest error of the crank's torque, over its range", ""),
+    "crank_torque": ("maximum error of the crank torque relative to its range", ""),
 }
 """What errors are measured of, and the unit; without one: relative."""
 
 
 @dataclass(frozen=True)
-class Setting(Task):
-    """A method at one of its settings on one of its scenes."""
+class Timed(Task):
+    """A scene to be timed.
 
-    method: Method
-    name: str
-    setting: float
+    Attributes
+    ----------
+    model, scene
+        Who runs what.
+    rounds, busy
+        The least time of at least so many runs counts, of more while they take less than so many seconds
+        together.
+    exact
+        Name of the scene whose accurate run gives the errors; "": they are not asked for.
+    """
 
-    @property
-    def scene(self) -> Scene:
-        """What is run."""
-        return self.method.scene(self.name, self.setting)
+    model: str
+    scene: Scene
+    rounds: int
+    busy: float
+    exact: str = ""
 
     @property
     def identity(self) -> dict[str, Any]:
-        """Scene and model."""
-        return {"scene": self.scene.hash, "model": self.method.model, "name": self.name}
+        """Its attributes."""
+        return {
+            "scene": self.scene.hash,
+            "model": self.model,
+            "repeats": [self.rounds, self.busy],
+            "name": self.exact,
+        }
 
     @property
     def models(self) -> tuple[str, ...]:
         """Its model, and the reference, whose run counts as exact."""
-        return self.method.model, "reference"
+        return self.model, "reference"
 
 
-def measured(on_progress: Progress | None, methods: tuple[Method, ...] = METHODS) -> list[Row]:
-    """Measure every method at every setting on its scenes."""
-    asked = [
-        Setting(method, name, setting)
-        for method in methods
-        for name in method.scenes
-        for setting in method.settings
-    ]
-    rows = measure_all(measure, asked, on_processes(1), on_progress)
-    return [
-        row | {"method": of.method.name, "model": of.method.model, "scene": of.name, "setting": of.setting}
-        for of, row in zip(asked, rows, strict=True)
-    ]
-
-
-def measure(task: Setting, progress: Progress) -> Row:
-    """Run a scene some times and return status, the least time, the work and the errors."""
+def measure(task: Timed, progress: Progress) -> Row:
+    """Run a scene some times and return status, the least time, the work, contacts and the errors."""
     del progress
     try:
-        seconds, table = timed(task.scene, task.method.model)
+        seconds, table = timed(task)
+        found = errors(table, task.exact) if task.exact else {}
     except (RunError, SceneError, TableError) as error:
         return {"status": str(error), "seconds": None, "evaluations": None, "errors": {}}
     counters = table.provenance["counters"]
     return {
         "seconds": seconds,
         "evaluations": counters.get("rhs", counters.get("newton_iterations")),
-        "errors": errors(table, task.name),
+        "contacts": 0 if table.events is None else len(table.events),
+        "errors": found,
     }
 
 
-def timed(scene: Scene, model: str) -> tuple[float, Table]:
-    """Return the least processor time of some runs (`ROUNDS`), s, and a result; errors as of `run_one`."""
-    run = runner(model)
-    run(scene.with_values({"drive.cycles": WARM}))
+def timed(task: Timed) -> tuple[float, Table]:
+    """Return the least processor time of some runs, s, and a result; raises as `run_one`."""
+    run = runner(task.model)
+    run(task.scene.with_values({"drive.cycles": WARM}))
     times: list[float] = []
-    while len(times) < ROUNDS or sum(times) < BUSY:
+    while len(times) < task.rounds or sum(times) < task.busy:
         before = time.process_time()
-        table = run(scene)
+        table = run(task.scene)
         times.append(time.process_time() - before)
         if times[0] > LONG:
             break
@@ -115,30 +118,36 @@ def errors(table: Table, name: str) -> dict[str, float]:
     assert exact.events is not None
     ideal = _ideal(name).values("slider_y")
     deviation, right = (np.abs(of.values("slider_y") - ideal).max() for of in (table, exact))
-    found = {
-        "slider_x": float(np.abs(table.values("slider_x") - exact.values("slider_x")).max()),
-        "slider_y_error": float(abs(deviation / right - 1.0)),
+    ratios = {
+        "slider_y_error": deviation / right,
+        "impulse": table.events["impulse"].sum() / exact.events["impulse"].sum(),
+        "peak_force": table.events["peak_force"].max() / exact.events["peak_force"].max(),
     }
-    for quantity, column, of in (("impulse", "impulse", np.sum), ("peak_force", "peak_force", np.max)):
-        value, wanted = (float(of(events[column].to_numpy(float))) for events in (table.events, exact.events))
-        found[quantity] = abs(value / wanted - 1.0)
-    return found
+    return {"slider_x": _apart(table, exact)} | {key: float(abs(of - 1)) for key, of in ratios.items()}
 
 
 @cache
 def truth(name: str) -> Table:
     """Return the run of a scene that counts as exact; of the ideal mechanism the closed form."""
-    return run_one(Method("", "reference", ()).scene(name, TRUTH), "reference")
+    return run_one(_exact(name).scene, "reference")
 
 
-@cache
-def confirmation(name: str) -> float:
-    """Return how far the other model's most accurate run is from `truth`, m of x."""
-    other = Method("", "exudyn", (), {"solver.exudyn.formulation": "tree"}).scene(name, 1e-12)
-    return float(np.abs(run_one(other, "exudyn").values("slider_x") - truth(name).values("slider_x")).max())
+def confirmations(names: Sequence[str], n_jobs: int) -> list[float]:
+    """Return how far the other model's most accurate run of each scene is from the exact one, m of x."""
+    settings = {**TREE.changes, "solver.exudyn.tolerance": CONFIRMING}
+    jobs = [_exact(name) for name in names] + [Job(cycle(name, settings), "exudyn") for name in names]
+    tables = list(map(successful, run_all(jobs, n_jobs), jobs))
+    return [_apart(a, b) for a, b in zip(tables, tables[len(names) :], strict=False)]
+
+
+def _exact(name: str) -> Job:
+    return Job(cycle(name, {**MINIMAL.changes, "solver.reference.tolerance": TRUTH}), "reference")
 
 
 @cache
 def _ideal(name: str) -> Table:
-    values = SCENES[name] | {"drive.cycles": TURNS, "joints.slider": "ideal", "output.groups": []}
-    return run_one(load_scene(name, values), "reference")
+    return run_one(cycle(name, {"joints.slider": "ideal"}), "reference")
+
+
+def _apart(a: Table, b: Table) -> float:
+    return float(np.abs(a.values("slider_x") - b.values("slider_x")).max())

@@ -1,64 +1,64 @@
-"""What is measured: each model's formulations and integrators, each over its settings, on three scenes."""
+"""What is measured: the methods of the catalogue, each over its tolerances or step sizes, on three scenes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from comparison.scene import Scene, load_scene
+from comparison.studies.shared import formulations as catalogue
+from comparison.studies.shared.formulations import Method
 
-TURNS = 1.0
-JOINTS: dict[str, object] = {"output.groups": ["accelerations", "joints"]}
+LOOSE = ("150rpm-0.2mm", "300rpm-0.2mm")
+"""Scenes with clearance at the slider."""
 SCENES: dict[str, dict[str, object]] = {
-    "ideal": {"joints.slider": "ideal"} | JOINTS,
-    "150rpm-0.2mm": {"output.groups": []},
-    "300rpm-0.2mm": {"output.groups": []},
+    "ideal": {"joints.slider": "ideal", "output.groups": ["accelerations", "joints"]},
+    **{name: {"output.groups": []} for name in LOOSE},
 }
-WORDS = {
-    "ideal": "ideal mechanism with the reactions of its joints, 150 rpm",
+"""Scene -> what is changed of it; each is run for one crank cycle."""
+CHIEF = {name: "slider_x" if name in LOOSE else "crank_torque" for name in SCENES}
+"""Scene -> the quantity whose error stands for its accuracy."""
+TITLES = {
+    "ideal": "ideal mechanism with its joint reactions, 150 rpm",
     "150rpm-0.2mm": "150 rpm, 0.2 mm",
     "300rpm-0.2mm": "300 rpm, 0.2 mm",
 }
-LOOSE = ("150rpm-0.2mm", "300rpm-0.2mm")
 
 
 @dataclass(frozen=True)
-class Method:
-    """One way to run a scene.
+class Sweep:
+    """A method over its settings.
 
     Attributes
     ----------
-    name
-        What it is called.
-    model
-        "reference" or "exudyn".
-    changes
-        Of the scene, dotted keys.
+    method
+        Of the catalogue.
     settings
-        Tolerances, or steps in s, coarsest first.
+        Tolerances, or step sizes in s, coarsest first.
     order
         Of the error in the setting: 1 for a tolerance.
     scenes
         Of `SCENES`.
     """
 
-    name: str
-    model: str
+    method: Method
     settings: tuple[float, ...]
-    changes: Mapping[str, object] = field(default_factory=dict)
     order: float = 1.0
     scenes: tuple[str, ...] = LOOSE
 
     @property
     def key(self) -> str:
         """Dotted key of the setting."""
-        return f"solver.{self.model}.{'step' if self.order == 2 else 'tolerance'}"
+        return f"solver.{self.method.model}.{'step' if self.order == 2 else 'tolerance'}"
 
     def scene(self, name: str, setting: float) -> Scene:
-        """Return one of the scenes as this method runs it: one turn of the crank."""
-        source = name if name in LOOSE else "150rpm-0.2mm"
-        values = {**SCENES[name], **self.changes, "drive.cycles": TURNS}
-        return load_scene(source, values).with_values({self.key: setting})
+        """Return a crank cycle of one of the scenes as this method runs it."""
+        return cycle(name, {**self.method.changes, self.key: setting})
+
+
+def cycle(name: str, changes: dict[str, object]) -> Scene:
+    """Return one crank cycle of one of the scenes; settings after the formulation that they belong to."""
+    source = name if name in LOOSE else "150rpm-0.2mm"
+    return load_scene(source, {**SCENES[name], "drive.cycles": 1.0}).with_values(changes)
 
 
 def _decades(first: int, last: int) -> tuple[float, ...]:
@@ -66,39 +66,17 @@ def _decades(first: int, last: int) -> tuple[float, ...]:
 
 
 _STEPS = (4e-5, 2e-5, 8e-6, 4e-6, 2e-6, 1e-6, 5e-7)
-_WHOLE: dict[str, object] = {"solver.reference.formulation": "multiplier"}
-_TREE: dict[str, object] = {"solver.exudyn.formulation": "tree"}
-EVERYWHERE = ("ideal", *LOOSE)
-
-METHODS = (
-    Method("minimal, DOP853", "reference", _decades(6, 12)),
-    Method(
-        "minimal, scipy's DOP853", "reference", _decades(6, 9), {"solver.reference.method": "scipy-DOP853"}
-    ),
-    Method("minimal, LSODA", "reference", _decades(6, 10), {"solver.reference.method": "LSODA"}),
-    Method("minimal, Radau", "reference", _decades(6, 8), {"solver.reference.method": "Radau"}),
-    Method("minimal, BDF", "reference", _decades(6, 9), {"solver.reference.method": "BDF"}),
-    Method("multipliers, DOP853", "reference", _decades(6, 12), _WHOLE, scenes=EVERYWHERE),
-    Method(
-        "multipliers, BDF",
-        "reference",
-        _decades(6, 8),
-        _WHOLE | {"solver.reference.method": "BDF"},
-        scenes=EVERYWHERE,
-    ),
-    Method("tree, DOPRI5", "exudyn", _decades(4, 11), _TREE),
-    Method("tree, DOPRI5, steps up to 1 ms", "exudyn", _decades(2, 8), _TREE | {"solver.exudyn.step": 1e-3}),
-    Method("five bodies, generalized alpha", "exudyn", _STEPS, order=2.0),
-    Method(
-        "five bodies, trapezoidal index 2",
-        "exudyn",
-        _STEPS,
-        {"solver.exudyn.method": "trapezoidal-index2"},
-        order=2.0,
-        scenes=EVERYWHERE,
-    ),
-    Method(
-        "five bodies, Exudyn's contact", "exudyn", _STEPS, {"solver.exudyn.formulation": "native"}, order=2.0
-    ),
+SWEEPS = (
+    Sweep(catalogue.MINIMAL, _decades(6, 12)),
+    Sweep(catalogue.MINIMAL_SCIPY, _decades(6, 9)),
+    Sweep(catalogue.MINIMAL_LSODA, _decades(6, 10)),
+    Sweep(catalogue.MINIMAL_RADAU, _decades(6, 8)),
+    Sweep(catalogue.MINIMAL_BDF, _decades(6, 9)),
+    Sweep(catalogue.MULTIPLIERS, _decades(6, 12), scenes=tuple(SCENES)),
+    Sweep(catalogue.MULTIPLIERS_BDF, _decades(6, 8), scenes=tuple(SCENES)),
+    Sweep(catalogue.TREE, _decades(4, 11)),
+    Sweep(catalogue.TREE_LONG_STEPS, _decades(2, 8)),
+    Sweep(catalogue.FULL, _STEPS, order=2.0),
+    Sweep(catalogue.FULL_INDEX2, _STEPS, order=2.0, scenes=tuple(SCENES)),
+    Sweep(catalogue.NATIVE, _STEPS, order=2.0),
 )
-PAPERS_WAY = "multipliers, BDF"

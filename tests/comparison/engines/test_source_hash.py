@@ -21,7 +21,6 @@ MEASURES = (
     "comparison.studies.nonlinear.chains",
     "comparison.studies.random_inputs.draws",
     "comparison.studies.sweep.runs",
-    "comparison.studies.tradeoff.growth",
     "comparison.studies.tradeoff.measure",
 )
 """The modules of all measures and tasks."""

@@ -14,19 +14,19 @@ from comparison.studies.nonlinear.press import (
     SHORTEST,
     STATE,
     Press,
-    by_turn,
+    by_cycle,
     gaps,
     scale,
     states,
 )
 from comparison.tables.table import Table
 
-PER_TURN = 200
+PER_CYCLE = 200
 
 
 @pytest.fixture(scope="module")
 def scene():
-    values = {"drive.cycles": 2.0, "output.groups": ["corners"], "output.samples_per_cycle": PER_TURN}
+    values = {"drive.cycles": 2.0, "output.groups": ["corners"], "output.samples_per_cycle": PER_CYCLE}
     return load_scene("150rpm-0.2mm", values | {"solver.reference.tolerance": 1e-12})
 
 
@@ -39,16 +39,16 @@ def test_stages_from_flight_to_flight_are_the_run(scene, run):
     press = Press(scene, runner("reference"))
     whole, gap = states(run, scene), gaps(run)
     when, stages = int(np.argmax(gap > CLEAR_OF_WALLS * 2e-4)), 0
-    while when < PER_TURN:
+    while when < PER_CYCLE:
         state, end = press.orbit(whole[when], when)
-        assert end - when >= SHORTEST * PER_TURN
+        assert end - when >= SHORTEST * PER_CYCLE
         assert gap[end] > CLEAR_OF_WALLS * 2e-4 - 1e-7
         # A state in the table is rounded to 1e-16 m; an impact makes 1e-12 m of that (its force changes by
         # 1e7 N a metre), and a stage through the chatter multiplies it by up to 1e4.
         assert np.linalg.norm((state - whole[end]) * scale(scene)) < 1e-7
-        assert press.twin(whole[when], when, end).tolist() == state.tolist()
+        assert press.perturbed(whole[when], when, end).tolist() == state.tolist()
         when, stages = end, stages + 1
-    # The rest at the wall takes a quarter of the turn in one stage.
+    # The rest at the wall takes a quarter of the cycle in one stage.
     assert 5 <= stages <= 1 / SHORTEST
 
 
@@ -59,8 +59,8 @@ def test_a_stage_in_free_flight_is_the_run_to_rounding(scene, run):
     )
     press = Press(scene, runner("reference"))
     # Just after the rest: the slider crosses its clearance and meets nothing.
-    begin = int(free[np.argmax(free > 0.82 * PER_TURN)])
-    apart = (press.twin(whole[begin], begin, begin + 4) - whole[begin + 4]) * scale(scene)
+    begin = int(free[np.argmax(free > 0.82 * PER_CYCLE)])
+    apart = (press.perturbed(whole[begin], begin, begin + 4) - whole[begin + 4]) * scale(scene)
     # Rounding of the states, and the local errors of some steps at 1e-12 rad x 0.24 m.
     assert np.linalg.norm(apart) < 1e-12
 
@@ -73,28 +73,28 @@ def test_backwards_the_crank_angle_goes_backwards(scene):
         names = (*(f"corner_{corner}_gap" for corner in ("ll", "lr", "ul", "ur")), *STATE)
         return Table(pd.DataFrame({name: [1.0] for name in names}))
 
-    Press(scene.with_values({"drive.speed_rpm": -150.0}), note).twin(
-        np.zeros(4), 3 * PER_TURN + 50, 3 * PER_TURN + 90
+    Press(scene.with_values({"drive.speed_rpm": -150.0}), note).perturbed(
+        np.zeros(4), 3 * PER_CYCLE + 50, 3 * PER_CYCLE + 90
     )
     assert asked[0]["mechanism"]["crank_angle_deg"] == pytest.approx(111.36 - 90.0)
     assert asked[0]["drive"]["cycles"] == pytest.approx(0.2)
 
 
-def resting(scene, turns, known):
+def resting(scene, cycles, known):
     """A table whose states after a rest follow from the impact speeds, or not."""
     rng = np.random.default_rng(2)
-    speeds = rng.uniform(1e-4, 2e-3, size=(turns, 2))
-    count = turns * PER_TURN + 1
-    columns = {"time": np.arange(count) * scene.period / PER_TURN}
-    made = 1e-14 / speeds @ rng.normal(size=(2, 4)) if known else 1e-11 * rng.normal(size=(turns, 4))
+    speeds = rng.uniform(1e-4, 2e-3, size=(cycles, 2))
+    count = cycles * PER_CYCLE + 1
+    columns = {"time": np.arange(count) * scene.period / PER_CYCLE}
+    made = 1e-14 / speeds @ rng.normal(size=(2, 4)) if known else 1e-11 * rng.normal(size=(cycles, 4))
     for k, name in enumerate(("slider_x", "slider_angle", "slider_vx", "slider_omega")):
         values = np.zeros(count)
         for angle in LATER:
             ahead = 1 if angle < RESTING else 0
-            at = (np.arange(turns - ahead) + ahead) * PER_TURN + round(angle * PER_TURN)
-            values[at] = made[: turns - ahead, k]
+            at = (np.arange(cycles - ahead) + ahead) * PER_CYCLE + round(angle * PER_CYCLE)
+            values[at] = made[: cycles - ahead, k]
         columns[name] = values + (scene.data["mechanism"]["guide_x"] if k == 0 else 0.0)
-    begin = (np.arange(turns) + 0.6) * scene.period
+    begin = (np.arange(cycles) + 0.6) * scene.period
     events = pd.concat(
         [
             pd.DataFrame(
@@ -107,7 +107,7 @@ def resting(scene, turns, known):
 
 
 @pytest.mark.parametrize("known", [True, False])
-def test_what_follows_from_the_impact_speeds_is_told_from_what_does_not(scene, known):
+def test_what_follows_from_the_impact_speeds_is_distinguished_from_what_does_not(scene, known):
     found = remembered(resting(scene, 60, known), scene, 2)
     assert len(found) == 4 * len(LATER)
     for of in found:
@@ -121,4 +121,4 @@ def test_without_a_rest_there_is_nothing_to_remember(scene):
     assert table.events is not None
     late = Table(table.frame, table.events[table.events["corner"] == "lr"])
     assert remembered(late, scene, 2) == []
-    assert by_turn(states(late, scene), scene).shape == (20, PER_TURN, 4)
+    assert by_cycle(states(late, scene), scene).shape == (20, PER_CYCLE, 4)

@@ -1,0 +1,24 @@
+"""A data frame as a table of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import pandas as pd
+
+from comparison.formatting import table
+
+
+def markdown(frame: pd.DataFrame, formats: Mapping[str, Callable[[Any], str]]) -> str:
+    """Return some columns of a frame as a Markdown table.
+
+    Parameters
+    ----------
+    frame
+        With a row for each of the table's.
+    formats
+        Column, which is its heading too -> what makes text of each of its values.
+    """
+    rows = zip(*(map(form, frame[column]) for column, form in formats.items()), strict=True)
+    return table(list(formats), rows)
