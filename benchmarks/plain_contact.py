@@ -1,18 +1,20 @@
-"""The contact force of ``contact`` in plain Python: easier to read, and a check on the compiled form.
+"""The contact forces of the Exudyn model in plain Python: easier to read, and a check on the compiled form.
 
-It reads the same memory and gives the same forces to round-off, as an ``ObjectGenericODE2`` user function
-too; each call takes some ten times as long.
+They read the same states of the contacts and give the same forces to round-off, as ``ObjectGenericODE2`` user
+functions too; each call takes some ten times as long. No run uses them: ``exudyn_contact.py`` measures them,
+and ``tests/exudyn_model`` holds the compiled forms against them.
 """
 
+import cmath
 import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.contact import ForceUserFunction
-from exudyn_model.parameters import Contact, Guide, Slider
-from exudyn_model.point_contact import CORNERS
+from exudyn_model.compiled import ForceUserFunction
+from exudyn_model.contact.states import CORNERS, PIN
+from exudyn_model.parameters import Contact, Guide, Journal, Mechanism, Slider
 
 
 def slider_force(
@@ -28,7 +30,7 @@ def slider_force(
     step : float
         Integration step, s.
     corners : ndarray, shape (5,)
-        State of the contacts at the start of the step; see ``point_contact.contact_states``.
+        States of the contacts at the start of the step: see ``contact.states``.
     """
     force_x, force_y, moment = 0.0, 0.0, 0.0
     for side in (-1, 1):
@@ -103,7 +105,7 @@ def _speed_at_touch(
     return max(-(rate0 + low * (rate1 - rate0)), contact.impact_speed_floor)
 
 
-def force_user_function(
+def corners_user_function(
     contact: Guide, slider: Slider, step: float, corners: NDArray[np.void]
 ) -> ForceUserFunction:
     """``forceUserFunction`` of an ``ObjectGenericODE2`` on the slider's node, without compiled code."""
@@ -111,5 +113,59 @@ def force_user_function(
     def force(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
         del mbs, t, number
         return slider_force(q, v, contact, slider, step, corners)
+
+    return force
+
+
+def journal_force(
+    q: list[float],
+    v: list[float],
+    journal: Journal,
+    mechanism: Mechanism,
+    step: float,
+    contacts: NDArray[np.void],
+) -> tuple[float, float, float, float, float, float]:
+    """Force and moment on the crank, then on rod 2 (N, N m), in a trial state.
+
+    Parameters
+    ----------
+    q, v : list of float, length 6
+        x, y, angle of crank and rod 2, and their rates (m, rad, s).
+    journal, mechanism : Journal, Mechanism
+    step : float
+        Integration step, s.
+    contacts : ndarray, shape (5,)
+        States of the contacts at the start of the step: see ``contact.states``.
+    """
+    # The plane as complex numbers: a rotation by +90 degrees is a factor of 1j
+    arm_journal = mechanism.crank.to_tip * cmath.exp(1j * q[2])
+    arm_bearing = -mechanism.rod2.centroid * cmath.exp(1j * q[5])
+    eccentricity = complex(q[0], q[1]) + arm_journal - complex(q[3], q[4]) - arm_bearing
+    gap = journal.clearance - abs(eccentricity)
+    if gap >= 0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    normal_direction = eccentricity / abs(eccentricity)
+    # Material of both bodies in the point of the bearing's surface
+    point = (journal.radius + journal.clearance) * normal_direction
+    arm1, arm2 = arm_journal + point - eccentricity, arm_bearing + point
+    relative = complex(v[3], v[4]) + 1j * v[5] * arm2 - complex(v[0], v[1]) - 1j * v[2] * arm1
+    local = relative * normal_direction.conjugate()  # along the normal, and along it turned by +90 degrees
+    at_impact = impact_speed(contacts[PIN], gap, local.real, step, journal)
+    elastic = journal.stiffness * (-gap) ** journal.exponent
+    normal = max(elastic * (1 - journal.damping * local.real / at_impact), 0.0)
+    force = complex(normal, friction(normal, local.imag, journal)) * normal_direction
+    moment1 = -(arm1.conjugate() * force).imag
+    moment2 = (arm2.conjugate() * force).imag
+    return -force.real, -force.imag, moment1, force.real, force.imag, moment2
+
+
+def journal_user_function(
+    journal: Journal, mechanism: Mechanism, step: float, contacts: NDArray[np.void]
+) -> ForceUserFunction:
+    """``forceUserFunction`` of an ``ObjectGenericODE2`` on the nodes of crank and rod 2."""
+
+    def force(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
+        del mbs, t, number
+        return journal_force(q, v, journal, mechanism, step, contacts)
 
     return force

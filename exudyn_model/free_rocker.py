@@ -1,54 +1,56 @@
-"""Accelerations where the crank pin has clearance: three angles are free.
+"""Accelerations by balance of forces where the crank pin has clearance: three angles are free.
 
-The crank turns as it is driven; rod 2, carried by the rocker's centroid B, hears of it through the contact
+The crank rotates as it is driven; rod 2, carried by the rocker's centroid B, hears of it through the contact
 force at the pin alone. Rocker, rod 2 and rod 4 are described by their angles, from the frame's pivot H on:
 B = H + b u3, rod 2's centre B - r u2, C = H + L3 u3, rod 4's centre C + s u4, the slider C + L4 u4, with u
 the unit vector of an angle and n its derivative. D'Alembert's principle for each angle gives a linear system
 for their second derivatives (Eqs. 15-21 with the joints' forces eliminated).
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.accelerations import Forces
+from exudyn_model.bodies import ROCKER_ANGLE, ROD2_ANGLE, ROD4_ANGLE
 from exudyn_model.compiled import kernel
 
 
+class FreeAngles(NamedTuple):
+    """Angles (rad) of rod 2, rocker and rod 4, and their rates (rad/s)."""
+
+    theta2: float
+    w2: float
+    theta3: float
+    w3: float
+    theta4: float
+    w4: float
+
+
 @kernel
-def loose_pin_angles(
-    theta2: float,
-    w2: float,
-    theta3: float,
-    w3: float,
-    theta4: float,
-    w4: float,
-    pin_x: float,
-    pin_y: float,
-    pin_moment: float,
-    fx: float,
-    fy: float,
-    linkage: Any,
+def free_angular_accelerations(
+    angles: FreeAngles, forces: Forces, linkage: Any
 ) -> tuple[float, float, float, float]:
-    """Find the angular accelerations of rod 2, rocker and rod 4 (rad/s^2), and an ideal slider's guide force.
+    """Solve for the angular accelerations of rod 2, rocker and rod 4, and for an ideal slider's guide force.
 
     Parameters
     ----------
-    theta2, w2, theta3, w3, theta4, w4 : float
-        Angles of rod 2, rocker and rod 4 and their rates (rad, rad/s).
-    pin_x, pin_y, pin_moment : float
-        Contact force on rod 2 (N) and its moment about rod 2's centre (N m).
-    fx, fy : float
-        Contact force on a loose slider (N).
+    angles : FreeAngles
+    forces : Forces
+        The moment on the slider is not read; an ideal slider has no contact force.
     linkage : record
-        From ``accelerations.linkage_record``.
+        From ``constants.linkage_record``.
 
     Returns
     -------
     alpha2, alpha3, alpha4 : float
+        rad/s^2.
     guide : float
-        Force of the guide on an ideal slider along x, N; 0 on a loose one.
+        Force of the guide on an ideal slider along x, N; 0 on one with clearance.
     """
+    theta2, w2, theta3, w3, theta4, w4 = angles
+    fx, fy, pin_x, pin_y, pin_moment = forces.fx, forces.fy, forces.pin_x, forces.pin_y, forces.pin_moment
     to_b, length3, length4 = linkage.rocker_to_b, linkage.rocker_length, linkage.rod4_length
     centre2, centre4 = linkage.rod2_length - linkage.rod2_centroid, linkage.rod4_centroid
     m2, m4, m5 = linkage.rod2_mass, linkage.rod4_mass, linkage.slider_mass
@@ -89,7 +91,7 @@ def loose_pin_angles(
         arm3, arm4 = -length3 * s3, -length4 * s4
         offset = (length3 * c3 * w3 * w3 + length4 * c4 * w4 * w4) / arm4
         slope = -arm3 / arm4
-        # The principle for a turn of the rocker that takes rod 4 along
+        # The principle for a rotation of the rocker that takes rod 4 along
         alpha3 = (moment + slope * moment4 - (between34 + slope * inertia4) * offset) / (
             inertia + slope * (2.0 * between34 + slope * inertia4)
         )
@@ -103,37 +105,28 @@ def loose_pin_angles(
 
 
 @kernel
-def loose_pin_acceleration(
-    q: NDArray[np.float64],
-    v: NDArray[np.float64],
-    pin_x: float,
-    pin_y: float,
-    pin_moment: float,
-    fx: float,
-    fy: float,
-    moment: float,
-    linkage: Any,
+def slider_acceleration_with_pin_clearance(
+    q: NDArray[np.float64], v: NDArray[np.float64], forces: Forces, linkage: Any
 ) -> tuple[float, float, float]:
-    """Find the slider's ax, ay (m/s^2) and alpha (rad/s^2).
+    """Return the slider's ax, ay (m/s^2) and alpha (rad/s^2).
 
     Parameters
     ----------
     q, v : ndarray, shape (15,)
         x, y, angle of the five bodies and their rates.
-    pin_x, pin_y, pin_moment, fx, fy : float
-        As for :func:`loose_pin_angles`.
-    moment : float
-        Contact moment (N m) on a loose slider.
+    forces : Forces
+        Of the contacts.
     linkage : record
-        From ``accelerations.linkage_record``.
+        From ``constants.linkage_record``.
     """
-    _, alpha3, alpha4, _ = loose_pin_angles(
-        q[5], v[5], q[8], v[8], q[11], v[11], pin_x, pin_y, pin_moment, fx, fy, linkage
+    angles = FreeAngles(
+        q[ROD2_ANGLE], v[ROD2_ANGLE], q[ROCKER_ANGLE], v[ROCKER_ANGLE], q[ROD4_ANGLE], v[ROD4_ANGLE]
     )
-    length3, c3, s3, w3 = linkage.rocker_length, np.cos(q[8]), np.sin(q[8]), v[8]
-    length4, c4, s4, w4 = linkage.rod4_length, np.cos(q[11]), np.sin(q[11]), v[11]
+    _, alpha3, alpha4, _ = free_angular_accelerations(angles, forces, linkage)
+    length3, c3, s3, w3 = linkage.rocker_length, np.cos(angles.theta3), np.sin(angles.theta3), angles.w3
+    length4, c4, s4, w4 = linkage.rod4_length, np.cos(angles.theta4), np.sin(angles.theta4), angles.w4
     ax = -length3 * (alpha3 * s3 + w3 * w3 * c3) - length4 * (alpha4 * s4 + w4 * w4 * c4)
     ay = length3 * (alpha3 * c3 - w3 * w3 * s3) + length4 * (alpha4 * c4 - w4 * w4 * s4)
     if linkage.ideal_slider:
         return 0.0, ay, 0.0
-    return ax, ay, moment / linkage.slider_inertia
+    return ax, ay, forces.moment / linkage.slider_inertia

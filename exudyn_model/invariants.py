@@ -1,7 +1,8 @@
 """What no correct run can show: how far each run may go, and what is said of one that goes farther.
 
 What is judged here was seen in accepted states, in the table of contacts, in the audit of the energy
-(``watch``) and in the constraints (``drift``), not where contacts are located and forces computed.
+(``watch``) and in the constraints (``five_bodies.constraints``), not where contacts are located and forces
+computed.
 """
 
 import math
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.native_contact import sphere_friction
+from exudyn_model.five_bodies.native_contact import sphere_friction
 from exudyn_model.parameters import Parameters
 from exudyn_model.watch import Seen
 
@@ -134,13 +135,13 @@ def scales(
     }
     if step > 0.0:
         # Positions are rounded to some 1e-15 m
-        rounded_speed, turn = 1e-13 / step, (omega * step) ** 2
+        rounded_speed, squared = 1e-13 / step, (omega * step) ** 2
         cycles = parameters.drive.cycles
         found |= {
             "rounded_speed": rounded_speed,
-            "crank_speed_order": abs(omega) * parameters.mechanism.crank.length * (1e-4 + 10 * turn)
+            "crank_speed_order": abs(omega) * parameters.mechanism.crank.length * (1e-4 + 10 * squared)
             + rounded_speed,
-            "drift_order": 1e-7 + 10 * turn * (1 + cycles),
+            "drift_order": 1e-7 + 10 * squared * (1 + cycles),
             "energy_order": _energy_order(parameters, step, length),
         }
     return found
@@ -148,7 +149,7 @@ def scales(
 
 def _energy_order(parameters: Parameters, step: float, length: float) -> float:
     """Bound the energy's residual for contacts of this length (s): an error of second order in the step."""
-    # A loose pin's friction turns round within a step: measured 4e-6
+    # The friction of a pin with clearance reverses within a step: measured 4e-6
     order = (1e-6 if parameters.journal is None else 1e-4) + 10 * (step / length) ** 2
     if parameters.contact.law == "strip":
         # A surface of steel is stiffer than the steps resolve: measured 3e-3

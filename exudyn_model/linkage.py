@@ -1,4 +1,7 @@
-"""The rocker's tip C: of time, where the four-bar O-A-B-H follows the driven crank; else of its angle."""
+"""The driven four-bar O-A-B-H in closed form: the rocker's tip C (Eq. 16, rows 1 to 8).
+
+A function of time where the crank pin is ideal, else of the rocker's angle.
+"""
 
 from typing import Any
 
@@ -6,13 +9,14 @@ import numpy as np
 
 from exudyn_model.compiled import kernel
 
-# Crank positions in a cycle
+# Crank positions in a cycle, and the place of C's acceleration along x in what `rocker_tip` returns
 _POSITIONS = 3600
+TIP_AX = 4
 
 
 @kernel
 def rocker_tip(time: float, linkage: Any) -> tuple[float, float, float, float, float, float]:
-    """Position (m), velocity (m/s) and acceleration (m/s^2) of joint C, each as x, y, at ``time`` in s.
+    """Return position (m), velocity (m/s) and acceleration (m/s^2) of joint C, each as x, y, at ``time``.
 
     The rocker's angle by the law of cosines in the triangle A, H, B; its angular velocity and acceleration
     from the constant length of rod 2, (B - A)^2, differentiated once and twice (Eq. 16, rows 1 to 8).
@@ -20,8 +24,9 @@ def rocker_tip(time: float, linkage: Any) -> tuple[float, float, float, float, f
     Parameters
     ----------
     time : float
+        s.
     linkage : record
-        From ``accelerations.linkage_record``.
+        From ``constants.linkage_record``.
     """
     w1 = linkage.omega
     angle1 = linkage.crank_angle + w1 * time
@@ -32,7 +37,7 @@ def rocker_tip(time: float, linkage: Any) -> tuple[float, float, float, float, f
     cosine = (linkage.rod2_length**2 - squared - arm * arm) / (2.0 * arm * np.sqrt(squared))
     angle3 = np.arctan2(span_y, span_x) + linkage.rocker_branch * np.arccos(cosine)
     c3, s3 = np.cos(angle3), np.sin(angle3)
-    # Rod 2 from A to B; B turns about H with radius `arm`
+    # Rod 2 from A to B; B rotates about H with radius `arm`
     px, py = span_x + arm * c3, span_y + arm * s3
     across = arm * (-px * s3 + py * c3)
     # p . (vB - vA) = 0
@@ -55,7 +60,7 @@ def rocker_tip(time: float, linkage: Any) -> tuple[float, float, float, float, f
 
 @kernel
 def tip_jerk(linkage: Any) -> float:
-    """Bound the rate (m/s^3) at which joint C's acceleration along x changes, over a cycle of the crank.
+    """Bound the rate (m/s^3) at which joint C's acceleration along x changes, over a crank cycle.
 
     From accelerations 0.1 degrees apart, where the linkage hardly changes (``assembly``): the mean over an
     interval, and as much again as that changes from one interval to the next.
@@ -63,7 +68,7 @@ def tip_jerk(linkage: Any) -> float:
     interval = 2.0 * np.pi / (_POSITIONS * abs(linkage.omega))
     mean, change, before, rise_before = 0.0, 0.0, 0.0, 0.0
     for position in range(_POSITIONS + 2):
-        acceleration = rocker_tip(position * interval, linkage)[4]
+        acceleration = rocker_tip(position * interval, linkage)[TIP_AX]
         rise = acceleration - before
         if position > 0:
             mean = max(mean, abs(rise))
@@ -76,6 +81,6 @@ def tip_jerk(linkage: Any) -> float:
 
 @kernel
 def carried_tip(theta3: float, w3: float, linkage: Any) -> tuple[float, float, float, float]:
-    """Position (m) and velocity (m/s) of joint C, each as x, y, from the rocker's angle and its rate."""
+    """Return position (m) and velocity (m/s) of joint C, each as x, y, from the rocker's motion (rad, s)."""
     x, y = linkage.rocker_length * np.cos(theta3), linkage.rocker_length * np.sin(theta3)
     return linkage.pivot_x + x, linkage.pivot_y + y, -w3 * y, w3 * x

@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from exudyn_model.contact.laws import LAWS
 from exudyn_model.parameters import (
     Drive,
     Guide,
@@ -19,7 +20,6 @@ from exudyn_model.parameters import (
     Rod,
     Slider,
 )
-from exudyn_model.side_law import LAWS
 from exudyn_model.solver_choice import choose_solver
 
 

@@ -1,66 +1,39 @@
-"""Contact of the slider's corners with the walls of its guide: a user function of Exudyn, its core compiled.
+"""Force of the guide on the slider: that of all corners, as a user function of Exudyn.
 
-Each of the four corners is a sharp point and sees the infinite wall on its own side, at the guide's
-centre line +- (half width + clearance). ``side_law`` gives the normal forces of the two corners of a side
-from the depths of both, ``point_contact`` friction and the memory of the impact speeds.
+``laws`` gives the normal forces of the two corners of a side from the depths of both, ``friction`` what goes
+with them, ``impact_speed`` the speeds that the damping refers to.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.compiled import direct, kernel
-from exudyn_model.parameters import Guide, Slider
-from exudyn_model.point_contact import friction_force, impact_speed_in_force, law_type, surface_law
-from exudyn_model.side_law import LAWS, side_normals
-
-_LAW = law_type("half_width", "half_length", "clearance", "kind", "side_stiffness")
-
-# (mbs, t, object number, coordinates, velocities) -> generalized forces
-ForceUserFunction = Callable[[Any, float, int, list[float], list[float]], tuple[float, ...]]
-
-
-def contact_law(contact: Guide, slider: Slider, step: float) -> NDArray[np.void]:
-    """Collect the constants of the kernels in one record, shape (1,); lengths in m, the step in s."""
-    law = surface_law(_LAW, contact, step)
-    law["half_width"] = slider.width / 2
-    law["half_length"] = slider.length / 2
-    law["clearance"] = contact.clearance
-    law["kind"] = LAWS.index(contact.law)
-    law["side_stiffness"] = contact.side_stiffness
-    return law
+from exudyn_model.compiled import ForceUserFunction, direct, kernel
+from exudyn_model.contact.friction import friction_force
+from exudyn_model.contact.gaps import CornerMotion, corner_motion
+from exudyn_model.contact.impact_speed import impact_speed_in_force
+from exudyn_model.contact.laws import side_normals
+from exudyn_model.contact.states import ACROSS, UPPER
 
 
 @kernel
-def corner_motion(
-    number: int, x: float, angle: float, vx: float, vy: float, omega: float, law: Any
-) -> tuple[float, float, float, float, float]:
-    """Gap (m, positive open), its rate, slip speed along +y (m/s), and arm (m) of one corner.
-
-    ``x`` counts from the guide's centre line.
-    """
-    sx = -law.half_width if number % 2 == 0 else law.half_width
-    sy = -law.half_length if number < 2 else law.half_length
-    cosine, sine = np.cos(angle), np.sin(angle)
-    rx, ry = cosine * sx - sine * sy, sine * sx + cosine * sy
-    outward = -1.0 if number % 2 == 0 else 1.0
-    # Not as a difference of distances from the centre line, which are a hundred times the clearance: a depth
-    # of 1e-11 m, at rest in the "strip" law, is to keep its digits
-    gap = law.clearance - outward * (x - sine * sy) + 2.0 * law.half_width * np.sin(0.5 * angle) ** 2
-    rate = -outward * (vx - omega * ry)
-    return gap, rate, vy + omega * rx, rx, ry
+def corner_load(number: int, normal: float, motion: CornerMotion, law: Any) -> tuple[float, float, float]:
+    """Return fx, fy (N) and the moment about the slider's centre (N m) of a corner's force and friction."""
+    inward = -ACROSS[number] * normal
+    friction = friction_force(normal, motion.slip, law)
+    return inward, friction, motion.arm_x * friction - motion.arm_y * inward
 
 
 @kernel
-def corner_load(
-    number: int, normal: float, slip: float, rx: float, ry: float, law: Any
+def _side_load(
+    side: int, lower: CornerMotion, upper: CornerMotion, lower_speed: float, upper_speed: float, law: Any
 ) -> tuple[float, float, float]:
-    """Fx, fy (N) and the moment about the slider's centre (N m) of one corner's normal force and friction."""
-    inward = normal if number % 2 == 0 else -normal
-    friction = friction_force(normal, slip, law)
-    return inward, friction, rx * friction - ry * inward
+    """Return fx, fy (N) and moment (N m) of the corners of one side; an impact speed of 0 means open."""
+    normals = side_normals(-lower.gap, -lower.rate, lower_speed, -upper.gap, -upper.rate, upper_speed, law)
+    first = corner_load(side, normals[0], lower, law)
+    second = corner_load(side + UPPER, normals[1], upper, law)
+    return first[0] + second[0], first[1] + second[1], first[2] + second[2]
 
 
 @kernel
@@ -73,32 +46,27 @@ def slider_force(
     law: NDArray[np.void],
     corners: NDArray[np.void],
 ) -> tuple[float, float, float]:
-    """Resultant of all corners on the slider: fx, fy (N) and the moment about its centre (N m).
+    """Return the resultant of all corners on the slider: fx, fy (N) and the moment about its centre (N m).
 
     Parameters
     ----------
     x, angle, vx, vy, omega : float
         Slider's x from the guide's centre line (m), angle (rad) and velocities, at the end of the step.
     law : ndarray, shape (1,)
-        From :func:`contact_law`.
+        From ``gaps.contact_law``.
     corners : ndarray, shape (5,)
-        State of the contacts at the start of the step.
+        States of the contacts at the start of the step.
     """
     constants = law[0]
     fx, fy, moment = 0.0, 0.0, 0.0
-    for lower in range(2):
-        upper = lower + 2
-        gap0, rate0, slip0, rx0, ry0 = corner_motion(lower, x, angle, vx, vy, omega, constants)
-        gap1, rate1, slip1, rx1, ry1 = corner_motion(upper, x, angle, vx, vy, omega, constants)
-        if gap0 < 0.0 or gap1 < 0.0:
-            speed0 = impact_speed_in_force(corners[lower], gap0, rate0, constants)
-            speed1 = impact_speed_in_force(corners[upper], gap1, rate1, constants)
-            normals = side_normals(-gap0, -rate0, speed0, -gap1, -rate1, speed1, constants)
-            load0 = corner_load(lower, normals[0], slip0, rx0, ry0, constants)
-            load1 = corner_load(upper, normals[1], slip1, rx1, ry1, constants)
-            fx += load0[0] + load1[0]
-            fy += load0[1] + load1[1]
-            moment += load0[2] + load1[2]
+    for side in range(2):
+        lower = corner_motion(side, x, angle, vx, vy, omega, constants)
+        upper = corner_motion(side + UPPER, x, angle, vx, vy, omega, constants)
+        if lower.gap < 0.0 or upper.gap < 0.0:
+            lower_speed = impact_speed_in_force(corners[side], lower.gap, lower.rate, constants)
+            upper_speed = impact_speed_in_force(corners[side + UPPER], upper.gap, upper.rate, constants)
+            load = _side_load(side, lower, upper, lower_speed, upper_speed, constants)
+            fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
     return fx, fy, moment
 
 
@@ -112,7 +80,7 @@ def frozen_slider_force(
     law: NDArray[np.void],
     corners: NDArray[np.void],
 ) -> tuple[float, float, float]:
-    """:func:`slider_force` of the corners alone that are in contact: those with a frozen impact speed.
+    """Return :func:`slider_force` of the corners alone that are in contact: with a frozen impact speed.
 
     For steps that end at each touch. Inside such a step a corner that was open stays without force, even
     where a trial state lies behind the wall: the motion of a trial step is smooth up to the touch that it
@@ -120,23 +88,18 @@ def frozen_slider_force(
     """
     constants = law[0]
     fx, fy, moment = 0.0, 0.0, 0.0
-    for lower in range(2):
-        upper = lower + 2
-        speed0, speed1 = corners[lower].impact_speed, corners[upper].impact_speed
-        if speed0 > 0.0 or speed1 > 0.0:
-            gap0, rate0, slip0, rx0, ry0 = corner_motion(lower, x, angle, vx, vy, omega, constants)
-            gap1, rate1, slip1, rx1, ry1 = corner_motion(upper, x, angle, vx, vy, omega, constants)
-            normals = side_normals(-gap0, -rate0, speed0, -gap1, -rate1, speed1, constants)
-            load0 = corner_load(lower, normals[0], slip0, rx0, ry0, constants)
-            load1 = corner_load(upper, normals[1], slip1, rx1, ry1, constants)
-            fx += load0[0] + load1[0]
-            fy += load0[1] + load1[1]
-            moment += load0[2] + load1[2]
+    for side in range(2):
+        lower_speed, upper_speed = corners[side].impact_speed, corners[side + UPPER].impact_speed
+        if lower_speed > 0.0 or upper_speed > 0.0:
+            lower = corner_motion(side, x, angle, vx, vy, omega, constants)
+            upper = corner_motion(side + UPPER, x, angle, vx, vy, omega, constants)
+            load = _side_load(side, lower, upper, lower_speed, upper_speed, constants)
+            fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
     return fx, fy, moment
 
 
 def force_user_function(law: NDArray[np.void], corners: NDArray[np.void]) -> ForceUserFunction:
-    """``forceUserFunction`` of an ``ObjectGenericODE2`` on the slider's node.
+    """Make the ``forceUserFunction`` of an ``ObjectGenericODE2`` on the slider's node.
 
     The node's reference x must be the guide's centre line and its other references zero, so that the
     coordinates that Exudyn passes are those of :func:`slider_force`.

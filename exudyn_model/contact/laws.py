@@ -15,7 +15,7 @@ Three laws, by their number in ``LAWS``:
 from typing import Any
 
 from exudyn_model.compiled import kernel
-from exudyn_model.point_contact import damped
+from exudyn_model.contact.point import damped
 
 LAWS = ("hertz-corners", "paper-switching", "strip")
 _SWITCHING, _STRIP = 1, 2
@@ -62,7 +62,7 @@ def side_normals(
     lower_speed, upper_speed : float
         Impact speeds, m/s; 0: this corner is open, whatever its depth.
     law : record
-        From ``contact.contact_law``.
+        From ``gaps.contact_law``.
     """
     both = lower_speed > 0.0 and upper_speed > 0.0
     first, second = elastic_normals(

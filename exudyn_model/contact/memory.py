@@ -9,10 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.bodies import ANGLE, X, Y
 from exudyn_model.compiled import kernel
-from exudyn_model.contact import corner_motion
-from exudyn_model.point_contact import crossing, friction_force, touch
-from exudyn_model.side_law import side_normals
+from exudyn_model.contact.friction import friction_force, slip_regime
+from exudyn_model.contact.gaps import CornerMotion, corner_motion
+from exudyn_model.contact.impact_speed import crossing, touch
+from exudyn_model.contact.journal import PinMotion, crank_and_rod2, pin_load, pin_motion
+from exudyn_model.contact.laws import side_normals
+from exudyn_model.contact.point import damped, elastic_force
+from exudyn_model.contact.states import ACROSS, PIN, UPPER
 
 EVENT = np.dtype(
     [("corner", np.int64)]
@@ -37,7 +42,7 @@ def write_event(row: Any, number: int, state: Any, end: float) -> None:
 
 @kernel
 def begin(index: int, gap: float, rate: float, state: Any, law: Any) -> float:
-    """Begin a contact that was open in accepted state ``index - 1`` and is closed in ``index``.
+    """Begin a contact that was open in accepted state ``index - 1`` and is closed in state ``index``.
 
     Returns
     -------
@@ -60,9 +65,7 @@ def begin(index: int, gap: float, rate: float, state: Any, law: Any) -> float:
 @kernel
 def carry_on(
     index: int,
-    gap: float,
-    rate: float,
-    slip: float,
+    motion: CornerMotion | PinMotion,
     normal: float,
     touched_at: float,
     number: int,
@@ -71,10 +74,29 @@ def carry_on(
     events: NDArray[np.void],
     event_count: int,
 ) -> int:
-    """Accumulate a contact up to accepted state ``index``; if it has ended, write it down. The event count.
+    """Accumulate a contact up to accepted state ``index``; if it has ended, write it down.
 
-    ``normal`` is the force (N) in this state, ``touched_at`` what :func:`begin` returned for it.
+    Parameters
+    ----------
+    index : int
+        Number of steps from t = 0.
+    motion : CornerMotion or PinMotion
+        In this state.
+    normal : float
+        Normal force in this state, N.
+    touched_at : float
+        What :func:`begin` returned for it.
+    number : int
+        One of ``CONTACTS``.
+    state, law : record
+    events : ndarray, shape (n,)
+        With room for a row at ``event_count``.
+
+    Returns
+    -------
+    event_count : int
     """
+    gap, rate = motion.gap, motion.rate
     if state.impact_speed > 0.0:
         left_at = 1.0 if gap < 0.0 else crossing(state.gap, state.rate, gap, rate, law.step)
         if index > 0:
@@ -82,7 +104,7 @@ def carry_on(
         state.peak = max(state.peak, normal)
         state.depth = max(state.depth, -gap)
         state.normal = normal
-        state.friction = friction_force(normal, slip, law)
+        state.friction = friction_force(normal, motion.slip, law)
         if gap >= 0.0:
             write_event(events[event_count], number, state, (index - 1 + left_at) * law.step)
             event_count += 1
@@ -110,7 +132,7 @@ def renew_corners(
     q, v : ndarray, shape (3,)
         The slider's coordinates (x from the guide's centre line) and their rates.
     law, corners : ndarray
-        From ``contact`` and ``point_contact``; ``corners`` is changed in place.
+        From ``gaps`` and ``states``; ``corners`` is changed in place.
     events : ndarray, shape (n,)
         With room for at least four rows from ``event_count`` on.
 
@@ -123,30 +145,72 @@ def renew_corners(
     constants = law[0]
     fx, fy, moment = 0.0, 0.0, 0.0
     for side in range(2):
-        outward = -1.0 if side == 0 else 1.0
-        low, up = corners[side], corners[side + 2]
-        gap0, rate0, slip0, rx0, ry0 = corner_motion(side, q[0], q[2], v[0], v[1], v[2], constants)
-        gap1, rate1, slip1, rx1, ry1 = corner_motion(side + 2, q[0], q[2], v[0], v[1], v[2], constants)
-        touched0 = begin(index, gap0, rate0, low, constants)
-        touched1 = begin(index, gap1, rate1, up, constants)
+        outward = ACROSS[side]
+        low, up = corners[side], corners[side + UPPER]
+        lower = corner_motion(side, q[X], q[ANGLE], v[X], v[Y], v[ANGLE], constants)
+        upper = corner_motion(side + UPPER, q[X], q[ANGLE], v[X], v[Y], v[ANGLE], constants)
+        lower_touched = begin(index, lower.gap, lower.rate, low, constants)
+        upper_touched = begin(index, upper.gap, upper.rate, up, constants)
         # A corner that has left has no force, though its speed is still kept for the table
-        normal0, normal1 = side_normals(
-            -gap0,
-            -rate0,
-            low.impact_speed if gap0 < 0.0 else 0.0,
-            -gap1,
-            -rate1,
-            up.impact_speed if gap1 < 0.0 else 0.0,
+        normals = side_normals(
+            -lower.gap,
+            -lower.rate,
+            low.impact_speed if lower.gap < 0.0 else 0.0,
+            -upper.gap,
+            -upper.rate,
+            up.impact_speed if upper.gap < 0.0 else 0.0,
             constants,
         )
         event_count = carry_on(
-            index, gap0, rate0, slip0, normal0, touched0, side, low, constants, events, event_count
+            index, lower, normals[0], lower_touched, side, low, constants, events, event_count
         )
         event_count = carry_on(
-            index, gap1, rate1, slip1, normal1, touched1, side + 2, up, constants, events, event_count
+            index, upper, normals[1], upper_touched, side + UPPER, up, constants, events, event_count
         )
-        for corner, rx, ry in ((low, rx0, ry0), (up, rx1, ry1)):
+        for corner, motion in ((low, lower), (up, upper)):
             fx -= outward * corner.normal
             fy += corner.friction
-            moment += rx * corner.friction + ry * outward * corner.normal
+            moment += motion.arm_x * corner.friction + motion.arm_y * outward * corner.normal
+    return event_count, fx, fy, moment
+
+
+@kernel
+def renew_pin(
+    index: int,
+    q: NDArray[np.float64],
+    v: NDArray[np.float64],
+    law: NDArray[np.void],
+    contacts: NDArray[np.void],
+    events: NDArray[np.void],
+    event_count: int,
+) -> tuple[int, float, float, float]:
+    """Renew the pin's memory with accepted state ``index``; an ended contact goes to ``events``.
+
+    Parameters
+    ----------
+    index : int
+        Number of steps from t = 0.
+    q, v : ndarray
+        Coordinates of the five bodies, or of crank and rod 2 alone, and their rates.
+    law, contacts : ndarray
+        From ``journal`` and ``states``; ``contacts`` is changed in place.
+    events : ndarray, shape (n,)
+        With room for a row at ``event_count``.
+
+    Returns
+    -------
+    event_count : int
+    fx, fy, moment : float
+        Contact force (N) on rod 2 and its moment about rod 2's centre (N m) in this state.
+    """
+    constants, state = law[0], contacts[PIN]
+    bodies = crank_and_rod2(q, v)
+    motion = pin_motion(bodies, constants)
+    if index == 0:
+        state.regime = slip_regime(motion.slip, constants)
+    touched_at, normal = begin(index, motion.gap, motion.rate, state, constants), 0.0
+    if motion.gap < 0.0:
+        normal = damped(elastic_force(motion.gap, constants), -motion.rate, state.impact_speed, constants)
+    event_count = carry_on(index, motion, normal, touched_at, PIN, state, constants, events, event_count)
+    fx, fy, _, moment = pin_load(state.normal, state.friction, motion, bodies, constants)
     return event_count, fx, fy, moment

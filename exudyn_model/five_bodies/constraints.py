@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.assembly import CRANK, FRAME, SLIDER, pins
+from exudyn_model.bodies import ANGLE, CRANK, FRAME, PER_BODY, SLIDER, SLIDER_ANGLE, SLIDER_X, X, pins
 from exudyn_model.parameters import Parameters
 
 CONSTRAINTS = ("position", "velocity")
@@ -18,7 +18,7 @@ class Constraints:
     Parameters
     ----------
     parameters : Parameters
-        With the crank pin loose, that pin is none of them.
+        A crank pin with clearance is none of them.
     """
 
     def __init__(self, parameters: Parameters) -> None:
@@ -35,26 +35,27 @@ class Constraints:
         q, v : ndarray, shape (15,)
             Coordinates of the five bodies, the slider's x from the guide's centre line, and their rates.
         """
-        places = q.reshape(5, 3) + np.array([[0.0] * 3] * SLIDER + [[self._mechanism.guide_x, 0.0, 0.0]])
-        rates = v.reshape(5, 3)
+        places = q.reshape(-1, PER_BODY).copy()
+        places[SLIDER, X] += self._mechanism.guide_x
+        rates = v.reshape(-1, PER_BODY)
         gaps, speeds = [], []
         for pin in self._pins:
             first, first_rate = _point(places, rates, pin.first, pin.first_point)
             second, second_rate = _point(places, rates, pin.second, pin.second_point)
             gaps.append(np.abs(second - first).max())
             speeds.append(np.abs(second_rate - first_rate).max())
-        gaps.append(abs(places[CRANK, 2] - self._mechanism.crank_angle - self._drive.omega * time))
-        speeds.append(abs(rates[CRANK, 2] - self._drive.omega))
+        gaps.append(abs(places[CRANK, ANGLE] - self._mechanism.crank_angle - self._drive.omega * time))
+        speeds.append(abs(rates[CRANK, ANGLE] - self._drive.omega))
         if self._mechanism.ideal_slider:
-            gaps += [abs(q[3 * SLIDER] - self._mechanism.reference_offset), abs(q[3 * SLIDER + 2])]
-            speeds += [abs(v[3 * SLIDER]), abs(v[3 * SLIDER + 2])]
+            gaps += [abs(q[SLIDER_X] - self._mechanism.reference_offset), abs(q[SLIDER_ANGLE])]
+            speeds += [abs(v[SLIDER_X]), abs(v[SLIDER_ANGLE])]
         return float(max(gaps)), float(max(speeds))
 
 
 def _point(
     places: NDArray[np.float64], rates: NDArray[np.float64], body: int, point: tuple[float, float]
 ) -> _PointAndRate:
-    """Place and velocity of a body's point."""
+    """Return place and velocity of a body's point."""
     if body == FRAME:
         return np.array(point), np.zeros(2)
     x, y, angle = places[body]

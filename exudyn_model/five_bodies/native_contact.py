@@ -1,10 +1,10 @@
 """The corners' contact by Exudyn's own object instead of the user function: another opinion on the law.
 
 ``ObjectContactSphereTriangle`` at each corner: a small sphere inside the slider that touches the corner's
-tip, against a triangle that covers the wall. Nothing of ``contact`` takes part in the motion. What is
-recorded comes from Exudyn where it tells it: gap, impact speed, normal force, friction. Not told are the
-instants of touch and leaving, which the table of contacts interpolates between steps as for the user
-function, and the forces at t = 0: a corner that is closed there begins its contact with the first step.
+tip, against a triangle that covers the wall. No force of ``exudyn_model.contact`` acts. What is recorded
+comes from Exudyn where it tells it: gap, impact speed, normal force, friction. Not told are the instants of
+touch and separation, which the table of contacts interpolates between steps as for the user function, and the
+forces at t = 0: a corner that is closed there begins its contact with the first step.
 Three things differ from Eqs. 9-14:
 
 - The impact speed is that of the end of the step in which the contact begins, which leaves an error of first
@@ -13,7 +13,7 @@ Three things differ from Eqs. 9-14:
 - A slider that is turned has its corner 1e-4 m times the square of the angle over 2 farther inside.
 
 And two things it cannot do. A corner that begins inside a wall has no impact speed unless it moves inwards:
-at rest 1e-6 m inside, it is wrong by the whole clearance after a turn. That is refused. And a corner pressed
+at rest 1e-6 m inside, it is wrong by the whole clearance after a cycle. That is refused. And a corner pressed
 in by more than its sphere's radius comes out behind the wall: there the run is stopped.
 """
 
@@ -25,9 +25,11 @@ import numpy as np
 from exudyn.itemInterface import MarkerBodyRigid, NodeGenericData, ObjectContactSphereTriangle
 from numpy.typing import NDArray
 
+from exudyn_model.bodies import ANGLE, X, Y
 from exudyn_model.compiled import kernel
-from exudyn_model.contact import corner_motion
-from exudyn_model.contact_memory import begin, carry_on
+from exudyn_model.contact.gaps import CornerMotion, corner_motion
+from exudyn_model.contact.memory import begin, carry_on
+from exudyn_model.contact.states import ACROSS, ALONG, CORNERS
 from exudyn_model.parameters import Guide, Parameters
 
 # m: a thousandth of the slider, and more than the corners of steel penetrate
@@ -36,6 +38,9 @@ RADIUS = 1e-4
 _REACH = 10.0
 # Columns of what is read of each corner
 _GAP, _IMPACT_SPEED, _NORMAL, _FRICTION = range(4)
+# Data coordinates of Exudyn's object, and the places of two among them
+_DATA, _DATA_GAP, _DATA_IMPACT_SPEED = 4, 0, 2
+_CORNERS = len(CORNERS)
 
 
 def restitution(contact: Guide) -> float:
@@ -76,8 +81,7 @@ def add_corner_contacts(
     ground: Any,
     slider: Any,
     parameters: Parameters,
-    gaps: NDArray[np.float64],
-    rates: NDArray[np.float64],
+    motions: list[CornerMotion],
 ) -> Callable[[], NDArray[np.float64]]:
     """Add four contacts between the bodies ``ground`` and ``slider``.
 
@@ -86,8 +90,8 @@ def add_corner_contacts(
     mbs : exudyn.MainSystem
     ground, slider : exudyn.ObjectIndex
     parameters : Parameters
-    gaps, rates : ndarray, shape (4,)
-        Of the corners at t = 0, m, and their rates, m/s.
+    motions : list of CornerMotion
+        Of the corners at t = 0.
 
     Raises
     ------
@@ -101,8 +105,10 @@ def add_corner_contacts(
         +y (N) of each corner in the current state, shape (4, 4).
     """
     contact, shape = parameters.contact, parameters.mechanism.slider
-    resting = gaps[(gaps < 0.0) & (-rates < contact.impact_speed_floor)]
-    if resting.size:
+    resting = [
+        motion.gap for motion in motions if motion.gap < 0.0 and -motion.rate < contact.impact_speed_floor
+    ]
+    if resting:
         raise ValueError(
             f"initial: a corner starts {-min(resting):.3g} m inside a wall without moving inwards: with "
             "solver.exudyn.formulation = 'native' it has no impact speed then; use 'full'"
@@ -110,8 +116,7 @@ def add_corner_contacts(
     wall = shape.width / 2 + contact.clearance
     fixed = mbs.AddMarker(MarkerBodyRigid(bodyNumber=ground, localPosition=[0.0, 0.0, 0.0]))
     objects = []
-    for number in range(4):
-        side, end = (-1 if number % 2 == 0 else 1), (-1 if number < 2 else 1)
+    for side, end, motion in zip(ACROSS, ALONG, motions, strict=True):
         x = parameters.mechanism.guide_x + side * wall
         # Its normal, by the order of the points, is towards the slider
         triangle = exu.Vector3DList()
@@ -121,7 +126,8 @@ def add_corner_contacts(
         # A contact begins at a change of sign: a corner on its wall must not count as closed before
         memory = mbs.AddNode(
             NodeGenericData(
-                initialCoordinates=[max(gaps[number], 1e-15), 0.0, 0.0, 0.0], numberOfDataCoordinates=4
+                initialCoordinates=[max(motion.gap, 1e-15), 0.0, 0.0, 0.0],
+                numberOfDataCoordinates=_DATA,
             )
         )
         objects.append(
@@ -148,14 +154,14 @@ def add_corner_contacts(
     force = exu.OutputVariableType.Force
 
     def read() -> NDArray[np.float64]:
-        corners = np.zeros((4, 4))
-        data = mbs.systemData.GetDataCoordinates(copy=False)
-        for number in range(4):
-            corners[number, _GAP], corners[number, _IMPACT_SPEED] = data[4 * number], data[4 * number + 2]
-            if data[4 * number] < 0.0:
+        corners = np.zeros((_CORNERS, 4))
+        data = mbs.systemData.GetDataCoordinates(copy=False).reshape(_CORNERS, _DATA)
+        corners[:, _GAP], corners[:, _IMPACT_SPEED] = data[:, _DATA_GAP], data[:, _DATA_IMPACT_SPEED]
+        for number in range(_CORNERS):
+            if corners[number, _GAP] < 0.0:
                 fx, fy, _ = mbs.GetObjectOutput(objects[number], force)
                 # On the slider, away from the wall: a wall that pulled would show
-                corners[number, _NORMAL], corners[number, _FRICTION] = fx if number % 2 == 0 else -fx, fy
+                corners[number, _NORMAL], corners[number, _FRICTION] = -ACROSS[number] * fx, fy
         return corners
 
     return read
@@ -165,8 +171,8 @@ def add_corner_contacts(
 def deepest(q: NDArray[np.float64], law: NDArray[np.void]) -> float:
     """Return how deep (m) the deepest corner is in a wall; negative if none is. ``q``: of the slider."""
     depth = -np.inf
-    for number in range(4):
-        depth = max(depth, -corner_motion(number, q[0], q[2], 0.0, 0.0, 0.0, law[0])[0])
+    for number in range(_CORNERS):
+        depth = max(depth, -corner_motion(number, q[X], q[ANGLE], 0.0, 0.0, 0.0, law[0]).gap)
     return depth
 
 
@@ -181,22 +187,24 @@ def renew_native_corners(
     events: NDArray[np.void],
     event_count: int,
 ) -> tuple[int, float, float, float]:
-    """Renew the corners' memory as ``contact_memory.renew_corners``, with what Exudyn tells of them.
+    """Renew the corners' memory as ``contact.memory.renew_corners``, with what Exudyn tells of them.
 
     ``native`` is what the function of :func:`add_corner_contacts` returns, shape (4, 4).
     """
     constants = law[0]
     fx, fy, moment = 0.0, 0.0, 0.0
-    for number in range(4):
-        state, gap, normal = corners[number], native[number, _GAP], native[number, _NORMAL]
-        _, rate, slip, rx, ry = corner_motion(number, q[0], q[2], v[0], v[1], v[2], constants)
-        touched_at = begin(index, gap, rate, state, constants)
-        if gap < 0.0 and index > 0:
+    for number in range(_CORNERS):
+        state, normal = corners[number], native[number, _NORMAL]
+        _, rate, slip, arm_x, arm_y = corner_motion(number, q[X], q[ANGLE], v[X], v[Y], v[ANGLE], constants)
+        motion = CornerMotion(native[number, _GAP], rate, slip, arm_x, arm_y)
+        touched_at = begin(index, motion.gap, rate, state, constants)
+        if motion.gap < 0.0 and index > 0:
             state.impact_speed = max(native[number, _IMPACT_SPEED], constants.impact_speed_floor)
         event_count = carry_on(
-            index, gap, rate, slip, normal, touched_at, number, state, constants, events, event_count
+            index, motion, normal, touched_at, number, state, constants, events, event_count
         )
         state.friction = native[number, _FRICTION]
-        inward = normal if number % 2 == 0 else -normal
-        fx, fy, moment = fx + inward, fy + state.friction, moment + rx * state.friction - ry * inward
+        inward = -ACROSS[number] * normal
+        fx, fy = fx + inward, fy + state.friction
+        moment = moment + arm_x * state.friction - arm_y * inward
     return event_count, fx, fy, moment

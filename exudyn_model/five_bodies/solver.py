@@ -8,16 +8,12 @@ from typing import Any
 
 import exudyn as exu
 
+from exudyn_model.bodies import ROD4_ANGLE
+from exudyn_model.five_bodies.recording import Recorder
 from exudyn_model.parameters import Parameters
-from exudyn_model.recording import Recorder
+from exudyn_model.run import PROGRESS_INTERVAL, Outcome
 
 SPECTRAL_RADIUS = 0.9
-
-# Of x, y and angle of crank, rod 2, rocker, rod 4 and slider
-_ROD4_ANGLE = 11
-
-# s between two calls of `progress`
-PROGRESS_INTERVAL = 0.1
 
 
 @dataclass(frozen=True)
@@ -115,7 +111,7 @@ def settings(steps: Steps, method: str, tolerance: float, uses: int) -> Any:
     # The Jacobian changes little in a hundred steps; a new one in every iteration doubles the cost
     integration.newton.useModifiedNewton = True
     integration.newton.maxModifiedNewtonIterations = uses
-    # Pieces of the crank pin's friction (`journal`): at most four changes; the last one is confirmed
+    # Pieces of the crank pin's friction (`contact.journal`): at most four changes; the last one is confirmed
     integration.discontinuous.maxIterations = 6
     integration.discontinuous.ignoreMaxIterations = False
     # Exudyn's own contact would ask for shorter steps where it begins, and stop where the step is fixed
@@ -126,28 +122,19 @@ def settings(steps: Steps, method: str, tolerance: float, uses: int) -> Any:
     return values
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """How a run ended: status, remedy ("" after success) and counters."""
-
-    status: str
-    remedy: str
-    counters: dict[str, int]
-
-
 class _BehindWallError(Exception):
     """Stops Exudyn where its own contact object has let a corner through."""
 
 
 def _rod4_spun(data: Any) -> bool:
-    """Whether rod 4 is more than half a turn from where it started, as a slider in a guide never lets it be.
+    """Return whether rod 4 is more than half a revolution from its start, as no slider in a guide lets it be.
 
-    In a step far longer than a contact the Newton iteration can overshoot by thousands of its turns and find
-    a root there: the angle counts by its sine alone, and inertia balances whatever the wall exerts. No later
-    step turns it back.
+    In a step far longer than a contact the Newton iteration can overshoot by thousands of revolutions and
+    find a root there: the angle counts by its sine alone, and inertia balances whatever the wall exerts. No
+    later step brings it back.
     """
-    start = data.GetODE2Coordinates(configuration=exu.ConfigurationType.Initial)[_ROD4_ANGLE]
-    return bool(abs(data.GetODE2Coordinates()[_ROD4_ANGLE] - start) > math.pi)
+    start = data.GetODE2Coordinates(configuration=exu.ConfigurationType.Initial)[ROD4_ANGLE]
+    return bool(abs(data.GetODE2Coordinates()[ROD4_ANGLE] - start) > math.pi)
 
 
 def solve(
@@ -184,7 +171,7 @@ def solve(
             if is_sample and progress is not None and time.monotonic() - last_call > PROGRESS_INTERVAL:
                 last_call = time.monotonic()
                 progress((recorder.accepted - 1) / (steps.samples * steps.per_sample))
-        # Also a user's Ctrl-C: Exudyn would turn it into an error of its own
+        # Also a user's Ctrl-C: Exudyn would make it an error of its own
         except BaseException as exception:
             interruption.append(exception)
             return False

@@ -1,47 +1,38 @@
 """Contact forces in a state of a tree, and the accelerations that follow from them by balance.
 
 For steps that end where a contact begins or ends: inside of one, what is in contact keeps its frozen impact
-speed, and what was open stays without force (``contact.frozen_slider_force``).
+speed, and what was open stays without force (``contact.corners.frozen_slider_force``).
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.accelerations import rod4_acceleration
+from exudyn_model.accelerations import Forces, rod4_acceleration
 from exudyn_model.compiled import kernel
-from exudyn_model.contact import frozen_slider_force
-from exudyn_model.journal import CrankAndRod2, pin_load, pin_motion
-from exudyn_model.loose_pin import loose_pin_angles
-from exudyn_model.point_contact import PIN, damped, friction_force
-from exudyn_model.rocker_tip import rocker_tip
-from exudyn_model.tree_motion import TreeState, driven_and_hung, slider_motion, state_at
-
-
-class Forces(NamedTuple):
-    """Contact forces (N) and moments about the centres (N m) on the slider and on rod 2."""
-
-    fx: float
-    fy: float
-    moment: float
-    pin_x: float
-    pin_y: float
-    pin_moment: float
+from exudyn_model.contact.corners import frozen_slider_force
+from exudyn_model.contact.friction import friction_force
+from exudyn_model.contact.journal import CrankAndRod2, pin_load, pin_motion
+from exudyn_model.contact.point import damped, elastic_force
+from exudyn_model.contact.states import PIN
+from exudyn_model.free_rocker import FreeAngles, free_angular_accelerations
+from exudyn_model.linkage import rocker_tip
+from exudyn_model.tree.motion import TreeState, driven_and_hung, slider_motion, state_at
 
 
 @kernel
 def frozen_pin_force(bodies: CrankAndRod2, law: Any, state: Any) -> tuple[float, float, float]:
-    """Force on rod 2 (N) and its moment about rod 2's centre (N m) of a pin in contact.
+    """Return the force on rod 2 (N) and its moment about rod 2's centre (N m) of a pin in contact.
 
-    As ``journal.journal_force``, but for steps that end at each touch: the impact speed is the one frozen in
-    ``state``, and friction that of the slip itself, since nothing is iterated.
+    As ``contact.journal.journal_force``, but for steps that end at each touch: the impact speed is the one
+    frozen in ``state``, and friction that of the slip itself, since nothing is iterated.
     """
-    gap, rate, slip, nx, ny = pin_motion(bodies, law)
-    if gap >= 0.0:
+    motion = pin_motion(bodies, law)
+    if motion.gap >= 0.0:
         return 0.0, 0.0, 0.0
-    normal = damped(law.stiffness * (-gap) ** law.exponent, -rate, state.impact_speed, law)
-    fx, fy, _, moment = pin_load(normal, friction_force(normal, slip, law), nx, ny, gap, bodies, law)
+    normal = damped(elastic_force(motion.gap, law), -motion.rate, state.impact_speed, law)
+    fx, fy, _, moment = pin_load(normal, friction_force(normal, motion.slip, law), motion, bodies, law)
     return fx, fy, moment
 
 
@@ -53,7 +44,7 @@ def frozen_forces(
     pin_law: NDArray[np.void],
     contacts: NDArray[np.void],
 ) -> Forces:
-    """Find the forces of contacts with a frozen impact speed alone: see ``contact.frozen_slider_force``."""
+    """Return the forces of the contacts in progress alone: those with a frozen impact speed."""
     constants = linkage[0]
     fx, fy, moment, pin_x, pin_y, pin_moment = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if not constants.ideal_slider:
@@ -69,32 +60,20 @@ def frozen_forces(
 def angular_accelerations(
     state: TreeState, forces: Forces, linkage: Any
 ) -> tuple[float, float, float, float]:
-    """Those of rod 2, rocker, rod 4 and slider (rad/s^2) by balance of forces, 0 where nothing is free."""
+    """Return those of rod 2, rocker, rod 4 and slider (rad/s^2) by balance of forces; 0 where driven."""
     alpha5 = 0.0 if linkage.ideal_slider else forces.moment / linkage.slider_inertia
     if linkage.ideal_pin:
         _, _, _, _, tip_ax, tip_ay = rocker_tip(state.time, linkage)
         alpha4 = rod4_acceleration(state.theta4, tip_ax, tip_ay, forces.fx, forces.fy, linkage)
         return 0.0, 0.0, alpha4, alpha5
-    alpha2, alpha3, alpha4, _ = loose_pin_angles(
-        state.theta2,
-        state.w2,
-        state.theta3,
-        state.w3,
-        state.theta4,
-        state.w4,
-        forces.pin_x,
-        forces.pin_y,
-        forces.pin_moment,
-        forces.fx,
-        forces.fy,
-        linkage,
-    )
+    angles = FreeAngles(state.theta2, state.w2, state.theta3, state.w3, state.theta4, state.w4)
+    alpha2, alpha3, alpha4, _ = free_angular_accelerations(angles, forces, linkage)
     return alpha2, alpha3, alpha4, alpha5
 
 
 @kernel
 def slider_acceleration(state: TreeState, alpha3: float, alpha4: float, linkage: Any) -> tuple[float, float]:
-    """Slider's ax and ay (m/s^2) from the angular accelerations of rocker and rod 4."""
+    """Return the slider's ax and ay (m/s^2) from the angular accelerations of rocker and rod 4."""
     if linkage.ideal_pin:
         _, _, _, _, tip_ax, tip_ay = rocker_tip(state.time, linkage)
     else:

@@ -1,7 +1,7 @@
-"""Where in a step of a tree a gap passes through zero: found for certain, however often it turns round there.
+"""Where in a step of a tree a gap passes through zero: found for certain, however often it reverses there.
 
-The gap is that of the interpolated state (``tree_motion``), not a polynomial of its own. That it does not
-change its sign follows from a bound of its second derivative (``gap_acceleration``): between two points a gap
+The gap is that of the interpolated state (``motion``), not a polynomial of its own. That it does not
+change its sign follows from a bound of its second derivative (``step_bounds``): between two points a gap
 is nowhere smaller than the parabola through both with that second derivative. Most steps are settled by their
 ends alone; else the step is searched from its start on, in parts short enough to be settled each.
 """
@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from exudyn_model.compiled import kernel
-from exudyn_model.point_contact import PIN
-from exudyn_model.tree_motion import contact_motion, interpolate
+from exudyn_model.contact.states import PIN
+from exudyn_model.tree.motion import contact_motion, interpolate
 
 # A gap (m) that counts as none: some roundings of the sums of lengths near 0.6 m that it comes from. The
 # second corner of a side rests at 1e-11 m under the "strip" law, and far less where it bears little
@@ -27,7 +27,7 @@ _SEARCH_LIMIT = 1000
 def gap_within(
     number: int, start: Any, end: Any, share: float, linkage: Any, law: Any, pin_law: Any
 ) -> tuple[float, float]:
-    """Gap (m) of one of ``CONTACTS`` and its rate (m/s) at a share of the step."""
+    """Return the gap (m) of one of ``CONTACTS`` and its rate (m/s) at a share of the step."""
     return contact_motion(number, interpolate(start, end, share), linkage, law, pin_law)
 
 
@@ -35,7 +35,7 @@ def gap_within(
 def crossing_within(
     number: int, start: Any, end: Any, low: float, high: float, linkage: Any, law: Any, pin_law: Any
 ) -> float:
-    """Share of the step at which the gap is zero; its signs at ``low`` and ``high`` must differ.
+    """Return the share of the step at which the gap is zero; its signs at ``low`` and ``high`` must differ.
 
     Newton's method, safeguarded by bisection.
     """
@@ -59,7 +59,7 @@ def crossing_within(
 
 @kernel
 def smooth_distance(number: int, gap: float, pin_law: Any) -> float:
-    """Gap (m) of a corner; of the pin (c^2 - e^2) / (2 c), which is as much near 0 and smooth at e = 0."""
+    """Return a corner's gap (m); of the pin (c^2 - e^2) / (2 c), as much near 0 and smooth at e = 0."""
     return gap - 0.5 * gap * gap / pin_law.clearance if number == PIN else gap
 
 
@@ -89,7 +89,7 @@ def passed_within(
     law: Any,
     pin_law: Any,
 ) -> float:
-    """Share of the step at which the distance is below zero; 2 if it never is, nan if unsure.
+    """Return the share of the step at which the distance is below zero; 2 if it never is, nan if unsure.
 
     The distance is :func:`smooth_distance` times ``sign``: -1 for a contact that leaves.
 
@@ -137,7 +137,7 @@ def change_within(
     law: Any,
     pin_law: Any,
 ) -> float:
-    """Share of the step at which a contact touches or, where it is closed, leaves; 2 if it never does.
+    """Return the share of the step at which a contact begins or, where it is closed, ends; 2 if it does not.
 
     Perhaps not the first one in the step; the step up to there, tried again, will tell. 0 if it was at the
     wall all the time from the start on until it passed; nan if a shorter step is needed to be sure.

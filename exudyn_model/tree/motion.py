@@ -1,7 +1,7 @@
 """State of a tree within a step, and the motion of slider, crank pin and contacts that follows from it.
 
 Both trees, that of rod 4 and slider and that of all but the crank, share these kernels. What drives a tree
-is a function of time: joint C where the crank pin is ideal (``rocker_tip``), the journal where it is loose.
+is a function of time: joint C where the crank pin is ideal (``linkage``), else the journal.
 Each angle is interpolated by its quintic Hermite polynomial: angle, angular velocity and acceleration.
 """
 
@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from exudyn_model.compiled import kernel
-from exudyn_model.contact import corner_motion
-from exudyn_model.journal import CrankAndRod2, pin_motion
-from exudyn_model.point_contact import PIN
-from exudyn_model.rocker_tip import carried_tip, rocker_tip
+from exudyn_model.contact.gaps import corner_motion
+from exudyn_model.contact.journal import CrankAndRod2, pin_motion
+from exudyn_model.contact.states import PIN
+from exudyn_model.linkage import carried_tip, rocker_tip
 
 # End of a step: s, rad, rad/s, rad/s^2. Rod 2 and rocker stay 0 where the crank pin is ideal, the slider's
 # angle where the slider is
@@ -42,7 +42,7 @@ class TreeState(NamedTuple):
 
 @kernel
 def state_at(motion: Any) -> TreeState:
-    """State at the end of a step."""
+    """Return the state at the end of a step."""
     return TreeState(
         motion.time,
         motion.theta2,
@@ -58,7 +58,7 @@ def state_at(motion: Any) -> TreeState:
 
 @kernel
 def slider_motion(state: TreeState, linkage: Any) -> tuple[float, float, float, float]:
-    """Slider's x from the guide's centre line, y, vx and vy (m, s)."""
+    """Return the slider's x from the guide's centre line, y, vx and vy (m, s)."""
     if linkage.ideal_pin:
         tip_x, tip_y, tip_vx, tip_vy, _, _ = rocker_tip(state.time, linkage)
     else:
@@ -75,7 +75,7 @@ def slider_motion(state: TreeState, linkage: Any) -> tuple[float, float, float, 
 
 @kernel
 def driven_and_hung(state: TreeState, linkage: Any, pin_law: Any) -> CrankAndRod2:
-    """Find the driven crank and rod 2, which hangs on the rocker."""
+    """Return the motion of the driven crank and of rod 2, which hangs on the rocker."""
     angle1, w1 = linkage.crank_angle + linkage.omega * state.time, linkage.omega
     radius1 = linkage.crank_length - pin_law.crank_to_tip
     x1, y1 = radius1 * np.cos(angle1), radius1 * np.sin(angle1)
@@ -102,18 +102,18 @@ def driven_and_hung(state: TreeState, linkage: Any, pin_law: Any) -> CrankAndRod
 def contact_motion(
     number: int, state: TreeState, linkage: Any, law: Any, pin_law: Any
 ) -> tuple[float, float]:
-    """Gap (m) of one of ``CONTACTS`` and its rate (m/s)."""
+    """Return the gap (m) of one of ``CONTACTS`` and its rate (m/s)."""
     if number == PIN:
-        gap, rate, _, _, _ = pin_motion(driven_and_hung(state, linkage, pin_law), pin_law)
-        return gap, rate
+        journal = pin_motion(driven_and_hung(state, linkage, pin_law), pin_law)
+        return journal.gap, journal.rate
     x, _, vx, vy = slider_motion(state, linkage)
-    gap, rate, _, _, _ = corner_motion(number, x, state.theta5, vx, vy, state.w5, law)
-    return gap, rate
+    corner = corner_motion(number, x, state.theta5, vx, vy, state.w5, law)
+    return corner.gap, corner.rate
 
 
 @kernel
-def can_touch(number: int, linkage: Any) -> bool:
-    """Whether one of ``CONTACTS`` has a clearance at all."""
+def has_clearance(number: int, linkage: Any) -> bool:
+    """Return whether one of ``CONTACTS`` has a clearance at all."""
     ideal: bool = linkage.ideal_pin if number == PIN else linkage.ideal_slider
     return not ideal
 
@@ -122,7 +122,7 @@ def can_touch(number: int, linkage: Any) -> bool:
 def quintic(
     x0: float, v0: float, a0: float, x1: float, v1: float, a1: float, step: float, share: float
 ) -> tuple[float, float]:
-    """Value and rate, at a share of the step, of the polynomial given by both ends.
+    """Return value and rate, at a share of the step, of the polynomial given by both ends.
 
     Ends are given by value, rate and second derivative.
     """
@@ -142,7 +142,7 @@ def quintic(
 
 @kernel
 def interpolate(start: Any, end: Any, share: float) -> TreeState:
-    """State at a share of the step between two ``MOTION`` records."""
+    """Return the state at a share of the step between two ``MOTION`` records."""
     step = end.time - start.time
     theta2, w2 = quintic(start.theta2, start.w2, start.a2, end.theta2, end.w2, end.a2, step, share)
     theta3, w3 = quintic(start.theta3, start.w3, start.a3, end.theta3, end.w3, end.a3, step, share)

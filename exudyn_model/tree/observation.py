@@ -1,22 +1,41 @@
-"""All channels in one state of a tree."""
+"""All channels in one state of a tree, and what the invariants are judged by."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.accelerations import Forces
+from exudyn_model.channels import (
+    FRICTION,
+    GAP,
+    NORMAL,
+    PER_CONTACT,
+    SLIDER_ALPHA,
+    SLIDER_ANGLE,
+    SLIDER_AX,
+    SLIDER_AY,
+    SLIDER_OMEGA,
+    SLIDER_VX,
+    SLIDER_VY,
+    SLIDER_X,
+    SLIDER_Y,
+)
 from exudyn_model.compiled import kernel
-from exudyn_model.contact import corner_load, corner_motion
-from exudyn_model.journal import pin_load, pin_motion
-from exudyn_model.point_contact import PIN, damped, friction_force
-from exudyn_model.side_law import side_normals
-from exudyn_model.tables import CHANNELS
-from exudyn_model.tree_forces import Forces, angular_accelerations, slider_acceleration
-from exudyn_model.tree_motion import TreeState, driven_and_hung, slider_motion
-from exudyn_model.watch import watch_corners, watch_pin
+from exudyn_model.contact.corners import corner_load
+from exudyn_model.contact.friction import friction_force
+from exudyn_model.contact.gaps import corner_motion
+from exudyn_model.contact.journal import pin_load, pin_motion
+from exudyn_model.contact.laws import side_normals
+from exudyn_model.contact.point import damped, elastic_force
+from exudyn_model.contact.states import CONTACTS, PIN, UPPER
+from exudyn_model.tree.forces import angular_accelerations, slider_acceleration
+from exudyn_model.tree.motion import TreeState, driven_and_hung, slider_motion
+from exudyn_model.watch import Eccentricity, watch_corners, watch_pin
 
-# The channels, then the pin's gap, normal force and friction, after those of the corners
-WIDTH = len(CHANNELS) + 3
+# The channels, then gap, normal force and friction of the pin, as the last contact
+WIDTH = GAP + PER_CONTACT * len(CONTACTS)
+_PIN = PER_CONTACT * PIN
 
 
 @kernel
@@ -33,41 +52,41 @@ def observe(
     theta5, w5 = state.theta5, state.w5
     fx, fy, moment, pin_x, pin_y, pin_moment = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for side in range(0 if linkage.ideal_slider else 2):
-        gap0, rate0, _, _, _ = corner_motion(side, x, theta5, vx, vy, w5, law)
-        gap1, rate1, _, _, _ = corner_motion(side + 2, x, theta5, vx, vy, w5, law)
+        lower = corner_motion(side, x, theta5, vx, vy, w5, law)
+        upper = corner_motion(side + UPPER, x, theta5, vx, vy, w5, law)
         normals = side_normals(
-            -gap0,
-            -rate0,
+            -lower.gap,
+            -lower.rate,
             contacts[side].impact_speed,
-            -gap1,
-            -rate1,
-            contacts[side + 2].impact_speed,
+            -upper.gap,
+            -upper.rate,
+            contacts[side + UPPER].impact_speed,
             law,
         )
+        motions = lower, upper
         for end in range(2):
-            number, normal = side + 2 * end, normals[end]
-            gap, _, slip, rx, ry = corner_motion(number, x, theta5, vx, vy, w5, law)
-            load = corner_load(number, normal, slip, rx, ry, law)
+            number, normal, motion = side + UPPER * end, normals[end], motions[end]
+            load = corner_load(number, normal, motion, law)
             fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
-            values[9 + 3 * number] = gap
-            values[10 + 3 * number] = normal
-            values[11 + 3 * number] = friction_force(normal, slip, law)
+            values[GAP + PER_CONTACT * number] = motion.gap
+            values[NORMAL + PER_CONTACT * number] = normal
+            values[FRICTION + PER_CONTACT * number] = friction_force(normal, motion.slip, law)
     if not linkage.ideal_pin:
         bodies = driven_and_hung(state, linkage, pin_law)
-        gap, rate, slip, nx, ny = pin_motion(bodies, pin_law)
-        normal = 0.0
-        if gap < 0.0 and contacts[PIN].impact_speed > 0.0:
-            elastic = pin_law.stiffness * (-gap) ** pin_law.exponent
-            normal = damped(elastic, -rate, contacts[PIN].impact_speed, pin_law)
-        friction = friction_force(normal, slip, pin_law)
-        pin_x, pin_y, _, pin_moment = pin_load(normal, friction, nx, ny, gap, bodies, pin_law)
-        values[21], values[22], values[23] = gap, normal, friction
+        journal = pin_motion(bodies, pin_law)
+        pin_normal = 0.0
+        if journal.gap < 0.0 and contacts[PIN].impact_speed > 0.0:
+            elastic = elastic_force(journal.gap, pin_law)
+            pin_normal = damped(elastic, -journal.rate, contacts[PIN].impact_speed, pin_law)
+        friction = friction_force(pin_normal, journal.slip, pin_law)
+        pin_x, pin_y, _, pin_moment = pin_load(pin_normal, friction, journal, bodies, pin_law)
+        values[GAP + _PIN], values[NORMAL + _PIN], values[FRICTION + _PIN] = journal.gap, pin_normal, friction
     forces = Forces(fx, fy, moment, pin_x, pin_y, pin_moment)
     _, alpha3, alpha4, alpha5 = angular_accelerations(state, forces, linkage)
-    values[0], values[1], values[2] = linkage.guide_x + x, y, theta5
-    values[3], values[4], values[5] = vx, vy, w5
-    values[6], values[7] = slider_acceleration(state, alpha3, alpha4, linkage)
-    values[8] = alpha5
+    values[SLIDER_X], values[SLIDER_Y], values[SLIDER_ANGLE] = linkage.guide_x + x, y, theta5
+    values[SLIDER_VX], values[SLIDER_VY], values[SLIDER_OMEGA] = vx, vy, w5
+    values[SLIDER_AX], values[SLIDER_AY] = slider_acceleration(state, alpha3, alpha4, linkage)
+    values[SLIDER_ALPHA] = alpha5
 
 
 @kernel
@@ -79,10 +98,19 @@ def watch(
     pin_law: Any,
     contacts: NDArray[np.void],
 ) -> None:
-    """Watch all contacts in a state whose ``values`` are from :func:`observe`: see ``watch``."""
+    """Watch all contacts in a state whose ``values`` are from :func:`observe`: see ``exudyn_model.watch``."""
     if not linkage.ideal_slider:
-        x = values[0] - linkage.guide_x
-        watch_corners(state.time, x, values[2], values[3], values[4], values[5], values, law, contacts)
+        watch_corners(
+            state.time,
+            values[SLIDER_X] - linkage.guide_x,
+            values[SLIDER_ANGLE],
+            values[SLIDER_VX],
+            values[SLIDER_VY],
+            values[SLIDER_OMEGA],
+            values,
+            law,
+            contacts,
+        )
     if not linkage.ideal_pin:
         # From the crank's tip back over rod 2 and rocker to H
         angle1 = linkage.crank_angle + linkage.omega * state.time
@@ -90,16 +118,19 @@ def watch(
         x2, y2 = linkage.rod2_length * np.cos(state.theta2), linkage.rod2_length * np.sin(state.theta2)
         x3, y3 = linkage.rocker_to_b * np.cos(state.theta3), linkage.rocker_to_b * np.sin(state.theta3)
         w1, w2, w3 = linkage.omega, state.w2, state.w3
-        watch_pin(
-            state.time,
+        eccentricity = Eccentricity(
             x1 + x2 - x3 - linkage.pivot_x,
             y1 + y2 - y3 - linkage.pivot_y,
             w3 * y3 - w2 * y2 - w1 * y1,
             w1 * x1 + w2 * x2 - w3 * x3,
+        )
+        watch_pin(
+            state.time,
+            eccentricity,
             w1,
             w2,
-            values[22],
-            values[23],
+            values[NORMAL + _PIN],
+            values[FRICTION + _PIN],
             pin_law,
             contacts,
         )

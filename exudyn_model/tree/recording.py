@@ -1,141 +1,21 @@
-"""Judge each step of a tree, and keep what is asked of the accepted ones.
-
-An accepted step goes from one state to the next without a touch or a leaving between: its angles are
-interpolated by quintic Hermite polynomials, at the samples' times and at ``_POINTS`` equal parts of the step
-for extrema, impulses and peaks. Whatever is kept follows from such a state by balance of forces.
-"""
+"""What is kept of a run of a tree: samples, contacts and extrema of its accepted steps."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.compiled import direct, kernel
-from exudyn_model.contact_memory import EVENT, write_event
-from exudyn_model.gap_search import GAP_TOLERANCE
-from exudyn_model.mechanism import Model
-from exudyn_model.point_contact import CONTACTS
-from exudyn_model.tables import CHANNELS, event_table, extrema_table, new_extrema, widen
-from exudyn_model.touch_location import freeze, locate
-from exudyn_model.tree_forces import complete
-from exudyn_model.tree_motion import MOTION, can_touch, contact_motion, interpolate, state_at
-from exudyn_model.tree_observation import WIDTH, observe, watch
-
-# Parts of a step, an even number: Simpson's rule takes them in pairs
-_POINTS = 4
-_COUNT = len(CONTACTS)
-
-
-@kernel
-def _renew_contacts(
-    start: Any,
-    end: Any,
-    linkage: Any,
-    law: Any,
-    pin_law: Any,
-    contacts: NDArray[np.void],
-    events: NDArray[np.void],
-    event_count: int,
-) -> int:
-    """End the contacts that have opened, begin those that touch; the event count."""
-    state = state_at(end)
-    for number in range(_COUNT):
-        if not can_touch(number, linkage):
-            continue
-        contact = contacts[number]
-        gap, rate = contact_motion(number, state, linkage, law, pin_law)
-        # What has just touched may still be open by round-off, but it approaches
-        if contact.impact_speed > 0.0 and (gap > GAP_TOLERANCE or (gap >= -GAP_TOLERANCE and rate > 0.0)):
-            # An accepted step has a contact that leaves at one of its ends: see `locate`
-            write_event(events[event_count], number, contact, end.time if gap < -contact.gap else start.time)
-            event_count += 1
-            contact.impact_speed = 0.0
-        contact.gap, contact.rate = gap, rate
-        if contact.impact_speed == 0.0 and gap <= GAP_TOLERANCE and rate < 0.0:
-            freeze(contact, end.time, law)
-    return event_count
-
-
-@kernel
-def _accept(
-    start_of_step: NDArray[np.void],
-    end_of_step: NDArray[np.void],
-    linkage: NDArray[np.void],
-    law: NDArray[np.void],
-    pin_law: NDArray[np.void],
-    contacts: NDArray[np.void],
-    events: NDArray[np.void],
-    event_count: int,
-    values: NDArray[np.float64],
-    extrema: NDArray[np.void],
-    samples: NDArray[np.float64],
-    next_sample: int,
-    sample_interval: float,
-    known_until: float,
-) -> tuple[int, int]:
-    """Take the step from ``start`` to ``end``; the event count, and the number of samples so far."""
-    start, end = start_of_step[0], end_of_step[0]
-    step = end.time - start.time
-    laws = linkage[0], law[0], pin_law[0]
-    while next_sample < len(samples) and next_sample * sample_interval <= known_until:
-        share = (next_sample * sample_interval - start.time) / step
-        state = interpolate(start, end, share)
-        observe(state, *laws, contacts, samples[next_sample])
-        widen(extrema, samples[next_sample], state.time)
-        next_sample += 1
-    for number in range(_COUNT):
-        contacts[number].impulse += step / (3 * _POINTS) * contacts[number].normal
-    for point in range(1, _POINTS + 1):
-        state = interpolate(start, end, point / _POINTS)
-        observe(state, *laws, contacts, values)
-        widen(extrema, values, state.time)
-        weight = step / (3 * _POINTS) * (1 if point == _POINTS else 4 if point % 2 == 1 else 2)
-        for number in range(_COUNT):
-            contact = contacts[number]
-            contact.normal = values[10 + 3 * number]
-            contact.impulse += weight * contact.normal
-            contact.peak = max(contact.peak, contact.normal)
-            contact.depth = max(contact.depth, -values[9 + 3 * number])
-        watch(state, values, *laws, contacts)
-    event_count = _renew_contacts(start, end, *laws, contacts, events, event_count)
-    return event_count, next_sample
-
-
-@kernel
-def _fill(motion: Any, time: float, q: NDArray[np.float64], v: NDArray[np.float64], linkage: Any) -> None:
-    """Angles and angular velocities of ``motion`` from the tree's coordinates."""
-    motion.time = time
-    first = 0
-    carried, carried_w = 0.0, 0.0
-    if not linkage.ideal_pin:
-        motion.theta3, motion.w3 = carried, carried_w = q[0], v[0]
-        motion.theta2, motion.w2 = q[0] + q[1], v[0] + v[1]
-        first = 2
-    motion.theta4, motion.w4 = carried + q[first], carried_w + v[first]
-    if not linkage.ideal_slider:
-        motion.theta5, motion.w5 = motion.theta4 + q[first + 1], motion.w4 + v[first + 1]
-
-
-@kernel
-def _judge(
-    start_of_step: NDArray[np.void],
-    end_of_step: NDArray[np.void],
-    time: float,
-    q: NDArray[np.float64],
-    v: NDArray[np.float64],
-    linkage: NDArray[np.void],
-    law: NDArray[np.void],
-    pin_law: NDArray[np.void],
-    contacts: NDArray[np.void],
-    least: float,
-) -> float:
-    """Fill the step's end from the tree's coordinates; what :func:`locate` says of the step, or nan."""
-    if not np.isfinite(np.sum(q) + np.sum(v)):
-        return np.nan
-    start, end = start_of_step[0], end_of_step[0]
-    _fill(end, time, q, v, linkage[0])
-    complete(end, linkage, law, pin_law, contacts)
-    return locate(start, end, linkage, law, pin_law, contacts, least)
+from exudyn_model.channels import CHANNELS, NORMAL, PER_CONTACT
+from exudyn_model.compiled import direct
+from exudyn_model.contact.memory import EVENT
+from exudyn_model.contact.states import CONTACTS
+from exudyn_model.model import Model
+from exudyn_model.tables import event_table, extrema_table, new_extrema, widen
+from exudyn_model.tree.forces import complete
+from exudyn_model.tree.motion import MOTION, state_at
+from exudyn_model.tree.observation import WIDTH, observe, watch
+from exudyn_model.tree.steps import Kept, accept_step, fill, judge_step, renew_contacts
+from exudyn_model.tree.switching import freeze
 
 
 class TreeRecorder:
@@ -144,7 +24,7 @@ class TreeRecorder:
     Parameters
     ----------
     model : Model
-        From ``tree`` or ``rocker_tree``.
+        From ``slider_tree`` or ``rocker_tree``.
     sample_interval : float
         s.
     samples : int
@@ -157,46 +37,32 @@ class TreeRecorder:
         self.steps = 0
         self.time = 0.0
         """Time of the last accepted state, s."""
-        self._laws, self._contacts = (model.linkage, model.law, model.pin_law), model.contacts
+        self._constants, self._contacts = model.constants, model.contacts
         self._sample_interval, self._least = sample_interval, least
         self._start, self._end = np.zeros(1, MOTION), np.zeros(1, MOTION)
-        self._values = np.zeros(WIDTH)
-        self._samples = np.zeros((samples + 1, WIDTH))
-        self._extrema = new_extrema(WIDTH)
+        self._kept = Kept(np.zeros(WIDTH), new_extrema(WIDTH), np.zeros((samples + 1, WIDTH)))
         self._events = np.zeros(64, EVENT)
         self._event_count, self._sample_count = 0, 0
-        ends, kept = (self._start, self._end), (*self._laws, self._contacts)
+        ends, read = (self._start, self._end), (self._constants, self._contacts)
         coordinates = np.zeros(2)
-        self._judge = direct(_judge, *ends, 0.0, coordinates, coordinates, *kept, 0.0)
-        self._accept = direct(
-            _accept,
-            *ends,
-            *kept,
-            self._events,
-            0,
-            self._values,
-            self._extrema,
-            self._samples,
-            0,
-            0.0,
-            0.0,
-        )
+        self._judge = direct(judge_step, *ends, 0.0, coordinates, coordinates, *read, 0.0)
+        self._accept = direct(accept_step, *ends, *read, self._events, 0, self._kept, 0, 0.0, 0.0)
 
     def begin(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> None:
         """Take the initial state (see :meth:`judge`): what penetrates is in contact from t = 0."""
-        linkage, law, pin_law = self._laws
-        start, constants = self._start[0], (linkage[0], law[0], pin_law[0])
-        _fill(start, 0.0, q, v, linkage[0])
-        _renew_contacts(start, start, *constants, self._contacts, self._events, 0)
+        linkage, law, pin_law = (record[0] for record in self._constants)
+        start, first_sample = self._start[0], self._kept.samples[0]
+        fill(start, 0.0, q, v, linkage)
+        renew_contacts(start, start, linkage, law, pin_law, self._contacts, self._events, 0)
         for contact in self._contacts:
             if contact["gap"] < 0 and contact["impact_speed"] == 0:  # penetrates, but does not approach
-                freeze(contact, 0.0, law[0])
-        complete(start, *self._laws, self._contacts)
-        observe(state_at(start), *constants, self._contacts, self._samples[0])
-        widen(self._extrema, self._samples[0], 0.0)
-        watch(state_at(start), self._samples[0], *constants, self._contacts)
+                freeze(contact, 0.0, law)
+        complete(start, *self._constants, self._contacts)
+        observe(state_at(start), linkage, law, pin_law, self._contacts, first_sample)
+        widen(self._kept.extrema, first_sample, 0.0)
+        watch(state_at(start), first_sample, linkage, law, pin_law, self._contacts)
         for number, contact in enumerate(self._contacts):
-            contact["normal"] = contact["peak"] = self._samples[0, 10 + 3 * number]
+            contact["normal"] = contact["peak"] = first_sample[NORMAL + PER_CONTACT * number]
             contact["depth"] = max(-contact["gap"], 0.0)
         self._sample_count = 1
 
@@ -208,7 +74,7 @@ class TreeRecorder:
         time : float
             s.
         q, v : ndarray
-            Coordinates of the tree and their rates: see ``tree`` and ``rocker_tree``.
+            Coordinates of the tree and their rates: see ``slider_tree`` and ``rocker_tree``.
         last : bool
             Whether the run ends here: samples up to 1e-10 s later are extrapolated.
 
@@ -219,21 +85,19 @@ class TreeRecorder:
             coordinates are not finite.
         """
         start, end = self._start, self._end
-        share = self._judge(start, end, time, q, v, *self._laws, self._contacts, self._least)
+        share = self._judge(start, end, time, q, v, self._constants, self._contacts, self._least)
         if not share >= 1.0:
             return share
-        if self._event_count + _COUNT > len(self._events):
+        if self._event_count + len(CONTACTS) > len(self._events):
             self._events = np.concatenate([self._events, np.zeros_like(self._events)])
         self._event_count, self._sample_count = self._accept(
             start,
             end,
-            *self._laws,
+            self._constants,
             self._contacts,
             self._events,
             self._event_count,
-            self._values,
-            self._extrema,
-            self._samples,
+            self._kept,
             self._sample_count,
             self._sample_interval,
             np.inf if last else time,
@@ -245,12 +109,12 @@ class TreeRecorder:
 
     def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
         """Return sampled channels by name, as far as the run came."""
-        return {name: self._samples[: self._sample_count, CHANNELS.index(name)].copy() for name in names}
+        return {name: self._kept.samples[: self._sample_count, CHANNELS.index(name)].copy() for name in names}
 
     def extrema(self, names: tuple[str, ...]) -> dict[str, dict[str, float]]:
-        """Least and greatest value of each channel over the steps, with their times in s."""
-        return extrema_table(self._extrema, CHANNELS, names)
+        """Return the least and the greatest value of each channel over the steps, with their times in s."""
+        return extrema_table(self._kept.extrema, CHANNELS, names)
 
     def events(self) -> dict[str, NDArray[Any]]:
-        """Contacts sorted by start; one that lasts at the last accepted state ends there."""
+        """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
         return event_table(self._events[: self._event_count], self._contacts, self.time)

@@ -8,15 +8,15 @@ from typing import Any
 import exudyn as exu
 
 from exudyn_model.parameters import Integration
-from exudyn_model.solver import PROGRESS_INTERVAL, Outcome
-from exudyn_model.tree_recording import TreeRecorder
+from exudyn_model.run import PROGRESS_INTERVAL, Outcome
+from exudyn_model.tree.recording import TreeRecorder
 
 # Evaluations of the force in one trial of a step
 _STAGES = 7
 
-# Steps in a turn of the crank after which a run is given up; the shipped scenes need some 2e4 to 1e5. Half a
+# Steps in a crank cycle after which a run is stopped; the shipped scenes need some 2e4 to 1e5. Half a
 # minute, where a jammed slider or contacts without end would have taken for ever
-STEPS_PER_TURN_LIMIT = 1_000_000
+STEPS_PER_CYCLE_LIMIT = 1_000_000
 
 # What to try after each failure
 _REMEDIES = {
@@ -34,14 +34,14 @@ class _StopError(Exception):
 
 
 def least_step(duration: float) -> float:
-    """Shortest step (s) that ends at a touch: well above the round-off of times up to ``duration``."""
+    """Return the shortest step (s) that ends at a touch: well above the round-off of ``duration`` (s)."""
     return max(1e-12, 64 * math.ulp(duration))
 
 
 def settings(duration: float, tolerance: float, largest_step: float) -> Any:
     """Make ``exudyn.SimulationSettings``; each value set here has its reason beside it."""
     values = exu.SimulationSettings()
-    # No folder `solution/`, no file, no sensor: `tree_recording` takes what it needs from memory
+    # No folder `solution/`, no file, no sensor: `recording` takes what it needs from memory
     values.solution.file.write = False
     values.solution.sensors.active = False
     integration = values.timeIntegration
@@ -69,7 +69,7 @@ def settings(duration: float, tolerance: float, largest_step: float) -> Any:
 def solve(
     mbs: Any,
     duration: float,
-    turns: float,
+    cycles: float,
     integration: Integration,
     recorder: TreeRecorder,
     progress: Callable[[float], None] | None,
@@ -79,12 +79,12 @@ def solve(
     Exudyn calls back after each step that its error control accepts. The recorder then looks for a contact
     that begins or ends inside the step; if it finds one, the step is taken back and tried again with the
     length up to there. Of a step that is taken back one thing alone is kept: that a contact began at its
-    very start (``touch_location.locate``).
+    very start (``switching.locate``).
     """
     last_call = time.monotonic()
     located = 0
     least = least_step(duration)
-    most = STEPS_PER_TURN_LIMIT * max(1.0, turns)
+    most = STEPS_PER_CYCLE_LIMIT * max(1.0, cycles)
 
     def after_step(mbs: Any, t: float) -> list[float]:
         """Exudyn's post-Newton function: [error above 1, wanted step], or [0, -1] to go on."""

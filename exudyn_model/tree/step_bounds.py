@@ -1,6 +1,6 @@
-"""Bounds of the gaps' accelerations over a step of a tree: how far a gap can bend between the step's ends.
+"""Bounds of the gaps' accelerations over a step of a tree: most steps hold no crossing by these alone.
 
-The angles of a step are polynomials of degree five (``tree_motion``). Polynomials lie between the least and
+The angles of a step are polynomials of degree five (``motion``). Polynomials lie between the least and
 the greatest of their Bernstein coefficients [1]_, which bounds angular accelerations and rates over the step;
 those of points that the bodies carry follow. Where nothing is said, a bound holds over the whole step.
 
@@ -15,7 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from exudyn_model.compiled import kernel
-from exudyn_model.tree_motion import TreeState
+from exudyn_model.contact.journal import PinMotion
+from exudyn_model.contact.states import ACROSS, ALONG
+from exudyn_model.tree.motion import TreeState
 
 
 class Rotation(NamedTuple):
@@ -38,8 +40,10 @@ class Rotation(NamedTuple):
 
 
 @kernel
-def rotation(x0: float, v0: float, a0: float, x1: float, v1: float, a1: float, step: float) -> Rotation:
-    """Bound the quintic Hermite polynomial of an angle: arguments as for ``tree_motion.quintic``."""
+def rotation_bounds(
+    x0: float, v0: float, a0: float, x1: float, v1: float, a1: float, step: float
+) -> Rotation:
+    """Bound the quintic Hermite polynomial of an angle: arguments as for ``motion.quintic``."""
     # Bernstein coefficients of the rate: v0, early, middle, late, v1; four times their differences over the
     # step are those of the acceleration
     early, late = v0 + 0.25 * step * a0, v1 - 0.25 * step * a1
@@ -52,18 +56,18 @@ def rotation(x0: float, v0: float, a0: float, x1: float, v1: float, a1: float, s
 
 
 @kernel
-def carried(along: float, across: float, angle: float, turn: Rotation) -> tuple[float, float]:
+def carried(along: float, across: float, angle: float, rotation: Rotation) -> tuple[float, float]:
     """Least and greatest second derivative (m/s^2) of along cos(angle) + across sin(angle).
 
     ``along`` and ``across`` are lengths (m), ``angle`` that at the step's end.
     """
     cosine, sine = np.cos(angle), np.sin(angle)
     value, slope = along * cosine + across * sine, across * cosine - along * sine
-    centripetal = turn.speed * turn.speed
+    centripetal = rotation.speed * rotation.speed
     # Value and slope change by at most this part of the lengths
-    slack = max(abs(turn.least), abs(turn.greatest)) + centripetal
-    slack *= turn.swing * (abs(along) + abs(across))
-    low, high = turn.least * slope, turn.greatest * slope
+    slack = max(abs(rotation.least), abs(rotation.greatest)) + centripetal
+    slack *= rotation.swing * (abs(along) + abs(across))
+    low, high = rotation.least * slope, rotation.greatest * slope
     return (
         min(low, high) - max(value, 0.0) * centripetal - slack,
         max(low, high) - min(value, 0.0) * centripetal + slack,
@@ -72,7 +76,7 @@ def carried(along: float, across: float, angle: float, turn: Rotation) -> tuple[
 
 @kernel
 def slider_acceleration_bounds(
-    tip_ax: float, step: float, state: TreeState, turn3: Rotation, turn4: Rotation, linkage: Any
+    tip_ax: float, step: float, state: TreeState, rotation3: Rotation, rotation4: Rotation, linkage: Any
 ) -> tuple[float, float]:
     """Least and greatest acceleration (m/s^2) of the slider's centre along x.
 
@@ -84,41 +88,39 @@ def slider_acceleration_bounds(
         s.
     state : TreeState
         At the step's end.
-    turn3, turn4 : Rotation
+    rotation3, rotation4 : Rotation
         Of rocker and rod 4.
     linkage : record
-        From ``accelerations.linkage_record``.
+        From ``constants.linkage_record``.
     """
     if linkage.ideal_pin:
         tip_least, tip_greatest = tip_ax - linkage.tip_jerk * step, tip_ax + linkage.tip_jerk * step
     else:
-        tip_least, tip_greatest = carried(linkage.rocker_length, 0.0, state.theta3, turn3)
-    least, greatest = carried(linkage.rod4_length, 0.0, state.theta4, turn4)
+        tip_least, tip_greatest = carried(linkage.rocker_length, 0.0, state.theta3, rotation3)
+    least, greatest = carried(linkage.rod4_length, 0.0, state.theta4, rotation4)
     return tip_least + least, tip_greatest + greatest
 
 
 @kernel
 def corner_acceleration_bounds(
-    number: int, x_least: float, x_greatest: float, angle: float, turn5: Rotation, law: Any
+    number: int, x_least: float, x_greatest: float, angle: float, rotation5: Rotation, law: Any
 ) -> tuple[float, float]:
     """Least and greatest second derivative (m/s^2) of a corner's gap, from bounds of the slider's along x."""
-    half_length = -law.half_length if number < 2 else law.half_length
+    half_length = ALONG[number] * law.half_length
     # gap = clearance -+ (x - half_length sin(angle)) + half_width (1 - cos(angle))
-    if number % 2 == 0:
-        least, greatest = carried(-law.half_width, -half_length, angle, turn5)
+    if ACROSS[number] < 0.0:
+        least, greatest = carried(-law.half_width, -half_length, angle, rotation5)
         return x_least + least, x_greatest + greatest
-    least, greatest = carried(-law.half_width, half_length, angle, turn5)
+    least, greatest = carried(-law.half_width, half_length, angle, rotation5)
     return least - x_greatest, greatest - x_least
 
 
 @kernel
 def pin_acceleration_bounds(
-    gap: float,
-    rate: float,
-    slip: float,
+    journal: PinMotion,
     step: float,
-    turn2: Rotation,
-    turn3: Rotation,
+    rotation2: Rotation,
+    rotation3: Rotation,
     w2: float,
     linkage: Any,
     law: Any,
@@ -130,23 +132,24 @@ def pin_acceleration_bounds(
 
     Parameters
     ----------
-    gap, rate, slip : float
-        At the step's end, from ``journal.pin_motion``.
+    journal : PinMotion
+        At the step's end.
     step : float
         s.
-    turn2, turn3 : Rotation
+    rotation2, rotation3 : Rotation
         Of rod 2 and rocker.
     w2 : float
         Rate of rod 2 at the step's end, rad/s.
     linkage, law : record
-        From ``accelerations.linkage_record`` and ``journal.journal_law``.
+        From ``constants.linkage_record`` and ``contact.journal.journal_law``.
     """
-    bend2 = max(abs(turn2.least), abs(turn2.greatest)) + turn2.speed * turn2.speed
-    bend3 = max(abs(turn3.least), abs(turn3.greatest)) + turn3.speed * turn3.speed
+    bend2 = max(abs(rotation2.least), abs(rotation2.greatest)) + rotation2.speed * rotation2.speed
+    bend3 = max(abs(rotation3.least), abs(rotation3.greatest)) + rotation3.speed * rotation3.speed
     change = linkage.crank_length * linkage.omega * linkage.omega
     change += linkage.rod2_length * bend2 + linkage.rocker_to_b * bend3
     # Without what the rotation of the surfaces adds to the slip
-    across = slip - w2 * law.bearing_radius + linkage.omega * (law.bearing_radius - law.clearance + gap)
-    speed = np.hypot(rate, across) + step * change
-    distance = law.clearance - gap + step * speed
+    across = journal.slip - w2 * law.bearing_radius
+    across += linkage.omega * (law.bearing_radius - law.clearance + journal.gap)
+    speed = np.hypot(journal.rate, across) + step * change
+    distance = law.clearance - journal.gap + step * speed
     return -(distance * change + speed * speed) / law.clearance, change

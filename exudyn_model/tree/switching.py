@@ -1,4 +1,4 @@
-"""Where in a step of a tree a contact touches or leaves: located, so that a step ends there."""
+"""Where in a step of a tree a contact begins or ends: located, so that the step ends there."""
 
 from typing import Any
 
@@ -6,18 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.compiled import kernel
-from exudyn_model.contact import corner_motion
-from exudyn_model.gap_acceleration import (
+from exudyn_model.contact.gaps import corner_motion
+from exudyn_model.contact.journal import pin_motion
+from exudyn_model.contact.states import CORNERS, PIN
+from exudyn_model.linkage import TIP_AX, rocker_tip
+from exudyn_model.tree.isolation import GAP_TOLERANCE, change_within
+from exudyn_model.tree.motion import driven_and_hung, interpolate, slider_motion
+from exudyn_model.tree.step_bounds import (
     corner_acceleration_bounds,
     pin_acceleration_bounds,
-    rotation,
+    rotation_bounds,
     slider_acceleration_bounds,
 )
-from exudyn_model.gap_search import GAP_TOLERANCE, change_within
-from exudyn_model.journal import pin_motion
-from exudyn_model.point_contact import CORNERS, PIN
-from exudyn_model.rocker_tip import rocker_tip
-from exudyn_model.tree_motion import driven_and_hung, interpolate, slider_motion
 
 _CORNERS = len(CORNERS)
 
@@ -32,7 +32,7 @@ def locate(
     contacts: NDArray[np.void],
     least: float,
 ) -> float:
-    """Share of the step up to the first contact that touches or leaves; 1 if the step can be accepted.
+    """Return the share of the step up to the first contact that begins or ends; 1: it can be accepted.
 
     A contact that touches sooner than ``least`` (s) after the start touches *at* the start: its impact speed
     is frozen here, and the step is to be tried again with it. Leaving, its force is 0 already but has a kink,
@@ -41,25 +41,25 @@ def locate(
     constants, step = linkage[0], end.time - start.time
     laws = constants, law[0], pin_law[0]
     state = interpolate(start, end, 1.0)
-    turn3 = rotation(start.theta3, start.w3, start.a3, end.theta3, end.w3, end.a3, step)
+    rotation3 = rotation_bounds(start.theta3, start.w3, start.a3, end.theta3, end.w3, end.a3, step)
     first = 1.0
     if not constants.ideal_slider:
-        turn4 = rotation(start.theta4, start.w4, start.a4, end.theta4, end.w4, end.a4, step)
-        turn5 = rotation(start.theta5, start.w5, start.a5, end.theta5, end.w5, end.a5, step)
-        tip_ax = rocker_tip(state.time, constants)[4] if constants.ideal_pin else 0.0
-        x_least, x_greatest = slider_acceleration_bounds(tip_ax, step, state, turn3, turn4, constants)
+        rotation4 = rotation_bounds(start.theta4, start.w4, start.a4, end.theta4, end.w4, end.a4, step)
+        rotation5 = rotation_bounds(start.theta5, start.w5, start.a5, end.theta5, end.w5, end.a5, step)
+        tip_ax = rocker_tip(state.time, constants)[TIP_AX] if constants.ideal_pin else 0.0
+        x_least, x_greatest = slider_acceleration_bounds(tip_ax, step, state, rotation3, rotation4, constants)
         x, _, vx, vy = slider_motion(state, constants)
         for number in range(_CORNERS):
-            gap = corner_motion(number, x, state.theta5, vx, vy, state.w5, law[0])[0]
-            bounds = corner_acceleration_bounds(number, x_least, x_greatest, state.theta5, turn5, law[0])
+            gap = corner_motion(number, x, state.theta5, vx, vy, state.w5, law[0]).gap
+            bounds = corner_acceleration_bounds(number, x_least, x_greatest, state.theta5, rotation5, law[0])
             share = change_within(number, contacts[number], gap, *bounds, start, end, *laws)
             first = min(first, accepted_share(contacts[number], gap, share, start, step, least, law[0]))
     if not constants.ideal_pin:
-        turn2 = rotation(start.theta2, start.w2, start.a2, end.theta2, end.w2, end.a2, step)
-        gap, rate, slip, _, _ = pin_motion(driven_and_hung(state, constants, pin_law[0]), pin_law[0])
-        bounds = pin_acceleration_bounds(gap, rate, slip, step, turn2, turn3, state.w2, constants, pin_law[0])
-        share = change_within(PIN, contacts[PIN], gap, *bounds, start, end, *laws)
-        first = min(first, accepted_share(contacts[PIN], gap, share, start, step, least, pin_law[0]))
+        rotation2 = rotation_bounds(start.theta2, start.w2, start.a2, end.theta2, end.w2, end.a2, step)
+        journal = pin_motion(driven_and_hung(state, constants, pin_law[0]), pin_law[0])
+        bounds = pin_acceleration_bounds(journal, step, rotation2, rotation3, state.w2, constants, pin_law[0])
+        share = change_within(PIN, contacts[PIN], journal.gap, *bounds, start, end, *laws)
+        first = min(first, accepted_share(contacts[PIN], journal.gap, share, start, step, least, pin_law[0]))
     return first
 
 
@@ -67,7 +67,7 @@ def locate(
 def accepted_share(
     contact: Any, gap: float, share: float, start: Any, step: float, least: float, law: Any
 ) -> float:
-    """Share of the step up to which one contact lets it be accepted: see :func:`locate`.
+    """Return the share of the step up to which one contact lets it be accepted: see :func:`locate`.
 
     ``share`` is from :func:`change_within`, ``gap`` (m) that at the step's end.
     """

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exudyn_model.assembly import assemble, place
-from exudyn_model.scene_reading import read_scene
+from exudyn_model.reading import read_scene
 
 BRANCHES = [(rocker, slider) for rocker in (1, -1) for slider in (1, -1)]
 

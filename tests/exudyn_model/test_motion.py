@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from exudyn_model import simulate
-from exudyn_model.assembly import assemble, pins, place
-from exudyn_model.scene_reading import read_scene
+from exudyn_model.assembly import place
+from exudyn_model.reading import read_scene
 
 
 @pytest.mark.parametrize("speed_rpm", [150.0, -90.0])
@@ -49,68 +49,6 @@ def test_speeds_of_the_ideal_slider_at_150_rpm(make_scene):
     # Closed form of the identified geometry, printed to the millimetre a second
     assert columns["slider_vy"].min() == pytest.approx(-1.598, abs=5e-4)
     assert columns["slider_vy"].max() == pytest.approx(2.002, abs=5e-4)
-
-
-def full_accelerations(parameters, force):
-    """Slider's accelerations at t = 0 from all 15 equations of motion and 13 constraints (Eqs. 15-21)."""
-    mechanism = parameters.mechanism
-    state = assemble(parameters)
-    mass, applied = np.zeros((15, 15)), np.zeros(15)
-    bodies = [mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4, mechanism.slider]
-    for k, body in enumerate(bodies):
-        mass[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = np.diag([body.mass, body.mass, body.inertia])
-        applied[3 * k + 1] = -body.mass * mechanism.gravity
-    applied[12:] += force
-    rows, gamma = [], []
-    for pin in pins(mechanism):
-        block, right = np.zeros((2, 15)), np.zeros(2)
-        for sign, body, point in ((1, pin.second, pin.second_point), (-1, pin.first, pin.first_point)):
-            if body >= 0:
-                angle, speed = state.positions[body, 2], state.velocities[body, 2]
-                arm = point[0] * np.array([math.cos(angle), math.sin(angle)])
-                block[:, 3 * body : 3 * body + 3] += sign * np.array([[1, 0, -arm[1]], [0, 1, arm[0]]])
-                right += sign * speed**2 * arm
-        rows.append(block)
-        gamma.append(right)
-    drive = np.zeros((1, 15))
-    drive[0, 2] = 1
-    jacobian = np.vstack([*rows, drive])
-    matrix = np.block([[mass, jacobian.T], [jacobian, np.zeros((13, 13))]])
-    return np.linalg.solve(matrix, np.concatenate([applied, *gamma, [0.0]]))[12:15]
-
-
-@pytest.mark.parametrize("crank_angle_deg", [111.36, 20.0, 250.0])
-@pytest.mark.parametrize(
-    "initial",
-    [
-        {"initial.slider_offset": 0.0},
-        {
-            "initial.slider_offset": 2.02e-4,
-            "initial.slider_omega": -2.0,
-            "initial.slider_angle": 5e-5,
-            "initial.slider_vx": 0.02,
-        },
-        {"initial.slider_offset": 2e-5, "initial.slider_angle": 6e-3, "initial.slider_vx": -0.1},
-    ],
-)
-def test_recorded_accelerations_satisfy_the_full_equations_of_motion(make_scene, crank_angle_deg, initial):
-    scene = make_scene(initial | {"mechanism.crank_angle_deg": crank_angle_deg, "drive.cycles": 0.001})
-    columns = {name: values[0] for name, values in simulate(scene).columns.items()}
-    force = np.zeros(3)
-    angle = scene["initial"]["slider_angle"]
-    for corner in ("ll", "lr", "ul", "ur"):
-        sx, sy = (0.025 if corner[1] == "r" else -0.025), (0.035 if corner[0] == "u" else -0.035)
-        rx, ry = (
-            math.cos(angle) * sx - math.sin(angle) * sy,
-            math.sin(angle) * sx + math.cos(angle) * sy,
-        )
-        fx = columns[f"corner_{corner}_normal"] * (-1 if corner[1] == "r" else 1)
-        fy = columns[f"corner_{corner}_friction"]
-        force += [fx, fy, rx * fy - ry * fx]
-    expected = full_accelerations(read_scene(scene), force)
-    actual = [columns[name] for name in ("slider_ax", "slider_ay", "slider_alpha")]
-    # Round-off of a 28 x 28 system with masses down to 1e-5 kg m^2
-    np.testing.assert_allclose(actual, expected, rtol=1e-9, atol=1e-9)
 
 
 def test_a_corner_that_penetrates_at_the_start_is_in_contact_at_its_own_speed_or_the_floor(make_scene):

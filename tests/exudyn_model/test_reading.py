@@ -3,7 +3,7 @@
 import pytest
 
 from exudyn_model import simulate
-from exudyn_model.scene_reading import read_scene
+from exudyn_model.reading import read_scene
 
 
 def test_contact_stiffness_and_damping_of_the_paper(make_scene):

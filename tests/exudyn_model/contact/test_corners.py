@@ -5,30 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from exudyn_model import plain_contact
-from exudyn_model.contact import contact_law, slider_force
-from exudyn_model.parameters import Guide, Slider
-from exudyn_model.point_contact import contact_states, touch
-from exudyn_model.side_law import LAWS
+from exudyn_model.contact.corners import slider_force
+from exudyn_model.contact.gaps import contact_law
+from exudyn_model.contact.impact_speed import touch
+from exudyn_model.contact.laws import LAWS
+from exudyn_model.contact.states import contact_states
 
 STEP = 2e-6
-SLIDER = Slider(mass=0.17, inertia=2.6e-5, length=0.07, width=0.05)
-
-
-def contact(**changes):
-    values = {
-        "clearance": 2e-4,
-        "stiffness": 4.8e9,
-        "exponent": 1.5,
-        "damping": 0.1425,
-        "impact_speed_floor": 1e-4,
-        "friction": 0.15,
-        "static_speed": 1e-4,
-        "transition_speed": 1e-3,
-        "law": "hertz-corners",
-        "side_stiffness": 2.88e10,
-    }
-    return Guide(**(values | changes))
 
 
 def frozen(speed):
@@ -39,9 +22,9 @@ def frozen(speed):
 
 
 @pytest.mark.parametrize("kind", LAWS)
-def test_compiled_and_plain_form_agree(kind):
+def test_compiled_and_plain_form_agree(kind, guide, slider, plain_contact):
     random = np.random.default_rng(7)
-    law, seen, pairs = contact(law=kind), 0, 0
+    law, seen, pairs = guide(law=kind), 0, 0
     for _ in range(300):
         q = [random.uniform(-3e-4, 3e-4), random.uniform(-0.1, 0.2), random.uniform(-4e-3, 4e-3)]
         v = [random.normal(0, 0.1), random.normal(0, 1e-3), random.normal(0, 3)]
@@ -49,8 +32,8 @@ def test_compiled_and_plain_form_agree(kind):
         corners["impact_speed"] = random.choice([0.0, 0.02], 5)
         corners["gap"] = random.uniform(0, 1e-6, 5)
         corners["rate"] = -random.uniform(0.1, 0.2, 5)
-        compiled = slider_force(q[0], q[2], *v, contact_law(law, SLIDER, STEP), corners)
-        plain = plain_contact.slider_force(q, v, law, SLIDER, STEP, corners)
+        compiled = slider_force(q[0], q[2], *v, contact_law(law, slider, STEP), corners)
+        plain = plain_contact.slider_force(q, v, law, slider, STEP, corners)
         seen += compiled[0] != 0
         sides = np.abs(q[0] + 0.035 * np.array([1, -1]) * q[2]) > 2e-4
         pairs += np.all(sides)
@@ -63,9 +46,9 @@ def test_compiled_and_plain_form_agree(kind):
 @pytest.mark.parametrize(
     ("offset", "angle"), [(2.03e-4, 0.0), (-2.05e-4, 1e-5), (1e-5, 6e-3), (-3e-5, -6.1e-3), (2e-4, 2e-3)]
 )
-def test_force_is_the_negative_gradient_of_the_elastic_energy(offset, angle):
+def test_force_is_the_negative_gradient_of_the_elastic_energy(offset, angle, guide, slider):
     """Without damping and friction: K depth^(n+1)/(n+1) a corner, whose depth the test finds itself."""
-    law = contact(damping=0.0, friction=0.0)
+    law = guide(damping=0.0, friction=0.0)
 
     def energy(x, turn):
         corners = np.array([[sx, sy] for sx in (-0.025, 0.025) for sy in (-0.035, 0.035)])
@@ -77,18 +60,18 @@ def test_force_is_the_negative_gradient_of_the_elastic_energy(offset, angle):
     dx, dturn = 1e-9, 3e-8
     fx = -(energy(offset + dx, angle) - energy(offset - dx, angle)) / (2 * dx)
     moment = -(energy(offset, angle + dturn) - energy(offset, angle - dturn)) / (2 * dturn)
-    force = slider_force(offset, angle, 0.0, 0.0, 0.0, contact_law(law, SLIDER, STEP), frozen(1.0))
+    force = slider_force(offset, angle, 0.0, 0.0, 0.0, contact_law(law, slider, STEP), frozen(1.0))
     assert abs(fx) + abs(moment) > 1e-3
     # Differences over 1e-9 m of depths of some 1e-6 m: relative error near (1e-3)^2 / 24, and round-off
     np.testing.assert_allclose(force, [fx, 0.0, moment], rtol=1e-5, atol=1e-5)
 
 
-def test_damping_follows_the_frozen_impact_speed_and_never_pulls():
-    law = contact(friction=0.0)
+def test_damping_follows_the_frozen_impact_speed_and_never_pulls(guide, slider):
+    law = guide(friction=0.0)
     elastic = 2 * law.stiffness * (3e-6) ** 1.5  # both right corners, 3 um deep
 
     def pressure(vx, impact_speed):
-        force = slider_force(2.03e-4, 0.0, vx, 0.0, 0.0, contact_law(law, SLIDER, STEP), frozen(impact_speed))
+        force = slider_force(2.03e-4, 0.0, vx, 0.0, 0.0, contact_law(law, slider, STEP), frozen(impact_speed))
         return -force[0] / elastic
 
     # Depths of 3e-6 m from lengths of 0.025 m: relative round-off 1e-12
@@ -101,16 +84,16 @@ def test_damping_follows_the_frozen_impact_speed_and_never_pulls():
 @pytest.mark.parametrize(
     ("slip", "share"), [(0.0, 0.0), (0.9e-4, 0.0), (5.5e-4, 0.5), (-5.5e-4, -0.5), (2.0, 1.0), (-2.0, -1.0)]
 )
-def test_friction_opposes_the_slip_with_the_paper_s_ramp(slip, share):
-    law = contact()
-    fx, fy, _ = slider_force(-2.03e-4, 0.0, 0.0, slip, 0.0, contact_law(law, SLIDER, STEP), frozen(1.0))
+def test_friction_opposes_the_slip_with_the_paper_s_ramp(slip, share, guide, slider):
+    law = guide()
+    fx, fy, _ = slider_force(-2.03e-4, 0.0, 0.0, slip, 0.0, contact_law(law, slider, STEP), frozen(1.0))
     assert fx > 0
     assert fy == pytest.approx(-0.15 * share * fx, rel=1e-9)
 
 
-def test_friction_sees_the_corner_s_own_velocity():
+def test_friction_sees_the_corner_s_own_velocity(guide, slider):
     """Turning about the centre moves right corners along the guide by omega r_x, left ones the other way."""
-    law = contact_law(contact(), SLIDER, STEP)
+    law = contact_law(guide(), slider, STEP)
     right = slider_force(2.03e-4, 0.0, 0.0, 0.0, 1.0, law, frozen(1.0))
     left = slider_force(-2.03e-4, 0.0, 0.0, 0.0, 1.0, law, frozen(1.0))
     assert right[1] < 0 < left[1]
@@ -121,8 +104,8 @@ def test_friction_sees_the_corner_s_own_velocity():
 
 
 @pytest.mark.parametrize("fraction", [1e-6, 0.3, 0.97])
-def test_touch_speed_is_exact_for_constant_acceleration(fraction):
-    law = contact_law(contact(), SLIDER, 1e-3)[0]
+def test_touch_speed_is_exact_for_constant_acceleration(fraction, guide, slider):
+    law = contact_law(guide(), slider, 1e-3)[0]
     speed, acceleration = 0.04, 60.0
     touched = fraction * 1e-3
     gap = speed * touched + acceleration * touched**2 / 2
@@ -132,6 +115,6 @@ def test_touch_speed_is_exact_for_constant_acceleration(fraction):
     assert impact == pytest.approx(speed + acceleration * touched, rel=1e-10)
 
 
-def test_touch_speed_is_floored():
-    law = contact_law(contact(), SLIDER, 1e-3)[0]
+def test_touch_speed_is_floored(guide, slider):
+    law = contact_law(guide(), slider, 1e-3)[0]
     assert touch(1e-10, -1e-6, -1e-9, -1e-6, law)[1] == 1e-4

@@ -1,16 +1,13 @@
 """A free body that flies onto one wall in Exudyn, through the press's own contact, against exact facts."""
 
-import exudyn as exu
 import numpy as np
 import pytest
-from exudyn.itemInterface import NodeRigidBody2D, ObjectGenericODE2, ObjectRigidBody2D
 
-from exudyn_model import plain_contact
-from exudyn_model.contact import contact_law, force_user_function
-from exudyn_model.contact_memory import EVENT, renew_corners
-from exudyn_model.parameters import Guide, Slider
-from exudyn_model.point_contact import contact_states
-from exudyn_model.solver import Steps, settings
+from exudyn_model.contact.corners import force_user_function
+from exudyn_model.contact.gaps import contact_law
+from exudyn_model.contact.memory import EVENT, renew_corners
+from exudyn_model.contact.states import contact_states
+from exudyn_model.parameters import Slider
 
 SPEED, DURATION = 0.05, 6e-4
 # Flown before the touch: no whole number of steps in any run
@@ -19,53 +16,35 @@ DISTANCE = 1.0437e-5
 POINT = Slider(mass=0.02, inertia=1e-5, length=0.0, width=0.0)
 
 
-def fly(restitution, steps, compiled=True):
-    """Velocity at the end, and the table of contacts, of a mass point thrown onto the right wall."""
-    contact = Guide(
-        clearance=DISTANCE,
-        stiffness=4.8e9,
-        exponent=1.5,
-        damping=0.75 * (1 - restitution**2),
-        impact_speed_floor=1e-4,
-        friction=0.0,
-        static_speed=1e-4,
-        transition_speed=1e-3,
-        law="hertz-corners",
-        side_stiffness=2.88e10,
-    )
-    step = DURATION / steps
-    law, corners, events = contact_law(contact, POINT, step), contact_states(), np.zeros(100, EVENT)
-    if compiled:
-        force = force_user_function(law, corners)
-    else:
-        force = plain_contact.force_user_function(contact, POINT, step, corners)
-    container = exu.SystemContainer()
-    mbs = container.AddSystem()
-    node = mbs.AddNode(NodeRigidBody2D(initialVelocities=[SPEED, 0.0, 0.0]))
-    mbs.AddObject(ObjectRigidBody2D(mass=POINT.mass, inertia=POINT.inertia, nodeNumber=node))
-    mbs.AddObject(ObjectGenericODE2(nodeNumbers=[node], massMatrix=np.zeros((3, 3)), forceUserFunction=force))
-    mbs.Assemble()
-    count, done = 0, 0
+@pytest.fixture
+def thrown(fly, guide, plain_contact):
+    """Function that throws a mass point onto the right wall: speed at the end, and the table of contacts."""
 
-    def before_step(mbs, _):
-        nonlocal count, done
-        q, v = mbs.systemData.GetODE2Coordinates(), mbs.systemData.GetODE2Coordinates_t()
-        count = renew_corners(done, q, v, law, corners, events, count)[0]
-        done += 1
-        return True
+    def throw(restitution, steps, compiled=True):
+        contact = guide(clearance=DISTANCE, damping=0.75 * (1 - restitution**2), friction=0.0)
+        step = DURATION / steps
+        law, corners, events = contact_law(contact, POINT, step), contact_states(), np.zeros(100, EVENT)
+        if compiled:
+            force = force_user_function(law, corners)
+        else:
+            force = plain_contact.corners_user_function(contact, POINT, step, corners)
 
-    mbs.SetPreStepUserFunction(before_step)
-    mbs.SolveDynamic(settings(Steps(DURATION, 1, steps), "generalized-alpha", 1e-9, 1))
-    return mbs.systemData.GetODE2Coordinates_t()[0], events[:count]
+        def renew(done, q, v, count):
+            return renew_corners(done, q, v, law, corners, events, count)[0]
+
+        rates, count = fly([POINT.mass], [complex(SPEED)], force, renew, DURATION, steps, 1)
+        return rates[0], events[:count]
+
+    return throw
 
 
 # ln[(1+C)/(1-C e)] = C(1+e) with C = 3(1-c_e^2)/4, solved to ten digits
 @pytest.mark.parametrize(
     ("coefficient", "exact"), [(0.9, 0.9131766778), (0.5, 0.7252411140), (0.1, 0.6652654068)]
 )
-def test_restitution_converges_to_the_exact_value_at_second_order(coefficient, exact):
+def test_restitution_converges_to_the_exact_value_at_second_order(thrown, coefficient, exact):
     counts = [150, 300, 600, 1200, 2400, 4800]
-    errors = [abs(-fly(coefficient, n)[0] / SPEED - exact) for n in counts]
+    errors = [abs(-thrown(coefficient, n)[0] / SPEED - exact) for n in counts]
     order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
     # Where in its step the touch falls differs from step to step: the errors scatter about the line
     assert order == pytest.approx(2.0, abs=0.2), errors
@@ -73,8 +52,8 @@ def test_restitution_converges_to_the_exact_value_at_second_order(coefficient, e
     assert errors[-1] < 1.5e-6
 
 
-def test_event_of_an_impact():
-    speed, events = fly(1.0, 4800)
+def test_event_of_an_impact(thrown):
+    speed, events = thrown(1.0, 4800)
     assert len(events) == 2  # both right corners, at once
     for event in events:
         # Free flight up to the touch; the rest of that step, 1e-7 s at most, brakes by some 1e-9 m/s already
@@ -90,5 +69,5 @@ def test_event_of_an_impact():
         assert event["impulse"] == pytest.approx(half * (SPEED - speed), rel=1e-6)
 
 
-def test_plain_user_function_gives_the_same_motion():
-    assert fly(0.5, 300, compiled=False)[0] == pytest.approx(fly(0.5, 300)[0], rel=1e-10)
+def test_plain_user_function_gives_the_same_motion(thrown):
+    assert thrown(0.5, 300, compiled=False)[0] == pytest.approx(thrown(0.5, 300)[0], rel=1e-10)

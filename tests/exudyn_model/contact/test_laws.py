@@ -4,35 +4,23 @@ import numpy as np
 import pytest
 
 from exudyn_model import simulate
-from exudyn_model.contact import contact_law
-from exudyn_model.parameters import Guide, Slider
-from exudyn_model.side_law import LAWS, elastic_normals, side_energy, side_normals
+from exudyn_model.contact.gaps import contact_law
+from exudyn_model.contact.laws import LAWS, elastic_normals, side_energy, side_normals
 
 K, K_S, LENGTH = 4.8e9, 2.88e10, 0.07
-SLIDER = Slider(mass=0.17, inertia=2.6e-5, length=LENGTH, width=0.05)
 # One corner 1 um deep and the other as the static slider has it; both alike; the first just open
 DEPTHS = [(1e-6, 4e-11), (4e-11, 1e-6), (2e-6, 1.5e-6), (3e-7, 3e-7), (-1e-9, 1e-6)]
 
 
-def law_of(kind):
-    guide = Guide(
-        clearance=2e-4,
-        stiffness=K,
-        exponent=1.5,
-        damping=0.1425,
-        impact_speed_floor=1e-4,
-        friction=0.15,
-        static_speed=1e-4,
-        transition_speed=1e-3,
-        law=kind,
-        side_stiffness=K_S,
-    )
-    return contact_law(guide, SLIDER, 1e-6)[0]
+@pytest.fixture
+def law_of(guide, slider):
+    """Function from the kind to the record of the paper's guide with that law."""
+    return lambda kind: contact_law(guide(law=kind), slider, 1e-6)[0]
 
 
 @pytest.mark.parametrize("depths", DEPTHS)
 @pytest.mark.parametrize("kind", LAWS)
-def test_elastic_forces_are_the_derivatives_of_what_is_stored(kind, depths):
+def test_elastic_forces_are_the_derivatives_of_what_is_stored(kind, depths, law_of):
     law = law_of(kind)
     found = elastic_normals(*depths, min(depths) > 0, law)
     for number in range(2):
@@ -46,7 +34,7 @@ def test_elastic_forces_are_the_derivatives_of_what_is_stored(kind, depths):
         assert found[number] == pytest.approx(derivative, rel=1e-4, abs=1e-8), (kind, number)
 
 
-def test_strip_is_continuous_where_the_second_corner_touches():
+def test_strip_is_continuous_where_the_second_corner_touches(law_of):
     law = law_of("strip")
     alone = elastic_normals(1e-6, -1e-9, False, law)
     # The second corner's force rises with 4 K_s from zero, the first one's with the cube of its depth
@@ -57,7 +45,7 @@ def test_strip_is_continuous_where_the_second_corner_touches():
     assert side_energy(1e-6, 1e-14, law) == pytest.approx(side_energy(1e-6, 0.0, law), rel=1e-6)
 
 
-def test_strip_of_equal_depths_adds_the_surface_of_that_depth():
+def test_strip_of_equal_depths_adds_the_surface_of_that_depth(law_of):
     law, depth = law_of("strip"), 2e-6
     corners = 2 * K * depth**2.5 / 2.5
     assert side_energy(depth, depth, law) - corners == pytest.approx(K_S * depth**2 / 2, rel=1e-12)
@@ -65,7 +53,7 @@ def test_strip_of_equal_depths_adds_the_surface_of_that_depth():
     assert added == pytest.approx(K_S * depth, rel=1e-12)
 
 
-def test_strip_gives_way_to_a_turn_out_of_equal_depths():
+def test_strip_gives_way_to_a_turn_out_of_equal_depths(law_of):
     """Its potential is not convex: tilting two equal depths by a at a constant mean lowers it by K_s a^2."""
     law, mean, tilt = law_of("strip"), 2e-6, 1e-8
     turned = side_energy(mean + tilt, mean - tilt, law) - side_energy(mean, mean, law)
@@ -75,7 +63,7 @@ def test_strip_gives_way_to_a_turn_out_of_equal_depths():
 
 
 @pytest.mark.parametrize("depths", [(1e-6, 4e-7), (4e-7, 1e-6), (1e-6, 1e-6)])
-def test_paper_s_surface_force_acts_in_the_centroid_of_the_trapezoid(depths):
+def test_paper_s_surface_force_acts_in_the_centroid_of_the_trapezoid(depths, law_of):
     lower, upper = side_normals(depths[0], 0.3, 0.01, depths[1], -0.2, 0.01, law_of("paper-switching"))
     total = sum(depths)
     # Undamped, whatever the rates
@@ -84,7 +72,7 @@ def test_paper_s_surface_force_acts_in_the_centroid_of_the_trapezoid(depths):
     assert offset == pytest.approx(LENGTH * (depths[1] - depths[0]) / (6 * total), abs=1e-15)
 
 
-def test_paper_s_force_jumps_at_the_switch():
+def test_paper_s_force_jumps_at_the_switch(law_of):
     """By hand: 4.8e9 (1e-6)^1.5 = 4.8 N before, 2.88e10 (1e-6) / 2 = 14,400 N after; what is stored, too."""
     law = law_of("paper-switching")
     before = side_normals(1e-6, 0.0, 0.01, -1e-15, 0.01, 0.0, law)
@@ -96,7 +84,7 @@ def test_paper_s_force_jumps_at_the_switch():
     assert side_energy(1e-6, 1e-15, law) == pytest.approx(4.8e-3, rel=1e-6)
 
 
-def test_strip_is_damped_in_each_corner_by_its_own_impact_speed():
+def test_strip_is_damped_in_each_corner_by_its_own_impact_speed(law_of):
     law = law_of("strip")
     elastic = elastic_normals(1e-6, 5e-7, True, law)
     damped = side_normals(1e-6, 0.02, 0.05, 5e-7, -0.01, 0.03, law)

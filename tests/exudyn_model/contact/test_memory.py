@@ -3,31 +3,19 @@
 import numpy as np
 import pytest
 
-from exudyn_model.contact import contact_law
-from exudyn_model.contact_memory import EVENT, renew_corners
-from exudyn_model.parameters import Guide, Slider
-from exudyn_model.point_contact import contact_states
+from exudyn_model.contact.gaps import contact_law
+from exudyn_model.contact.memory import EVENT, renew_corners
+from exudyn_model.contact.states import contact_states
 
 STEP = 1e-3
 WALL = 2e-4
 
 
 @pytest.fixture
-def renew():
+def renew(guide, slider):
     """Function that takes offset and speed of the next state; attributes hold what it changes."""
-    contact = Guide(
-        clearance=WALL,
-        stiffness=4.8e9,
-        exponent=1.5,
-        damping=0.0,
-        impact_speed_floor=1e-4,
-        friction=0.15,
-        static_speed=1e-4,
-        transition_speed=1e-3,
-        law="hertz-corners",
-        side_stiffness=2.88e10,
-    )
-    law = contact_law(contact, Slider(mass=0.17, inertia=2.6e-5, length=0.07, width=0.05), STEP)
+    contact = guide(clearance=WALL, damping=0.0)
+    law = contact_law(contact, slider, STEP)
 
     def renew(offset, speed, slip=0.0):
         count, *force = renew_corners(

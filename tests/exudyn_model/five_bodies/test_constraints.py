@@ -5,8 +5,8 @@ import pytest
 
 from exudyn_model import simulate
 from exudyn_model.assembly import assemble
-from exudyn_model.drift import Constraints
-from exudyn_model.scene_reading import read_scene
+from exudyn_model.five_bodies.constraints import Constraints
+from exudyn_model.reading import read_scene
 
 
 def assembled(make_scene, changes):

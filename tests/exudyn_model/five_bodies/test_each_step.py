@@ -5,12 +5,13 @@ import pytest
 
 from exudyn_model.assembly import assemble
 from exudyn_model.compiled import direct
-from exudyn_model.contact import contact_law, force_user_function, slider_force
-from exudyn_model.drift import Constraints
-from exudyn_model.mechanism import build
-from exudyn_model.point_contact import contact_states
-from exudyn_model.recording import Recorder
-from exudyn_model.scene_reading import read_scene
+from exudyn_model.contact.corners import force_user_function, slider_force
+from exudyn_model.contact.gaps import contact_law
+from exudyn_model.contact.states import contact_states
+from exudyn_model.five_bodies.constraints import Constraints
+from exudyn_model.five_bodies.mechanism import build
+from exudyn_model.five_bodies.recording import Recorder
+from exudyn_model.reading import read_scene
 
 
 @pytest.fixture
@@ -22,7 +23,7 @@ def test_the_machine_code_gives_what_the_kernel_gives_to_the_last_digit(paramete
     law = contact_law(parameters.contact, parameters.mechanism.slider, 1e-6)
     corners = contact_states()
     corners["impact_speed"] = 0.02
-    # 1 um beyond the right wall, turned so that one corner of it is deeper, sliding
+    # 1 um behind the right wall, turned so that one corner of it is deeper, sliding
     state = (2.01e-4, 1e-5, 0.01, -0.3, 0.2)
     forces = slider_force(*state, law, corners)
     assert min(abs(part) for part in forces) > 0

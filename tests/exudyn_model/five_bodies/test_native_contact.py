@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from exudyn_model import simulate
-from exudyn_model.native_contact import proportional_zone, restitution
-from exudyn_model.scene_reading import read_scene
+from exudyn_model.five_bodies.native_contact import proportional_zone, restitution
+from exudyn_model.reading import read_scene
 
 NATIVE = {"solver.exudyn.formulation": "native"}
 

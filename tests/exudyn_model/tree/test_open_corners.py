@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exudyn_model import simulate
-from exudyn_model.tree_recording import TreeRecorder
+from exudyn_model.tree.recording import TreeRecorder
 
 POINTS = 64
 CORNERS = {"ll": (-1, -1), "lr": (1, -1), "ul": (-1, 1), "ur": (1, 1)}

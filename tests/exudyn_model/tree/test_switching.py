@@ -1,4 +1,4 @@
-"""Touches and leavings inside a step are found, however the gap turns round there."""
+"""Contacts that begin or end inside a step are found, however the gap reverses there."""
 
 import numpy as np
 import pytest
@@ -6,23 +6,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from exudyn_model.accelerations import linkage_record
 from exudyn_model.assembly import assemble
-from exudyn_model.contact import contact_law
-from exudyn_model.gap_acceleration import (
+from exudyn_model.constants import linkage_record
+from exudyn_model.contact.gaps import contact_law
+from exudyn_model.contact.journal import journal_law, pin_motion
+from exudyn_model.contact.states import CONTACTS, PIN, contact_states
+from exudyn_model.linkage import TIP_AX, rocker_tip
+from exudyn_model.reading import read_scene
+from exudyn_model.tree.isolation import GAP_TOLERANCE, gap_within, smooth_distance
+from exudyn_model.tree.motion import MOTION, driven_and_hung, has_clearance, interpolate
+from exudyn_model.tree.step_bounds import (
     carried,
     corner_acceleration_bounds,
     pin_acceleration_bounds,
-    rotation,
+    rotation_bounds,
     slider_acceleration_bounds,
 )
-from exudyn_model.gap_search import GAP_TOLERANCE, gap_within, smooth_distance
-from exudyn_model.journal import journal_law, pin_motion
-from exudyn_model.point_contact import CONTACTS, PIN, contact_states
-from exudyn_model.rocker_tip import rocker_tip, tip_jerk
-from exudyn_model.scene_reading import read_scene
-from exudyn_model.touch_location import locate
-from exudyn_model.tree_motion import MOTION, can_touch, driven_and_hung, interpolate
+from exudyn_model.tree.switching import locate
 
 LR = CONTACTS.index("lr")
 UNIT = 1e-7  # m, of the polynomials below: angles small enough for a sine to be straight
@@ -35,7 +35,7 @@ T = Polynomial([0.0, 1.0])
 def located(make_scene):
     """Function from lr's gap, a polynomial of the step's share, to what ``locate`` says of the step.
 
-    The press stands still but for the slider, which turns: lr's gap is clearance - x - arm sin(angle). With
+    The press stands still but for the slider, which rotates: lr's gap is clearance - x - arm sin(angle). With
     ``closed`` the corner is in contact at the start.
     """
     parameters = read_scene(make_scene({}))
@@ -110,7 +110,7 @@ def test_the_first_dip_inside_a_step_is_found(located, places, sign, dip, depth,
 
 @pytest.mark.parametrize("closed", [False, True], ids=["touch", "leaving"])
 @pytest.mark.parametrize(("places", "sign"), [case[:2] for case in DIPS.values()], ids=DIPS)
-def test_a_gap_that_turns_round_just_before_the_wall_is_none(located, places, sign, closed):
+def test_a_gap_that_reverses_just_before_the_wall_is_none(located, places, sign, closed):
     """1e-14 m before it, which is five times what counts as none."""
     shape = turning(*places, sign=sign)
     lowest = min(shape(place) for place in places)
@@ -188,22 +188,25 @@ def test_gaps_bend_within_the_bounds(presses, pin, exponent, numbers):
     laws = linkage[0], law[0], pin_law[0]
     first, last = ends
     state = interpolate(first, last, 1.0)
-    turns = {
-        body: rotation(*(end[part + body] for end in ends for part in ("theta", "w", "a")), step)
+    rotations = {
+        body: rotation_bounds(*(end[part + body] for end in ends for part in ("theta", "w", "a")), step)
         for body in "2345"
     }
-    tip_ax = rocker_tip(last["time"], linkage[0])[4] if pin == "ideal" else 0.0
-    x_bounds = slider_acceleration_bounds(tip_ax, step, state, turns["3"], turns["4"], linkage[0])
+    tip_ax = rocker_tip(last["time"], linkage[0])[TIP_AX] if pin == "ideal" else 0.0
+    x_bounds = slider_acceleration_bounds(tip_ax, step, state, rotations["3"], rotations["4"], linkage[0])
     shares = np.linspace(0.0, 1.0, 33)
     for number in range(5):
-        if not can_touch(number, linkage[0]):
+        if not has_clearance(number, linkage[0]):
             continue
         if number == PIN:
-            gap, rate, slip, _, _ = pin_motion(driven_and_hung(state, linkage[0], pin_law[0]), pin_law[0])
-            pin_turns = turns["2"], turns["3"], state.w2, linkage[0], pin_law[0]
-            least, greatest = pin_acceleration_bounds(gap, rate, slip, step, *pin_turns)
+            journal = pin_motion(driven_and_hung(state, linkage[0], pin_law[0]), pin_law[0])
+            least, greatest = pin_acceleration_bounds(
+                journal, step, rotations["2"], rotations["3"], state.w2, linkage[0], pin_law[0]
+            )
         else:
-            least, greatest = corner_acceleration_bounds(number, *x_bounds, state.theta5, turns["5"], law[0])
+            least, greatest = corner_acceleration_bounds(
+                number, *x_bounds, state.theta5, rotations["5"], law[0]
+            )
         gaps = np.array([gap_within(number, first, last, share, *laws)[0] for share in shares])
         if number == PIN and np.min(gaps) < 0.0:
             greatest = np.inf  # holds as long as the pin is open
@@ -227,7 +230,7 @@ def test_no_crossing_stays_inside_an_accepted_step(presses, pin, exponent, numbe
     """The clearance is such that the gap's extremum lies near the wall; all others are far away or closed."""
     step = 10.0**exponent
     ends, linkage, law, pin_law = random_step(presses, pin, step, numbers)
-    if not can_touch(number, linkage[0]):
+    if not has_clearance(number, linkage[0]):
         return
     sign, shares = -1.0 if closed else 1.0, np.linspace(0.0, 1.0, 401)
 
@@ -254,25 +257,17 @@ def test_no_crossing_stays_inside_an_accepted_step(presses, pin, exponent, numbe
 
 
 @pytest.mark.parametrize("w0", [0.0, 30.0, -4.0])
-def test_what_is_carried_bends_within_the_bounds_of_a_wide_turn(w0):
+def test_what_is_carried_bends_within_the_bounds_of_a_wide_rotation(w0):
     """A constant acceleration, for which the bounds of the angle's own motion leave nothing to spare."""
     acceleration, step = 100.0, 0.05
     end = 0.4 + w0 * step + acceleration * step**2 / 2
-    turn = rotation(0.4, w0, acceleration, end, w0 + acceleration * step, acceleration, step)
-    assert turn[:2] == pytest.approx((acceleration, acceleration))
+    rotation = rotation_bounds(0.4, w0, acceleration, end, w0 + acceleration * step, acceleration, step)
+    assert rotation[:2] == pytest.approx((acceleration, acceleration))
     times = np.linspace(0.0, step, 101)
     w, angle = w0 + acceleration * times, 0.4 + w0 * times + acceleration * times**2 / 2
     for along, across in ((0.24, 0.0), (0.0, 0.05), (-0.1, 0.2)):
-        least, greatest = carried(along, across, end, turn)
+        least, greatest = carried(along, across, end, rotation)
         bends = acceleration * (across * np.cos(angle) - along * np.sin(angle))
         bends -= w**2 * (along * np.cos(angle) + across * np.sin(angle))
         assert least <= np.min(bends)
         assert np.max(bends) <= greatest
-
-
-def test_the_jerk_of_the_rockers_tip_is_bounded(make_scene):
-    parameters = read_scene(make_scene({"drive.speed_rpm": -300.0}))
-    linkage = linkage_record(parameters)[0]
-    times = np.linspace(0.0, parameters.drive.period, 20_001)
-    found = np.diff([rocker_tip(time, linkage)[4] for time in times]) / times[1]
-    assert np.max(abs(found)) <= tip_jerk(linkage) < 1.1 * np.max(abs(found))
