@@ -17,10 +17,10 @@ from plain_contact import corners_user_function
 from comparison.scene import load_scene
 from exudyn_model.assembly import assemble
 from exudyn_model.bodies import SLIDER_X
-from exudyn_model.contact.memory import EVENT, renew_corners
+from exudyn_model.contact.memory import EVENT, update_corners
 from exudyn_model.five_bodies import mechanism
 from exudyn_model.five_bodies.mechanism import build
-from exudyn_model.five_bodies.solver import choose_steps, jacobian_uses, newton_tolerance, settings
+from exudyn_model.five_bodies.settings import choose_steps, jacobian_uses, newton_tolerance, settings
 from exudyn_model.model import Model
 from exudyn_model.reading import read_scene
 
@@ -50,14 +50,14 @@ def model(kind: str) -> tuple[Model, Any]:
     return built, settings(steps, parameters.integration.method, tolerance, uses)
 
 
-def renew_memory(built: Model) -> Callable[[Any, float], bool]:
+def update_memory(built: Model) -> Callable[[Any, float], bool]:
     """Make the function before each step that the user function's contact needs."""
     events, done, data = np.zeros(4000, EVENT), 0, built.mbs.systemData
 
     def before_step(*_: Any) -> bool:
         nonlocal done
         q, v = data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
-        renew_corners(done, q[SLIDER_X:], v[SLIDER_X:], built.constants.law, built.contacts, events, 0)
+        update_corners(done, q[SLIDER_X:], v[SLIDER_X:], built.constants.law, built.contacts, events, 0)
         done += 1
         return True
 
@@ -68,7 +68,7 @@ def microseconds(kind: str) -> float:
     """Time of one step."""
     built, values = model(kind)
     if kind.startswith("user"):
-        built.mbs.SetPreStepUserFunction(renew_memory(built))
+        built.mbs.SetPreStepUserFunction(update_memory(built))
     started = time.perf_counter()
     built.mbs.SolveDynamic(values)
     return (time.perf_counter() - started) / float(values.timeIntegration.numberOfSteps) * 1e6

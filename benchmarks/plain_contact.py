@@ -36,7 +36,7 @@ def slider_force(
     for side in (-1, 1):
         touching = []
         for end in (-1, 1):
-            # Arm of the corner, turned by the slider's angle
+            # Arm of the corner, rotated by the slider's angle
             across, along = side * slider.width / 2, end * slider.length / 2
             arm_x = across * math.cos(q[2]) - along * math.sin(q[2])
             arm_y = across * math.sin(q[2]) + along * math.cos(q[2])
@@ -49,8 +49,8 @@ def slider_force(
         elastic, damped = _elastic([depth for depth, *_ in touching], contact)
         for (_, depth_rate, at_impact, arm_x, arm_y), force in zip(touching, elastic, strict=True):
             # Eq. 11; a wall cannot pull
-            share = contact.damping * depth_rate / at_impact if damped else 0.0
-            normal = max(force * (1 + share), 0.0)
+            loss = contact.damping * depth_rate / at_impact if damped else 0.0
+            normal = max(force * (1 + loss), 0.0)
             tangential = friction(normal, v[1] + v[2] * arm_x, contact)
             force_x -= side * normal
             force_y += tangential
@@ -92,11 +92,11 @@ def _speed_at_touch(
 ) -> float:
     """Speed at which a contact that was open at the step's start closes before its end."""
 
-    def gap_at(share: float) -> float:
+    def gap_at(fraction: float) -> float:
         """Cubic Hermite interpolant of the gap."""
-        rest = 1 - share
-        ends = gap0 * (1 + 2 * share) * rest**2 + gap1 * (1 + 2 * rest) * share**2
-        return ends + step * share * rest * (rate0 * rest - rate1 * share)
+        rest = 1 - fraction
+        ends = gap0 * (1 + 2 * fraction) * rest**2 + gap1 * (1 + 2 * rest) * fraction**2
+        return ends + step * fraction * rest * (rate0 * rest - rate1 * fraction)
 
     low, high = 0.0, 1.0
     for _ in range(60):  # halved down to round-off
@@ -149,7 +149,7 @@ def journal_force(
     point = (journal.radius + journal.clearance) * normal_direction
     arm1, arm2 = arm_journal + point - eccentricity, arm_bearing + point
     relative = complex(v[3], v[4]) + 1j * v[5] * arm2 - complex(v[0], v[1]) - 1j * v[2] * arm1
-    local = relative * normal_direction.conjugate()  # along the normal, and along it turned by +90 degrees
+    local = relative * normal_direction.conjugate()  # along the normal, and along it rotated by +90 degrees
     at_impact = impact_speed(contacts[PIN], gap, local.real, step, journal)
     elastic = journal.stiffness * (-gap) ** journal.exponent
     normal = max(elastic * (1 - journal.damping * local.real / at_impact), 0.0)

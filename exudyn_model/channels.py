@@ -14,11 +14,11 @@ ENERGIES = tuple(
 )
 
 # Columns of the slider
-SLIDER_X, SLIDER_Y, SLIDER_ANGLE, SLIDER_VX, SLIDER_VY, SLIDER_OMEGA = range(6)
-SLIDER_AX, SLIDER_AY, SLIDER_ALPHA = range(6, 9)
+SLIDER_X, SLIDER_Y, SLIDER_ANGLE, SLIDER_VX, SLIDER_VY, SLIDER_OMEGA = map(CHANNELS.index, STATE)
+SLIDER_AX, SLIDER_AY, SLIDER_ALPHA = map(CHANNELS.index, ACCELERATIONS)
 # Of the first contact; that of contact k is PER_CONTACT k further
-GAP, NORMAL, FRICTION = range(9, 12)
 PER_CONTACT = 3
+GAP, NORMAL, FRICTION = map(CHANNELS.index, CORNER_CHANNELS[:PER_CONTACT])
 # The first one of what a formulation adds
 ADDED = len(CHANNELS)
 

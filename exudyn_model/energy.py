@@ -94,7 +94,7 @@ def audit_energy(
         From :func:`mass_diagonal`.
     constants : Constants
     contacts : ndarray, shape (5,)
-        Renewed with this state.
+        Updated with this state.
     audit : record
         From :func:`new_audit`; changed in place.
     energies : ndarray, shape (7,)

@@ -1,6 +1,6 @@
-"""What no correct run can show: how far each run may go, and what is said of one that goes farther.
+"""What no correct run can show: bounds with their reasons, and the verdict on a run that violates one.
 
-What is judged here was seen in accepted states, in the table of contacts, in the audit of the energy
+What is judged here was observed in accepted states, in the table of contacts, in the audit of the energy
 (``watch``) and in the constraints (``five_bodies.constraints``), not where contacts are located and forces
 computed.
 """
@@ -28,7 +28,7 @@ UNITS = {
     "constraint-velocity": "m/s",
 }
 
-# What each says when it is broken
+# What each says when it is violated
 _SENTENCES = {
     "open-depth": "{place} is inside its wall outside a contact",
     "pull": "the wall pulls {place}",
@@ -43,7 +43,7 @@ _SENTENCES = {
 
 @dataclass(frozen=True)
 class Bound:
-    """How far a run may go.
+    """Bound of one invariant.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ def scales(
     step: float,
     tolerance: float,
 ) -> dict[str, float]:
-    """Return what of a run the bounds are multiples of.
+    """Return the scales of a run that the bounds are multiples of.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def _energy_order(parameters: Parameters, step: float, length: float) -> float:
 def judge(
     seen: list[Seen], formulation: str, method: str, scales: Mapping[str, float]
 ) -> tuple[dict[str, dict[str, Any]], str]:
-    """Compare what was seen with its bounds.
+    """Compare what was observed with its bounds.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def judge(
     invariants : dict
         Name to "value", "bound", "unit" and "time_s", for each that has a bound.
     broken : str
-        In one line what is broken by the most; empty if nothing is.
+        The worst violation in one line; empty if there is none.
     """
     invariants: dict[str, dict[str, Any]] = {}
     worst, broken = 1.0, ""

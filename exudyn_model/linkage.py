@@ -3,20 +3,30 @@
 A function of time where the crank pin is ideal, else of the rocker's angle.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from exudyn_model.compiled import kernel
 
-# Crank positions in a cycle, and the place of C's acceleration along x in what `rocker_tip` returns
+# Crank positions in a cycle
 _POSITIONS = 3600
-TIP_AX = 4
+
+
+class TipMotion(NamedTuple):
+    """Position (m), velocity (m/s) and acceleration (m/s^2) of joint C."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    ax: float
+    ay: float
 
 
 @kernel
-def rocker_tip(time: float, linkage: Any) -> tuple[float, float, float, float, float, float]:
-    """Return position (m), velocity (m/s) and acceleration (m/s^2) of joint C, each as x, y, at ``time``.
+def rocker_tip(time: float, linkage: Any) -> TipMotion:
+    """Return the motion of joint C.
 
     The rocker's angle by the law of cosines in the triangle A, H, B; its angular velocity and acceleration
     from the constant length of rod 2, (B - A)^2, differentiated once and twice (Eq. 16, rows 1 to 8).
@@ -48,7 +58,7 @@ def rocker_tip(time: float, linkage: Any) -> tuple[float, float, float, float, f
     towards_x, towards_y = w1 * w1 * ax - arm * w3 * w3 * c3, w1 * w1 * ay - arm * w3 * w3 * s3
     alpha3 = -(px * towards_x + py * towards_y + rate_x * rate_x + rate_y * rate_y) / across
     length = linkage.rocker_length
-    return (
+    return TipMotion(
         linkage.pivot_x + length * c3,
         linkage.pivot_y + length * s3,
         -length * w3 * s3,
@@ -68,7 +78,7 @@ def tip_jerk(linkage: Any) -> float:
     interval = 2.0 * np.pi / (_POSITIONS * abs(linkage.omega))
     mean, change, before, rise_before = 0.0, 0.0, 0.0, 0.0
     for position in range(_POSITIONS + 2):
-        acceleration = rocker_tip(position * interval, linkage)[TIP_AX]
+        acceleration = rocker_tip(position * interval, linkage).ax
         rise = acceleration - before
         if position > 0:
             mean = max(mean, abs(rise))

@@ -12,14 +12,10 @@ class Rod:
 
     Attributes
     ----------
-    length : float
-        Distance of its two pins, m.
-    centroid : float
-        Distance of the centroid from the first pin, m.
-    mass : float
-        kg.
-    inertia : float
-        About the centroid, kg m^2.
+    length, centroid : float
+        Distances of the second pin and of the centroid from the first pin, m.
+    mass, inertia : float
+        kg; about the centroid, kg m^2.
     """
 
     length: float
@@ -39,14 +35,10 @@ class Slider:
 
     Attributes
     ----------
-    mass : float
-        kg.
-    inertia : float
-        About the centre, kg m^2.
-    length : float
-        Along the guide (y), m.
-    width : float
-        Across the guide (x), m.
+    mass, inertia : float
+        kg; about the centre, kg m^2.
+    length, width : float
+        Along the guide (y) and across it (x), m.
     """
 
     mass: float
@@ -123,14 +115,10 @@ class Initial:
 
     Attributes
     ----------
-    offset : float
-        x from the guide's centre line, m.
-    angle : float
-        rad.
-    vx : float
-        m/s.
-    omega : float
-        rad/s.
+    offset, angle : float
+        x from the guide's centre line, m; rad.
+    vx, omega : float
+        Their rates, m/s and rad/s.
     """
 
     offset: float
@@ -214,7 +202,7 @@ class Integration:
     step : float
         Largest step that the scene allows, s.
     tolerance : float
-        Of the Newton iteration, absolute; see ``five_bodies.solver.newton_tolerance``. "tree": of a step's
+        Of the Newton iteration, absolute; see ``five_bodies.settings.newton_tolerance``. "tree": of a step's
         error, in rad and rad/s.
     samples_per_cycle : int
         Samples in one crank cycle.

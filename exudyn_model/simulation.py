@@ -59,7 +59,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     scene : mapping
         Complete scene, defaults filled in.
     progress : callable, optional
-        Receives the finished share, 0 to 1.
+        Receives the finished fraction of the run, 0 to 1.
 
     Returns
     -------

@@ -20,7 +20,7 @@ def new_extrema(channels: int) -> NDArray[np.void]:
 
 
 @kernel
-def widen(extrema: NDArray[np.void], values: NDArray[np.float64], time: float) -> None:
+def update_extrema(extrema: NDArray[np.void], values: NDArray[np.float64], time: float) -> None:
     """Take the channels' ``values`` at ``time`` (s) into their extrema."""
     for channel in range(len(values)):
         if values[channel] < extrema[channel].min:

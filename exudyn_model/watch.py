@@ -1,8 +1,8 @@
-"""What is seen of a run's contacts and energy, for its invariants: see ``invariants``.
+"""Observed extremes of a run's contacts and energy, which ``invariants`` judges.
 
-Every accepted state is looked at. Gaps, rates and slips are found here from the bodies' motion once more, so
-that a fault in the formulas that the run was computed with does not hide itself. What a contact has done
-worst is kept in its own record.
+Every accepted state is examined. Gaps, rates and slips are computed here once more from the bodies' motion,
+so that a fault in the formulas that the run was computed with does not conceal itself. The worst of each
+contact is kept in its own record.
 """
 
 from collections.abc import Mapping
@@ -24,7 +24,7 @@ _CORNERS = len(CORNERS)
 def watch_contact(
     time: float, gap: float, rate: float, slip: float, normal: float, friction: float, state: Any
 ) -> None:
-    """Keep what breaks an invariant most, so far, in the record of one contact.
+    """Keep the worst violation of each invariant so far in the record of one contact.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def watch_contact(
     """
     if state.impact_speed > 0.0:
         if state.start != state.known_start:
-            # Those that begin at t = 0 may leave: a corner may start inside its wall
+            # Those that begin at t = 0 may separate: a corner may start inside its wall
             state.known_start = state.start
             leaving = min(state.known_rate, rate)
             if leaving > state.leaving:
@@ -81,7 +81,7 @@ def watch_corners(
     law : record
         From ``contact.gaps.contact_law``.
     contacts : ndarray, shape (5,)
-        From ``contact.states``; what was seen is kept there.
+        From ``contact.states``; changed in place.
     """
     cosine, sine = np.cos(angle), np.sin(angle)
     wall = law.half_width + law.clearance
@@ -130,11 +130,11 @@ def watch_pin(
     w1, w2 : float
         Angular velocities of crank and rod 2, rad/s.
     normal, friction : float
-        On rod 2, along the bearing's outward normal and along that turned by +90 degrees, N.
+        On rod 2, along the bearing's outward normal and along that rotated by +90 degrees, N.
     law : record
         From ``contact.journal.journal_law``.
     contacts : ndarray, shape (5,)
-        From ``contact.states``; what was seen is kept there.
+        From ``contact.states``; changed in place.
     """
     ex, ey, vx, vy = eccentricity
     distance = np.sqrt(ex * ex + ey * ey)
@@ -169,7 +169,7 @@ def place_name(number: int) -> str:
 
 
 def seen_in_contacts(contacts: NDArray[np.void]) -> list[Seen]:
-    """Return what ``watch`` has kept in the records of the contacts."""
+    """Return the worst of what is kept in the records of the contacts."""
     found = []
     for name, field in (
         ("open-depth", "open_depth"),

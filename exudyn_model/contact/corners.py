@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.bodies import ANGLE, X, Y
 from exudyn_model.compiled import ForceUserFunction, direct, kernel
 from exudyn_model.contact.friction import friction_force
 from exudyn_model.contact.gaps import CornerMotion, corner_motion
@@ -109,6 +110,6 @@ def force_user_function(law: NDArray[np.void], corners: NDArray[np.void]) -> For
     def force(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
         del mbs, t, number
         # Exudyn passes lists, which numba would copy element by element: scalars are 7 us faster a call
-        return found(q[0], q[2], v[0], v[1], v[2], law, corners)
+        return found(q[X], q[ANGLE], v[X], v[Y], v[ANGLE], law, corners)
 
     return force

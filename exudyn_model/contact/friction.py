@@ -10,8 +10,8 @@ from exudyn_model.compiled import kernel
 @kernel
 def friction_force(normal: float, slip: float, law: Any) -> float:
     """Return the friction (N) against the slip (m/s); zero below ``static_speed``."""
-    share: float = (abs(slip) - law.static_speed) / (law.transition_speed - law.static_speed)
-    force: float = -law.friction * min(max(share, 0.0), 1.0) * normal * np.sign(slip)
+    ramp: float = (abs(slip) - law.static_speed) / (law.transition_speed - law.static_speed)
+    force: float = -law.friction * min(max(ramp, 0.0), 1.0) * normal * np.sign(slip)
     return force
 
 
@@ -27,8 +27,8 @@ def friction_in_regime(normal: float, slip: float, regime: float, law: Any) -> f
     """Extend one piece of :func:`friction_force` (N), named as by :func:`slip_regime`, to any slip."""
     if regime == 0.0:
         return 0.0
-    sign, share = np.sign(regime), 1.0
+    sign, ramp = np.sign(regime), 1.0
     if abs(regime) == 1.0:
-        share = (sign * slip - law.static_speed) / (law.transition_speed - law.static_speed)
-    force: float = -law.friction * share * normal * sign
+        ramp = (sign * slip - law.static_speed) / (law.transition_speed - law.static_speed)
+    force: float = -law.friction * ramp * normal * sign
     return force

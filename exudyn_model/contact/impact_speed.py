@@ -4,7 +4,7 @@ Exudyn advances five bodies in fixed steps and calls the force at trial states o
 
 - What was in contact at the step's start keeps its frozen speed.
 - What was open and is closed in the trial state gets the speed at the instant of touch between the two, by
-  :func:`touch`. The next renewal (``memory``) applies the same function to the accepted state, so the speed
+  :func:`touch`. The next update (``memory``) applies the same function to the accepted state, so the speed
   that is frozen is the one that the step itself was solved with: no jump, and second order is kept.
 """
 

@@ -7,7 +7,7 @@ on both bodies. The law is that of one point (``point``) for two conforming cyli
 
 The forces are of some kN and rod 2 is light: across the contact, friction changes its speed in a step of
 1e-6 s by several times the speed over which Eq. 14 rises. Newton's method then goes from full friction of
-one direction to that of the other and back for ever. So the iteration keeps to one straight piece of
+one direction to that of the other and back indefinitely. So the iteration keeps to one straight piece of
 Eq. 14; where it converges outside of it, :func:`settle_regime` goes to the next piece, and the iteration is
 taken up again. A step is accepted where piece and slip fit: the force is that of Eqs. 13-14.
 """
@@ -101,7 +101,7 @@ class PinMotion(NamedTuple):
     gap, rate : float
         Gap (m), positive where it is open, and its rate (m/s).
     slip : float
-        Velocity (m/s) of the bearing's material relative to the journal's, along n turned by +90 degrees.
+        Velocity (m/s) of the bearing's material relative to the journal's, along n rotated by +90 degrees.
     nx, ny : float
         The unit vector n.
     """

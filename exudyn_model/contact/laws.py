@@ -23,14 +23,14 @@ _SWITCHING, _STRIP = 1, 2
 
 @kernel
 def elastic_normals(lower: float, upper: float, both: bool, law: Any) -> tuple[float, float]:
-    """Elastic normal forces (N) of lower and upper corner from their depths (m; not positive: open).
+    """Return the elastic normal forces (N) of both corners from their depths (m; not positive: open).
 
     ``both``: whether both are in contact. Steps that end at each touch and leaving have trial states a
     little past it, where a corner in contact has a negative depth: the surface's force goes on smoothly.
     """
     if both and law.kind == _SWITCHING:
-        share = law.side_stiffness / 6.0
-        return max(share * (2.0 * lower + upper), 0.0), max(share * (lower + 2.0 * upper), 0.0)
+        sixth = law.side_stiffness / 6.0
+        return max(sixth * (2.0 * lower + upper), 0.0), max(sixth * (lower + 2.0 * upper), 0.0)
     first = law.stiffness * lower**law.exponent if lower > 0.0 else 0.0
     second = law.stiffness * upper**law.exponent if upper > 0.0 else 0.0
     if both and law.kind == _STRIP and lower > 0.0 and upper > 0.0:
@@ -51,7 +51,7 @@ def side_normals(
     upper_speed: float,
     law: Any,
 ) -> tuple[float, float]:
-    """Find the normal forces (N) of the lower and the upper corner of a side, each at least 0.
+    """Return the normal forces (N) of the lower and the upper corner of a side, each at least 0.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def side_normals(
 
 @kernel
 def side_energy(lower: float, upper: float, law: Any) -> float:
-    """Energy (J) that a side stores at these depths (m; not positive: open)."""
+    """Return the energy (J) that a side stores at these depths (m; not positive: open)."""
     both = lower > 0.0 and upper > 0.0
     if both and law.kind == _SWITCHING:
         surface: float = law.side_stiffness * (lower * lower + lower * upper + upper * upper) / 6.0

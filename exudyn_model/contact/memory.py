@@ -1,7 +1,7 @@
-"""Renew the contacts' memory from an accepted state, and keep a row of every contact that ends.
+"""Update the contacts' memory from an accepted state, and keep a row of every contact that ends.
 
-This is the only place where an impact speed is frozen or forgotten. It depends on accepted states alone
-(the last one is what the memory still holds), never on trial states of the Newton iteration.
+For five bodies this is the only place where an impact speed is frozen or cleared. It depends on accepted
+states alone (the last one is what the memory still holds), never on trial states of the Newton iteration.
 """
 
 from typing import Any
@@ -63,7 +63,7 @@ def begin(index: int, gap: float, rate: float, state: Any, law: Any) -> float:
 
 
 @kernel
-def carry_on(
+def accumulate(
     index: int,
     motion: CornerMotion | PinMotion,
     normal: float,
@@ -114,7 +114,7 @@ def carry_on(
 
 
 @kernel
-def renew_corners(
+def update_corners(
     index: int,
     q: NDArray[np.float64],
     v: NDArray[np.float64],
@@ -123,7 +123,7 @@ def renew_corners(
     events: NDArray[np.void],
     event_count: int,
 ) -> tuple[int, float, float, float]:
-    """Renew all corners with accepted state ``index``; ended contacts go to ``events``.
+    """Update all corners with accepted state ``index``; ended contacts go to ``events``.
 
     Parameters
     ----------
@@ -161,10 +161,10 @@ def renew_corners(
             up.impact_speed if upper.gap < 0.0 else 0.0,
             constants,
         )
-        event_count = carry_on(
+        event_count = accumulate(
             index, lower, normals[0], lower_touched, side, low, constants, events, event_count
         )
-        event_count = carry_on(
+        event_count = accumulate(
             index, upper, normals[1], upper_touched, side + UPPER, up, constants, events, event_count
         )
         for corner, motion in ((low, lower), (up, upper)):
@@ -175,7 +175,7 @@ def renew_corners(
 
 
 @kernel
-def renew_pin(
+def update_pin(
     index: int,
     q: NDArray[np.float64],
     v: NDArray[np.float64],
@@ -184,7 +184,7 @@ def renew_pin(
     events: NDArray[np.void],
     event_count: int,
 ) -> tuple[int, float, float, float]:
-    """Renew the pin's memory with accepted state ``index``; an ended contact goes to ``events``.
+    """Update the pin's memory with accepted state ``index``; an ended contact goes to ``events``.
 
     Parameters
     ----------
@@ -211,6 +211,6 @@ def renew_pin(
     touched_at, normal = begin(index, motion.gap, motion.rate, state, constants), 0.0
     if motion.gap < 0.0:
         normal = damped(elastic_force(motion.gap, constants), -motion.rate, state.impact_speed, constants)
-    event_count = carry_on(index, motion, normal, touched_at, PIN, state, constants, events, event_count)
+    event_count = accumulate(index, motion, normal, touched_at, PIN, state, constants, events, event_count)
     fx, fy, _, moment = pin_load(state.normal, state.friction, motion, bodies, constants)
     return event_count, fx, fy, moment

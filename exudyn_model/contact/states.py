@@ -1,7 +1,7 @@
 """Names and order of the contacts, and the state of each that its damping and the invariants refer to.
 
 The damping term of Eq. 11 needs the normal speed at the instant when the contact began. The state of a
-contact therefore holds that speed, frozen, from touch to separation. It is renewed from accepted states
+contact therefore holds that speed, frozen, from touch to separation. It is updated from accepted states
 alone: nothing that a trial state of an iteration or of a rejected step does is ever kept.
 """
 
@@ -57,5 +57,5 @@ _STATE = np.dtype(
 
 
 def contact_states() -> NDArray[np.void]:
-    """Return the states of all ``CONTACTS``, shape (5,), all zero: to be renewed before the first step."""
+    """Return the states of all ``CONTACTS``, shape (5,), all zero: to be updated before the first step."""
     return np.zeros(len(CONTACTS), _STATE)

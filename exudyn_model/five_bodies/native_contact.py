@@ -1,20 +1,20 @@
-"""The corners' contact by Exudyn's own object instead of the user function: another opinion on the law.
+"""The corners' contact by Exudyn's own object instead of the user function: an independent form of the law.
 
 ``ObjectContactSphereTriangle`` at each corner: a small sphere inside the slider that touches the corner's
 tip, against a triangle that covers the wall. No force of ``exudyn_model.contact`` acts. What is recorded
-comes from Exudyn where it tells it: gap, impact speed, normal force, friction. Not told are the instants of
-touch and separation, which the table of contacts interpolates between steps as for the user function, and the
-forces at t = 0: a corner that is closed there begins its contact with the first step.
+comes from Exudyn where it reports it: gap, impact speed, normal force, friction. Not reported are the
+instants of touch and separation, which the table of contacts interpolates between steps as for the user
+function, and the forces at t = 0: a corner that is closed there begins its contact with the first step.
 Three things differ from Eqs. 9-14:
 
 - The impact speed is that of the end of the step in which the contact begins, which leaves an error of first
   order in the step: 3.7e-8 m in the first cycle of the paper's case at 2e-6 s, 1.0e-8 m at 1e-6 s.
 - Friction rises from no slip on, without the range below ``static_speed``; see ``proportional_zone``.
-- A slider that is turned has its corner 1e-4 m times the square of the angle over 2 farther inside.
+- A slider that is tilted has its corner 1e-4 m times the square of the angle over 2 farther inside.
 
-And two things it cannot do. A corner that begins inside a wall has no impact speed unless it moves inwards:
-at rest 1e-6 m inside, it is wrong by the whole clearance after a cycle. That is refused. And a corner pressed
-in by more than its sphere's radius comes out behind the wall: there the run is stopped.
+And two things are not supported. A corner that begins inside a wall has no impact speed unless it moves
+inwards: at rest 1e-6 m inside, it is wrong by the whole clearance after a cycle. Such a start is refused. And
+a corner pressed in by more than its sphere's radius comes out behind the wall: there the run is stopped.
 """
 
 from collections.abc import Callable, Mapping
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from exudyn_model.bodies import ANGLE, X, Y
 from exudyn_model.compiled import kernel
 from exudyn_model.contact.gaps import CornerMotion, corner_motion
-from exudyn_model.contact.memory import begin, carry_on
+from exudyn_model.contact.memory import accumulate, begin
 from exudyn_model.contact.states import ACROSS, ALONG, CORNERS
 from exudyn_model.parameters import Guide, Parameters
 
@@ -56,7 +56,7 @@ def proportional_zone(contact: Guide) -> float:
 def sphere_friction(contact: Guide, extrema: Mapping[str, Mapping[str, float]], slip: float) -> float:
     """Bound the power (W) that the force along the wall can bring in for each newton of normal force.
 
-    Exudyn's friction is against the slip of the sphere's surface. A slider turned by an angle has its
+    Exudyn's friction is against the slip of the sphere's surface. A slider tilted by an angle has its
     corner's tip in another place, by the radius times half the square of the angle. And the normal is the
     direction from the wall, a triangle of 10 m, to the sphere's centre: many roundings of 2e-15 m, over the
     radius; measured are 5e-14 m.
@@ -69,10 +69,10 @@ def sphere_friction(contact: Guide, extrema: Mapping[str, Mapping[str, float]], 
     slip : float
         Largest one, m/s.
     """
-    turned, spun = (
+    tilt, spin = (
         max(-extrema[name]["min"], extrema[name]["max"]) for name in ("slider_angle", "slider_omega")
     )
-    wrong = RADIUS * turned * turned * spun
+    wrong = RADIUS * tilt * tilt * spin
     return contact.friction * wrong * wrong / proportional_zone(contact) + 1e-12 / RADIUS * slip
 
 
@@ -177,7 +177,7 @@ def deepest(q: NDArray[np.float64], law: NDArray[np.void]) -> float:
 
 
 @kernel
-def renew_native_corners(
+def update_native_corners(
     index: int,
     q: NDArray[np.float64],
     v: NDArray[np.float64],
@@ -187,7 +187,7 @@ def renew_native_corners(
     events: NDArray[np.void],
     event_count: int,
 ) -> tuple[int, float, float, float]:
-    """Renew the corners' memory as ``contact.memory.renew_corners``, with what Exudyn tells of them.
+    """Update the corners' memory as ``contact.memory.update_corners``, with what Exudyn tells of them.
 
     ``native`` is what the function of :func:`add_corner_contacts` returns, shape (4, 4).
     """
@@ -200,7 +200,7 @@ def renew_native_corners(
         touched_at = begin(index, motion.gap, rate, state, constants)
         if motion.gap < 0.0 and index > 0:
             state.impact_speed = max(native[number, _IMPACT_SPEED], constants.impact_speed_floor)
-        event_count = carry_on(
+        event_count = accumulate(
             index, motion, normal, touched_at, number, state, constants, events, event_count
         )
         state.friction = native[number, _FRICTION]

@@ -1,4 +1,4 @@
-"""All channels in one accepted state of five bodies; the contacts' memory is renewed with it."""
+"""All channels in one accepted state of five bodies; the contacts' memory is updated with it."""
 
 from typing import Any, NamedTuple
 
@@ -34,12 +34,12 @@ from exudyn_model.channels import (
 )
 from exudyn_model.compiled import kernel
 from exudyn_model.constants import Constants
-from exudyn_model.contact.memory import renew_corners, renew_pin
+from exudyn_model.contact.memory import update_corners, update_pin
 from exudyn_model.contact.states import CORNERS, PIN
 from exudyn_model.energy import audit_energy
-from exudyn_model.five_bodies.native_contact import renew_native_corners
+from exudyn_model.five_bodies.native_contact import update_native_corners
 from exudyn_model.free_rocker import slider_acceleration_with_pin_clearance
-from exudyn_model.tables import widen
+from exudyn_model.tables import update_extrema
 from exudyn_model.watch import Eccentricity, watch_corners, watch_pin
 
 _CORNERS, _ENERGIES = len(CORNERS), len(ENERGIES)
@@ -97,7 +97,7 @@ def observe(
     events: NDArray[np.void],
     event_count: int,
 ) -> int:
-    """Renew the contacts' memory, fill the values of all channels, widen their extrema.
+    """Update the contacts' memory, fill the values of all channels, update_extrema their extrema.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def observe(
     index : int
         Number of steps from t = 0.
     native : ndarray, shape (4, 4) or (0, 4)
-        What ``native_contact`` tells of the corners; empty where the contact is the user function.
+        What ``native_contact`` reads of the corners; empty where the contact is the user function.
     events : ndarray, shape (n,)
         With room for a row of each contact from ``event_count`` on.
     event_count : int
@@ -123,11 +123,11 @@ def observe(
     time = index * law[0].step
     fx, fy, moment = 0.0, 0.0, 0.0
     if len(native) > 0:
-        event_count, fx, fy, moment = renew_native_corners(
+        event_count, fx, fy, moment = update_native_corners(
             index, q[SLIDER_X:], v[SLIDER_X:], native, law, contacts, events, event_count
         )
     elif not linkage.ideal_slider:
-        event_count, fx, fy, moment = renew_corners(
+        event_count, fx, fy, moment = update_corners(
             index, q[SLIDER_X:], v[SLIDER_X:], law, contacts, events, event_count
         )
     values[channels.SLIDER_X] = linkage.guide_x + q[SLIDER_X]
@@ -137,7 +137,9 @@ def observe(
     if linkage.ideal_pin:
         ax, ay, alpha = slider_acceleration(q, v, fx, fy, moment, linkage)
     else:
-        event_count, pin_x, pin_y, pin_moment = renew_pin(index, q, v, pin_law, contacts, events, event_count)
+        event_count, pin_x, pin_y, pin_moment = update_pin(
+            index, q, v, pin_law, contacts, events, event_count
+        )
         forces = Forces(fx, fy, moment, pin_x, pin_y, pin_moment)
         ax, ay, alpha = slider_acceleration_with_pin_clearance(q, v, forces, linkage)
         reaction = ADDED + len(multipliers)
@@ -166,7 +168,7 @@ def observe(
     if len(kept.masses) > 0:
         torque, energies = -multipliers[vectors.drive], values[len(values) - _ENERGIES :]
         audit_energy(index, q, v, torque, kept.masses, constants, contacts, kept.audit[0], energies)
-    widen(kept.extrema, values, time)
+    update_extrema(kept.extrema, values, time)
     return event_count
 
 

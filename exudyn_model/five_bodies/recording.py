@@ -25,7 +25,7 @@ class Recorder:
     """Gathers the results of one run.
 
     :meth:`accept` must be called once for each accepted state, the initial one included, before the step that
-    starts from it: it also renews the contacts' memory, which the contact force of that step reads.
+    starts from it: it also updates the contacts' memory, which the contact force of that step reads.
 
     Parameters
     ----------

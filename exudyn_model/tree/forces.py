@@ -18,7 +18,7 @@ from exudyn_model.contact.point import damped, elastic_force
 from exudyn_model.contact.states import PIN
 from exudyn_model.free_rocker import FreeAngles, free_angular_accelerations
 from exudyn_model.linkage import rocker_tip
-from exudyn_model.tree.motion import TreeState, driven_and_hung, slider_motion, state_at
+from exudyn_model.tree.motion import TreeState, crank_and_rod2_at, slider_motion, state_at
 
 
 @kernel
@@ -51,7 +51,7 @@ def frozen_forces(
         x, _, vx, vy = slider_motion(state, constants)
         fx, fy, moment = frozen_slider_force(x, state.theta5, vx, vy, state.w5, law, contacts)
     if contacts[PIN].impact_speed > 0.0:
-        bodies = driven_and_hung(state, constants, pin_law[0])
+        bodies = crank_and_rod2_at(state, constants, pin_law[0])
         pin_x, pin_y, pin_moment = frozen_pin_force(bodies, pin_law[0], contacts[PIN])
     return Forces(fx, fy, moment, pin_x, pin_y, pin_moment)
 
@@ -63,8 +63,8 @@ def angular_accelerations(
     """Return those of rod 2, rocker, rod 4 and slider (rad/s^2) by balance of forces; 0 where driven."""
     alpha5 = 0.0 if linkage.ideal_slider else forces.moment / linkage.slider_inertia
     if linkage.ideal_pin:
-        _, _, _, _, tip_ax, tip_ay = rocker_tip(state.time, linkage)
-        alpha4 = rod4_acceleration(state.theta4, tip_ax, tip_ay, forces.fx, forces.fy, linkage)
+        tip = rocker_tip(state.time, linkage)
+        alpha4 = rod4_acceleration(state.theta4, tip.ax, tip.ay, forces.fx, forces.fy, linkage)
         return 0.0, 0.0, alpha4, alpha5
     angles = FreeAngles(state.theta2, state.w2, state.theta3, state.w3, state.theta4, state.w4)
     alpha2, alpha3, alpha4, _ = free_angular_accelerations(angles, forces, linkage)
@@ -72,10 +72,13 @@ def angular_accelerations(
 
 
 @kernel
-def slider_acceleration(state: TreeState, alpha3: float, alpha4: float, linkage: Any) -> tuple[float, float]:
+def slider_centre_acceleration(
+    state: TreeState, alpha3: float, alpha4: float, linkage: Any
+) -> tuple[float, float]:
     """Return the slider's ax and ay (m/s^2) from the angular accelerations of rocker and rod 4."""
     if linkage.ideal_pin:
-        _, _, _, _, tip_ax, tip_ay = rocker_tip(state.time, linkage)
+        tip = rocker_tip(state.time, linkage)
+        tip_ax, tip_ay = tip.ax, tip.ay
     else:
         arm_x = linkage.rocker_length * np.cos(state.theta3)
         arm_y = linkage.rocker_length * np.sin(state.theta3)

@@ -1,4 +1,4 @@
-"""Where in a step of a tree a gap passes through zero: found for certain, however often it reverses there.
+"""Where in a step of a tree a gap passes through zero: found for certain, however often it reverses.
 
 The gap is that of the interpolated state (``motion``), not a polynomial of its own. That it does not
 change its sign follows from a bound of its second derivative (``step_bounds``): between two points a gap
@@ -18,6 +18,9 @@ from exudyn_model.tree.motion import contact_motion, interpolate
 # second corner of a side rests at 1e-11 m under the "strip" law, and far less where it bears little
 GAP_TOLERANCE = 2e-15
 
+# A fraction of the step that is none
+NEVER = 2.0
+
 # Gaps evaluated in the search of one step, after which a shorter step is asked for. A gap of 1e-13 m at rest
 # over a step of free flight takes some 100
 _SEARCH_LIMIT = 1000
@@ -25,55 +28,55 @@ _SEARCH_LIMIT = 1000
 
 @kernel
 def gap_within(
-    number: int, start: Any, end: Any, share: float, linkage: Any, law: Any, pin_law: Any
+    number: int, start: Any, end: Any, fraction: float, linkage: Any, law: Any, pin_law: Any
 ) -> tuple[float, float]:
-    """Return the gap (m) of one of ``CONTACTS`` and its rate (m/s) at a share of the step."""
-    return contact_motion(number, interpolate(start, end, share), linkage, law, pin_law)
+    """Return the gap (m) of one of ``CONTACTS`` and its rate (m/s) at a fraction of the step."""
+    return contact_motion(number, interpolate(start, end, fraction), linkage, law, pin_law)
 
 
 @kernel
 def crossing_within(
     number: int, start: Any, end: Any, low: float, high: float, linkage: Any, law: Any, pin_law: Any
 ) -> float:
-    """Return the share of the step at which the gap is zero; its signs at ``low`` and ``high`` must differ.
+    """Return the fraction of the step at which the gap is zero.
 
-    Newton's method, safeguarded by bisection.
+    Newton's method, safeguarded by bisection; the gap's signs at ``low`` and ``high`` must differ.
     """
     step = end.time - start.time
     open_at_low = gap_within(number, start, end, low, linkage, law, pin_law)[0] > 0.0
-    share = 0.5 * (low + high)
+    fraction = 0.5 * (low + high)
     for _ in range(100):
-        gap, rate = gap_within(number, start, end, share, linkage, law, pin_law)
+        gap, rate = gap_within(number, start, end, fraction, linkage, law, pin_law)
         if (gap > 0.0) == open_at_low:
-            low = share
+            low = fraction
         else:
-            high = share
+            high = fraction
         change = -gap / (step * rate) if rate != 0.0 else 2.0
-        if not low < share + change < high:
-            change = 0.5 * (low + high) - share
-        share += change
+        if not low < fraction + change < high:
+            change = 0.5 * (low + high) - fraction
+        fraction += change
         if abs(change) < 1e-14 or abs(gap) < 1e-16:
             break
-    return share
+    return fraction
 
 
 @kernel
 def smooth_distance(number: int, gap: float, pin_law: Any) -> float:
-    """Return a corner's gap (m); of the pin (c^2 - e^2) / (2 c), as much near 0 and smooth at e = 0."""
+    """Return a corner's gap (m); of the pin (c^2 - e^2) / (2 c), equal to it near 0 and smooth at e = 0."""
     return gap - 0.5 * gap * gap / pin_law.clearance if number == PIN else gap
 
 
 @kernel
-def least_between(first: float, last: float, bend: float) -> float:
+def lower_bound(first: float, last: float, curvature: float) -> float:
     """Bound a function on an interval from below, by its values at both ends.
 
-    ``bend`` is the greatest value of its second derivative times the square of the interval's length: the
-    function lies above the parabola through both ends with that second derivative; its least value is found.
+    The function lies above the parabola through both ends with its greatest second derivative. ``curvature``
+    is that derivative times the square of the interval's length.
     """
     rise = last - first
-    if abs(rise) >= 0.5 * bend:
+    if abs(rise) >= 0.5 * curvature:
         return min(first, last)
-    return 0.5 * (first + last) - 0.125 * bend - 0.5 * rise * rise / bend
+    return 0.5 * (first + last) - 0.125 * curvature - 0.5 * rise * rise / curvature
 
 
 @kernel
@@ -82,16 +85,16 @@ def passed_within(
     sign: float,
     first: float,
     last: float,
-    bend: float,
+    curvature: float,
     start: Any,
     end: Any,
     linkage: Any,
     law: Any,
     pin_law: Any,
 ) -> float:
-    """Return the share of the step at which the distance is below zero; 2 if it never is, nan if unsure.
+    """Return the fraction of the step at which the distance is below zero, or ``NEVER``; nan if unsure.
 
-    The distance is :func:`smooth_distance` times ``sign``: -1 for a contact that leaves.
+    The distance is :func:`smooth_distance` times ``sign``: -1 for a contact that is closed.
 
     Parameters
     ----------
@@ -100,7 +103,7 @@ def passed_within(
     sign : float
     first, last : float
         The distances at the step's start and end, m.
-    bend : float
+    curvature : float
         Greatest second derivative of the distance, times the square of the step, m.
     start, end, linkage, law, pin_law : record
     """
@@ -108,9 +111,9 @@ def passed_within(
         return 1.0
     low, width, at_low, at_high = 0.0, 1.0, first, last
     for _ in range(_SEARCH_LIMIT):
-        if least_between(at_low, at_high, bend * width * width) >= -GAP_TOLERANCE:
+        if lower_bound(at_low, at_high, curvature * width * width) >= -GAP_TOLERANCE:
             if low + width >= 1.0:
-                return 2.0
+                return NEVER
             low, at_low = low + width, at_high
             width = min(2.0 * width, 1.0 - low)
         else:
@@ -137,10 +140,10 @@ def change_within(
     law: Any,
     pin_law: Any,
 ) -> float:
-    """Return the share of the step at which a contact begins or, where it is closed, ends; 2 if it does not.
+    """Return the fraction of the step at which a contact begins or, where it is closed, ends, or ``NEVER``.
 
-    Perhaps not the first one in the step; the step up to there, tried again, will tell. 0 if it was at the
-    wall all the time from the start on until it passed; nan if a shorter step is needed to be sure.
+    Not necessarily the first one in the step: the step up to there is tried again, and searched again. 0 if
+    the gap was zero from the start on until it passed; nan if a shorter step is needed to be sure.
 
     Parameters
     ----------
@@ -155,21 +158,21 @@ def change_within(
     start, end, linkage, law, pin_law : record
     """
     step = end.time - start.time
-    sign, bend = 1.0, greatest_acceleration * step * step
+    sign, curvature = 1.0, greatest_acceleration * step * step
     if contact.impact_speed > 0.0:
-        sign, bend = -1.0, -least_acceleration * step * step
+        sign, curvature = -1.0, -least_acceleration * step * step
     first = sign * smooth_distance(number, contact.gap, pin_law)
     if first < -GAP_TOLERANCE:
         if sign > 0.0:
             return 0.0
         first = 0.0  # what touches within `least` is frozen before it does
     last = sign * smooth_distance(number, gap, pin_law)
-    passed = passed_within(number, sign, first, last, bend, start, end, linkage, law, pin_law)
-    if passed == 2.0 or np.isnan(passed):
+    passed = passed_within(number, sign, first, last, curvature, start, end, linkage, law, pin_law)
+    if passed == NEVER or np.isnan(passed):
         return passed
     low = 0.0
     if first <= GAP_TOLERANCE:
-        # At the wall at the start. It has to part from there before it can cross
+        # At the wall at the start. It has to separate before it can cross
         low, apart = passed, 0.0
         while apart <= GAP_TOLERANCE:
             low *= 0.5

@@ -74,7 +74,7 @@ def slider_motion(state: TreeState, linkage: Any) -> tuple[float, float, float, 
 
 
 @kernel
-def driven_and_hung(state: TreeState, linkage: Any, pin_law: Any) -> CrankAndRod2:
+def crank_and_rod2_at(state: TreeState, linkage: Any, pin_law: Any) -> CrankAndRod2:
     """Return the motion of the driven crank and of rod 2, which hangs on the rocker."""
     angle1, w1 = linkage.crank_angle + linkage.omega * state.time, linkage.omega
     radius1 = linkage.crank_length - pin_law.crank_to_tip
@@ -104,7 +104,7 @@ def contact_motion(
 ) -> tuple[float, float]:
     """Return the gap (m) of one of ``CONTACTS`` and its rate (m/s)."""
     if number == PIN:
-        journal = pin_motion(driven_and_hung(state, linkage, pin_law), pin_law)
+        journal = pin_motion(crank_and_rod2_at(state, linkage, pin_law), pin_law)
         return journal.gap, journal.rate
     x, _, vx, vy = slider_motion(state, linkage)
     corner = corner_motion(number, x, state.theta5, vx, vy, state.w5, law)
@@ -120,20 +120,20 @@ def has_clearance(number: int, linkage: Any) -> bool:
 
 @kernel
 def quintic(
-    x0: float, v0: float, a0: float, x1: float, v1: float, a1: float, step: float, share: float
+    x0: float, v0: float, a0: float, x1: float, v1: float, a1: float, step: float, fraction: float
 ) -> tuple[float, float]:
-    """Return value and rate, at a share of the step, of the polynomial given by both ends.
+    """Return value and rate, at a fraction of the step, of the polynomial given by both ends.
 
-    Ends are given by value, rate and second derivative.
+    Each end is given by value, rate and second derivative.
     """
     # Cubic polynomial of the rate, by rates and second derivatives; what its integral leaves of the rise
-    bend0, bend1 = step * a0, step * a1
-    c2, c3 = 3.0 * (v1 - v0) - 2.0 * bend0 - bend1, 2.0 * (v0 - v1) + bend0 + bend1
-    missing = x1 - x0 - step * (0.5 * (v0 + v1) + (bend0 - bend1) / 12.0)
-    square, rest = share * share, 1.0 - share
-    integral = share * (v0 + share * (0.5 * bend0 + share * (c2 / 3.0 + 0.25 * share * c3)))
-    value = x0 + step * integral + missing * square * share * (10.0 + share * (6.0 * share - 15.0))
-    rate = v0 + share * (bend0 + share * (c2 + share * c3))
+    slope0, slope1 = step * a0, step * a1
+    c2, c3 = 3.0 * (v1 - v0) - 2.0 * slope0 - slope1, 2.0 * (v0 - v1) + slope0 + slope1
+    missing = x1 - x0 - step * (0.5 * (v0 + v1) + (slope0 - slope1) / 12.0)
+    square, rest = fraction * fraction, 1.0 - fraction
+    integral = fraction * (v0 + fraction * (0.5 * slope0 + fraction * (c2 / 3.0 + 0.25 * fraction * c3)))
+    value = x0 + step * integral + missing * square * fraction * (10.0 + fraction * (6.0 * fraction - 15.0))
+    rate = v0 + fraction * (slope0 + fraction * (c2 + fraction * c3))
     # Round-off of the angles is no rate: in a step of 1e-7 s it would be one of 1e-8 rad/s
     if abs(missing) > _ROUNDING:
         rate += 30.0 * square * rest * rest * missing / step
@@ -141,11 +141,11 @@ def quintic(
 
 
 @kernel
-def interpolate(start: Any, end: Any, share: float) -> TreeState:
-    """Return the state at a share of the step between two ``MOTION`` records."""
+def interpolate(start: Any, end: Any, fraction: float) -> TreeState:
+    """Return the state at a fraction of the step between two ``MOTION`` records."""
     step = end.time - start.time
-    theta2, w2 = quintic(start.theta2, start.w2, start.a2, end.theta2, end.w2, end.a2, step, share)
-    theta3, w3 = quintic(start.theta3, start.w3, start.a3, end.theta3, end.w3, end.a3, step, share)
-    theta4, w4 = quintic(start.theta4, start.w4, start.a4, end.theta4, end.w4, end.a4, step, share)
-    theta5, w5 = quintic(start.theta5, start.w5, start.a5, end.theta5, end.w5, end.a5, step, share)
-    return TreeState(start.time + share * step, theta2, w2, theta3, w3, theta4, w4, theta5, w5)
+    theta2, w2 = quintic(start.theta2, start.w2, start.a2, end.theta2, end.w2, end.a2, step, fraction)
+    theta3, w3 = quintic(start.theta3, start.w3, start.a3, end.theta3, end.w3, end.a3, step, fraction)
+    theta4, w4 = quintic(start.theta4, start.w4, start.a4, end.theta4, end.w4, end.a4, step, fraction)
+    theta5, w5 = quintic(start.theta5, start.w5, start.a5, end.theta5, end.w5, end.a5, step, fraction)
+    return TreeState(start.time + fraction * step, theta2, w2, theta3, w3, theta4, w4, theta5, w5)

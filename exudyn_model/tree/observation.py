@@ -29,8 +29,8 @@ from exudyn_model.contact.journal import pin_load, pin_motion
 from exudyn_model.contact.laws import side_normals
 from exudyn_model.contact.point import damped, elastic_force
 from exudyn_model.contact.states import CONTACTS, PIN, UPPER
-from exudyn_model.tree.forces import angular_accelerations, slider_acceleration
-from exudyn_model.tree.motion import TreeState, driven_and_hung, slider_motion
+from exudyn_model.tree.forces import angular_accelerations, slider_centre_acceleration
+from exudyn_model.tree.motion import TreeState, crank_and_rod2_at, slider_motion
 from exudyn_model.watch import Eccentricity, watch_corners, watch_pin
 
 # The channels, then gap, normal force and friction of the pin, as the last contact
@@ -72,7 +72,7 @@ def observe(
             values[NORMAL + PER_CONTACT * number] = normal
             values[FRICTION + PER_CONTACT * number] = friction_force(normal, motion.slip, law)
     if not linkage.ideal_pin:
-        bodies = driven_and_hung(state, linkage, pin_law)
+        bodies = crank_and_rod2_at(state, linkage, pin_law)
         journal = pin_motion(bodies, pin_law)
         pin_normal = 0.0
         if journal.gap < 0.0 and contacts[PIN].impact_speed > 0.0:
@@ -85,7 +85,7 @@ def observe(
     _, alpha3, alpha4, alpha5 = angular_accelerations(state, forces, linkage)
     values[SLIDER_X], values[SLIDER_Y], values[SLIDER_ANGLE] = linkage.guide_x + x, y, theta5
     values[SLIDER_VX], values[SLIDER_VY], values[SLIDER_OMEGA] = vx, vy, w5
-    values[SLIDER_AX], values[SLIDER_AY] = slider_acceleration(state, alpha3, alpha4, linkage)
+    values[SLIDER_AX], values[SLIDER_AY] = slider_centre_acceleration(state, alpha3, alpha4, linkage)
     values[SLIDER_ALPHA] = alpha5
 
 

@@ -10,11 +10,11 @@ from exudyn_model.compiled import direct
 from exudyn_model.contact.memory import EVENT
 from exudyn_model.contact.states import CONTACTS
 from exudyn_model.model import Model
-from exudyn_model.tables import event_table, extrema_table, new_extrema, widen
+from exudyn_model.tables import event_table, extrema_table, new_extrema, update_extrema
 from exudyn_model.tree.forces import complete
 from exudyn_model.tree.motion import MOTION, state_at
 from exudyn_model.tree.observation import WIDTH, observe, watch
-from exudyn_model.tree.steps import Kept, accept_step, fill, judge_step, renew_contacts
+from exudyn_model.tree.steps import Kept, accept_step, fill, judge_step, update_contacts
 from exudyn_model.tree.switching import freeze
 
 
@@ -53,13 +53,13 @@ class TreeRecorder:
         linkage, law, pin_law = (record[0] for record in self._constants)
         start, first_sample = self._start[0], self._kept.samples[0]
         fill(start, 0.0, q, v, linkage)
-        renew_contacts(start, start, linkage, law, pin_law, self._contacts, self._events, 0)
+        update_contacts(start, start, linkage, law, pin_law, self._contacts, self._events, 0)
         for contact in self._contacts:
             if contact["gap"] < 0 and contact["impact_speed"] == 0:  # penetrates, but does not approach
                 freeze(contact, 0.0, law)
         complete(start, *self._constants, self._contacts)
         observe(state_at(start), linkage, law, pin_law, self._contacts, first_sample)
-        widen(self._kept.extrema, first_sample, 0.0)
+        update_extrema(self._kept.extrema, first_sample, 0.0)
         watch(state_at(start), first_sample, linkage, law, pin_law, self._contacts)
         for number, contact in enumerate(self._contacts):
             contact["normal"] = contact["peak"] = first_sample[NORMAL + PER_CONTACT * number]
@@ -67,7 +67,7 @@ class TreeRecorder:
         self._sample_count = 1
 
     def judge(self, time: float, q: NDArray[np.float64], v: NDArray[np.float64], last: bool) -> float:
-        """Accept the step to this state, or tell where in it a contact first begins or ends.
+        """Accept the step to this state, or return where in it a contact first begins or ends.
 
         Parameters
         ----------
@@ -80,14 +80,14 @@ class TreeRecorder:
 
         Returns
         -------
-        share : float
-            1 if the step is accepted, else the share of it after which a contact begins or ends; nan if the
-            coordinates are not finite.
+        fraction : float
+            1 if the step is accepted, else the fraction of it after which a contact begins or ends; nan if
+            the coordinates are not finite.
         """
         start, end = self._start, self._end
-        share = self._judge(start, end, time, q, v, self._constants, self._contacts, self._least)
-        if not share >= 1.0:
-            return share
+        fraction = self._judge(start, end, time, q, v, self._constants, self._contacts, self._least)
+        if not fraction >= 1.0:
+            return fraction
         if self._event_count + len(CONTACTS) > len(self._events):
             self._events = np.concatenate([self._events, np.zeros_like(self._events)])
         self._event_count, self._sample_count = self._accept(

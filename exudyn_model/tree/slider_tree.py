@@ -23,30 +23,32 @@ from exudyn_model.parameters import Parameters
 from exudyn_model.tree.building import Link, build_tree
 from exudyn_model.tree.motion import TreeState, slider_motion
 
+# Coordinates of the tree, or their rates
+_TwoAngles = tuple[float, float]
+
 
 @kernel
 def slider_tree_force(
     time: float,
-    theta4: float,
-    relative: float,
-    w4: float,
-    relative_w: float,
+    q: _TwoAngles,
+    v: _TwoAngles,
     linkage: NDArray[np.void],
     law: NDArray[np.void],
     corners: NDArray[np.void],
 ) -> tuple[float, float]:
     """Return the moments (N m) of inertia and contact on rod 4's angle and on the slider's from rod 4."""
     constants = linkage[0]
-    state = TreeState(time, 0.0, 0.0, 0.0, 0.0, theta4, w4, theta4 + relative, w4 + relative_w)
-    _, _, _, _, tip_ax, tip_ay = rocker_tip(time, constants)
+    (theta4, from_rod4), (w4, from_rod_w4) = q, v
+    state = TreeState(time, 0.0, 0.0, 0.0, 0.0, theta4, w4, theta4 + from_rod4, w4 + from_rod_w4)
+    tip = rocker_tip(time, constants)
     x, _, vx, vy = slider_motion(state, constants)
     fx, fy, moment = frozen_slider_force(x, state.theta5, vx, vy, state.w5, law, corners)
     first_moment = (
         constants.rod4_mass * constants.rod4_centroid + constants.slider_mass * constants.rod4_length
     )
     length = constants.rod4_length
-    across_x = length * fx - first_moment * tip_ax
-    across_y = length * fy - first_moment * tip_ay
+    across_x = length * fx - first_moment * tip.ax
+    across_y = length * fy - first_moment * tip.ay
     return -np.sin(theta4) * across_x + np.cos(theta4) * across_y + moment, moment
 
 
@@ -75,10 +77,11 @@ def build_slider_tree(parameters: Parameters, state: InitialState) -> Model:
 def force_user_function(constants: Constants, corners: NDArray[np.void]) -> ForceUserFunction:
     """Make the ``forceUserFunction`` of the tree; the time that Exudyn passes is that of the stage."""
     linkage, law = constants.linkage, constants.law
-    moments = direct(slider_tree_force, 0.0, 0.0, 0.0, 0.0, 0.0, linkage, law, corners)
+    two = (0.0,) * 2
+    moments = direct(slider_tree_force, 0.0, two, two, linkage, law, corners)
 
     def force(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
         del mbs, number
-        return moments(t, q[0], q[1], v[0], v[1], linkage, law, corners)
+        return moments(t, tuple(q), tuple(v), linkage, law, corners)
 
     return force

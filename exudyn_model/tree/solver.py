@@ -15,7 +15,7 @@ from exudyn_model.tree.recording import TreeRecorder
 _STAGES = 7
 
 # Steps in a crank cycle after which a run is stopped; the shipped scenes need some 2e4 to 1e5. Half a
-# minute, where a jammed slider or contacts without end would have taken for ever
+# minute, where a jammed slider or contacts without end would have taken indefinitely
 STEPS_PER_CYCLE_LIMIT = 1_000_000
 
 # What to try after each failure
@@ -94,17 +94,17 @@ def solve(
         last = t >= duration - 1e-10  # Exudyn's own rule
         if step < 0.5 * least and not last:
             raise _StopError("step-too-small")
-        share = recorder.judge(
+        fraction = recorder.judge(
             t, data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False), last
         )
-        if math.isnan(share):
+        if math.isnan(fraction):
             raise _StopError("non-finite")
         if recorder.steps + located >= most:
             raise _StopError("work-limit")
         if recorder.steps == before:
             located += 1
             # Exudyn shortens a step to three quarters at most; it would ignore a longer wish
-            return [2.0, min(share, 0.75) * step]
+            return [2.0, min(fraction, 0.75) * step]
         if progress is not None and time.monotonic() - last_call > PROGRESS_INTERVAL:
             last_call = time.monotonic()
             progress(t / duration)

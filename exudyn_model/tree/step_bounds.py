@@ -2,7 +2,7 @@
 
 The angles of a step are polynomials of degree five (``motion``). Polynomials lie between the least and
 the greatest of their Bernstein coefficients [1]_, which bounds angular accelerations and rates over the step;
-those of points that the bodies carry follow. Where nothing is said, a bound holds over the whole step.
+those of the bodies' points follow. Unless stated otherwise, a bound holds over the whole step.
 
 References
 ----------
@@ -56,8 +56,10 @@ def rotation_bounds(
 
 
 @kernel
-def carried(along: float, across: float, angle: float, rotation: Rotation) -> tuple[float, float]:
-    """Least and greatest second derivative (m/s^2) of along cos(angle) + across sin(angle).
+def point_acceleration_bounds(
+    along: float, across: float, angle: float, rotation: Rotation
+) -> tuple[float, float]:
+    """Bound the second derivative (m/s^2) of along cos(angle) + across sin(angle): least and greatest.
 
     ``along`` and ``across`` are lengths (m), ``angle`` that at the step's end.
     """
@@ -78,7 +80,7 @@ def carried(along: float, across: float, angle: float, rotation: Rotation) -> tu
 def slider_acceleration_bounds(
     tip_ax: float, step: float, state: TreeState, rotation3: Rotation, rotation4: Rotation, linkage: Any
 ) -> tuple[float, float]:
-    """Least and greatest acceleration (m/s^2) of the slider's centre along x.
+    """Bound the acceleration (m/s^2) of the slider's centre along x: least and greatest.
 
     Parameters
     ----------
@@ -96,8 +98,10 @@ def slider_acceleration_bounds(
     if linkage.ideal_pin:
         tip_least, tip_greatest = tip_ax - linkage.tip_jerk * step, tip_ax + linkage.tip_jerk * step
     else:
-        tip_least, tip_greatest = carried(linkage.rocker_length, 0.0, state.theta3, rotation3)
-    least, greatest = carried(linkage.rod4_length, 0.0, state.theta4, rotation4)
+        tip_least, tip_greatest = point_acceleration_bounds(
+            linkage.rocker_length, 0.0, state.theta3, rotation3
+        )
+    least, greatest = point_acceleration_bounds(linkage.rod4_length, 0.0, state.theta4, rotation4)
     return tip_least + least, tip_greatest + greatest
 
 
@@ -105,13 +109,13 @@ def slider_acceleration_bounds(
 def corner_acceleration_bounds(
     number: int, x_least: float, x_greatest: float, angle: float, rotation5: Rotation, law: Any
 ) -> tuple[float, float]:
-    """Least and greatest second derivative (m/s^2) of a corner's gap, from bounds of the slider's along x."""
+    """Bound the second derivative (m/s^2) of a corner's gap, from bounds of the slider's along x."""
     half_length = ALONG[number] * law.half_length
     # gap = clearance -+ (x - half_length sin(angle)) + half_width (1 - cos(angle))
     if ACROSS[number] < 0.0:
-        least, greatest = carried(-law.half_width, -half_length, angle, rotation5)
+        least, greatest = point_acceleration_bounds(-law.half_width, -half_length, angle, rotation5)
         return x_least + least, x_greatest + greatest
-    least, greatest = carried(-law.half_width, half_length, angle, rotation5)
+    least, greatest = point_acceleration_bounds(-law.half_width, half_length, angle, rotation5)
     return least - x_greatest, greatest - x_least
 
 
@@ -125,7 +129,7 @@ def pin_acceleration_bounds(
     linkage: Any,
     law: Any,
 ) -> tuple[float, float]:
-    """Least and greatest second derivative (m/s^2) of (c^2 - e^2) / (2 c), with e from bearing to journal.
+    """Bound the second derivative (m/s^2) of (c^2 - e^2) / (2 c), with e from bearing to journal.
 
     The gap c - |e| has no second derivative where the pin is centred. The greatest one holds as long as the
     pin is open.
@@ -143,10 +147,10 @@ def pin_acceleration_bounds(
     linkage, law : record
         From ``constants.linkage_record`` and ``contact.journal.journal_law``.
     """
-    bend2 = max(abs(rotation2.least), abs(rotation2.greatest)) + rotation2.speed * rotation2.speed
-    bend3 = max(abs(rotation3.least), abs(rotation3.greatest)) + rotation3.speed * rotation3.speed
+    curvature2 = max(abs(rotation2.least), abs(rotation2.greatest)) + rotation2.speed * rotation2.speed
+    curvature3 = max(abs(rotation3.least), abs(rotation3.greatest)) + rotation3.speed * rotation3.speed
     change = linkage.crank_length * linkage.omega * linkage.omega
-    change += linkage.rod2_length * bend2 + linkage.rocker_to_b * bend3
+    change += linkage.rod2_length * curvature2 + linkage.rocker_to_b * curvature3
     # Without what the rotation of the surfaces adds to the slip
     across = journal.slip - w2 * law.bearing_radius
     across += linkage.omega * (law.bearing_radius - law.clearance + journal.gap)

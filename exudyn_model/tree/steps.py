@@ -15,7 +15,7 @@ from exudyn_model.compiled import kernel
 from exudyn_model.constants import Constants
 from exudyn_model.contact.memory import write_event
 from exudyn_model.contact.states import CONTACTS
-from exudyn_model.tables import widen
+from exudyn_model.tables import update_extrema
 from exudyn_model.tree.forces import complete
 from exudyn_model.tree.isolation import GAP_TOLERANCE
 from exudyn_model.tree.motion import contact_motion, has_clearance, interpolate, state_at
@@ -45,7 +45,7 @@ class Kept(NamedTuple):
 
 
 @kernel
-def renew_contacts(
+def update_contacts(
     start: Any,
     end: Any,
     linkage: Any,
@@ -105,7 +105,7 @@ def accept_step(
     sample_interval : float
         s.
     known_until : float
-        Time up to which samples are taken, s: the step's end, or beyond it at the end of the run.
+        Time up to which samples are taken, s: the step's end; at the end of the run, infinity.
 
     Returns
     -------
@@ -116,17 +116,17 @@ def accept_step(
     linkage, law, pin_law = constants.linkage[0], constants.law[0], constants.pin_law[0]
     values, extrema, samples = kept.values, kept.extrema, kept.samples
     while next_sample < len(samples) and next_sample * sample_interval <= known_until:
-        share = (next_sample * sample_interval - start.time) / step
-        state = interpolate(start, end, share)
+        fraction = (next_sample * sample_interval - start.time) / step
+        state = interpolate(start, end, fraction)
         observe(state, linkage, law, pin_law, contacts, samples[next_sample])
-        widen(extrema, samples[next_sample], state.time)
+        update_extrema(extrema, samples[next_sample], state.time)
         next_sample += 1
     for number in range(_COUNT):
         contacts[number].impulse += step / (3 * _POINTS) * contacts[number].normal
     for point in range(1, _POINTS + 1):
         state = interpolate(start, end, point / _POINTS)
         observe(state, linkage, law, pin_law, contacts, values)
-        widen(extrema, values, state.time)
+        update_extrema(extrema, values, state.time)
         weight = step / (3 * _POINTS) * (1 if point == _POINTS else 4 if point % 2 == 1 else 2)
         for number in range(_COUNT):
             contact = contacts[number]
@@ -135,7 +135,7 @@ def accept_step(
             contact.peak = max(contact.peak, contact.normal)
             contact.depth = max(contact.depth, -values[GAP + PER_CONTACT * number])
         watch(state, values, linkage, law, pin_law, contacts)
-    event_count = renew_contacts(start, end, linkage, law, pin_law, contacts, events, event_count)
+    event_count = update_contacts(start, end, linkage, law, pin_law, contacts, events, event_count)
     return event_count, next_sample
 
 

@@ -12,7 +12,7 @@ import pytest
 from exudyn.itemInterface import NodeRigidBody2D, ObjectGenericODE2, ObjectRigidBody2D
 
 from exudyn_model.bodies import PER_BODY, pins
-from exudyn_model.five_bodies.solver import Steps, settings
+from exudyn_model.five_bodies.settings import Steps, settings
 from exudyn_model.parameters import Guide, Slider
 
 PLAIN = Path(__file__).parents[2] / "benchmarks" / "plain_contact.py"
@@ -86,7 +86,7 @@ def plain_contact() -> ModuleType:
 def fly() -> Callable[..., Any]:
     """Function that lets free bodies with an inertia of 1e-5 kg m^2 fly through one contact.
 
-    Of masses (kg), velocities (m/s, complex), the user function of the contact, what renews its memory (from
+    Of masses (kg), velocities (m/s, complex), the user function of the contact, what updates its memory (from
     the number of the step, coordinates, rates and the count of events to that count), duration (s), number of
     steps, and uses of a Jacobian. Returns the bodies' rates at the end and the count of events.
     """
@@ -95,7 +95,7 @@ def fly() -> Callable[..., Any]:
         masses: list[float],
         velocities: list[complex],
         force: Any,
-        renew: Callable[..., int],
+        update: Callable[..., int],
         duration: float,
         steps: int,
         uses: int,
@@ -117,7 +117,7 @@ def fly() -> Callable[..., Any]:
         def before_step(mbs: Any, _: float) -> bool:
             nonlocal count, done
             data = mbs.systemData
-            count = renew(done, data.GetODE2Coordinates(), data.GetODE2Coordinates_t(), count)
+            count = update(done, data.GetODE2Coordinates(), data.GetODE2Coordinates_t(), count)
             done += 1
             return True
 

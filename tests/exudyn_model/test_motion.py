@@ -94,17 +94,17 @@ def energy_drift(scene):
     vc, ac = (after - before) / (2 * dt), (after - 2 * c + before) / dt**2
     along = (x - c.real) / l4 - 1j * np.sqrt(1 - ((x - c.real) / l4) ** 2)  # unit vector of rod 4, downwards
     across = 1j * along
-    turn = (vx - vc.real) / (l4 * across.real)
-    alpha = (columns["slider_ax"] - ac.real + l4 * turn**2 * along.real) / (l4 * across.real)
-    v4 = vc + s4 * turn * across
-    a4 = ac + s4 * (alpha * across - turn**2 * along)
+    spin = (vx - vc.real) / (l4 * across.real)
+    alpha = (columns["slider_ax"] - ac.real + l4 * spin**2 * along.real) / (l4 * across.real)
+    v4 = vc + s4 * spin * across
+    a4 = ac + s4 * (alpha * across - spin**2 * along)
     a5 = columns["slider_ax"] + 1j * columns["slider_ay"]
     contact = sum(sign * columns[f"corner_{e}{s}_normal"] for e in "lu" for s, sign in (("l", 1), ("r", -1)))
     gravity = -9.81j
     pull = m4 * (a4 - gravity) + m5 * (a5 - gravity) - contact
     power = (pull * vc.conjugate()).real
     work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(time))])
-    kinetic = 0.5 * (m4 * abs(v4) ** 2 + j4 * turn**2 + m5 * (vx**2 + vy**2) + j5 * omega**2)
+    kinetic = 0.5 * (m4 * abs(v4) ** 2 + j4 * spin**2 + m5 * (vx**2 + vy**2) + j5 * omega**2)
     height = 9.81 * (m4 * (c + s4 * along).imag + m5 * columns["slider_y"])
     stiffness = read_scene(scene).contact.stiffness
     depths = [np.maximum(-columns[f"corner_{k}_gap"], 0) for k in ("ll", "lr", "ul", "ur")]
@@ -141,7 +141,7 @@ def test_energy_of_rod_4_and_slider_alone_balances(make_scene):
     assert fine < 2e-7
 
 
-def test_slider_turns_uniformly_between_contacts(make_scene):
+def test_slider_rotates_uniformly_between_contacts(make_scene):
     result = simulate(every_step(make_scene, 4e-6, {}))
     ends = np.sort(result.events["end"])
     flights = [
@@ -170,8 +170,8 @@ def test_mirrored_scene_gives_mirrored_motion(make_scene, mirrored):
         "solver.exudyn.step": 4e-6,
     }
     there = simulate(make_scene(common))
-    turned = {"initial.slider_omega": -0.2, "initial.slider_angle": -1e-4}
-    back = simulate(make_scene(common | mirrored | turned))
+    rotated = {"initial.slider_omega": -0.2, "initial.slider_angle": -1e-4}
+    back = simulate(make_scene(common | mirrored | rotated))
     swap = {"ll": "lr", "lr": "ll", "ul": "ur", "ur": "ul"}
     assert len(there.events["start"]) > 5
     assert sorted(swap[k] for k in there.events["corner"]) == sorted(back.events["corner"])

@@ -127,7 +127,7 @@ def test_a_failing_solver_keeps_what_was_computed_and_says_what_to_try(
 
 
 def test_a_rod_that_the_newton_iteration_spins_is_no_success(make_scene):
-    """A linear wall and steps a hundred times as long as a contact: rod 4 ends 1e5 turns further."""
+    """A linear wall and steps a hundred times as long as a contact: rod 4 ends 1e5 revolutions further."""
     step, way = 1e-3, 5e-5  # s, and m in a step
     result = simulate(
         make_scene(

@@ -50,9 +50,9 @@ def test_force_is_the_negative_gradient_of_the_elastic_energy(offset, angle, gui
     """Without damping and friction: K depth^(n+1)/(n+1) a corner, whose depth the test finds itself."""
     law = guide(damping=0.0, friction=0.0)
 
-    def energy(x, turn):
+    def energy(x, tilt):
         corners = np.array([[sx, sy] for sx in (-0.025, 0.025) for sy in (-0.035, 0.035)])
-        rotation = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+        rotation = np.array([[math.cos(tilt), -math.sin(tilt)], [math.sin(tilt), math.cos(tilt)]])
         horizontal = x + (corners @ rotation.T)[:, 0]
         depth = np.where(corners[:, 0] > 0, horizontal - 0.0252, -0.0252 - horizontal)
         return np.sum(law.stiffness * np.maximum(depth, 0) ** 2.5 / 2.5)
@@ -82,23 +82,23 @@ def test_damping_follows_the_frozen_impact_speed_and_never_pulls(guide, slider):
 
 
 @pytest.mark.parametrize(
-    ("slip", "share"), [(0.0, 0.0), (0.9e-4, 0.0), (5.5e-4, 0.5), (-5.5e-4, -0.5), (2.0, 1.0), (-2.0, -1.0)]
+    ("slip", "ramp"), [(0.0, 0.0), (0.9e-4, 0.0), (5.5e-4, 0.5), (-5.5e-4, -0.5), (2.0, 1.0), (-2.0, -1.0)]
 )
-def test_friction_opposes_the_slip_with_the_paper_s_ramp(slip, share, guide, slider):
+def test_friction_opposes_the_slip_with_the_paper_s_ramp(slip, ramp, guide, slider):
     law = guide()
     fx, fy, _ = slider_force(-2.03e-4, 0.0, 0.0, slip, 0.0, contact_law(law, slider, STEP), frozen(1.0))
     assert fx > 0
-    assert fy == pytest.approx(-0.15 * share * fx, rel=1e-9)
+    assert fy == pytest.approx(-0.15 * ramp * fx, rel=1e-9)
 
 
 def test_friction_sees_the_corner_s_own_velocity(guide, slider):
-    """Turning about the centre moves right corners along the guide by omega r_x, left ones the other way."""
+    """Rotation about the centre moves right corners along the guide by omega r_x, left ones the other way."""
     law = contact_law(guide(), slider, STEP)
     right = slider_force(2.03e-4, 0.0, 0.0, 0.0, 1.0, law, frozen(1.0))
     left = slider_force(-2.03e-4, 0.0, 0.0, 0.0, 1.0, law, frozen(1.0))
     assert right[1] < 0 < left[1]
-    # Both push down the turning side: moment r_x F_y of full friction, the normal forces' moments cancel
-    # up to the damping of corners that turn in and out (omega r_y = 0.035 m/s, impact speed 1 m/s)
+    # Both push down the rotating side: moment r_x F_y of full friction, the normal forces' moments cancel
+    # up to the damping of corners that rotate in and out (omega r_y = 0.035 m/s, impact speed 1 m/s)
     assert right[2] < 0
     assert left[2] < 0
 

@@ -5,7 +5,7 @@ import pytest
 
 from exudyn_model.contact.corners import force_user_function
 from exudyn_model.contact.gaps import contact_law
-from exudyn_model.contact.memory import EVENT, renew_corners
+from exudyn_model.contact.memory import EVENT, update_corners
 from exudyn_model.contact.states import contact_states
 from exudyn_model.parameters import Slider
 
@@ -29,10 +29,10 @@ def thrown(fly, guide, plain_contact):
         else:
             force = plain_contact.corners_user_function(contact, POINT, step, corners)
 
-        def renew(done, q, v, count):
-            return renew_corners(done, q, v, law, corners, events, count)[0]
+        def update(done, q, v, count):
+            return update_corners(done, q, v, law, corners, events, count)[0]
 
-        rates, count = fly([POINT.mass], [complex(SPEED)], force, renew, DURATION, steps, 1)
+        rates, count = fly([POINT.mass], [complex(SPEED)], force, update, DURATION, steps, 1)
         return rates[0], events[:count]
 
     return throw

@@ -7,7 +7,7 @@ import pytest
 
 from exudyn_model.contact.friction import slip_regime
 from exudyn_model.contact.journal import force_user_function, journal_force, journal_law
-from exudyn_model.contact.memory import EVENT, renew_pin
+from exudyn_model.contact.memory import EVENT, update_pin
 from exudyn_model.contact.states import PIN, contact_states
 from exudyn_model.reading import read_scene
 
@@ -96,8 +96,8 @@ def test_friction_takes_power_from_the_slip_of_both_materials(make_scene):
         force, normal = (
             np.array(journal_force(tuple(q), tuple(v), each, contacts)) for each in (law, without)
         )
-        share = min(max((abs(slip) - 1e-4) / 9e-4, 0), 1)
-        lost = 0.15 * share * np.hypot(*normal[3:5]) * abs(slip)
+        ramp = min(max((abs(slip) - 1e-4) / 9e-4, 0), 1)
+        lost = 0.15 * ramp * np.hypot(*normal[3:5]) * abs(slip)
         assert (force - normal) @ v == pytest.approx(-lost, rel=1e-8, abs=1e-10)
         # Action and reaction, and no moment about any point
         np.testing.assert_allclose(force[:2], -force[3:5], rtol=1e-14)
@@ -130,13 +130,13 @@ def rebound(make_scene, fly):
             np.zeros(4, EVENT),
         )
 
-        def renew(done, q, v, count):
-            return renew_pin(done, q, v, law, contacts, events, count)[0]
+        def update(done, q, v, count):
+            return update_pin(done, q, v, law, contacts, events, count)[0]
 
         # Obliquely, at no special angle
         velocities = [sign * speed * cmath.exp(0.7j) for sign in (0.5, -0.5)]
         force = force_user_function(law, contacts)
-        v, count = fly([0.02, 0.1], velocities, force, renew, duration, steps, 8)
+        v, count = fly([0.02, 0.1], velocities, force, update, duration, steps, 8)
         assert count == 1
         return np.hypot(v[0] - v[3], v[1] - v[4]) / speed
 

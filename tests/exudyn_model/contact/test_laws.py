@@ -53,13 +53,13 @@ def test_strip_of_equal_depths_adds_the_surface_of_that_depth(law_of):
     assert added == pytest.approx(K_S * depth, rel=1e-12)
 
 
-def test_strip_gives_way_to_a_turn_out_of_equal_depths(law_of):
+def test_strip_is_unstable_against_a_tilt_out_of_equal_depths(law_of):
     """Its potential is not convex: tilting two equal depths by a at a constant mean lowers it by K_s a^2."""
     law, mean, tilt = law_of("strip"), 2e-6, 1e-8
-    turned = side_energy(mean + tilt, mean - tilt, law) - side_energy(mean, mean, law)
+    tilted = side_energy(mean + tilt, mean - tilt, law) - side_energy(mean, mean, law)
     # h = (m^2 - a^2) / (2 m), so that 2 K_s h^2 falls by K_s a^2 - O(a^4); the corners' own K a^2 n m^(n-1)
     corners = 1.5 * K * mean**0.5 * tilt**2
-    assert turned == pytest.approx(-K_S * tilt**2 + corners, rel=1e-3)
+    assert tilted == pytest.approx(-K_S * tilt**2 + corners, rel=1e-3)
 
 
 @pytest.mark.parametrize("depths", [(1e-6, 4e-7), (4e-7, 1e-6), (1e-6, 1e-6)])
@@ -110,7 +110,8 @@ def test_tree_converges_through_the_first_impacts(make_scene, law):
     assert errors[0] > 10 * errors[1]
     assert list(usual.events["corner"]) == list(tight.events["corner"])
     # By the way of a corner at its touch, as the slowest touches at 4 mm/s and others at 95: it is the
-    # error of its gap, most of that by the slider's turn; 2.3e-10 m is the most of ten starts and roundings
+    # error of its gap, most of that by the slider's rotation; 2.3e-10 m is the most of ten starts and
+    # roundings
     ways = np.abs(usual.events["start"] - tight.events["start"]) * tight.events["normal_speed"]
     assert ways.max() < 5e-10
     # Touches of the stiff second corner do not make the steps pile up

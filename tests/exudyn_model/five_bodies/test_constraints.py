@@ -35,7 +35,7 @@ def test_a_rate_that_does_not_fit_violates_as_much_as_it_opens_in_time(make_scen
     violation, q, _ = assembled(make_scene, {})
     unit, interval = np.eye(15)[coordinate], 1e-6
     opened = violation(0.0, q + 1e-3 * interval * unit)[0]
-    # The joints turn on by 1e-9 rad times the square of the rate
+    # The joints rotate on by 1e-9 rad times the square of the rate
     assert violation(0.0, q, 1e-3 * unit)[1] == pytest.approx(opened / interval, rel=1e-6, abs=1e-9)
 
 
@@ -51,7 +51,7 @@ def test_the_drive_counts_in_radians_and_an_ideal_slider_keeps_its_line(make_sce
     violation, q, parameters = assembled(make_scene, {})
     # The crank stays where it was while the drive has gone on
     assert violation(1e-6, q)[0] == pytest.approx(1e-6 * parameters.drive.omega, rel=1e-9)
-    q[14] += 0.1  # a loose slider may turn
+    q[14] += 0.1  # a slider with clearance may rotate
     assert violation(0.0, q)[0] < 1e-15
     violation, q, _ = assembled(make_scene, {"joints.slider": "ideal"})
     q[14] += 1e-3
@@ -60,14 +60,14 @@ def test_the_drive_counts_in_radians_and_an_ideal_slider_keeps_its_line(make_sce
 
 @pytest.mark.parametrize("pin", ["ideal", "clearance"])
 def test_a_loose_pin_is_no_constraint(make_scene, pin):
-    """Rod 2 turned about B leaves A alone."""
+    """Rod 2 rotated about B opens A alone."""
     violation, q, parameters = assembled(make_scene, {"joints.crank_pin": pin})
-    rod2, turn = parameters.mechanism.rod2, 1e-6
+    rod2, rotation = parameters.mechanism.rod2, 1e-6
     along = np.array([np.cos(q[5]), np.sin(q[5])])
-    q[3:5] += rod2.to_tip * turn * np.array([along[1], -along[0]])
-    q[5] += turn
-    opened = rod2.length * turn * np.abs([along[1], along[0]]).max()
-    # The turn is taken as small: its square is 1e-12 of half a length
+    q[3:5] += rod2.to_tip * rotation * np.array([along[1], -along[0]])
+    q[5] += rotation
+    opened = rod2.length * rotation * np.abs([along[1], along[0]]).max()
+    # The rotation is taken as small: its square is 1e-12 of half a length
     assert violation(0.0, q)[0] == pytest.approx(0.0 if pin == "clearance" else opened, abs=3e-13)
 
 
@@ -77,10 +77,10 @@ def test_a_run_tells_the_largest_violation(make_scene, method):
     found = []
     for step in (8e-6, 4e-6):
         changes = {"drive.cycles": 0.1, "solver.exudyn.step": step, "solver.exudyn.method": method}
-        told = simulate(make_scene(changes)).provenance["constraints"]
+        recorded = simulate(make_scene(changes)).provenance["constraints"]
         for name in ("position", "velocity"):
-            assert 0.0 <= told[f"{name}_time_s"] <= 0.04
-            assert 0.0 < told[name] < 1e-8
-        found.append(told["position"])
+            assert 0.0 <= recorded[f"{name}_time_s"] <= 0.04
+            assert 0.0 < recorded[name] < 1e-8
+        found.append(recorded["position"])
     assert max(found) < 1e-8
     assert min(found) > 0.0

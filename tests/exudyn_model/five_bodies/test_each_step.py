@@ -23,7 +23,7 @@ def test_the_machine_code_gives_what_the_kernel_gives_to_the_last_digit(paramete
     law = contact_law(parameters.contact, parameters.mechanism.slider, 1e-6)
     corners = contact_states()
     corners["impact_speed"] = 0.02
-    # 1 um behind the right wall, turned so that one corner of it is deeper, sliding
+    # 1 um behind the right wall, rotated so that one corner of it is deeper, sliding
     state = (2.01e-4, 1e-5, 0.01, -0.3, 0.2)
     forces = slider_force(*state, law, corners)
     assert min(abs(part) for part in forces) > 0

@@ -1,4 +1,4 @@
-"""Exudyn's own contact object against the user function, and what is told of its contacts."""
+"""Exudyn's own contact object against the user function, and what it reports of its contacts."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def test_without_friction_nothing_but_the_impact_speed_differs(make_scene):
 
 
 def test_opposite_corners(make_scene):
-    """A slider that turns until it is wedged between both walls."""
+    """A slider that rotates until it is wedged between both walls."""
     changes = {"drive.cycles": 0.005, "initial.slider_omega": 5.0, "initial.slider_offset": 0.0}
     user, native = (simulate(make_scene(changes | extra)) for extra in ({}, NATIVE))
     assert set(user.events["corner"]) == set(native.events["corner"]) == {"ul", "lr"}

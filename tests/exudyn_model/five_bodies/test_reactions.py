@@ -57,12 +57,12 @@ def unbalanced(linkage_points, scene, columns):
     speeds = {"crank": (zero, va), "rod2": (va, vb), "rocker": (zero, vc), "rod4": (vc, vf)}
     for name, (start, end, a_start, a_end, at_start, at_end) in bodies.items():
         rod = scene["mechanism"][name]
-        share, length2 = rod["centroid"] / rod["length"], rod["length"] ** 2
+        fraction, length2 = rod["centroid"] / rod["length"], rod["length"] ** 2
         # Points of a rigid rod: positions, velocities and accelerations are linear along it
-        centre, acceleration = start + share * (end - start), a_start + share * (a_end - a_start)
+        centre, acceleration = start + fraction * (end - start), a_start + fraction * (a_end - a_start)
         alpha = cross(end - start, a_end - a_start) / length2
         v_start, v_end = speeds[name]
-        velocity = v_start + share * (v_end - v_start)
+        velocity = v_start + fraction * (v_end - v_start)
         omega = cross(end - start, v_end - v_start) / length2
         inertia = rod["mass"] * (acceleration - GRAVITY)
         left[name] = at_start + at_end - inertia
@@ -109,7 +109,7 @@ def test_ideal_slider_balances(make_scene, linkage_points, speed_rpm, step):
     assert largest > 10
 
 
-def test_loose_slider_balances(make_scene, linkage_points):
+def test_slider_with_clearance_balances(make_scene, linkage_points):
     """The first 0.04 s with three contacts: reactions follow the contact's force at each state."""
     scene = make_scene(JOINTS | {"drive.cycles": 0.1, "output.samples_per_cycle": 20_000})
     columns = simulate(scene).columns
@@ -141,16 +141,16 @@ def test_weights_are_borne_at_creep_speed(make_scene):
     # The slider hangs at rod 4
     assert columns["reaction_F_y"] == pytest.approx(9.81 * masses[4], rel=1e-3)
     assert columns["reaction_C_y"] == pytest.approx(9.81 * (masses[3] + masses[4]), rel=1e-3)
-    # Rod 4 leans to the left at its lower end and pushes the slider to the left: the guide pushes back
+    # Rod 4 is inclined to the left at its lower end and pushes the slider to the left: the guide pushes back
     assert columns["guide_force"] == pytest.approx(-columns["reaction_F_x"], rel=1e-9)
 
 
 def test_channels_of_the_group(make_scene):
     names = [f"reaction_{joint}_{axis}" for joint in "OABHCF" for axis in "xy"] + ["crank_torque"]
     short = {"drive.cycles": 0.005, "output.groups": ["joints"]}
-    loose = simulate(make_scene(JOINTS | short))
-    assert list(loose.columns)[7:] == names
-    assert set(names) < set(loose.extrema)
+    with_clearance = simulate(make_scene(JOINTS | short))
+    assert list(with_clearance.columns)[7:] == names
+    assert set(names) < set(with_clearance.extrema)
     ideal = simulate(make_scene(JOINTS | short | {"joints.slider": "ideal"}))
     assert list(ideal.columns)[7:] == [*names, "guide_force", "guide_moment"]
 

@@ -27,10 +27,10 @@ def looked_at(make_scene, linkage_points):
         steps, judge = [], TreeRecorder.judge
 
         def watched(self, time, q, v, last):
-            share = judge(self, time, q, v, last)
-            if share >= 1.0:  # the recorder has turned start and end round
+            fraction = judge(self, time, q, v, last)
+            if fraction >= 1.0:  # the recorder has swapped start and end
                 steps.append((self._end[0].copy(), self._start[0].copy()))
-            return share
+            return fraction
 
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(TreeRecorder, "judge", watched)
@@ -51,13 +51,13 @@ def looked_at(make_scene, linkage_points):
 def gaps_of(scene, linkage_points, steps):
     """Name, times and gaps of each contact in these steps, shapes (steps, POINTS + 1)."""
     start, end = (np.array(ends)[:, None] for ends in zip(*steps, strict=True))
-    share = np.arange(POINTS + 1) / POINTS
+    fraction = np.arange(POINTS + 1) / POINTS
     length = end["time"] - start["time"]
-    times = start["time"] + share * length
+    times = start["time"] + fraction * length
 
     def angle(body):
         ends = [(side[f"theta{body}"], side[f"w{body}"], side[f"a{body}"]) for side in (start, end)]
-        return hermite(*ends, length, share)
+        return hermite(*ends, length, fraction)
 
     mechanism, clearance = scene["mechanism"], scene["clearance"]
     crank = np.radians(mechanism["crank_angle_deg"]) + scene["drive"]["speed_rpm"] * np.pi / 30 * times
@@ -72,21 +72,21 @@ def gaps_of(scene, linkage_points, steps):
         tip = linkage_points(scene, crank)[2]
     if scene["joints"]["slider"] == "clearance":
         x = tip.real + mechanism["rod4"]["length"] * np.cos(angle(4)) - mechanism["guide_x"]
-        slider, turned = mechanism["slider"], angle(5)
+        slider, rotated = mechanism["slider"], angle(5)
         for name, (side, end_of_side) in CORNERS.items():
-            across = side * slider["width"] / 2 * np.cos(turned)
-            across -= end_of_side * slider["length"] / 2 * np.sin(turned)
+            across = side * slider["width"] / 2 * np.cos(rotated)
+            across -= end_of_side * slider["length"] / 2 * np.sin(rotated)
             yield name, times, slider["width"] / 2 + clearance["slider"] - side * (x + across)
 
 
-def hermite(start, end, length, share):
+def hermite(start, end, length, fraction):
     """Quintic polynomials by value, rate and second derivative at both ends."""
     (x0, v0, a0), (x1, v1, a1) = start, end
     c1, c2 = length * v0, length**2 * a0 / 2
     rise, rate, bend = x1 - x0 - c1 - c2, length * v1 - c1 - 2 * c2, length**2 * a1 - 2 * c2
     c3, c4 = 10 * rise - 4 * rate + bend / 2, -15 * rise + 7 * rate - bend
     c5 = 6 * rise - 3 * rate + bend / 2
-    return x0 + share * (c1 + share * (c2 + share * (c3 + share * (c4 + share * c5))))
+    return x0 + fraction * (c1 + fraction * (c2 + fraction * (c3 + fraction * (c4 + fraction * c5))))
 
 
 GRAZING = {

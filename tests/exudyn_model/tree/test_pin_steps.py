@@ -10,7 +10,7 @@ from exudyn_model.contact.gaps import contact_law
 from exudyn_model.contact.journal import journal_law, pin_motion
 from exudyn_model.contact.states import PIN, contact_states
 from exudyn_model.reading import read_scene
-from exudyn_model.tree.motion import MOTION, contact_motion, driven_and_hung, interpolate
+from exudyn_model.tree.motion import MOTION, contact_motion, crank_and_rod2_at, interpolate
 from exudyn_model.tree.step_bounds import pin_acceleration_bounds, rotation_bounds
 from exudyn_model.tree.switching import locate
 
@@ -55,8 +55,8 @@ def test_a_trial_that_went_astray_begins_no_contact(make_scene):
     assert contacts[PIN]["rate"] < 0.0
     for angle in "2345":
         ends[f"theta{angle}"][1], ends[f"w{angle}"][1], ends[f"a{angle}"][1] = -3e13, 4e30, 3e60
-    share = locate(*ends, *(np.array([law]) for law in laws), contacts, 1e-12)
-    assert share < 1.0
+    fraction = locate(*ends, *(np.array([law]) for law in laws), contacts, 1e-12)
+    assert fraction < 1.0
     assert (contacts["impact_speed"] == 0.0).all()
 
 
@@ -70,10 +70,10 @@ def test_gap_of_the_pin_and_its_rate(make_scene):
     velocity = -1j * cmath.exp(1j * theta2) * 4 * 5e-5 / 1e-5
     outward = (eccentricity / abs(eccentricity)).conjugate()
     assert rate == pytest.approx((velocity * outward).real, rel=1e-9)
-    shares = np.linspace(0.1, 0.9, 9)
-    for share in shares:
-        gaps = [contact_motion(PIN, interpolate(*ends, share + s), *laws)[0] for s in (-1e-4, 1e-4)]
-        rate = contact_motion(PIN, interpolate(*ends, share), *laws)[1]
+    fractions = np.linspace(0.1, 0.9, 9)
+    for fraction in fractions:
+        gaps = [contact_motion(PIN, interpolate(*ends, fraction + s), *laws)[0] for s in (-1e-4, 1e-4)]
+        rate = contact_motion(PIN, interpolate(*ends, fraction), *laws)[1]
         # Round-off of 1e-16 m over 2e-9 s
         assert rate == pytest.approx((gaps[1] - gaps[0]) / 2e-9, abs=1e-6 * 20)
 
@@ -88,10 +88,10 @@ def test_a_journal_that_touches_and_leaves_inside_a_step_is_located(make_scene):
         contact = contacts[PIN]
         contact["gap"], contact["rate"] = contact_motion(PIN, interpolate(*ends, 0.0), *laws)
         assert contact["gap"] == pytest.approx(1e-6, rel=1e-6)
-        share = locate(*ends, *(np.array([law]) for law in laws), contacts, 1e-12)
+        fraction = locate(*ends, *(np.array([law]) for law in laws), contacts, 1e-12)
         # 16 s (1 - s) = 1, and a bearing that rotates on an arm of 0.29 m
         expected = 0.5 - np.sqrt(0.25 - 1 / 16) if touches else 1.0
-        assert share == pytest.approx(expected, rel=1e-3)
+        assert fraction == pytest.approx(expected, rel=1e-3)
 
 
 def test_the_bound_of_the_pins_acceleration_is_met_where_the_bearing_moves_along_the_eccentricity(make_scene):
@@ -103,12 +103,14 @@ def test_the_bound_of_the_pins_acceleration_is_met_where_the_bearing_moves_along
         rotation_bounds(*(side[part + body] for side in ends for part in ("theta", "w", "a")), end["time"])
         for body in "23"
     )
-    journal = pin_motion(driven_and_hung(interpolate(*ends, 1.0), *laws[::2]), laws[2])
+    journal = pin_motion(crank_and_rod2_at(interpolate(*ends, 1.0), *laws[::2]), laws[2])
     least, greatest = pin_acceleration_bounds(
         journal, end["time"], rotation2, rotation3, end["w2"], laws[0], laws[2]
     )
-    shares = np.linspace(0.0, 1.0, 33)
-    gaps = np.array([contact_motion(PIN, interpolate(start, end, share), *laws)[0] for share in shares])
+    fractions = np.linspace(0.0, 1.0, 33)
+    gaps = np.array(
+        [contact_motion(PIN, interpolate(start, end, fraction), *laws)[0] for fraction in fractions]
+    )
     bends = np.diff(gaps - 0.5 * gaps**2 / 2e-4, 2) * 32**2 / end["time"] ** 2
     assert np.min(gaps) > 0.0
     assert least <= np.min(bends)

@@ -123,23 +123,23 @@ def test_impulses_turn_the_slider(tree_scene):
     scene = tree_scene(1e-11, changes)
     result = simulate(scene)
     arm = scene["mechanism"]["slider"]["length"] / 2
-    turned = 0.0
+    rotated = 0.0
     for corner, impulse in zip(result.events["corner"], result.events["impulse"], strict=True):
-        # Force to the left on the right corners; the upper ones then turn it counter-clockwise
-        turned += impulse * arm * (1 if corner in ("ur", "ll") else -1)
+        # Force to the left on the right corners; the upper ones then rotate it counter-clockwise
+        rotated += impulse * arm * (1 if corner in ("ur", "ll") else -1)
     omega = result.columns["slider_omega"]
     change = scene["mechanism"]["slider"]["inertia"] * (omega[-1] - omega[0])
     assert len(result.events["start"]) >= 5
     # The corner's arm is that of the upright slider, to width / length times the angle
     angle = np.max(np.abs(result.columns["slider_angle"]))
     largest = np.max(result.events["impulse"]) * arm
-    assert abs(turned - change) < angle * largest
+    assert abs(rotated - change) < angle * largest
 
 
 def test_mirrored_scene_gives_mirrored_motion(tree_scene, mirrored):
     common = {"drive.cycles": 0.1, "initial.slider_omega": 0.2, "initial.slider_angle": 1e-4}
-    turned = mirrored | {"initial.slider_omega": -0.2, "initial.slider_angle": -1e-4}
-    there, back = simulate(tree_scene(1e-11, common)), simulate(tree_scene(1e-11, common | turned))
+    rotated = mirrored | {"initial.slider_omega": -0.2, "initial.slider_angle": -1e-4}
+    there, back = simulate(tree_scene(1e-11, common)), simulate(tree_scene(1e-11, common | rotated))
     swap = {"ll": "lr", "lr": "ll", "ul": "ur", "ur": "ul"}
     assert [swap[k] for k in there.events["corner"]] == list(back.events["corner"])
     for name, sign in {"slider_x": -1, "slider_y": 1, "slider_angle": -1, "slider_vy": 1}.items():
@@ -147,7 +147,7 @@ def test_mirrored_scene_gives_mirrored_motion(tree_scene, mirrored):
         np.testing.assert_allclose(back.columns[name], sign * there.columns[name], rtol=0, atol=1e-9)
 
 
-# On the wall; and within the tolerance of gaps before it, about to turn back
+# On the wall; and within the tolerance of gaps before it, about to reverse
 @pytest.mark.parametrize(
     ("offset", "vx", "corners"),
     [

@@ -11,14 +11,14 @@ from exudyn_model.constants import linkage_record
 from exudyn_model.contact.gaps import contact_law
 from exudyn_model.contact.journal import journal_law, pin_motion
 from exudyn_model.contact.states import CONTACTS, PIN, contact_states
-from exudyn_model.linkage import TIP_AX, rocker_tip
+from exudyn_model.linkage import rocker_tip
 from exudyn_model.reading import read_scene
 from exudyn_model.tree.isolation import GAP_TOLERANCE, gap_within, smooth_distance
-from exudyn_model.tree.motion import MOTION, driven_and_hung, has_clearance, interpolate
+from exudyn_model.tree.motion import MOTION, crank_and_rod2_at, has_clearance, interpolate
 from exudyn_model.tree.step_bounds import (
-    carried,
     corner_acceleration_bounds,
     pin_acceleration_bounds,
+    point_acceleration_bounds,
     rotation_bounds,
     slider_acceleration_bounds,
 )
@@ -33,7 +33,7 @@ T = Polynomial([0.0, 1.0])
 
 @pytest.fixture(scope="module")
 def located(make_scene):
-    """Function from lr's gap, a polynomial of the step's share, to what ``locate`` says of the step.
+    """Function from lr's gap, a polynomial of the step's fraction, to what ``locate`` says of the step.
 
     The press stands still but for the slider, which rotates: lr's gap is clearance - x - arm sin(angle). With
     ``closed`` the corner is in contact at the start.
@@ -42,15 +42,15 @@ def located(make_scene):
     linkage = linkage_record(parameters)
     linkage["omega"] = linkage["tip_jerk"] = 0.0
     pin_law, theta4 = journal_law(parameters, np.nan), assemble(parameters).positions[3, 2]
-    arm, turned = parameters.mechanism.slider.length / 2, 1e-4  # turned so that ur stays away from its wall
+    arm, rotated = parameters.mechanism.slider.length / 2, 1e-4  # rotated so that ur stays away from its wall
 
     def find(gap, closed=False):
         law = contact_law(parameters.contact, parameters.mechanism.slider, np.nan)
         law["half_width"] = law["clearance"] = 0.0
         ends = np.zeros(2, MOTION)
-        ends["time"], ends["theta4"], ends["theta5"] = [0.0, STEP], theta4, turned
+        ends["time"], ends["theta4"], ends["theta5"] = [0.0, STEP], theta4, rotated
         law["clearance"] = UNIT * gap(0.0) - gap_within(LR, *ends, 0.0, linkage[0], law[0], pin_law[0])[0]
-        angle = turned - UNIT / (arm * np.cos(turned)) * (gap - gap(0.0))
+        angle = rotated - UNIT / (arm * np.cos(rotated)) * (gap - gap(0.0))
         for number, name in enumerate(("theta5", "w5", "a5")):
             ends[name] = (angle.deriv(number) if number else angle)(np.array([0.0, 1.0])) / STEP**number
         contacts = contact_states()
@@ -67,9 +67,9 @@ def first_change(located, gap, closed=False):
     """Share of the step at which an integration stops that takes, time and again, what ``locate`` says."""
     start, end = 0.0, 1.0
     for _ in range(20):
-        share = located(gap(start + (end - start) * T), closed)
-        if share < 1.0:
-            end = start + share * (end - start)
+        fraction = located(gap(start + (end - start) * T), closed)
+        if fraction < 1.0:
+            end = start + fraction * (end - start)
         elif end == 1.0 or abs(gap(end)) < 1e-14 / UNIT:
             return end
         else:  # rounded towards the start: a step more
@@ -103,9 +103,9 @@ def test_the_first_dip_inside_a_step_is_found(located, places, sign, dip, depth,
     roots = gap.roots()
     roots = np.sort(roots[(abs(roots.imag) < 1e-12) & (roots.real > 0.0) & (roots.real < dip)].real)
     assert gap(0.0) > 0.0
-    share = first_change(located, -gap if closed else gap, closed)
+    fraction = first_change(located, -gap if closed else gap, closed)
     # Gaps are rounded to 1e-16 m, which is this much of the step at the crossing's slope
-    assert share == pytest.approx(roots[-1], abs=1e-8 / abs(gap.deriv()(roots[-1])))
+    assert fraction == pytest.approx(roots[-1], abs=1e-8 / abs(gap.deriv()(roots[-1])))
 
 
 @pytest.mark.parametrize("closed", [False, True], ids=["touch", "leaving"])
@@ -192,14 +192,14 @@ def test_gaps_bend_within_the_bounds(presses, pin, exponent, numbers):
         body: rotation_bounds(*(end[part + body] for end in ends for part in ("theta", "w", "a")), step)
         for body in "2345"
     }
-    tip_ax = rocker_tip(last["time"], linkage[0])[TIP_AX] if pin == "ideal" else 0.0
+    tip_ax = rocker_tip(last["time"], linkage[0]).ax if pin == "ideal" else 0.0
     x_bounds = slider_acceleration_bounds(tip_ax, step, state, rotations["3"], rotations["4"], linkage[0])
-    shares = np.linspace(0.0, 1.0, 33)
+    fractions = np.linspace(0.0, 1.0, 33)
     for number in range(5):
         if not has_clearance(number, linkage[0]):
             continue
         if number == PIN:
-            journal = pin_motion(driven_and_hung(state, linkage[0], pin_law[0]), pin_law[0])
+            journal = pin_motion(crank_and_rod2_at(state, linkage[0], pin_law[0]), pin_law[0])
             least, greatest = pin_acceleration_bounds(
                 journal, step, rotations["2"], rotations["3"], state.w2, linkage[0], pin_law[0]
             )
@@ -207,7 +207,7 @@ def test_gaps_bend_within_the_bounds(presses, pin, exponent, numbers):
             least, greatest = corner_acceleration_bounds(
                 number, *x_bounds, state.theta5, rotations["5"], law[0]
             )
-        gaps = np.array([gap_within(number, first, last, share, *laws)[0] for share in shares])
+        gaps = np.array([gap_within(number, first, last, fraction, *laws)[0] for fraction in fractions])
         if number == PIN and np.min(gaps) < 0.0:
             greatest = np.inf  # holds as long as the pin is open
         distances = np.array([smooth_distance(number, gap, pin_law[0]) for gap in gaps])
@@ -232,11 +232,11 @@ def test_no_crossing_stays_inside_an_accepted_step(presses, pin, exponent, numbe
     ends, linkage, law, pin_law = random_step(presses, pin, step, numbers)
     if not has_clearance(number, linkage[0]):
         return
-    sign, shares = -1.0 if closed else 1.0, np.linspace(0.0, 1.0, 401)
+    sign, fractions = -1.0 if closed else 1.0, np.linspace(0.0, 1.0, 401)
 
     def gaps():
         laws = linkage[0], law[0], pin_law[0]
-        return np.array([gap_within(number, *ends, share, *laws)[0] for share in shares])
+        return np.array([gap_within(number, *ends, fraction, *laws)[0] for fraction in fractions])
 
     chosen = pin_law if number == PIN else law
     found = sign * gaps()
@@ -249,10 +249,10 @@ def test_no_crossing_stays_inside_an_accepted_step(presses, pin, exponent, numbe
         gap, rate = gap_within(other, *ends, 0.0, linkage[0], law[0], pin_law[0])
         contacts[other]["gap"], contacts[other]["rate"] = gap, rate
         contacts[other]["impact_speed"] = 1.0 if gap < 0.0 else 0.0
-    share = locate(*ends, linkage, law, pin_law, contacts, LEAST)
+    fraction = locate(*ends, linkage, law, pin_law, contacts, LEAST)
     # Nothing has passed before; where another contact did, nothing is said of what comes later
-    assert np.min(found[shares < share]) >= -GAP_TOLERANCE - 1e-15
-    if share == 1.0:
+    assert np.min(found[fractions < fraction]) >= -GAP_TOLERANCE - 1e-15
+    if fraction == 1.0:
         assert np.min(found) >= -GAP_TOLERANCE - 1e-15
 
 
@@ -266,7 +266,7 @@ def test_what_is_carried_bends_within_the_bounds_of_a_wide_rotation(w0):
     times = np.linspace(0.0, step, 101)
     w, angle = w0 + acceleration * times, 0.4 + w0 * times + acceleration * times**2 / 2
     for along, across in ((0.24, 0.0), (0.0, 0.05), (-0.1, 0.2)):
-        least, greatest = carried(along, across, end, rotation)
+        least, greatest = point_acceleration_bounds(along, across, end, rotation)
         bends = acceleration * (across * np.cos(angle) - along * np.sin(angle))
         bends -= w**2 * (along * np.cos(angle) + across * np.sin(angle))
         assert least <= np.min(bends)
