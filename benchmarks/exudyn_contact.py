@@ -1,7 +1,7 @@
 """What the slider's contact costs in Exudyn, by kind of contact: python benchmarks/exudyn_contact.py.
 
 The paper's case, five bodies, steps of 5 us, recording excluded; of the user function's contact the memory of
-impact speeds is included. Runs of all kinds take turns, and the least time of each counts: ratios hold where
+impact speeds is included. Runs of all kinds alternate, and the least time of each counts: ratios hold where
 times depend on what else the machine does.
 """
 
@@ -12,14 +12,17 @@ from unittest.mock import patch
 
 import exudyn as exu
 import numpy as np
+from plain_contact import corners_user_function
 
 from comparison.scene import load_scene
-from exudyn_model import mechanism, plain_contact
 from exudyn_model.assembly import assemble
-from exudyn_model.contact_memory import EVENT, renew_corners
-from exudyn_model.mechanism import Model, build
-from exudyn_model.scene_reading import read_scene
-from exudyn_model.solver import choose_steps, jacobian_uses, newton_tolerance, settings
+from exudyn_model.bodies import SLIDER_X
+from exudyn_model.contact.memory import EVENT, update_corners
+from exudyn_model.five_bodies import mechanism
+from exudyn_model.five_bodies.mechanism import build
+from exudyn_model.five_bodies.settings import choose_steps, jacobian_uses, newton_tolerance, settings
+from exudyn_model.model import Model
+from exudyn_model.reading import read_scene
 
 ROUNDS = 7
 STEP = 5e-6
@@ -37,7 +40,7 @@ def model(kind: str) -> tuple[Model, Any]:
     if kind == "bare mechanism":
         replaced["_add_contact"] = lambda *_: None
     if kind == "user function, plain Python":
-        replaced["force_user_function"] = lambda _, contacts: plain_contact.force_user_function(
+        replaced["force_user_function"] = lambda _, contacts: corners_user_function(
             parameters.contact, parameters.mechanism.slider, steps.size, contacts
         )
     with patch.multiple(mechanism, **replaced) if replaced else patch.dict({}):
@@ -47,14 +50,14 @@ def model(kind: str) -> tuple[Model, Any]:
     return built, settings(steps, parameters.integration.method, tolerance, uses)
 
 
-def renew_memory(built: Model) -> Callable[[Any, float], bool]:
+def update_memory(built: Model) -> Callable[[Any, float], bool]:
     """Make the function before each step that the user function's contact needs."""
     events, done, data = np.zeros(4000, EVENT), 0, built.mbs.systemData
 
     def before_step(*_: Any) -> bool:
         nonlocal done
         q, v = data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
-        renew_corners(done, q[12:], v[12:], built.law, built.contacts, events, 0)
+        update_corners(done, q[SLIDER_X:], v[SLIDER_X:], built.constants.law, built.contacts, events, 0)
         done += 1
         return True
 
@@ -65,7 +68,7 @@ def microseconds(kind: str) -> float:
     """Time of one step."""
     built, values = model(kind)
     if kind.startswith("user"):
-        built.mbs.SetPreStepUserFunction(renew_memory(built))
+        built.mbs.SetPreStepUserFunction(update_memory(built))
     started = time.perf_counter()
     built.mbs.SolveDynamic(values)
     return (time.perf_counter() - started) / float(values.timeIntegration.numberOfSteps) * 1e6

@@ -1,52 +1,38 @@
 """Put the linkage together at t = 0: positions by angles, velocities from the constraints' Jacobian.
 
 Exudyn accepts initial values that violate its joints without a word, so both are checked against the
-list of joints that ``mechanism`` also builds Exudyn's joints from.
+list of joints (``bodies.pins``) that Exudyn's joints are also built from.
 """
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.bodies import (
+    ANGLE,
+    COORDINATES,
+    CRANK_ANGLE,
+    FRAME,
+    PER_BODY,
+    SLIDER_ANGLE,
+    SLIDER_X,
+    Pin,
+    X,
+    Y,
+    pins,
+)
 from exudyn_model.parameters import Mechanism, Parameters
 
 # One angle, or many, rad
 Angles = TypeVar("Angles", float, NDArray[np.float64])
 
-CRANK, ROD2, ROCKER, ROD4, SLIDER = range(5)
-FRAME = -1
-
-# Crank positions tried in one turn: 0.1 degrees apart, where the linkage hardly changes
+# Crank positions tried in one cycle: 0.1 degrees apart, where the linkage hardly changes
 _POSITIONS = 3600
-
-
-class Pin(NamedTuple):
-    """A revolute joint between a point of one body and a point of another, in body coordinates, m.
-
-    ``first`` may be ``FRAME``; then ``first_point`` is fixed in space.
-    """
-
-    name: str
-    first: int
-    first_point: tuple[float, float]
-    second: int
-    second_point: tuple[float, float]
-
-
-def pins(mechanism: Mechanism) -> list[Pin]:
-    """List the six revolute joints O, A, H, B, C, F (rows 1 to 12 of the constraints, Eq. 16)."""
-    crank, rod2, rocker, rod4 = mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4
-    return [
-        Pin("O", FRAME, (0.0, 0.0), CRANK, (-crank.centroid, 0.0)),
-        Pin("A", CRANK, (crank.to_tip, 0.0), ROD2, (-rod2.centroid, 0.0)),
-        Pin("H", FRAME, mechanism.rocker_pivot, ROCKER, (-rocker.centroid, 0.0)),
-        Pin("B", ROD2, (rod2.to_tip, 0.0), ROCKER, (0.0, 0.0)),
-        Pin("C", ROCKER, (rocker.to_tip, 0.0), ROD4, (-rod4.centroid, 0.0)),
-        Pin("F", ROD4, (rod4.to_tip, 0.0), SLIDER, (0.0, 0.0)),
-    ]
+# Two of each of the six pins
+_ROWS = 12
 
 
 @dataclass(frozen=True)
@@ -63,7 +49,7 @@ def assemble(parameters: Parameters) -> InitialState:
     Raises
     ------
     ValueError
-        If the linkage cannot be closed at the start or somewhere in a turn of the crank.
+        If the linkage cannot be closed at the start or somewhere in a crank cycle.
     """
     mechanism, initial = parameters.mechanism, parameters.initial
     if mechanism.ideal_slider:
@@ -72,7 +58,7 @@ def assemble(parameters: Parameters) -> InitialState:
     else:
         offset, angle, vx, omega = initial.offset, initial.angle, initial.vx, initial.omega
         reach = [-parameters.contact.clearance, parameters.contact.clearance]
-    _require_full_turn(mechanism, reach)
+    _require_full_cycle(mechanism, reach)
     positions = place(mechanism, mechanism.crank_angle, mechanism.guide_x + offset, angle)
     velocities = _velocities(mechanism, positions, parameters.drive.omega, vx, omega)
     _require_consistent(mechanism, positions, velocities)
@@ -82,7 +68,7 @@ def assemble(parameters: Parameters) -> InitialState:
 def place(
     mechanism: Mechanism, crank_angle: float, slider_x: float, slider_angle: float
 ) -> NDArray[np.float64]:
-    """Positions (x, y, angle) of the five bodies, shape (5, 3), for given crank and slider.
+    """Return the positions (x, y, angle) of the five bodies, shape (5, 3), for given crank and slider.
 
     Raises
     ------
@@ -109,15 +95,16 @@ def place(
         rocker_tip + rod4.centroid * _unit(rod4_angle),
         rocker_tip + rod4.length * _unit(rod4_angle),
     ]
-    centres[-1][0] = slider_x  # not the round-off of cos(arccos)
+    centres[-1][X] = slider_x  # not the round-off of cos(arccos)
     angles = [crank_angle, rod2_angle, rocker_angle, rod4_angle, slider_angle]
     return np.column_stack([centres, angles])
 
 
 def _at_pivot(mechanism: Mechanism, crank_angle: Angles) -> tuple[Angles, Angles]:
-    """Angle at H in the triangle A, H, B, as its cosine by the law of cosines, and the direction from A to H.
+    """Return the cosine of the angle at H in the triangle A, H, B, and the direction from A to H (rad).
 
-    The side HB is the rocker up to its centroid. There is a triangle where the cosine is within -1 and 1.
+    By the law of cosines; the side HB is the rocker up to its centroid. There is a triangle where the cosine
+    is within -1 and 1.
     """
     length, arm = mechanism.rod2.length, mechanism.rocker.centroid
     span_x = mechanism.rocker_pivot[0] - mechanism.crank.length * np.cos(crank_angle)
@@ -129,7 +116,7 @@ def _at_pivot(mechanism: Mechanism, crank_angle: Angles) -> tuple[Angles, Angles
 
 
 def _at_rocker_tip(mechanism: Mechanism, rocker_angle: Angles, slider_x: float) -> Angles:
-    """Cosine of the angle of rod 4 from C, which ends on the slider's vertical."""
+    """Return the cosine of the angle of rod 4 from C, which ends on the slider's vertical."""
     tip_x = mechanism.rocker_pivot[0] + mechanism.rocker.length * np.cos(rocker_angle)
     cosine: Angles = (slider_x - tip_x) / mechanism.rod4.length
     return cosine
@@ -146,16 +133,18 @@ def _require_closed(cosine: float, parts: str, crank_angle: float) -> None:
         raise ValueError(f"mechanism: {parts} cannot be assembled at a crank angle of {degrees:.2f} degrees")
 
 
-def _require_full_turn(mechanism: Mechanism, reach: list[float]) -> None:
-    """Try the whole turn, from the start on, with the slider on each line that it can reach."""
-    turn = np.linspace(mechanism.crank_angle, mechanism.crank_angle + 2 * math.pi, _POSITIONS, endpoint=False)
+def _require_full_cycle(mechanism: Mechanism, reach: list[float]) -> None:
+    """Try the whole cycle, from the start on, with the slider on each line that it can reach."""
+    cycle = np.linspace(
+        mechanism.crank_angle, mechanism.crank_angle + 2 * math.pi, _POSITIONS, endpoint=False
+    )
     lines = [mechanism.guide_x + offset for offset in reach]
     with np.errstate(invalid="ignore"):
-        cosine, towards_pivot = _at_pivot(mechanism, turn)
+        cosine, towards_pivot = _at_pivot(mechanism, cycle)
         rocker_angle = towards_pivot + mechanism.rocker_branch * np.arccos(cosine)
         # No number where there is no triangle: this is not less than 1 either
         closed = [np.abs(_at_rocker_tip(mechanism, rocker_angle, line)) < 1 for line in lines]
-    for angle in turn[~np.all(closed, axis=0)]:
+    for angle in cycle[~np.all(closed, axis=0)]:
         for line in lines:
             place(mechanism, float(angle), line, 0.0)  # says which parts do not meet
 
@@ -163,24 +152,24 @@ def _require_full_turn(mechanism: Mechanism, reach: list[float]) -> None:
 def _pin_ends(
     pin: Pin, positions: NDArray[np.float64]
 ) -> list[tuple[int, NDArray[np.float64], NDArray[np.float64]]]:
-    """Both ends of a pin: body, point in the fixed frame, arm from the body's centre to it."""
+    """Return both ends of a pin: body, point in the fixed frame, arm from the body's centre to it."""
     ends = []
     for body, (along, across) in ((pin.first, pin.first_point), (pin.second, pin.second_point)):
         if body == FRAME:
             ends.append((body, np.array([along, across]), np.zeros(2)))
         else:
-            arm = along * _unit(positions[body, 2])
-            ends.append((body, positions[body, :2] + arm, arm))
+            arm = along * _unit(positions[body, ANGLE])
+            ends.append((body, positions[body, [X, Y]] + arm, arm))
     return ends
 
 
 def _jacobian(mechanism: Mechanism, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Differentiate the twelve joint rows by the fifteen coordinates, shape (12, 15)."""
-    rows = np.zeros((12, 15))
+    rows = np.zeros((_ROWS, COORDINATES))
     for number, pin in enumerate(pins(mechanism)):
         for sign, (body, _, arm) in zip((-1, 1), _pin_ends(pin, positions), strict=True):
             if body != FRAME:
-                block = rows[2 * number : 2 * number + 2, 3 * body : 3 * body + 3]
+                block = rows[2 * number : 2 * number + 2, PER_BODY * body : PER_BODY * (body + 1)]
                 block += sign * np.array([[1.0, 0.0, -arm[1]], [0.0, 1.0, arm[0]]])
     return rows
 
@@ -188,12 +177,12 @@ def _jacobian(mechanism: Mechanism, positions: NDArray[np.float64]) -> NDArray[n
 def _velocities(
     mechanism: Mechanism, positions: NDArray[np.float64], crank_speed: float, vx: float, omega: float
 ) -> NDArray[np.float64]:
-    """Velocities of all bodies, shape (5, 3), from twelve joints and three given speeds."""
-    given = np.zeros((3, 15))
-    given[[0, 1, 2], [2, 12, 14]] = 1.0  # crank angle, slider x, slider angle
+    """Solve for the velocities of all bodies, shape (5, 3), from twelve joints and three given speeds."""
+    given = np.zeros((3, COORDINATES))
+    given[[0, 1, 2], [CRANK_ANGLE, SLIDER_X, SLIDER_ANGLE]] = 1.0
     matrix = np.vstack([_jacobian(mechanism, positions), given])
-    right_side = np.concatenate([np.zeros(12), [crank_speed, vx, omega]])
-    return np.linalg.solve(matrix, right_side).reshape(5, 3)
+    right_side = np.concatenate([np.zeros(_ROWS), [crank_speed, vx, omega]])
+    return np.linalg.solve(matrix, right_side).reshape(-1, PER_BODY)
 
 
 def _require_consistent(

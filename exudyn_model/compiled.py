@@ -19,18 +19,22 @@ import numpy as np
 P = ParamSpec("P")
 R = TypeVar("R")
 
+# (mbs, t, object number, coordinates, velocities) -> generalized forces
+ForceUserFunction = Callable[[Any, float, int, list[float], list[float]], tuple[float, ...]]
+
 
 def source_hash() -> str:
-    """Hash of this package's sources and of the Python, numba and numpy versions (16 hex digits)."""
+    """Hash this package's sources and the Python, numba and numpy versions (16 hex digits)."""
     digest = hashlib.sha256(f"{platform.python_version()} {numba.__version__} {np.__version__}".encode())
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.name.encode())
+    package = Path(__file__).parent
+    for path in sorted(package.rglob("*.py")):
+        digest.update(path.relative_to(package).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
 def cache_folder() -> Path:
-    """Folder of this package's compiled kernels.
+    """Return the folder of this package's compiled kernels.
 
     Below ``NUMBA_CACHE_DIR`` where the user sets it, else in the platform's folder for caches
     (``XDG_CACHE_HOME`` or ``~/.cache``, ``~/Library/Caches``, ``%LOCALAPPDATA%``).
@@ -69,9 +73,9 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def direct(function: Callable[..., R], *examples: Any) -> Callable[..., R]:
-    """Machine code of a kernel for arguments of the same types as ``examples``.
+    """Return the machine code of a kernel for arguments of the same types as ``examples``.
 
-    For what Exudyn calls in every step: a kernel itself first looks at the types of its arguments, which
+    For what Exudyn calls in every step: a kernel itself first dispatches on the types of its arguments, which
     takes as long as the smaller kernels run. This does not: what is not of these types is read wrongly.
     """
     compiled: Any = function

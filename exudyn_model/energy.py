@@ -9,16 +9,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.compiled import kernel
-from exudyn_model.contact import corner_motion
-from exudyn_model.journal import crank_and_rod2, pin_motion
-from exudyn_model.parameters import Mechanism
-from exudyn_model.point_contact import PIN
-from exudyn_model.side_law import elastic_normals, side_energy
-
-ENERGIES = tuple(
-    f"energy_{name}" for name in ("drive", "gravity", "kinetic", "contact", "damping", "friction", "residual")
+from exudyn_model.bodies import (
+    CRANK_ANGLE,
+    PER_BODY,
+    SLIDER,
+    SLIDER_ANGLE,
+    SLIDER_X,
+    SLIDER_Y,
+    Y,
 )
+from exudyn_model.channels import (
+    CONTACT,
+    DAMPING,
+    DISSIPATED_BY_FRICTION,
+    DRIVE,
+    GRAVITY,
+    KINETIC,
+    RESIDUAL,
+)
+from exudyn_model.compiled import kernel
+from exudyn_model.constants import Constants
+from exudyn_model.contact.gaps import corner_motion
+from exudyn_model.contact.journal import crank_and_rod2, pin_motion
+from exudyn_model.contact.laws import elastic_normals, side_energy
+from exudyn_model.contact.point import elastic_force
+from exudyn_model.contact.states import PIN, UPPER
+from exudyn_model.parameters import Mechanism
 
 # Powers (W) in the last state and their integrals (J); energies of the initial state (J)
 _AUDIT = np.dtype(
@@ -44,7 +60,7 @@ def new_audit() -> NDArray[np.void]:
 
 
 def mass_diagonal(mechanism: Mechanism) -> NDArray[np.float64]:
-    """Masses and inertias that belong to x, y, angle of the five bodies, shape (15,); kg, kg m^2."""
+    """Return the masses and inertias of x, y, angle of the five bodies, shape (15,); kg, kg m^2."""
     bodies = (mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4, mechanism.slider)
     return np.array([value for body in bodies for value in (body.mass, body.mass, body.inertia)])
 
@@ -56,9 +72,7 @@ def audit_energy(
     v: NDArray[np.float64],
     torque: float,
     masses: NDArray[np.float64],
-    linkage: Any,
-    law: Any,
-    pin_law: Any,
+    constants: Constants,
     contacts: NDArray[np.void],
     audit: Any,
     energies: NDArray[np.float64],
@@ -78,38 +92,40 @@ def audit_energy(
         Motor on crank, N m.
     masses : ndarray, shape (15,)
         From :func:`mass_diagonal`.
-    linkage, law, pin_law : record
-        From ``accelerations``, ``contact`` and ``journal``.
+    constants : Constants
     contacts : ndarray, shape (5,)
-        Renewed with this state.
+        Updated with this state.
     audit : record
         From :func:`new_audit`; changed in place.
     energies : ndarray, shape (7,)
     """
+    linkage, law, pin_law = constants.linkage[0], constants.law[0], constants.pin_law[0]
     kinetic, height = 0.5 * np.sum(masses * v * v), 0.0
-    for body in range(5):
-        height += linkage.gravity * masses[3 * body] * q[3 * body + 1]
+    for body in range(SLIDER + 1):
+        height += linkage.gravity * masses[PER_BODY * body] * q[PER_BODY * body + Y]
     contact, damping_power, friction_power = 0.0, 0.0, 0.0
     if not linkage.ideal_slider:
         for side in range(2):
-            lower, upper = -contacts[side].gap, -contacts[side + 2].gap
+            lower, upper = -contacts[side].gap, -contacts[side + UPPER].gap
             contact += side_energy(lower, upper, law)
             elastic = elastic_normals(lower, upper, lower > 0.0 and upper > 0.0, law)
             for end in range(2):
-                state = contacts[side + 2 * end]
+                number = side + UPPER * end
+                state = contacts[number]
                 if state.gap < 0.0:
                     # The wall takes up N times the speed of penetration, and stores the elastic part of it
                     damping_power += (elastic[end] - state.normal) * state.rate
-                    slip = corner_motion(side + 2 * end, q[12], q[14], v[12], v[13], v[14], law)[2]
-                    friction_power -= state.friction * slip
+                    motion = corner_motion(
+                        number, q[SLIDER_X], q[SLIDER_ANGLE], v[SLIDER_X], v[SLIDER_Y], v[SLIDER_ANGLE], law
+                    )
+                    friction_power -= state.friction * motion.slip
     if not linkage.ideal_pin and contacts[PIN].gap < 0.0:
         state = contacts[PIN]
-        elastic_force = pin_law.stiffness * (-state.gap) ** pin_law.exponent
-        contact += elastic_force * -state.gap / (pin_law.exponent + 1.0)
-        damping_power += (elastic_force - state.normal) * state.rate
-        slip = pin_motion(crank_and_rod2(q, v), pin_law)[2]
-        friction_power -= state.friction * slip
-    drive_power = torque * v[2]
+        elastic_pin = elastic_force(state.gap, pin_law)
+        contact += elastic_pin * -state.gap / (pin_law.exponent + 1.0)
+        damping_power += (elastic_pin - state.normal) * state.rate
+        friction_power -= state.friction * pin_motion(crank_and_rod2(q, v), pin_law).slip
+    drive_power = torque * v[CRANK_ANGLE]
     if index == 0:
         audit.initial_height, audit.initial_stored = height, kinetic + contact
     else:
@@ -121,6 +137,7 @@ def audit_energy(
     audit.friction_power = friction_power
     gravity = audit.initial_height - height
     stored = kinetic + contact - audit.initial_stored
-    energies[0], energies[1], energies[2], energies[3] = audit.drive, gravity, kinetic, contact
-    energies[4], energies[5] = audit.damping, audit.friction
-    energies[6] = audit.drive + gravity - stored - audit.damping - audit.friction
+    energies[DRIVE], energies[GRAVITY] = audit.drive, gravity
+    energies[KINETIC], energies[CONTACT] = kinetic, contact
+    energies[DAMPING], energies[DISSIPATED_BY_FRICTION] = audit.damping, audit.friction
+    energies[RESIDUAL] = audit.drive + gravity - stored - audit.damping - audit.friction

@@ -1,7 +1,8 @@
-"""What no correct run can show: how far each run may go, and what is said of one that goes farther.
+"""What no correct run can show: bounds with their reasons, and the verdict on a run that violates one.
 
-What is judged here was seen in accepted states, in the table of contacts, in the audit of the energy
-(``watch``) and in the constraints (``drift``), not where contacts are located and forces computed.
+What is judged here was observed in accepted states, in the table of contacts, in the audit of the energy
+(``watch``) and in the constraints (``five_bodies.constraints``), not where contacts are located and forces
+computed.
 """
 
 import math
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.native_contact import sphere_friction
+from exudyn_model.five_bodies.native_contact import sphere_friction
 from exudyn_model.parameters import Parameters
 from exudyn_model.watch import Seen
 
@@ -27,7 +28,7 @@ UNITS = {
     "constraint-velocity": "m/s",
 }
 
-# What each says when it is broken
+# What each says when it is violated
 _SENTENCES = {
     "open-depth": "{place} is inside its wall outside a contact",
     "pull": "the wall pulls {place}",
@@ -42,7 +43,7 @@ _SENTENCES = {
 
 @dataclass(frozen=True)
 class Bound:
-    """How far a run may go.
+    """Bound of one invariant.
 
     Attributes
     ----------
@@ -103,7 +104,7 @@ def scales(
     step: float,
     tolerance: float,
 ) -> dict[str, float]:
-    """Return what of a run the bounds are multiples of.
+    """Return the scales of a run that the bounds are multiples of.
 
     Parameters
     ----------
@@ -134,13 +135,13 @@ def scales(
     }
     if step > 0.0:
         # Positions are rounded to some 1e-15 m
-        rounded_speed, turn = 1e-13 / step, (omega * step) ** 2
+        rounded_speed, squared = 1e-13 / step, (omega * step) ** 2
         cycles = parameters.drive.cycles
         found |= {
             "rounded_speed": rounded_speed,
-            "crank_speed_order": abs(omega) * parameters.mechanism.crank.length * (1e-4 + 10 * turn)
+            "crank_speed_order": abs(omega) * parameters.mechanism.crank.length * (1e-4 + 10 * squared)
             + rounded_speed,
-            "drift_order": 1e-7 + 10 * turn * (1 + cycles),
+            "drift_order": 1e-7 + 10 * squared * (1 + cycles),
             "energy_order": _energy_order(parameters, step, length),
         }
     return found
@@ -148,7 +149,7 @@ def scales(
 
 def _energy_order(parameters: Parameters, step: float, length: float) -> float:
     """Bound the energy's residual for contacts of this length (s): an error of second order in the step."""
-    # A loose pin's friction turns round within a step: measured 4e-6
+    # The friction of a pin with clearance reverses within a step: measured 4e-6
     order = (1e-6 if parameters.journal is None else 1e-4) + 10 * (step / length) ** 2
     if parameters.contact.law == "strip":
         # A surface of steel is stiffer than the steps resolve: measured 3e-3
@@ -160,7 +161,7 @@ def _energy_order(parameters: Parameters, step: float, length: float) -> float:
 def judge(
     seen: list[Seen], formulation: str, method: str, scales: Mapping[str, float]
 ) -> tuple[dict[str, dict[str, Any]], str]:
-    """Compare what was seen with its bounds.
+    """Compare what was observed with its bounds.
 
     Parameters
     ----------
@@ -175,7 +176,7 @@ def judge(
     invariants : dict
         Name to "value", "bound", "unit" and "time_s", for each that has a bound.
     broken : str
-        In one line what is broken by the most; empty if nothing is.
+        The worst violation in one line; empty if there is none.
     """
     invariants: dict[str, dict[str, Any]] = {}
     worst, broken = 1.0, ""

@@ -1,6 +1,6 @@
 """What this model needs to know of a scene, in SI units (Tables 1 and 2).
 
-``scene_reading`` makes these from the plain mapping.
+``reading`` makes these from the plain mapping.
 """
 
 from dataclasses import dataclass
@@ -12,14 +12,10 @@ class Rod:
 
     Attributes
     ----------
-    length : float
-        Distance of its two pins, m.
-    centroid : float
-        Distance of the centroid from the first pin, m.
-    mass : float
-        kg.
-    inertia : float
-        About the centroid, kg m^2.
+    length, centroid : float
+        Distances of the second pin and of the centroid from the first pin, m.
+    mass, inertia : float
+        kg; about the centroid, kg m^2.
     """
 
     length: float
@@ -39,14 +35,10 @@ class Slider:
 
     Attributes
     ----------
-    mass : float
-        kg.
-    inertia : float
-        About the centre, kg m^2.
-    length : float
-        Along the guide (y), m.
-    width : float
-        Across the guide (x), m.
+    mass, inertia : float
+        kg; about the centre, kg m^2.
+    length, width : float
+        Along the guide (y) and across it (x), m.
     """
 
     mass: float
@@ -80,7 +72,7 @@ class Mechanism:
     gravity : float
         Along -y, m/s^2.
     ideal_slider : bool
-        Whether the slider is fixed to its line instead of lying loose in the guide.
+        Whether the slider is fixed to its line; else it has clearance in the guide.
     """
 
     crank: Rod
@@ -107,9 +99,9 @@ class Drive:
     omega : float
         Angular speed, counter-clockwise positive, rad/s.
     period : float
-        Duration of one turn, s.
+        Duration of one cycle, s.
     cycles : float
-        Number of turns to simulate.
+        Number of cycles to simulate.
     """
 
     omega: float
@@ -119,18 +111,14 @@ class Drive:
 
 @dataclass(frozen=True)
 class Initial:
-    """State of the loose slider at t = 0.
+    """State of a slider with clearance at t = 0.
 
     Attributes
     ----------
-    offset : float
-        x from the guide's centre line, m.
-    angle : float
-        rad.
-    vx : float
-        m/s.
-    omega : float
-        rad/s.
+    offset, angle : float
+        x from the guide's centre line, m; rad.
+    vx, omega : float
+        Their rates, m/s and rad/s.
     """
 
     offset: float
@@ -179,7 +167,7 @@ class Guide(Contact):
     Attributes
     ----------
     law : str
-        Of the two corners of one side: one of ``side_law.LAWS``.
+        Of the two corners of one side: one of ``contact.laws.LAWS``.
     side_stiffness : float
         K_s of Eq. 8, N/m.
     """
@@ -214,10 +202,10 @@ class Integration:
     step : float
         Largest step that the scene allows, s.
     tolerance : float
-        Of the Newton iteration, absolute; see ``solver.newton_tolerance``. "tree": of a step's error,
-        in rad and rad/s.
+        Of the Newton iteration, absolute; see ``five_bodies.settings.newton_tolerance``. "tree": of a step's
+        error, in rad and rad/s.
     samples_per_cycle : int
-        Samples in one turn of the crank.
+        Samples in one crank cycle.
     accelerations, corners, joints, energy : bool
         Groups of channels asked for.
     """

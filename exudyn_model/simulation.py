@@ -3,57 +3,22 @@
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
-from typing import Any, Protocol
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import exudyn as exu
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model import solver, tree_solver
-from exudyn_model.assembly import assemble
-from exudyn_model.drift import Constraints
-from exudyn_model.energy import ENERGIES, mass_diagonal
+from exudyn_model.channels import ACCELERATIONS, CORNER_CHANNELS, ENERGIES, REACTIONS, STATE
+from exudyn_model.five_bodies.run import run_five_bodies
 from exudyn_model.invariants import judge, scales
-from exudyn_model.mechanism import build
 from exudyn_model.parameters import Parameters
-from exudyn_model.recording import Recorder
-from exudyn_model.rocker_tree import build_rocker_tree
-from exudyn_model.scene_reading import read_scene
-from exudyn_model.tables import ACCELERATIONS, CORNER_CHANNELS, REACTIONS, STATE
-from exudyn_model.tree import build_tree
-from exudyn_model.tree_recording import TreeRecorder
+from exudyn_model.reading import read_scene
+from exudyn_model.run import Run
+from exudyn_model.tree.run import run_tree
 from exudyn_model.watch import Seen, seen_in_contacts, seen_in_energy, seen_in_events, seen_in_samples
-
-
-class Recorded(Protocol):
-    """What either formulation's recorder gives."""
-
-    def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
-        """Return sampled channels by name."""
-
-    def extrema(self, names: tuple[str, ...]) -> dict[str, dict[str, float]]:
-        """Return extrema of channels by name."""
-
-    def events(self) -> dict[str, NDArray[Any]]:
-        """Return the table of contacts."""
-
-
-@dataclass(frozen=True)
-class _Run:
-    """A run of either formulation: its name, its settings beside the scene's, what it left behind.
-
-    ``constraints`` is the largest violation of each kind (m, rad; m/s, rad/s) at a sample, and when (s); a
-    tree has none.
-    """
-
-    formulation: str
-    settings: dict[str, Any]
-    recorder: Recorded
-    contacts: NDArray[np.void]
-    outcome: solver.Outcome
-    constraints: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -94,7 +59,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     scene : mapping
         Complete scene, defaults filled in.
     progress : callable, optional
-        Receives the finished share, 0 to 1.
+        Receives the finished fraction of the run, 0 to 1.
 
     Returns
     -------
@@ -107,20 +72,12 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     """
     started = time.perf_counter()
     parameters = read_scene(scene)
-    run = (_run_tree if parameters.integration.formulation == "tree" else _run_full)(parameters, progress)
+    run = (run_tree if parameters.integration.formulation == "tree" else run_five_bodies)(
+        parameters, progress
+    )
     recorder, outcome = run.recorder, run.outcome
     events = recorder.events()
-    channels: tuple[str, ...] = STATE
-    if parameters.integration.accelerations:
-        channels += ACCELERATIONS
-    if parameters.integration.corners:
-        channels += CORNER_CHANNELS
-    if parameters.integration.joints:
-        channels += (*REACTIONS, "crank_torque")
-        if parameters.mechanism.ideal_slider:
-            channels += ("guide_force", "guide_moment")
-    if parameters.integration.energy:
-        channels += ENERGIES
+    channels = _channels(parameters)
     columns = recorder.columns(channels)
     times = np.arange(len(columns["slider_x"]), dtype=np.float64) * parameters.sample_interval
     provenance = {
@@ -153,9 +110,25 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     return Result({"time": times} | columns, events, extrema, provenance, status, remedy)
 
 
+def _channels(parameters: Parameters) -> tuple[str, ...]:
+    """List the channels that a scene asks for."""
+    channels: tuple[str, ...] = STATE
+    if parameters.integration.accelerations:
+        channels += ACCELERATIONS
+    if parameters.integration.corners:
+        channels += CORNER_CHANNELS
+    if parameters.integration.joints:
+        channels += (*REACTIONS, "crank_torque")
+        if parameters.mechanism.ideal_slider:
+            channels += ("guide_force", "guide_moment")
+    if parameters.integration.energy:
+        channels += ENERGIES
+    return channels
+
+
 def _invariants(
     parameters: Parameters,
-    run: _Run,
+    run: Run,
     columns: dict[str, NDArray[np.float64]],
     events: dict[str, NDArray[Any]],
     extrema: dict[str, dict[str, float]],
@@ -174,40 +147,3 @@ def _invariants(
     step, tolerance = (run.settings.get(name, 0.0) for name in ("step_used", "newton_tolerance"))
     found = scales(parameters, run.contacts, events, extrema, step, tolerance)
     return judge(seen, integration.formulation, integration.method, found)
-
-
-def _run_full(parameters: Parameters, progress: Callable[[float], None] | None) -> _Run:
-    """Five bodies with joints, in fixed steps."""
-    steps = solver.choose_steps(parameters)
-    model = build(parameters, assemble(parameters), steps.size)
-    masses = mass_diagonal(parameters.mechanism) if parameters.integration.energy else np.zeros(0)
-    recorder = Recorder(model, steps.per_sample, steps.samples, masses, Constraints(parameters))
-    method = parameters.integration.method
-    tolerance = solver.newton_tolerance(parameters, steps.size)
-    uses = solver.jacobian_uses(parameters)
-    outcome = solver.solve(model.mbs, steps, method, tolerance, uses, recorder, progress)
-    settings: dict[str, Any] = {
-        "step_used": steps.size,
-        "steps_per_sample": steps.per_sample,
-        "newton_tolerance": tolerance,
-    }
-    if method == "generalized-alpha":
-        settings["spectral_radius"] = solver.SPECTRAL_RADIUS
-    name = "redundant-coordinates"
-    if parameters.integration.formulation == "native":
-        name += ", native contact"
-    return _Run(name, settings, recorder, model.contacts, outcome, recorder.drift)
-
-
-def _run_tree(parameters: Parameters, progress: Callable[[float], None] | None) -> _Run:
-    """Rod 4 and slider alone, or all but the crank where its pin is loose, in steps as their error allows."""
-    duration = parameters.samples * parameters.sample_interval
-    if parameters.journal is None:
-        name, model = "rod 4 and slider tree", build_tree(parameters, assemble(parameters))
-    else:
-        name, model = "rocker, rods and slider tree", build_rocker_tree(parameters, assemble(parameters))
-    least = tree_solver.least_step(duration)
-    recorder = TreeRecorder(model, parameters.sample_interval, parameters.samples, least)
-    turns = parameters.drive.cycles
-    outcome = tree_solver.solve(model.mbs, duration, turns, parameters.integration, recorder, progress)
-    return _Run(name, {"least_step": least}, recorder, model.contacts, outcome)

@@ -1,9 +1,9 @@
 """Formulation, method and settings of a scene's ``[solver.exudyn]``, defaults filled in.
 
 ``formulation`` "full" has all five bodies, "native" the same with Exudyn's own contact object at the slider,
-"tree" only what the drive leaves free: rod 4 and slider, or, where the crank pin is loose, all bodies but
-the crank; "auto", the same as leaving it out, is "tree" wherever that gives what is asked for and no implicit
-method is named, else "full". ``method`` "auto", the same as leaving it out, is the usual one of the
+"tree" only what the drive leaves free: rod 4 and slider, or, where the crank pin has clearance, all bodies
+but the crank; "auto", the same as leaving it out, is "tree" wherever that gives what is asked for and no
+implicit method is named, else "full". ``method`` "auto", the same as leaving it out, is the usual one of the
 formulation, or "trapezoidal-index2" where the groups "joints" or "energy" are asked for: they need the
 constraints' multipliers, and those of "generalized-alpha", whose constraints are at position level, carry the
 Newton iteration's error divided by the square of the step. They are not given out.

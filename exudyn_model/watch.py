@@ -1,27 +1,30 @@
-"""What is seen of a run's contacts and energy, for its invariants: see ``invariants``.
+"""Observed extremes of a run's contacts and energy, which ``invariants`` judges.
 
-Every accepted state is looked at. Gaps, rates and slips are found here from the bodies' motion once more, so
-that a fault in the formulas that the run was computed with does not hide itself. What a contact has done
-worst is kept in its own record.
+Every accepted state is examined. Gaps, rates and slips are computed here once more from the bodies' motion,
+so that a fault in the formulas that the run was computed with does not conceal itself. The worst of each
+contact is kept in its own record.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.channels import FRICTION, NORMAL, PER_CONTACT
 from exudyn_model.compiled import kernel
+from exudyn_model.contact.states import ACROSS, ALONG, CONTACTS, CORNERS, PIN
 from exudyn_model.parameters import Parameters
-from exudyn_model.point_contact import CONTACTS, CORNERS, PIN
+
+_CORNERS = len(CORNERS)
 
 
 @kernel
 def watch_contact(
     time: float, gap: float, rate: float, slip: float, normal: float, friction: float, state: Any
 ) -> None:
-    """Keep what breaks an invariant most, so far, in the record of one contact.
+    """Keep the worst violation of each invariant so far in the record of one contact.
 
     Parameters
     ----------
@@ -32,11 +35,11 @@ def watch_contact(
     normal, friction : float
         The forces that go with this state, N; friction is counted in the slip's direction.
     state : record
-        Of ``point_contact.contact_states``.
+        Of ``contact.states.contact_states``.
     """
     if state.impact_speed > 0.0:
         if state.start != state.known_start:
-            # Those that begin at t = 0 may leave: a corner may start inside its wall
+            # Those that begin at t = 0 may separate: a corner may start inside its wall
             state.known_start = state.start
             leaving = min(state.known_rate, rate)
             if leaving > state.leaving:
@@ -74,16 +77,16 @@ def watch_corners(
     x, angle, vx, vy, omega : float
         Slider's x from the guide's centre line (m), angle (rad) and velocities.
     values : ndarray
-        Of this state, in the order of ``tables.CHANNELS``; normal forces and friction are read.
+        Of this state, in the order of ``channels.CHANNELS``; normal forces and friction are read.
     law : record
-        From ``contact.contact_law``.
+        From ``contact.gaps.contact_law``.
     contacts : ndarray, shape (5,)
-        From ``point_contact.contact_states``; what was seen is kept there.
+        From ``contact.states``; changed in place.
     """
     cosine, sine = np.cos(angle), np.sin(angle)
     wall = law.half_width + law.clearance
-    for number in range(4):
-        side, end = 2 * (number % 2) - 1, 2 * (number // 2) - 1
+    for number in range(_CORNERS):
+        side, end = ACROSS[number], ALONG[number]
         along_x = side * law.half_width * cosine - end * law.half_length * sine
         along_y = side * law.half_width * sine + end * law.half_length * cosine
         watch_contact(
@@ -91,19 +94,25 @@ def watch_corners(
             wall - side * (x + along_x),
             -side * (vx - omega * along_y),
             vy + omega * along_x,
-            values[10 + 3 * number],
-            values[11 + 3 * number],
+            values[NORMAL + PER_CONTACT * number],
+            values[FRICTION + PER_CONTACT * number],
             contacts[number],
         )
+
+
+class Eccentricity(NamedTuple):
+    """Vector from the bearing's centre to the journal's (m), and its rate (m/s)."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
 
 
 @kernel
 def watch_pin(
     time: float,
-    ex: float,
-    ey: float,
-    vx: float,
-    vy: float,
+    eccentricity: Eccentricity,
     w1: float,
     w2: float,
     normal: float,
@@ -117,17 +126,17 @@ def watch_pin(
     ----------
     time : float
         s.
-    ex, ey, vx, vy : float
-        From the bearing's centre to the journal's (m) and its rate.
+    eccentricity : Eccentricity
     w1, w2 : float
         Angular velocities of crank and rod 2, rad/s.
     normal, friction : float
-        On rod 2, along the bearing's outward normal and along that turned by +90 degrees, N.
+        On rod 2, along the bearing's outward normal and along that rotated by +90 degrees, N.
     law : record
-        From ``journal.journal_law``.
+        From ``contact.journal.journal_law``.
     contacts : ndarray, shape (5,)
-        From ``point_contact.contact_states``; what was seen is kept there.
+        From ``contact.states``; changed in place.
     """
+    ex, ey, vx, vy = eccentricity
     distance = np.sqrt(ex * ex + ey * ey)
     nx, ny = (ex / distance, ey / distance) if distance > 0.0 else (1.0, 0.0)
     # Of the bearing's material against the journal's, in the point of the bearing's surface
@@ -155,12 +164,12 @@ class Seen:
 
 
 def place_name(number: int) -> str:
-    """Name of one of ``CONTACTS`` in a sentence."""
+    """Return the name of one of ``CONTACTS`` in a sentence."""
     return f"corner {CONTACTS[number]}" if number < len(CORNERS) else "the crank pin"
 
 
 def seen_in_contacts(contacts: NDArray[np.void]) -> list[Seen]:
-    """Return what ``watch`` has kept in the records of the contacts."""
+    """Return the worst of what is kept in the records of the contacts."""
     found = []
     for name, field in (
         ("open-depth", "open_depth"),
@@ -212,7 +221,7 @@ def seen_in_samples(
     times = np.arange(1, len(x) + 1) * parameters.sample_interval
     earlier = times * (1.0 - 1e-12)  # those of the table are rounded
     for number, name in enumerate(CORNERS):
-        side, end = 2 * (number % 2) - 1, 2 * (number // 2) - 1
+        side, end = ACROSS[number], ALONG[number]
         across = side * slider.width / 2 * np.cos(angle) - end * slider.length / 2 * np.sin(angle)
         place = side * (x - parameters.mechanism.guide_x + across)
         depths = place - slider.width / 2 - parameters.contact.clearance

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exudyn_model.assembly import assemble, place
-from exudyn_model.scene_reading import read_scene
+from exudyn_model.reading import read_scene
 
 BRANCHES = [(rocker, slider) for rocker in (1, -1) for slider in (1, -1)]
 
@@ -76,7 +76,7 @@ def test_identified_geometry_meets_the_published_kinematics(make_scene):
         # Closes at the start, but not where the crank points away from the pivot; rod 4 always reaches
         ({"mechanism.crank.length": 0.25, "mechanism.rod4.length": 2.0}, "crank, rod 2 and rocker"),
         ({"mechanism.rod2.length": 0.05}, "crank, rod 2 and rocker"),  # closes nowhere
-        ({"mechanism.rod4.length": 0.04}, "rod 4 and slider"),  # reaches the guide only in part of the turn
+        ({"mechanism.rod4.length": 0.04}, "rod 4 and slider"),  # reaches the guide only in part of the cycle
         ({"mechanism.guide_x": -2.0}, "rod 4 and slider"),
     ],
 )

@@ -23,7 +23,7 @@ def test_channels_of_the_group(make_scene):
     assert set(first.values()) == {0.0}
 
 
-def test_a_turn_of_the_ideal_mechanism_returns_all_work(make_scene):
+def test_a_cycle_of_the_ideal_mechanism_returns_all_work(make_scene):
     scene = make_scene(ENERGY | {"joints.slider": "ideal", "drive.cycles": 1.0, "solver.exudyn.step": 2e-5})
     columns = simulate(scene).columns
     for name in ("drive", "gravity"):
@@ -33,7 +33,7 @@ def test_a_turn_of_the_ideal_mechanism_returns_all_work(make_scene):
         assert abs(work[-1]) < 1e-10
     kinetic = columns["energy_kinetic"]
     assert kinetic[-1] == pytest.approx(kinetic[0], rel=1e-9)
-    # Within the turn second order in the step: 2e-8 J of 1 J measured
+    # Within the cycle second order in the step: 2e-8 J of 1 J measured
     assert np.max(np.abs(columns["energy_residual"])) < 4e-8
     for name in ("contact", "damping", "friction"):
         assert not columns[f"energy_{name}"].any()

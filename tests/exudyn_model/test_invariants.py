@@ -10,11 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import exudyn_model
-from exudyn_model import mechanism, simulate
-from exudyn_model.contact_memory import EVENT
+from exudyn_model import simulate
+from exudyn_model.contact.memory import EVENT
+from exudyn_model.contact.states import contact_states
+from exudyn_model.five_bodies import mechanism
 from exudyn_model.invariants import UNITS
-from exudyn_model.point_contact import contact_states
-from exudyn_model.scene_reading import read_scene
+from exudyn_model.reading import read_scene
 from exudyn_model.watch import seen_in_contacts, seen_in_events, seen_in_samples, watch_contact
 
 TREE = {"solver.exudyn.formulation": "tree", "solver.exudyn.method": "dopri5"}
@@ -171,12 +172,12 @@ def test_a_weight_that_is_wrong_does_not_balance(make_scene, monkeypatch):
 # Places in the sources, as they are and with a fault
 FAULTS = [
     # A corner that is never looked at (tree), and contacts that begin too deep (fixed steps)
-    ("touch_location.py", "for number in range(_CORNERS):", "for number in range(1, _CORNERS):"),
-    ("contact_memory.py", "impact_speed == 0.0 and gap < 0.0:", "impact_speed == 0.0 and gap < -5e-7:"),
-    ("point_contact.py", "return max(force, 0.0)", "return force"),
-    ("point_contact.py", "force: float = -law.friction * min(", "force: float = law.friction * min("),
-    ("tree_recording.py", "gap <= GAP_TOLERANCE and rate < 0.0:", "gap <= GAP_TOLERANCE:"),
-    ("contact_memory.py", "    row.end = end\n", "    row.end = end + 0.1\n"),
+    ("tree/switching.py", "for number in range(_CORNERS):", "for number in range(1, _CORNERS):"),
+    ("contact/memory.py", "impact_speed == 0.0 and gap < 0.0:", "impact_speed == 0.0 and gap < -5e-7:"),
+    ("contact/point.py", "return max(force, 0.0)", "return force"),
+    ("contact/friction.py", "force: float = -law.friction * min(", "force: float = law.friction * min("),
+    ("tree/steps.py", "gap <= GAP_TOLERANCE and rate < 0.0:", "gap <= GAP_TOLERANCE:"),
+    ("contact/memory.py", "    row.end = end\n", "    row.end = end + 0.1\n"),
 ]
 
 
@@ -184,13 +185,15 @@ FAULTS = [
 def faulty(tmp_path_factory):
     """``simulate`` of a copy of the package with all ``FAULTS``: kernels are compiled from a copy alone."""
     folder, name = tmp_path_factory.mktemp("copy"), "faulty_exudyn_model"
-    (folder / name).mkdir()
-    texts = {path.name: path.read_text("utf-8") for path in Path(exudyn_model.__file__).parent.glob("*.py")}
+    package = Path(exudyn_model.__file__).parent
+    texts = {path.relative_to(package).as_posix(): path.read_text("utf-8") for path in package.rglob("*.py")}
     for file, old, new in FAULTS:
         assert texts[file].count(old) == 1, (file, old)
         texts[file] = texts[file].replace(old, new)
     for file, text in texts.items():
-        (folder / name / file).write_text(text.replace("exudyn_model", name), "utf-8")
+        target = folder / name / file
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text.replace("exudyn_model", name), "utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("NUMBA_CACHE_DIR", str(folder / "kernels"))
         patch.syspath_prepend(folder)

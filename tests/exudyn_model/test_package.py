@@ -42,7 +42,7 @@ print(result.status, len(result.columns["time"]))
 
 
 def test_an_edit_of_a_called_kernel_is_noticed(tmp_path):
-    """A compiled caller is cached; then a function of another module that it calls gets another constant."""
+    """A compiled caller is cached; then a function in a sub-package that it calls gets another constant."""
     copy = tmp_path / "source" / "exudyn_model"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     cache = tmp_path / "cache"
@@ -51,11 +51,11 @@ def test_an_edit_of_a_called_kernel_is_noticed(tmp_path):
 from exudyn_model.caller import call
 print(call(2.0), sum(call.stats.cache_hits.values()))
 """
-    callee = copy / "callee.py"
+    callee = copy / "contact" / "callee.py"
     header = "from exudyn_model.compiled import kernel\n"
     callee.write_text(header + "@kernel\ndef scale(x):\n    return 3.0 * x\n")
     (copy / "caller.py").write_text(
-        header + "from exudyn_model.callee import scale\n@kernel\ndef call(x):\n    return scale(x)\n"
+        header + "from exudyn_model.contact.callee import scale\n@kernel\ndef call(x):\n    return scale(x)\n"
     )
     assert run_python(code, copy.parent, cache).split() == ["6.0", "0"]
     assert run_python(code, copy.parent, cache).split() == ["6.0", "1"]
@@ -65,3 +65,11 @@ print(call(2.0), sum(call.stats.cache_hits.values()))
 
 def test_numba_s_own_cache_setting_is_left_alone():
     assert "exudyn_model" not in numba.config.CACHE_DIR
+
+
+def rooms(folder):
+    return {path.name for path in folder.iterdir() if path.is_dir() and any(path.glob("*.py"))}
+
+
+def test_tests_lie_as_their_sources_do():
+    assert rooms(Path(__file__).parent) == rooms(PACKAGE)

@@ -127,7 +127,7 @@ def test_a_failing_solver_keeps_what_was_computed_and_says_what_to_try(
 
 
 def test_a_rod_that_the_newton_iteration_spins_is_no_success(make_scene):
-    """A linear wall and steps a hundred times as long as a contact: rod 4 ends 1e5 turns further."""
+    """A linear wall and steps a hundred times as long as a contact: rod 4 ends 1e5 revolutions further."""
     step, way = 1e-3, 5e-5  # s, and m in a step
     result = simulate(
         make_scene(
@@ -170,8 +170,8 @@ def test_a_run_writes_nothing(make_scene, settings, tmp_path, monkeypatch, capfd
 
 
 def test_an_exception_of_the_caller_s_progress_arrives_unchanged(make_scene, settings, monkeypatch):
-    monkeypatch.setattr("exudyn_model.solver.PROGRESS_INTERVAL", 0.0)
-    monkeypatch.setattr("exudyn_model.tree_solver.PROGRESS_INTERVAL", 0.0)
+    monkeypatch.setattr("exudyn_model.five_bodies.solver.PROGRESS_INTERVAL", 0.0)
+    monkeypatch.setattr("exudyn_model.tree.solver.PROGRESS_INTERVAL", 0.0)
 
     def stop(_):
         raise KeyboardInterrupt("enough")
@@ -187,7 +187,7 @@ def test_ctrl_c_inside_the_contact_force_arrives_as_such(make_scene, settings, m
 
         return force
 
-    monkeypatch.setattr("exudyn_model.mechanism.force_user_function", interrupted)
-    monkeypatch.setattr("exudyn_model.tree.force_user_function", interrupted)
+    monkeypatch.setattr("exudyn_model.five_bodies.mechanism.force_user_function", interrupted)
+    monkeypatch.setattr("exudyn_model.tree.slider_tree.force_user_function", interrupted)
     with pytest.raises(KeyboardInterrupt):
         simulate(make_scene(settings))

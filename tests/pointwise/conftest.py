@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from comparison.scene import load_scene
-from exudyn_model.point_contact import contact_states
-from exudyn_model.scene_reading import read_scene
+from exudyn_model.contact.states import contact_states
+from exudyn_model.reading import read_scene
 from reference_model.friction import friction_regime
 from reference_model.reading import read_parameters
 

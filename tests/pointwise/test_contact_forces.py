@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from exudyn_model.contact import contact_law, corner_motion, frozen_slider_force, slider_force
-from exudyn_model.journal import CrankAndRod2, journal_force, journal_law, pin_motion
-from exudyn_model.point_contact import PIN, contact_states, slip_regime
+from exudyn_model.contact.corners import frozen_slider_force, slider_force
+from exudyn_model.contact.friction import slip_regime
+from exudyn_model.contact.gaps import contact_law, corner_motion
+from exudyn_model.contact.journal import CrankAndRod2, journal_force, journal_law, pin_motion
+from exudyn_model.contact.states import PIN, contact_states
 from reference_model.constants import Formulation, as_record
 from reference_model.forces import CONTACTS, FRICTION, GAP, NORMAL, RATE, SLIP, bearing_forces, slider_forces
 from reference_model.friction import friction_regime
@@ -139,7 +141,7 @@ def test_forces_of_the_journal_agree(presses) -> None:
         memory = contact_states()
         memory["impact_speed"][PIN] = speed
         memory["regime"][PIN] = slip_regime(material_slip, law[0])
-        force = np.array(journal_force(*motion, *rates, law, memory))
+        force = np.array(journal_force(motion, rates, law, memory))
         damping = max(1.0, 1.0 - c.C * found.rate / speed) if speed else 1.0
         size = abs(complex(Gx, Gy))
         slope = 1.5 * c.Kj * np.sqrt(max(depth, 0.0)) * damping

@@ -4,11 +4,12 @@ import exudyn as exu
 import numpy as np
 import pytest
 
-from exudyn_model.accelerations import linkage_record, slider_acceleration
+from exudyn_model.accelerations import Forces, slider_acceleration
 from exudyn_model.assembly import InitialState
-from exudyn_model.loose_pin import loose_pin_acceleration
-from exudyn_model.mechanism import build
-from exudyn_model.tree import build_tree
+from exudyn_model.constants import linkage_record
+from exudyn_model.five_bodies.mechanism import build
+from exudyn_model.free_rocker import slider_acceleration_with_pin_clearance
+from exudyn_model.tree.slider_tree import build_slider_tree
 from reference_model.chain import bearing_motion
 from reference_model.constants import Formulation, as_record
 from reference_model.forces import CONTACTS, FRICTION, GAP, NORMAL, SLIP, no_contacts
@@ -169,10 +170,11 @@ def tree_acceleration(press, state):
     """Slider's accelerations from what Exudyn assembles for rod 4 and slider alone, in the frame of C."""
     start = InitialState(state.q.reshape(5, 3), state.v.reshape(5, 3))
     parameters = press.exudyn
-    model = build_tree(parameters, start)
+    model = build_slider_tree(parameters, start)
     model.contacts["impact_speed"][:4] = state.speeds
     # The tree's time is that of its solver, which starts at 0: the crank starts where it is by then.
-    model.linkage["crank_angle"] += model.linkage["omega"] * state.time
+    linkage = model.constants.linkage
+    linkage["crank_angle"] += linkage["omega"] * state.time
     assembled = Assembled(model)
     alpha4, relative = np.linalg.solve(assembled.mass, assembled.force)
     # Acceleration of C: the rocker turns as the reference's four-bar has it; here by the closed chain H-C.
@@ -217,7 +219,7 @@ def test_reactions_and_torque_agree(presses, states) -> None:
 
 
 @pytest.mark.parametrize("slider", ["clearance", "ideal"])
-def test_accelerations_behind_a_loose_crank_pin_agree(presses, slider) -> None:
+def test_accelerations_behind_a_crank_pin_with_clearance_agree(presses, slider) -> None:
     """Chain of four or two angles (reference) against four equations with the guide's (Exudyn model)."""
     press = presses({"joints.crank_pin": "clearance", "joints.slider": slider})
     kind = Formulation.BOTH if slider == "clearance" else Formulation.PIN
@@ -253,7 +255,8 @@ def test_accelerations_behind_a_loose_crank_pin_agree(presses, slider) -> None:
         arm = (pin[2] - bodies[1, 0], pin[3] - bodies[1, 1])
         moment = arm[0] * pin[1] - arm[1] * pin[0]
         q, v = bodies[:, :3].ravel(), bodies[:, 3:6].ravel()
-        found = loose_pin_acceleration(q, v, pin[0], pin[1], moment, 0.0, 0.0, 0.0, linkage)
+        forces = Forces(0.0, 0.0, 0.0, pin[0], pin[1], moment)
+        found = slider_acceleration_with_pin_clearance(q, v, forces, linkage)
         scale = np.abs(bodies[:, 6:8]).max() + 50.0
         assert np.abs(np.array(found[:2]) - bodies[4, 6:8]).max() <= 1e-11 * scale
         assert found[2] == bodies[4, 8] == 0.0

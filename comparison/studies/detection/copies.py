@@ -32,7 +32,7 @@ class Change(Protocol):
 
     @property
     def file(self) -> str:
-        """Of the package, by its name."""
+        """Of the package, by its path in it."""
 
     @property
     def old(self) -> str:
@@ -88,12 +88,13 @@ def installed(changes: Sequence[Change]) -> Iterator[None]:
 
 def _copy(change: Change, folder: Path) -> None:
     source, name = package(change.model), change.engine
-    (folder / name).mkdir()
-    for path in source.glob("*.py"):
-        text = path.read_text("utf-8")
-        if path.name == change.file:
+    for path in source.rglob("*.py"):
+        text, inside = path.read_text("utf-8"), path.relative_to(source)
+        if inside.as_posix() == change.file:
             text = changed(text, change)
-        (folder / name / path.name).write_text(text.replace(source.name, name), "utf-8")
+        target = folder / name / inside
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text.replace(source.name, name), "utf-8")
     record = folder / f"{name}-1.dist-info"
     record.mkdir()
     (record / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n", "utf-8")

@@ -45,7 +45,7 @@ REARRANGED = (
     Rearranged(
         "exudyn_rearranged",
         "exudyn",
-        "point_contact.py",
+        "contact/point.py",
         "elastic * (1.0 + law.damping * depth_rate / impact_speed)",
         "elastic + elastic * law.damping * depth_rate / impact_speed",
     ),

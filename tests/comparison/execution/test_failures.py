@@ -19,10 +19,10 @@ SHORT = {"drive.cycles": 0.1}
 REACTIONS = SHORT | {"output.groups": ["joints"]}
 
 FAULTY = """
-import exudyn_model.mechanism
+import exudyn_model.five_bodies.mechanism
 from exudyn_model import simulate as whole
 
-made = exudyn_model.mechanism.force_user_function
+made = exudyn_model.five_bodies.mechanism.force_user_function
 
 def faulty(*arguments):
     force = made(*arguments)
@@ -33,11 +33,11 @@ def faulty(*arguments):
     return later
 
 def simulate(scene, *, progress=None):
-    exudyn_model.mechanism.force_user_function = faulty
+    exudyn_model.five_bodies.mechanism.force_user_function = faulty
     try:
         return whole(scene, progress=progress)
     finally:
-        exudyn_model.mechanism.force_user_function = made
+        exudyn_model.five_bodies.mechanism.force_user_function = made
 """
 
 

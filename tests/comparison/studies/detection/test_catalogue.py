@@ -6,6 +6,7 @@ import sys
 from collections import Counter
 from dataclasses import replace
 from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 
@@ -21,6 +22,7 @@ from comparison.tables.table import TableError
 
 FAULTS = catalogue()
 CODE = [fault for fault in FAULTS if fault.kind == "code"]
+IN_A_ROOM = next(fault for fault in CODE if "/" in fault.file)
 
 
 def test_there_are_enough_of_every_kind():
@@ -46,13 +48,14 @@ def test_a_place_that_has_moved_on_is_refused_by_name(text):
         changed(text, fault)
 
 
-def test_a_copy_is_a_model_of_its_own_and_vanishes():
-    fault, folders = CODE[0], list(sys.path)
+@pytest.mark.parametrize("fault", [CODE[0], IN_A_ROOM], ids=lambda fault: fault.engine)
+def test_a_copy_is_a_model_of_its_own_and_vanishes(fault):
+    folders = list(sys.path)
     with installed([fault]):
         point = find(fault.engine)
-        found = find_spec(fault.engine)
+        copy = Path(find_spec(fault.engine).origin).parent
         assert point.value == f"{fault.engine}:simulate"
-        assert fault.new in (package(fault.model).parent / found.origin).with_name(fault.file).read_text()
+        assert fault.new in (copy / fault.file).read_text()
         assert fault.engine in engine_names()
     assert sys.path == folders
     with pytest.raises(EngineError):

@@ -1,0 +1,47 @@
+"""One point against one surface: the record of its constants, and the damped normal force (Eqs. 9-11)."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.compiled import kernel
+from exudyn_model.parameters import Contact
+
+_SURFACE = (
+    "stiffness",
+    "exponent",
+    "damping",
+    "impact_speed_floor",
+    "friction",
+    "static_speed",
+    "transition_speed",
+)
+
+
+def law_type(*geometry: str) -> np.dtype[np.void]:
+    """Return the type of a record with the constants of a contact, among them those named in ``geometry``."""
+    return np.dtype([(name, np.float64) for name in (*_SURFACE, "step", *geometry)])
+
+
+def surface_law(kind: np.dtype[np.void], contact: Contact, step: float) -> NDArray[np.void]:
+    """Make such a record, shape (1,), with the surface's constants in SI units and the step in s."""
+    law = np.zeros(1, kind)
+    for name in _SURFACE:
+        law[name] = getattr(contact, name)
+    law["step"] = step
+    return law
+
+
+@kernel
+def elastic_force(gap: float, law: Any) -> float:
+    """Eq. 9 for a negative gap (m): K depth^n, in N."""
+    force: float = law.stiffness * (-gap) ** law.exponent
+    return force
+
+
+@kernel
+def damped(elastic: float, depth_rate: float, impact_speed: float, law: Any) -> float:
+    """Eq. 11: elastic (1 + C depth_rate / impact_speed) in N, at least 0: a surface cannot pull."""
+    force: float = elastic * (1.0 + law.damping * depth_rate / impact_speed)
+    return max(force, 0.0)

@@ -1,0 +1,158 @@
+"""What is kept of a run of five bodies: samples, contacts and extrema, gathered from accepted states."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.bodies import SLIDER_X
+from exudyn_model.channels import CHANNELS, ENERGIES
+from exudyn_model.compiled import direct
+from exudyn_model.contact.memory import EVENT
+from exudyn_model.contact.states import CONTACTS
+from exudyn_model.energy import new_audit
+from exudyn_model.five_bodies.constraints import CONSTRAINTS, Constraints
+from exudyn_model.five_bodies.native_contact import RADIUS, deepest
+from exudyn_model.five_bodies.observation import Kept, Vectors, observe
+from exudyn_model.model import Model
+from exudyn_model.tables import event_table, extrema_table, new_extrema
+
+_NOT_NATIVE = np.zeros((0, 4))
+
+
+class Recorder:
+    """Gathers the results of one run.
+
+    :meth:`accept` must be called once for each accepted state, the initial one included, before the step that
+    starts from it: it also updates the contacts' memory, which the contact force of that step reads.
+
+    Parameters
+    ----------
+    model : Model
+        From ``mechanism``.
+    steps_per_sample, samples : int
+        Every ``steps_per_sample``-th state is a sample; ``samples`` of them besides the initial state.
+    masses : ndarray, shape (15,) or (0,)
+        From ``energy``; empty where the energy is not audited.
+    constraints : Constraints
+
+    Attributes
+    ----------
+    accepted : int
+        States so far.
+    drift : dict
+        For each of ``constraints.CONSTRAINTS`` the largest violation at a sample (m, rad; m/s, rad/s) and its
+        time (s).
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        steps_per_sample: int,
+        samples: int,
+        masses: NDArray[np.float64],
+        constraints: Constraints,
+    ) -> None:
+        self.accepted = 0
+        self.drift = dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
+        self._constraints = constraints
+        self._constants, self._contacts = model.constants, model.contacts
+        self._step = float(model.constants.law[0]["step"])
+        self._read_corners = model.read_corners
+        self._drive = model.multipliers.index("crank_torque")
+        self._steps_per_sample = steps_per_sample
+        self._channels = CHANNELS + model.multipliers
+        if "reaction_A_x" not in self._channels:
+            self._channels += ("reaction_A_x", "reaction_A_y")  # of the contact
+        if len(masses):
+            self._channels += ENERGIES
+        count = len(self._channels)
+        self._kept = Kept(np.zeros(count), new_extrema(count), new_audit(), masses)
+        self._samples = np.zeros((samples + 1, count))
+        self._events = np.zeros(0, EVENT)
+        self._event_count = 0
+        self._followed: tuple[int, ...] = ()
+
+    @property
+    def at_sample(self) -> bool:
+        """Whether the next state is a sample."""
+        return self.accepted % self._steps_per_sample == 0
+
+    def follow(
+        self, q: NDArray[np.float64], v: NDArray[np.float64], multipliers: NDArray[np.float64]
+    ) -> None:
+        """Take the states to come from Exudyn's own vectors, which it fills anew in every step.
+
+        To ask for them takes longer than to read them: once a sample is enough to notice if they moved.
+
+        Parameters
+        ----------
+        q, v : ndarray, shape (15,)
+            Coordinates and their rates, the slider's x from the guide's centre line.
+        multipliers : ndarray
+            Those of Exudyn's constraints, in the order of ``Model.multipliers``.
+
+        Raises
+        ------
+        AssertionError
+            If these are not the vectors of the last call.
+        """
+        places = tuple(vector.ctypes.data for vector in (q, v, multipliers))
+        if self._followed:
+            if places != self._followed:
+                raise AssertionError("Exudyn has moved its state")
+            return
+        self._followed, self._q, self._v = places, q, v
+        fixed = Vectors(q, v, multipliers, self._drive), self._kept, self._constants, self._contacts
+        self._observe = partial(direct(observe, *fixed, 0, _NOT_NATIVE, self._events, 0), *fixed)
+
+    def accept(self) -> bool:
+        """Take the next state.
+
+        Returns
+        -------
+        bool
+            Whether it is a sample.
+        """
+        is_sample = self.accepted % self._steps_per_sample == 0
+        if is_sample:
+            # Each contact ends at most once a step: this lasts until the next sample
+            needed = self._event_count + len(CONTACTS) * self._steps_per_sample
+            if needed > len(self._events):
+                self._events = np.concatenate([self._events, np.zeros(needed, EVENT)])
+        native = self._read_corners() if self._read_corners else _NOT_NATIVE
+        self._event_count = self._observe(self.accepted, native, self._events, self._event_count)
+        if is_sample:
+            self._samples[self.accepted // self._steps_per_sample] = self._kept.values
+            time = self.accepted * self._step
+            for name, amount in zip(
+                CONSTRAINTS, self._constraints.violation(time, self._q, self._v), strict=True
+            ):
+                if not amount <= self.drift[name][0]:  # also where it is not a number
+                    self.drift[name] = amount, time
+        self.accepted += 1
+        return is_sample
+
+    @property
+    def is_behind_a_wall(self) -> bool:
+        """Whether a corner is deeper in a wall than Exudyn's own contact object can hold it."""
+        return self._read_corners is not None and deepest(self._q[SLIDER_X:], self._constants.law) > RADIUS
+
+    def is_finite(self) -> bool:
+        """Whether the last accepted state holds no infinity and no NaN."""
+        return bool(np.all(np.isfinite(self._kept.values)))
+
+    def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
+        """Return sampled channels by name, as far as the run came."""
+        count = (self.accepted - 1) // self._steps_per_sample + 1
+        return {name: self._samples[:count, self._channels.index(name)].copy() for name in names}
+
+    def extrema(self, names: tuple[str, ...]) -> dict[str, dict[str, float]]:
+        """Return least and greatest value of each channel over all accepted states, with their times in s."""
+        return extrema_table(self._kept.extrema, self._channels, names)
+
+    def events(self) -> dict[str, NDArray[Any]]:
+        """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
+        now = (self.accepted - 1) * self._step
+        return event_table(self._events[: self._event_count], self._contacts, now)

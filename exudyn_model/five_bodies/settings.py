@@ -1,0 +1,117 @@
+"""Steps, tolerances and Exudyn's settings of five bodies, each with its reason."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import exudyn as exu
+
+from exudyn_model.parameters import Parameters
+
+SPECTRAL_RADIUS = 0.9
+
+
+@dataclass(frozen=True)
+class Steps:
+    """The fixed steps of a run.
+
+    Attributes
+    ----------
+    sample_interval : float
+        s.
+    samples : int
+        Besides the one at t = 0.
+    per_sample : int
+        Steps in one sample interval.
+    """
+
+    sample_interval: float
+    samples: int
+    per_sample: int
+
+    @property
+    def size(self) -> float:
+        """The step in s."""
+        return self.sample_interval / self.per_sample
+
+
+def choose_steps(parameters: Parameters) -> Steps:
+    """Take the largest step that divides the sample interval and does not exceed the one asked for."""
+    interval = parameters.sample_interval
+    # An interval that is a whole number of steps must not get one more from round-off
+    per_sample = max(1, math.ceil(interval / parameters.integration.step * (1 - 1e-12)))
+    return Steps(interval, parameters.samples, per_sample)
+
+
+def newton_tolerance(parameters: Parameters, step: float) -> float:
+    """Return the absolute tolerance of the Newton iteration, for a step in s.
+
+    Index 2 has rows in m/s, whose error divided by the step is one of accelerations and so of reactions,
+    which nothing damps. The usual tolerance of the scene, 1e-7, means 5e-5 m/s^2 there; a tenth of it is
+    missed in some contacts at steps of 4e-6 s. Without contacts, 1e-6 m/s^2 is met easily.
+    """
+    tolerance = parameters.integration.tolerance
+    if parameters.integration.method == "trapezoidal-index2":
+        if parameters.ideal:
+            return tolerance * step / 0.1
+        # Stiffer contacts: the pin's 4e8 N/m times coordinates of 0.2 m, a side's 1e11 N/m times gaps of
+        # 2e-4 m round at some 1e-9 N, which the norm of the residual spreads over all rows
+        stiff = parameters.journal is not None or parameters.contact.law != "hertz-corners"
+        return max(tolerance * step / 2e-3, 2e-10 if stiff else 0.0)
+    return tolerance
+
+
+def jacobian_uses(parameters: Parameters) -> int:
+    """Return how many Newton iterations of a step may use an old Jacobian before each gets a new one.
+
+    Smooth contacts: where two iterations do not suffice, the third gets a new Jacobian, with which two
+    suffice for another twenty steps; without, every step would take three, and each is an evaluation of all
+    forces and joints. Stiff ones with kinks (two corners at once, the pin's friction): a Jacobian from one
+    side of a kink misleads on the other, where an old one from free flight converges, slowly, as the
+    masses over the square of the step outweigh the contact. Then Exudyn's own default.
+    """
+    smooth = parameters.journal is None and parameters.contact.law == "hertz-corners"
+    return 1 if smooth else 8
+
+
+def settings(steps: Steps, method: str, tolerance: float, uses: int) -> Any:
+    """Make ``exudyn.SimulationSettings`` for fixed steps; each value set here has its reason beside it.
+
+    ``tolerance`` and ``uses`` of a Jacobian are those of the functions above.
+    """
+    values = exu.SimulationSettings()
+    # No folder `solution/`, no file, no sensor: `recording` takes what it needs from memory
+    values.solution.file.write = False
+    values.solution.sensors.active = False
+    integration = values.timeIntegration
+    integration.verboseMode = 0
+    integration.endTime = steps.samples * steps.sample_interval
+    integration.numberOfSteps = steps.samples * steps.per_sample
+    # Equal steps: samples fall on states, the order of convergence means something, and no step is tried
+    # twice, so that each call before a step brings the recorder a new state
+    integration.adaptiveStep = False
+    integration.automaticStepSize = False
+    if method == "trapezoidal-index2":
+        # Constraints at velocity level: the multipliers are as smooth as the accelerations. A relative
+        # tolerance would refer to the residual before the iteration, which drive and gravity make large
+        integration.newton.relativeTolerance = 0.0
+        integration.generalizedAlpha.useIndex2Constraints = True
+        integration.generalizedAlpha.useNewmark = True
+    else:
+        integration.generalizedAlpha.spectralRadius = SPECTRAL_RADIUS
+        # Constraints at position level (index 3): joints do not drift over many cycles, but the multipliers
+        # carry the Newton iteration's error divided by the square of the step
+        integration.generalizedAlpha.useIndex2Constraints = False
+        integration.generalizedAlpha.useNewmark = False
+    # The Jacobian changes little in a hundred steps; a new one in every iteration doubles the cost
+    integration.newton.useModifiedNewton = True
+    integration.newton.maxModifiedNewtonIterations = uses
+    # Pieces of the crank pin's friction (`contact.journal`): at most four changes; the last one is confirmed
+    integration.discontinuous.maxIterations = 6
+    integration.discontinuous.ignoreMaxIterations = False
+    # Exudyn's own contact would ask for shorter steps where it begins, and stop where the step is fixed
+    integration.discontinuous.useRecommendedStepSize = False
+    # In N and m alike. For index 3 the usual 1e-7 is no limit: 1e-8 moves the slider of the paper's case by
+    # 2e-11 m, and the step of 2e-6 s leaves 3e-7 m. Much smaller ones are less than the forces' round-off
+    integration.newton.absoluteTolerance = tolerance
+    return values

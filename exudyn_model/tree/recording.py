@@ -1,0 +1,120 @@
+"""What is kept of a run of a tree: samples, contacts and extrema of its accepted steps."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.channels import CHANNELS, NORMAL, PER_CONTACT
+from exudyn_model.compiled import direct
+from exudyn_model.contact.memory import EVENT
+from exudyn_model.contact.states import CONTACTS
+from exudyn_model.model import Model
+from exudyn_model.tables import event_table, extrema_table, new_extrema, update_extrema
+from exudyn_model.tree.forces import complete
+from exudyn_model.tree.motion import MOTION, state_at
+from exudyn_model.tree.observation import WIDTH, observe, watch
+from exudyn_model.tree.steps import Kept, accept_step, fill, judge_step, update_contacts
+from exudyn_model.tree.switching import freeze
+
+
+class TreeRecorder:
+    """Judges the steps of one run and gathers its results.
+
+    Parameters
+    ----------
+    model : Model
+        From ``slider_tree`` or ``rocker_tree``.
+    sample_interval : float
+        s.
+    samples : int
+        Besides the initial state.
+    least : float
+        Shortest step that ends where a contact begins or ends, s.
+    """
+
+    def __init__(self, model: Model, sample_interval: float, samples: int, least: float) -> None:
+        self.steps = 0
+        self.time = 0.0
+        """Time of the last accepted state, s."""
+        self._constants, self._contacts = model.constants, model.contacts
+        self._sample_interval, self._least = sample_interval, least
+        self._start, self._end = np.zeros(1, MOTION), np.zeros(1, MOTION)
+        self._kept = Kept(np.zeros(WIDTH), new_extrema(WIDTH), np.zeros((samples + 1, WIDTH)))
+        self._events = np.zeros(64, EVENT)
+        self._event_count, self._sample_count = 0, 0
+        ends, read = (self._start, self._end), (self._constants, self._contacts)
+        coordinates = np.zeros(2)
+        self._judge = direct(judge_step, *ends, 0.0, coordinates, coordinates, *read, 0.0)
+        self._accept = direct(accept_step, *ends, *read, self._events, 0, self._kept, 0, 0.0, 0.0)
+
+    def begin(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> None:
+        """Take the initial state (see :meth:`judge`): what penetrates is in contact from t = 0."""
+        linkage, law, pin_law = (record[0] for record in self._constants)
+        start, first_sample = self._start[0], self._kept.samples[0]
+        fill(start, 0.0, q, v, linkage)
+        update_contacts(start, start, linkage, law, pin_law, self._contacts, self._events, 0)
+        for contact in self._contacts:
+            if contact["gap"] < 0 and contact["impact_speed"] == 0:  # penetrates, but does not approach
+                freeze(contact, 0.0, law)
+        complete(start, *self._constants, self._contacts)
+        observe(state_at(start), linkage, law, pin_law, self._contacts, first_sample)
+        update_extrema(self._kept.extrema, first_sample, 0.0)
+        watch(state_at(start), first_sample, linkage, law, pin_law, self._contacts)
+        for number, contact in enumerate(self._contacts):
+            contact["normal"] = contact["peak"] = first_sample[NORMAL + PER_CONTACT * number]
+            contact["depth"] = max(-contact["gap"], 0.0)
+        self._sample_count = 1
+
+    def judge(self, time: float, q: NDArray[np.float64], v: NDArray[np.float64], last: bool) -> float:
+        """Accept the step to this state, or return where in it a contact first begins or ends.
+
+        Parameters
+        ----------
+        time : float
+            s.
+        q, v : ndarray
+            Coordinates of the tree and their rates: see ``slider_tree`` and ``rocker_tree``.
+        last : bool
+            Whether the run ends here: samples up to 1e-10 s later are extrapolated.
+
+        Returns
+        -------
+        fraction : float
+            1 if the step is accepted, else the fraction of it after which a contact begins or ends; nan if
+            the coordinates are not finite.
+        """
+        start, end = self._start, self._end
+        fraction = self._judge(start, end, time, q, v, self._constants, self._contacts, self._least)
+        if not fraction >= 1.0:
+            return fraction
+        if self._event_count + len(CONTACTS) > len(self._events):
+            self._events = np.concatenate([self._events, np.zeros_like(self._events)])
+        self._event_count, self._sample_count = self._accept(
+            start,
+            end,
+            self._constants,
+            self._contacts,
+            self._events,
+            self._event_count,
+            self._kept,
+            self._sample_count,
+            self._sample_interval,
+            np.inf if last else time,
+        )
+        self._start, self._end = end, start
+        self.time = time
+        self.steps += 1
+        return 1.0
+
+    def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
+        """Return sampled channels by name, as far as the run came."""
+        return {name: self._kept.samples[: self._sample_count, CHANNELS.index(name)].copy() for name in names}
+
+    def extrema(self, names: tuple[str, ...]) -> dict[str, dict[str, float]]:
+        """Return the least and the greatest value of each channel over the steps, with their times in s."""
+        return extrema_table(self._kept.extrema, CHANNELS, names)
+
+    def events(self) -> dict[str, NDArray[Any]]:
+        """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
+        return event_table(self._events[: self._event_count], self._contacts, self.time)

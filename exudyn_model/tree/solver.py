@@ -1,0 +1,143 @@
+"""Explicit integration of a tree with error control, in steps that end where a contact begins or ends."""
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+import exudyn as exu
+
+from exudyn_model.parameters import Integration
+from exudyn_model.run import PROGRESS_INTERVAL, Outcome
+from exudyn_model.tree.recording import TreeRecorder
+
+# Evaluations of the force in one trial of a step
+_STAGES = 7
+
+# Steps in a crank cycle after which a run is stopped; the shipped scenes need some 2e4 to 1e5. Half a
+# minute, where a jammed slider or contacts without end would have taken indefinitely
+STEPS_PER_CYCLE_LIMIT = 1_000_000
+
+# What to try after each failure
+_REMEDIES = {
+    "success": "",
+    "step-too-small": "raise solver.exudyn.tolerance, lower solver.exudyn.step if far above 1e-4 s, or "
+    "check the scene's masses and speeds",
+    "non-finite": "lower solver.exudyn.step if far above 1e-4 s, or check the scene's masses and speeds",
+    "work-limit": "shorten drive.cycles, raise solver.exudyn.tolerance, or soften the contact; where it is "
+    "stiff, take solver.exudyn.formulation = 'full'",
+}
+
+
+class _StopError(Exception):
+    """Stops Exudyn from inside a user function; the argument is the run's status."""
+
+
+def least_step(duration: float) -> float:
+    """Return the shortest step (s) that ends at a touch: well above the round-off of ``duration`` (s)."""
+    return max(1e-12, 64 * math.ulp(duration))
+
+
+def settings(duration: float, tolerance: float, largest_step: float) -> Any:
+    """Make ``exudyn.SimulationSettings``; each value set here has its reason beside it."""
+    values = exu.SimulationSettings()
+    # No folder `solution/`, no file, no sensor: `recording` takes what it needs from memory
+    values.solution.file.write = False
+    values.solution.sensors.active = False
+    integration = values.timeIntegration
+    integration.verboseMode = 0
+    integration.endTime = duration
+    integration.automaticStepSize = True
+    # The number of steps is Exudyn's way to give the largest one
+    integration.numberOfSteps = math.ceil(duration / largest_step * (1 - 1e-12))
+    # Steps that end at a touch may be as short as `least_step`; only error control goes below
+    integration.minimumStepSize = 0.25 * least_step(duration)
+    integration.initialStepSize = min(1e-6, largest_step)
+    # Absolute, in rad and rad/s: Exudyn multiplies its relative tolerance by the coordinate with its sign,
+    # which lets the scale of an angle near -1 rad vanish
+    integration.absoluteTolerance = tolerance
+    integration.relativeTolerance = 0.0
+    # A step after a touch is far shorter than one in flight: back to length in fewer steps than with 2
+    integration.stepSizeMaxIncrease = 5.0
+    # All coordinates are angles about one direction: no Lie group to stay on
+    integration.explicit.useLieGroupIntegration = False
+    # Accelerations are found by balance of forces in the recorder: saves an evaluation a step
+    integration.explicit.computeEndOfStepAccelerations = False
+    return values
+
+
+def solve(
+    mbs: Any,
+    duration: float,
+    cycles: float,
+    integration: Integration,
+    recorder: TreeRecorder,
+    progress: Callable[[float], None] | None,
+) -> Outcome:
+    """Integrate ``mbs`` from t = 0 by Dormand and Prince's method of order 5(4).
+
+    Exudyn calls back after each step that its error control accepts. The recorder then looks for a contact
+    that begins or ends inside the step; if it finds one, the step is taken back and tried again with the
+    length up to there. Of a step that is taken back one thing alone is kept: that a contact began at its
+    very start (``switching.locate``).
+    """
+    last_call = time.monotonic()
+    located = 0
+    least = least_step(duration)
+    most = STEPS_PER_CYCLE_LIMIT * max(1.0, cycles)
+
+    def after_step(mbs: Any, t: float) -> list[float]:
+        """Exudyn's post-Newton function: [error above 1, wanted step], or [0, -1] to go on."""
+        nonlocal last_call, located
+        data = mbs.systemData
+        step, before = t - recorder.time, recorder.steps
+        last = t >= duration - 1e-10  # Exudyn's own rule
+        if step < 0.5 * least and not last:
+            raise _StopError("step-too-small")
+        fraction = recorder.judge(
+            t, data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False), last
+        )
+        if math.isnan(fraction):
+            raise _StopError("non-finite")
+        if recorder.steps + located >= most:
+            raise _StopError("work-limit")
+        if recorder.steps == before:
+            located += 1
+            # Exudyn shortens a step to three quarters at most; it would ignore a longer wish
+            return [2.0, min(fraction, 0.75) * step]
+        if progress is not None and time.monotonic() - last_call > PROGRESS_INTERVAL:
+            last_call = time.monotonic()
+            progress(t / duration)
+        return [0.0, -1.0]
+
+    data = mbs.systemData
+    recorder.begin(data.GetODE2Coordinates(), data.GetODE2Coordinates_t())
+    mbs.SetPostNewtonUserFunction(after_step)
+    status = "success"
+    console = exu.config.printToConsole
+    exu.config.printToConsole = False
+    try:
+        mbs.SolveDynamic(
+            settings(duration, integration.tolerance, integration.step),
+            solverType=exu.DynamicSolverType.DOPRI5,
+        )
+    except exu.SolverError:
+        status = "step-too-small"
+    except exu.ModelError as error:
+        if not isinstance(error.__cause__, _StopError):
+            # Ctrl-C or a fault inside a user function arrives as the cause; it is no outcome of the scene
+            raise (error.__cause__ or error) from None
+        status = str(error.__cause__)
+    finally:
+        exu.config.printToConsole = console
+        mbs.SetPostNewtonUserFunction(0)
+    if progress is not None and status == "success":
+        progress(1.0)
+    rejected = mbs.sys["dynamicSolver"].it.rejectedAutomaticStepSizeSteps
+    counters = {
+        "steps": recorder.steps,
+        "rejected": rejected,
+        "located": located,
+        "rhs": _STAGES * (recorder.steps + rejected + located),
+    }
+    return Outcome(status, _REMEDIES[status], counters)

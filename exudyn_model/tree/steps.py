@@ -1,0 +1,190 @@
+"""Judge a step of a tree, and take an accepted one into what is kept.
+
+An accepted step goes from one state to the next without a touch or a separation between: its angles are
+interpolated by quintic Hermite polynomials, at the samples' times and at ``_POINTS`` equal parts of the step
+for extrema, impulses and peaks. Whatever is kept follows from such a state by balance of forces.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.channels import GAP, NORMAL, PER_CONTACT
+from exudyn_model.compiled import kernel
+from exudyn_model.constants import Constants
+from exudyn_model.contact.memory import write_event
+from exudyn_model.contact.states import CONTACTS
+from exudyn_model.tables import update_extrema
+from exudyn_model.tree.forces import complete
+from exudyn_model.tree.isolation import GAP_TOLERANCE
+from exudyn_model.tree.motion import contact_motion, has_clearance, interpolate, state_at
+from exudyn_model.tree.observation import observe, watch
+from exudyn_model.tree.switching import freeze, locate
+
+# Parts of a step, an even number: Simpson's rule takes them in pairs
+_POINTS = 4
+_COUNT = len(CONTACTS)
+
+
+class Kept(NamedTuple):
+    """What the steps of a run fill.
+
+    Attributes
+    ----------
+    values : ndarray, shape (``observation.WIDTH``,)
+        Of the last state that was observed.
+    extrema : ndarray, shape (``observation.WIDTH``,)
+        From ``tables.new_extrema``.
+    samples : ndarray, shape (samples, ``observation.WIDTH``)
+    """
+
+    values: NDArray[np.float64]
+    extrema: NDArray[np.void]
+    samples: NDArray[np.float64]
+
+
+@kernel
+def update_contacts(
+    start: Any,
+    end: Any,
+    linkage: Any,
+    law: Any,
+    pin_law: Any,
+    contacts: NDArray[np.void],
+    events: NDArray[np.void],
+    event_count: int,
+) -> int:
+    """End the contacts that have opened, begin those that touch; return the count of events."""
+    state = state_at(end)
+    for number in range(_COUNT):
+        if not has_clearance(number, linkage):
+            continue
+        contact = contacts[number]
+        gap, rate = contact_motion(number, state, linkage, law, pin_law)
+        # What has just touched may still be open by round-off, but it approaches
+        if contact.impact_speed > 0.0 and (gap > GAP_TOLERANCE or (gap >= -GAP_TOLERANCE and rate > 0.0)):
+            # An accepted step has a contact that leaves at one of its ends: see `locate`
+            write_event(events[event_count], number, contact, end.time if gap < -contact.gap else start.time)
+            event_count += 1
+            contact.impact_speed = 0.0
+        contact.gap, contact.rate = gap, rate
+        if contact.impact_speed == 0.0 and gap <= GAP_TOLERANCE and rate < 0.0:
+            freeze(contact, end.time, law)
+    return event_count
+
+
+@kernel
+def accept_step(
+    start_of_step: NDArray[np.void],
+    end_of_step: NDArray[np.void],
+    constants: Constants,
+    contacts: NDArray[np.void],
+    events: NDArray[np.void],
+    event_count: int,
+    kept: Kept,
+    next_sample: int,
+    sample_interval: float,
+    known_until: float,
+) -> tuple[int, int]:
+    """Take an accepted step.
+
+    Parameters
+    ----------
+    start_of_step, end_of_step : ndarray, shape (1,)
+        ``motion.MOTION``.
+    constants : Constants
+    contacts : ndarray, shape (5,)
+        Changed in place.
+    events : ndarray, shape (n,)
+        With room for a row of each contact from ``event_count`` on.
+    event_count : int
+    kept : Kept
+    next_sample : int
+        Number of the first sample that is not yet taken.
+    sample_interval : float
+        s.
+    known_until : float
+        Time up to which samples are taken, s: the step's end; at the end of the run, infinity.
+
+    Returns
+    -------
+    event_count, next_sample : int
+    """
+    start, end = start_of_step[0], end_of_step[0]
+    step = end.time - start.time
+    linkage, law, pin_law = constants.linkage[0], constants.law[0], constants.pin_law[0]
+    values, extrema, samples = kept.values, kept.extrema, kept.samples
+    while next_sample < len(samples) and next_sample * sample_interval <= known_until:
+        fraction = (next_sample * sample_interval - start.time) / step
+        state = interpolate(start, end, fraction)
+        observe(state, linkage, law, pin_law, contacts, samples[next_sample])
+        update_extrema(extrema, samples[next_sample], state.time)
+        next_sample += 1
+    for number in range(_COUNT):
+        contacts[number].impulse += step / (3 * _POINTS) * contacts[number].normal
+    for point in range(1, _POINTS + 1):
+        state = interpolate(start, end, point / _POINTS)
+        observe(state, linkage, law, pin_law, contacts, values)
+        update_extrema(extrema, values, state.time)
+        weight = step / (3 * _POINTS) * (1 if point == _POINTS else 4 if point % 2 == 1 else 2)
+        for number in range(_COUNT):
+            contact = contacts[number]
+            contact.normal = values[NORMAL + PER_CONTACT * number]
+            contact.impulse += weight * contact.normal
+            contact.peak = max(contact.peak, contact.normal)
+            contact.depth = max(contact.depth, -values[GAP + PER_CONTACT * number])
+        watch(state, values, linkage, law, pin_law, contacts)
+    event_count = update_contacts(start, end, linkage, law, pin_law, contacts, events, event_count)
+    return event_count, next_sample
+
+
+@kernel
+def fill(motion: Any, time: float, q: NDArray[np.float64], v: NDArray[np.float64], linkage: Any) -> None:
+    """Fill in the angles and angular velocities of ``motion`` from the tree's coordinates and their rates."""
+    motion.time = time
+    rod4 = 0
+    carried, carried_w = 0.0, 0.0
+    if not linkage.ideal_pin:
+        rocker, rod2, rod4 = 0, 1, 2
+        motion.theta3, motion.w3 = carried, carried_w = q[rocker], v[rocker]
+        motion.theta2, motion.w2 = q[rocker] + q[rod2], v[rocker] + v[rod2]
+    motion.theta4, motion.w4 = carried + q[rod4], carried_w + v[rod4]
+    if not linkage.ideal_slider:
+        slider = rod4 + 1
+        motion.theta5, motion.w5 = motion.theta4 + q[slider], motion.w4 + v[slider]
+
+
+@kernel
+def judge_step(
+    start_of_step: NDArray[np.void],
+    end_of_step: NDArray[np.void],
+    time: float,
+    q: NDArray[np.float64],
+    v: NDArray[np.float64],
+    constants: Constants,
+    contacts: NDArray[np.void],
+    least: float,
+) -> float:
+    """Fill in the step's end from the tree's coordinates; return what :func:`locate` says, or nan.
+
+    Parameters
+    ----------
+    start_of_step, end_of_step : ndarray, shape (1,)
+        ``motion.MOTION``.
+    time : float
+        Of the end, s.
+    q, v : ndarray, shape (n,)
+        Coordinates of the tree at the end, and their rates.
+    constants : Constants
+    contacts : ndarray, shape (5,)
+    least : float
+        Shortest step that ends at a touch, s.
+    """
+    if not np.isfinite(np.sum(q) + np.sum(v)):
+        return np.nan
+    start, end = start_of_step[0], end_of_step[0]
+    linkage, law, pin_law = constants.linkage, constants.law, constants.pin_law
+    fill(end, time, q, v, linkage[0])
+    complete(end, linkage, law, pin_law, contacts)
+    return locate(start, end, linkage, law, pin_law, contacts, least)

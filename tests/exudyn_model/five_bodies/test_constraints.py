@@ -1,0 +1,86 @@
+"""What a run says of its violated constraints is what was violated."""
+
+import numpy as np
+import pytest
+
+from exudyn_model import simulate
+from exudyn_model.assembly import assemble
+from exudyn_model.five_bodies.constraints import Constraints
+from exudyn_model.reading import read_scene
+
+
+def assembled(make_scene, changes):
+    parameters = read_scene(make_scene(changes))
+    state = assemble(parameters)
+    q, v = state.positions.ravel(), state.velocities.ravel()
+    q[12] -= parameters.mechanism.guide_x
+    constraints = Constraints(parameters)
+
+    def violation(time, q, off=0.0):
+        return constraints.violation(time, q, v + off)
+
+    return violation, q, parameters
+
+
+@pytest.mark.parametrize("ideal", ["clearance", "ideal"])
+def test_an_assembled_mechanism_violates_nothing(make_scene, ideal):
+    violation, q, _ = assembled(make_scene, {"joints.slider": ideal})
+    position, velocity = violation(0.0, q)
+    assert position < 1e-15  # coordinates of some 0.5 m, rounded
+    assert velocity < 1e-14  # by a linear solve
+
+
+@pytest.mark.parametrize("coordinate", range(15))
+def test_a_rate_that_does_not_fit_violates_as_much_as_it_opens_in_time(make_scene, coordinate):
+    violation, q, _ = assembled(make_scene, {})
+    unit, interval = np.eye(15)[coordinate], 1e-6
+    opened = violation(0.0, q + 1e-3 * interval * unit)[0]
+    # The joints rotate on by 1e-9 rad times the square of the rate
+    assert violation(0.0, q, 1e-3 * unit)[1] == pytest.approx(opened / interval, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("body", range(5))
+@pytest.mark.parametrize("coordinate", [0, 1])
+def test_a_body_out_of_place_opens_its_joints_by_as_much(make_scene, body, coordinate):
+    violation, q, _ = assembled(make_scene, {})
+    q[3 * body + coordinate] += 1e-6
+    assert violation(0.0, q)[0] == pytest.approx(1e-6, rel=1e-9)
+
+
+def test_the_drive_counts_in_radians_and_an_ideal_slider_keeps_its_line(make_scene):
+    violation, q, parameters = assembled(make_scene, {})
+    # The crank stays where it was while the drive has gone on
+    assert violation(1e-6, q)[0] == pytest.approx(1e-6 * parameters.drive.omega, rel=1e-9)
+    q[14] += 0.1  # a slider with clearance may rotate
+    assert violation(0.0, q)[0] < 1e-15
+    violation, q, _ = assembled(make_scene, {"joints.slider": "ideal"})
+    q[14] += 1e-3
+    assert violation(0.0, q)[0] == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize("pin", ["ideal", "clearance"])
+def test_a_loose_pin_is_no_constraint(make_scene, pin):
+    """Rod 2 rotated about B opens A alone."""
+    violation, q, parameters = assembled(make_scene, {"joints.crank_pin": pin})
+    rod2, rotation = parameters.mechanism.rod2, 1e-6
+    along = np.array([np.cos(q[5]), np.sin(q[5])])
+    q[3:5] += rod2.to_tip * rotation * np.array([along[1], -along[0]])
+    q[5] += rotation
+    opened = rod2.length * rotation * np.abs([along[1], along[0]]).max()
+    # The rotation is taken as small: its square is 1e-12 of half a length
+    assert violation(0.0, q)[0] == pytest.approx(0.0 if pin == "clearance" else opened, abs=3e-13)
+
+
+@pytest.mark.parametrize("method", ["generalized-alpha", "trapezoidal-index2"])
+def test_a_run_tells_the_largest_violation(make_scene, method):
+    """At position level what Newton's tolerance leaves; at velocity level what the steps add up to."""
+    found = []
+    for step in (8e-6, 4e-6):
+        changes = {"drive.cycles": 0.1, "solver.exudyn.step": step, "solver.exudyn.method": method}
+        recorded = simulate(make_scene(changes)).provenance["constraints"]
+        for name in ("position", "velocity"):
+            assert 0.0 <= recorded[f"{name}_time_s"] <= 0.04
+            assert 0.0 < recorded[name] < 1e-8
+        found.append(recorded["position"])
+    assert max(found) < 1e-8
+    assert min(found) > 0.0

@@ -1,0 +1,173 @@
+"""Reactions of the joints, torque of the motor: every body's balance, with the test's own accelerations."""
+
+import math
+
+import numpy as np
+import pytest
+
+from exudyn_model import simulate
+
+JOINTS = {
+    "output.groups": ["accelerations", "corners", "joints"],
+    "solver.exudyn.method": "trapezoidal-index2",
+}
+GRAVITY = -9.81j
+
+
+def derivatives(linkage_points, scene, times):
+    """Each joint's position, velocity, acceleration: central differences of fourth order, dt = 0.1 ms.
+
+    Round-off 1e-16 / dt^2 = 1e-8; dt^4 / 90 times sixth derivatives near 1e10 is 1e-8 m/s^2 too.
+    """
+    dt = 1e-4
+    drive = scene["mechanism"]["crank_angle_deg"], scene["drive"]["speed_rpm"] * 6
+
+    def joints(at):
+        a, b, c, h = linkage_points(scene, np.radians(drive[0] + drive[1] * at))
+        return np.array([a, b, c, h + 0 * a])
+
+    points = {k: joints(times + k * dt) for k in (-2, -1, 0, 1, 2)}
+    velocity = (points[-2] - 8 * points[-1] + 8 * points[1] - points[2]) / (12 * dt)
+    acceleration = (-points[-2] + 16 * points[-1] - 30 * points[0] + 16 * points[1] - points[2]) / (
+        12 * dt**2
+    )
+    return points[0], velocity, acceleration
+
+
+def cross(arm, force):
+    return (arm.conjugate() * force).imag
+
+
+def unbalanced(linkage_points, scene, columns):
+    """What is left of force and moment balances of all five bodies, and of the motor's power."""
+    (a, b, c, h), (va, vb, vc, _), (aa, ab, ac, _) = derivatives(linkage_points, scene, columns["time"])
+    f, vf, af = (columns[f"slider_{p}x"] + 1j * columns[f"slider_{p}y"] for p in ("", "v", "a"))
+    o = np.zeros_like(a)
+    # On the higher-numbered body; the other one bears the opposite
+    force = {k: columns[f"reaction_{k}_x"] + 1j * columns[f"reaction_{k}_y"] for k in "OABHCF"}
+    torque = columns["crank_torque"]
+    zero = 0 * o
+    bodies = {
+        "crank": (o, a, zero, aa, force["O"], -force["A"]),
+        "rod2": (a, b, aa, ab, force["A"], -force["B"]),
+        "rocker": (h, c, zero, ac, force["H"], -force["C"]),
+        "rod4": (c, f, ac, af, force["C"], -force["F"]),
+    }
+    left, power = {}, zero.real
+    speeds = {"crank": (zero, va), "rod2": (va, vb), "rocker": (zero, vc), "rod4": (vc, vf)}
+    for name, (start, end, a_start, a_end, at_start, at_end) in bodies.items():
+        rod = scene["mechanism"][name]
+        fraction, length2 = rod["centroid"] / rod["length"], rod["length"] ** 2
+        # Points of a rigid rod: positions, velocities and accelerations are linear along it
+        centre, acceleration = start + fraction * (end - start), a_start + fraction * (a_end - a_start)
+        alpha = cross(end - start, a_end - a_start) / length2
+        v_start, v_end = speeds[name]
+        velocity = v_start + fraction * (v_end - v_start)
+        omega = cross(end - start, v_end - v_start) / length2
+        inertia = rod["mass"] * (acceleration - GRAVITY)
+        left[name] = at_start + at_end - inertia
+        moment = cross(start - centre, at_start) + cross(end - centre, at_end) - rod["inertia"] * alpha
+        if name == "crank":
+            moment = moment + torque
+        if name == "rocker":
+            left[name] = left[name] + force["B"]  # in its centroid: no moment
+        left[name + " moment"] = moment
+        power = power + (inertia.conjugate() * velocity).real + rod["inertia"] * alpha * omega
+    slider = scene["mechanism"]["slider"]
+    inertia = slider["mass"] * (af - GRAVITY)
+    if "guide_force" in columns:
+        contact = columns["guide_force"] + 0j
+        left["slider moment"] = columns["guide_moment"]
+    else:
+        contact = sum(
+            sign * columns[f"corner_{end}{side}_normal"] + 1j * columns[f"corner_{end}{side}_friction"]
+            for end in "lu"
+            for side, sign in (("l", 1), ("r", -1))
+        )
+    left["slider"] = force["F"] + contact - inertia
+    power = power + ((inertia - contact).conjugate() * vf).real
+    left["power / omega"] = power / (scene["drive"]["speed_rpm"] * math.pi / 30) - torque
+    return left, max(np.max(np.abs(values)) for values in force.values()), np.ptp(torque)
+
+
+@pytest.mark.parametrize("speed_rpm", [150.0, -90.0])
+@pytest.mark.parametrize("step", [2e-5, 1e-5])
+def test_ideal_slider_balances(make_scene, linkage_points, speed_rpm, step):
+    changes = {
+        "joints.slider": "ideal",
+        "drive.cycles": 1.0,
+        "drive.speed_rpm": speed_rpm,
+        "solver.exudyn.step": step,
+    }
+    scene = make_scene(JOINTS | changes)
+    left, largest, torque = unbalanced(linkage_points, scene, simulate(scene).columns)
+    for name, values in left.items():
+        scale = torque if name == "power / omega" else largest
+        # 1.5e-8 measured: the differences above, and what the Newton iteration leaves
+        assert np.max(np.abs(values)) < 1e-7 * scale, name
+    assert torque > 0.5
+    assert largest > 10
+
+
+def test_slider_with_clearance_balances(make_scene, linkage_points):
+    """The first 0.04 s with three contacts: reactions follow the contact's force at each state."""
+    scene = make_scene(JOINTS | {"drive.cycles": 0.1, "output.samples_per_cycle": 20_000})
+    columns = simulate(scene).columns
+    left, largest, torque = unbalanced(linkage_points, scene, columns)
+    for name, values in left.items():
+        scale = torque if name == "power / omega" else largest
+        # 7e-8 measured, of the torque: its power is that of the second-order motion; others 1e-8
+        assert np.max(np.abs(values)) < 5e-7 * scale, name
+    # Contacts did act on the joints
+    assert max(np.max(columns[f"corner_{k}_normal"]) for k in ("ll", "lr", "ul", "ur")) > 10
+    assert not [name for name in columns if name.startswith("guide")]
+
+
+def test_weights_are_borne_at_creep_speed(make_scene):
+    """Signs by statics: at 1 rpm nothing is accelerated, frame and guide bear the weight."""
+    scene = make_scene(
+        JOINTS
+        | {
+            "joints.slider": "ideal",
+            "drive.speed_rpm": 1.0,
+            "drive.cycles": 0.002,
+            "solver.exudyn.step": 4e-4,
+        }
+    )
+    columns = {name: values[-1] for name, values in simulate(scene).columns.items()}
+    masses = [scene["mechanism"][k]["mass"] for k in ("crank", "rod2", "rocker", "rod4", "slider")]
+    # Accelerations are (150)^2 times smaller than some 50 m/s^2: 2e-3 of 9.81
+    assert columns["reaction_O_y"] + columns["reaction_H_y"] == pytest.approx(9.81 * sum(masses), rel=1e-3)
+    # The slider hangs at rod 4
+    assert columns["reaction_F_y"] == pytest.approx(9.81 * masses[4], rel=1e-3)
+    assert columns["reaction_C_y"] == pytest.approx(9.81 * (masses[3] + masses[4]), rel=1e-3)
+    # Rod 4 is inclined to the left at its lower end and pushes the slider to the left: the guide pushes back
+    assert columns["guide_force"] == pytest.approx(-columns["reaction_F_x"], rel=1e-9)
+
+
+def test_channels_of_the_group(make_scene):
+    names = [f"reaction_{joint}_{axis}" for joint in "OABHCF" for axis in "xy"] + ["crank_torque"]
+    short = {"drive.cycles": 0.005, "output.groups": ["joints"]}
+    with_clearance = simulate(make_scene(JOINTS | short))
+    assert list(with_clearance.columns)[7:] == names
+    assert set(names) < set(with_clearance.extrema)
+    ideal = simulate(make_scene(JOINTS | short | {"joints.slider": "ideal"}))
+    assert list(ideal.columns)[7:] == [*names, "guide_force", "guide_moment"]
+
+
+def test_the_method_follows_the_group_where_it_is_left_open(make_scene):
+    scene = make_scene({"drive.cycles": 0.002, "solver.exudyn.method": "auto"})
+    assert simulate(scene).provenance["integrator"] == "generalized-alpha"
+    scene["output"]["groups"] = ["joints"]
+    assert simulate(scene).provenance["integrator"] == "trapezoidal-index2"
+
+
+def test_same_motion_as_with_constraints_at_position_level(make_scene):
+    """Both are of second order: they differ by less than either's step error."""
+    changes = {"drive.cycles": 0.1, "solver.exudyn.step": 2e-6}
+    index3 = simulate(make_scene(changes)).columns
+    index2 = simulate(make_scene(changes | {"solver.exudyn.method": "trapezoidal-index2"})).columns
+    coarse = simulate(make_scene(changes | {"solver.exudyn.step": 4e-6})).columns
+    for name in ("slider_x", "slider_y", "slider_angle"):
+        error = np.max(np.abs(coarse[name] - index3[name]))
+        assert np.max(np.abs(index2[name] - index3[name])) < error, name
