@@ -75,7 +75,7 @@ def _elastic(depths: list[float], contact: Guide) -> tuple[list[float], bool]:
 
 
 def friction(normal: float, slip: float, contact: Contact) -> float:
-    """Eqs. 13-14, N."""
+    """Eqs. 12-13, N."""
     ramp = (abs(slip) - contact.static_speed) / (contact.transition_speed - contact.static_speed)
     return -math.copysign(contact.friction * min(max(ramp, 0.0), 1.0) * normal, slip)
 

@@ -14,11 +14,11 @@ table numbers are those of Zuo et al., Lubricants 2025, 13(6), 246.
 | Eqs. 7-8 | surface contact (and the strip that replaces it) | `contact.laws` |
 | Eqs. 9-11 | point contact with damping | `contact.point`; impact speed: `contact.impact_speed` |
 | - | memory of the impact speeds | `contact.states`, `contact.memory` |
-| Eqs. 13-14 | modified Coulomb friction | `contact.friction` |
+| Eqs. 12-13 | modified Coulomb friction | `contact.friction` |
 | Figs. 7, 8 | clearance at the crank pin A | `contact.journal` |
-| Eqs. 15-21 | five bodies with joints, implicit | `five_bodies.mechanism`, `five_bodies.solver` |
-| Eqs. 9-14 again | Exudyn's own contact object | `five_bodies.native_contact` |
-| Eqs. 15-21, reduced | what the drive leaves free, explicit | `tree.slider_tree`, `tree.rocker_tree` |
+| Eqs. 14-21 | five bodies with joints, implicit | `five_bodies.mechanism`, `five_bodies.solver` |
+| Eqs. 9-13 again | Exudyn's own contact object | `five_bodies.native_contact` |
+| Eqs. 14-21, reduced | what the drive leaves free, explicit | `tree.slider_tree`, `tree.rocker_tree` |
 | the same | accelerations by balance of forces | `accelerations`, `free_rocker` |
 | - | error control of a tree, steps that end at a touch | `tree.solver`, `tree.steps` |
 | - | where a contact begins or ends in a step | `tree.switching`, `tree.isolation`, `tree.step_bounds` |

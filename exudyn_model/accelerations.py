@@ -1,4 +1,4 @@
-"""Accelerations of the slider by balance of forces, where the crank pin is ideal (Eqs. 15-21, reduced).
+"""Accelerations of the slider by balance of forces, where the crank pin is ideal (Eqs. 14-21, reduced).
 
 Exudyn's own accelerations are not used: with constraints at position level they carry the Newton
 iteration's error divided by the square of the step. Here they follow from positions, velocities and

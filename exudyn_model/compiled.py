@@ -8,13 +8,13 @@ of all sources of the package and of the versions that shape the machine code.
 import hashlib
 import os
 import platform
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numba
 import numpy as np
+from platformdirs import user_cache_path
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -34,21 +34,10 @@ def source_hash() -> str:
 
 
 def cache_folder() -> Path:
-    """Return the folder of this package's compiled kernels.
-
-    Below ``NUMBA_CACHE_DIR`` where the user sets it, else in the platform's folder for caches
-    (``XDG_CACHE_HOME`` or ``~/.cache``, ``~/Library/Caches``, ``%LOCALAPPDATA%``).
-    """
+    """Return the folder of this package's compiled kernels: below ``NUMBA_CACHE_DIR`` where that is set."""
     chosen = os.environ.get("NUMBA_CACHE_DIR")
-    if chosen:
-        base = Path(chosen)
-    elif sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", "~\\AppData\\Local"))
-    elif sys.platform == "darwin":
-        base = Path("~/Library/Caches")
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
-    return Path(os.path.expanduser(base)) / "sixbar-crossval" / f"exudyn_model-{source_hash()}"  # noqa: PTH111
+    base = Path(chosen) / "sixbar-crossval" if chosen else user_cache_path("sixbar-crossval", appauthor=False)
+    return base / f"exudyn_model-{source_hash()}"
 
 
 _FOLDER = str(cache_folder())

@@ -4,7 +4,7 @@ The crank rotates as it is driven; rod 2, carried by the rocker's centroid B, he
 force at the pin alone. Rocker, rod 2 and rod 4 are described by their angles, from the frame's pivot H on:
 B = H + b u3, rod 2's centre B - r u2, C = H + L3 u3, rod 4's centre C + s u4, the slider C + L4 u4, with u
 the unit vector of an angle and n its derivative. D'Alembert's principle for each angle gives a linear system
-for their second derivatives (Eqs. 15-21 with the joints' forces eliminated).
+for their second derivatives (Eqs. 14-21 with the joints' forces eliminated).
 """
 
 from typing import Any, NamedTuple

@@ -145,9 +145,9 @@ class Contact:
     impact_speed_floor : float
         Least speed of impact that is used, m/s.
     friction : float
-        c_f of Eq. 13.
+        c_f of Eq. 12.
     static_speed, transition_speed : float
-        v0 and v1 of Eq. 14, m/s.
+        v0 and v1 of Eq. 13, m/s.
     """
 
     clearance: float

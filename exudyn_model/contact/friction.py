@@ -1,4 +1,4 @@
-"""Modified Coulomb friction (Eqs. 13-14), as a whole and by its straight pieces."""
+"""Modified Coulomb friction (Eqs. 12-13), as a whole and by its straight pieces."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ def friction_force(normal: float, slip: float, law: Any) -> float:
 
 @kernel
 def slip_regime(slip: float, law: Any) -> float:
-    """Return the straight piece of Eq. 14: 0 none, 1 rising, 2 full friction; with the slip's sign."""
+    """Return the straight piece of Eq. 13: 0 none, 1 rising, 2 full friction; with the slip's sign."""
     piece = 2.0 if abs(slip) >= law.transition_speed else 1.0 if abs(slip) >= law.static_speed else 0.0
     return piece if slip >= 0.0 else -piece
 

@@ -6,10 +6,10 @@ the clearance; n = e / |e|. Force and friction act in the point of the bearing's
 on both bodies. The law is that of one point (``point``) for two conforming cylinders.
 
 The forces are of some kN and rod 2 is light: across the contact, friction changes its speed in a step of
-1e-6 s by several times the speed over which Eq. 14 rises. Newton's method then goes from full friction of
+1e-6 s by several times the speed over which Eq. 13 rises. Newton's method then goes from full friction of
 one direction to that of the other and back indefinitely. So the iteration keeps to one straight piece of
-Eq. 14; where it converges outside of it, :func:`settle_regime` goes to the next piece, and the iteration is
-taken up again. A step is accepted where piece and slip fit: the force is that of Eqs. 13-14.
+Eq. 13; where it converges outside of it, :func:`settle_regime` goes to the next piece, and the iteration is
+taken up again. A step is accepted where piece and slip fit: the force is that of Eqs. 12-13.
 """
 
 from collections.abc import Callable

@@ -130,7 +130,7 @@ def fly() -> Callable[..., Any]:
 
 @pytest.fixture(scope="session")
 def slider_accelerations() -> Callable[..., Any]:
-    """Function that solves all 15 equations of motion and the constraints (Eqs. 15-21) for the slider.
+    """Function that solves all 15 equations of motion and the constraints (Eqs. 14-21) for the slider.
 
     Of parameters, coordinates and rates, contact force and moment on the slider, and those on rod 2 where the
     crank pin has clearance: then the rows of joint A are left out. Returns ax, ay and alpha.
