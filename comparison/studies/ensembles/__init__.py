@@ -1,1 +1,1 @@
-"""Both models as distributions, where single runs cannot be predicted."""
+"""Distributions of the motion in both models, where single runs cannot be predicted."""

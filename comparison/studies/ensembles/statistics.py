@@ -101,7 +101,7 @@ def ask(
         Sample times (s) at which channels are compared, shape (k,).
     floors
         Channel -> its floor and unit. Where both ensembles scatter (standard deviation) by no more than the
-        floor the motion is predictable, and comparing single runs says more.
+        floor the motion is predictable, and single runs can be compared.
     period
         Of the crank, s.
     first_cycle

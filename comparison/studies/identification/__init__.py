@@ -1,1 +1,1 @@
-"""What the paper does not print but other printed figures imply: the press's geometry, and how surely."""
+"""Geometry and parameters that the paper does not print but that its other figures imply."""

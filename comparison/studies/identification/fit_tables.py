@@ -93,7 +93,7 @@ def _inside(value: float, row: str) -> str:
 
 
 def _bottom(best: Fit) -> dict[str, str]:
-    """Return when the slider is at its lowest, and how long it is there as far as the print can tell."""
+    """Return when the slider is at its lowest, and for how long the print cannot distinguish it."""
     printed = published("S4.2-stroke")
     lengths, speed = table_1()
     angle = np.linspace(0.0, 2 * np.pi, FINE)

@@ -69,7 +69,7 @@ class Topology:
 
 
 TOPOLOGIES = tuple(
-    Topology(*ways) for ways in product((1, -1), (1, -1), (-1, 1), ("centroid", "tip"), (-1, 1))
+    Topology(*choices) for choices in product((1, -1), (1, -1), (-1, 1), ("centroid", "tip"), (-1, 1))
 )
 
 

@@ -130,7 +130,7 @@ def fit_radius(peaks: pd.DataFrame) -> RadiusFit:
     """
     logs, scale = np.log(peaks.to_numpy()), np.log(peaks.index.to_numpy(np.float64))
     power = float(np.polyfit(scale, logs.mean(axis=1), 1)[0])
-    # What is left of each scene's ratio where the mean of all is taken away says how sure a mean of five is.
+    # The residual of each scene's ratio about the mean of all gives the uncertainty of a mean of five.
     scatter = sqrt(float(np.mean(np.var(logs, axis=1, ddof=1))))
     factor = exp(scatter / sqrt(logs.shape[1]) / POWER)
     best = exp(float(scale.mean() - logs.mean() / power)) if power > 0 else float("nan")

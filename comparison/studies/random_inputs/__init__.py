@@ -1,1 +1,1 @@
-"""Real inputs scatter: what that does to the errors of the slider."""
+"""Reliability with random inputs: how their scatter changes the errors of the slider."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import chain, islice
 
@@ -35,8 +35,8 @@ _runner = cache(runner)
 
 
 @dataclass(frozen=True)
-class Draws:
-    """Runs with inputs drawn about a scene.
+class Draws(Task):
+    """Runs with inputs drawn about a scene, or a part of them.
 
     Attributes
     ----------
@@ -50,6 +50,8 @@ class Draws:
         The same seed draws the same inputs, whatever the solver's settings.
     factor
         What the standard deviations are multiplied with.
+    first
+        Number of the first run.
     """
 
     scene: Scene
@@ -57,38 +59,30 @@ class Draws:
     count: int
     seed: int
     factor: float = 1.0
-
-    def u(self, number: int) -> Array:
-        """Return the inputs of a run in standard deviations, shape (d,)."""
-        return self.factor * np.random.default_rng([self.seed, number]).normal(size=len(self.inputs))
-
-    def chunks(self, size: int) -> list[Chunk]:
-        """Return its parts, each of so many runs."""
-        return [Chunk(self, first, min(size, self.count - first)) for first in range(0, self.count, size)]
-
-
-@dataclass(frozen=True)
-class Chunk(Task):
-    """Runs ``first`` to ``first + count`` of some draws."""
-
-    draws: Draws
-    first: int
-    count: int
+    first: int = 0
 
     @property
     def identity(self) -> dict[str, object]:
         """Scene, inputs and which draws."""
-        draws = self.draws
         return {
-            "scene": draws.scene.hash,
-            "inputs": [one.model_dump() for one in draws.inputs],
-            "draw": [draws.seed, draws.factor, self.first, self.count],
+            "scene": self.scene.hash,
+            "inputs": [one.model_dump() for one in self.inputs],
+            "draw": [self.seed, self.factor, self.first, self.count],
         }
 
     @property
     def models(self) -> tuple[str, ...]:
         """The reference."""
         return ("reference",)
+
+    def u(self, number: int) -> Array:
+        """Return the inputs of a run in standard deviations, shape (d,)."""
+        return self.factor * np.random.default_rng([self.seed, number]).normal(size=len(self.inputs))
+
+    def chunks(self, size: int) -> list[Draws]:
+        """Return its parts, each of so many runs."""
+        starts = range(self.first, self.first + self.count, size)
+        return [replace(self, first=n, count=min(size, starts.stop - n)) for n in starts]
 
 
 @dataclass(frozen=True)
@@ -122,13 +116,13 @@ def run_draws(
     return [_joined(one, list(islice(rows, len(parts)))) for one, parts in zip(draws, chunks, strict=True)]
 
 
-def measure(chunk: Chunk, progress: Progress) -> Row:
+def measure(draws: Draws, progress: Progress) -> Row:
     """Run a chunk; a run that fails leaves its reason."""
     del progress
-    draws, run = chunk.draws, _runner("reference")
+    run = _runner("reference")
     nominal = run(draws.scene.with_values(IDEAL))
     numbers, responses, failures = [], [], []
-    for number in range(chunk.first, chunk.first + chunk.count):
+    for number in range(draws.first, draws.first + draws.count):
         try:
             scene = draws.scene.with_values(values_at(draws.scene, draws.inputs, draws.u(number)))
             responses.append(respond(run(scene), run(scene.with_values(IDEAL)), nominal, scene.period))

@@ -108,8 +108,8 @@ def failure_probability(plane: Plane, limit: float, *, with_rest: bool = False) 
     """
     variance = plane.deviation**2 + (plane.rest**2 if with_rest else 0.0)
     if variance == 0.0:
-        sure = float(plane.mean > limit)
-        return sure, sure, sure
+        certain = float(plane.mean > limit)
+        return certain, certain, certain
     deviation = float(np.sqrt(variance))
     beta = (limit - plane.mean) / deviation
     # Of the mean and of the deviation: d beta = -d mean / sigma - beta d sigma / sigma.
