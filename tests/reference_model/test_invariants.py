@@ -13,7 +13,7 @@ from reference_model.progress import begin
 from reference_model.reading import read_parameters
 from reference_model.recording import samples_of
 from reference_model.start import start
-from reference_model.watch import WATCHED, watch_contacts, watch_start
+from reference_model.watch import DRIVING_FRICTION, PULL, WATCHED, WORST, watch_contacts, watch_start
 
 
 @pytest.fixture
@@ -132,3 +132,16 @@ def test_random_scenes_keep_all_invariants(
     }
     result = simulate(scene(changes))
     assert result.status == "success", result.remedy
+
+
+def test_friction_of_a_pull_within_rounding_is_that_pull_and_not_another_violation() -> None:
+    """Where a force turns to a pull by rounding its friction drives: 5.9e-8 W for 9.0e-6 N at 13 mm/s."""
+    modes, contacts, found = np.zeros((3, CONTACTS)), no_contacts(), np.zeros((WATCHED, 3))
+    modes[MEMORY, 4] = 1e-4
+    contacts[:, 4] = -5.7e-7, 0.0, -0.01324, -9.05e-6, 4.44e-6
+    watch_contacts(modes, contacts, 5.6, found)
+    assert found[PULL, WORST] == 9.05e-6
+    assert found[DRIVING_FRICTION, WORST] == 0.0
+    contacts[NORMAL, 4] = 9.05e-6
+    watch_contacts(modes, contacts, 5.6, found)
+    assert found[DRIVING_FRICTION, WORST] == pytest.approx(4.44e-6 * 0.01324)
