@@ -29,7 +29,7 @@ class Forces(NamedTuple):
 def rocker_tip_acceleration(
     q: NDArray[np.float64], v: NDArray[np.float64], linkage: Any
 ) -> tuple[float, float]:
-    """Find the acceleration of joint C (m/s^2), with the crank at constant speed.
+    """Return the acceleration of joint C (m/s^2), with the crank at constant speed.
 
     Second derivative of the loop O-A-B-H, resolved along rod 2 so that its own angular acceleration drops
     out. ``q`` and ``v``, shape (15,), hold x, y, angle of the five bodies and their rates.
@@ -51,7 +51,7 @@ def rocker_tip_acceleration(
 def rod4_acceleration(
     angle: float, tip_ax: float, tip_ay: float, fx: float, fy: float, linkage: Any
 ) -> float:
-    """Find rod 4's angular acceleration (rad/s^2) from its angle, C's acceleration and the contact force.
+    """Return rod 4's angular acceleration (rad/s^2) from its angle, C's acceleration and the contact force.
 
     Rod 4 and the slider together rotate about C, which moves as the drive makes it; taking moments about C
     leaves this as the only unknown.
@@ -70,7 +70,7 @@ def rod4_acceleration(
 def slider_acceleration(
     q: NDArray[np.float64], v: NDArray[np.float64], fx: float, fy: float, moment: float, linkage: Any
 ) -> tuple[float, float, float]:
-    """Find the slider's ax, ay (m/s^2) and alpha (rad/s^2) under the contact's fx, fy (N) and moment (N m).
+    """Return the slider's ax, ay (m/s^2) and alpha (rad/s^2) under the contact's fx, fy (N) and moment (N m).
 
     With an ideal crank pin; else see ``free_rocker``.
 

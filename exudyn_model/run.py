@@ -1,4 +1,4 @@
-"""What a run of any formulation leaves behind."""
+"""Results of a run, of any formulation, before they are judged."""
 
 from dataclasses import dataclass, field
 from typing import Any, Protocol

@@ -23,7 +23,7 @@ from exudyn_model.watch import Seen, seen_in_contacts, seen_in_energy, seen_in_e
 
 @dataclass(frozen=True)
 class Result:
-    """What a run produced.
+    """Results of a run.
 
     Attributes
     ----------
@@ -133,7 +133,7 @@ def _invariants(
     events: dict[str, NDArray[Any]],
     extrema: dict[str, dict[str, float]],
 ) -> tuple[dict[str, dict[str, Any]], str]:
-    """Judge a run by what it has left behind: see ``invariants``."""
+    """Judge a run by its results: see ``invariants``."""
     integration = parameters.integration
     seen = [*seen_in_contacts(run.contacts), seen_in_events(events)]
     if not parameters.mechanism.ideal_slider:

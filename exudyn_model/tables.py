@@ -1,4 +1,4 @@
-"""Tables that a run leaves behind: extrema of the channels, and contacts."""
+"""Tables of a run: extrema of the channels, and contacts."""
 
 from typing import Any
 

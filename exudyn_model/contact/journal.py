@@ -33,7 +33,7 @@ from exudyn_model.contact.point import damped, elastic_force, law_type, surface_
 from exudyn_model.contact.states import PIN
 from exudyn_model.parameters import Parameters
 
-# Coordinates of a plane's two bodies as Exudyn passes them to user functions, m and rad; or their rates
+# Coordinates of crank and rod 2 (m, rad), or their rates
 PairOfBodies = tuple[float, float, float, float, float, float]
 
 _LAW = law_type("clearance", "bearing_radius", "crank_to_tip", "rod2_centroid")

@@ -46,7 +46,7 @@ _CORNERS, _ENERGIES = len(CORNERS), len(ENERGIES)
 
 
 class Vectors(NamedTuple):
-    """The state where Exudyn keeps it.
+    """Views of the state in Exudyn's own memory.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Vectors(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """What an observation fills.
+    """Arrays that an observation fills.
 
     Attributes
     ----------

@@ -22,7 +22,7 @@ _NOT_NATIVE = np.zeros((0, 4))
 
 
 class Recorder:
-    """Gathers the results of one run.
+    """Recorder of one run of five bodies.
 
     :meth:`accept` must be called once for each accepted state, the initial one included, before the step that
     starts from it: it also updates the contacts' memory, which the contact force of that step reads.

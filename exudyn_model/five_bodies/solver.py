@@ -14,7 +14,7 @@ from exudyn_model.run import PROGRESS_INTERVAL, Outcome
 
 
 class _BehindWallError(Exception):
-    """Stops Exudyn where its own contact object has let a corner through."""
+    """Stop of a run in which Exudyn's own contact object has let a corner through."""
 
 
 def _rod4_spun(data: Any) -> bool:

@@ -19,7 +19,7 @@ from exudyn_model.tree.switching import freeze
 
 
 class TreeRecorder:
-    """Judges the steps of one run and gathers its results.
+    """Recorder of one run of a tree, which also judges its steps.
 
     Parameters
     ----------

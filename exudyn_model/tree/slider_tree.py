@@ -1,9 +1,9 @@
 """Rod 4 and slider alone, as a kinematic tree of Exudyn in the accelerating frame of the rocker's tip C.
 
-The drive makes C move as it does whatever the slider meets (``linkage``), so that two coordinates are
-free: the angle of rod 4, and the angle of the slider from rod 4. No joint is left as a constraint, which
-Exudyn's explicit integrators would ignore. The tree's base stands still at C; what the moving frame adds is
-a force of inertia, - mass times the acceleration of C in each centre of mass.
+The drive makes C move as it does whatever the slider meets (``linkage``), so that two coordinates are free:
+the angle of rod 4, and the angle of the slider from rod 4. No joint is left as a constraint, which Exudyn's
+explicit integrators would ignore. The tree's base stands still at C; the moving frame adds an inertial force,
+- mass times the acceleration of C in each centre of mass.
 """
 
 from typing import Any

@@ -30,7 +30,7 @@ _REMEDIES = {
 
 
 class _StopError(Exception):
-    """Stops Exudyn from inside a user function; the argument is the run's status."""
+    """Stop of a run from inside a user function; the argument is the run's status."""
 
 
 def least_step(duration: float) -> float:

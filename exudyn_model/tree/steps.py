@@ -1,4 +1,4 @@
-"""Judge a step of a tree, and take an accepted one into what is kept.
+"""Judge a step of a tree, and record an accepted one.
 
 An accepted step goes from one state to the next without a touch or a separation between: its angles are
 interpolated by quintic Hermite polynomials, at the samples' times and at ``_POINTS`` equal parts of the step
@@ -28,7 +28,7 @@ _COUNT = len(CONTACTS)
 
 
 class Kept(NamedTuple):
-    """What the steps of a run fill.
+    """Arrays that the steps of a run fill.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ def update_contacts(
         gap, rate = contact_motion(number, state, linkage, law, pin_law)
         # What has just touched may still be open by round-off, but it approaches
         if contact.impact_speed > 0.0 and (gap > GAP_TOLERANCE or (gap >= -GAP_TOLERANCE and rate > 0.0)):
-            # An accepted step has a contact that leaves at one of its ends: see `locate`
+            # In an accepted step a contact separates at one of the ends alone: see `locate`
             write_event(events[event_count], number, contact, end.time if gap < -contact.gap else start.time)
             event_count += 1
             contact.impact_speed = 0.0
@@ -87,7 +87,7 @@ def accept_step(
     sample_interval: float,
     known_until: float,
 ) -> tuple[int, int]:
-    """Take an accepted step.
+    """Record an accepted step.
 
     Parameters
     ----------

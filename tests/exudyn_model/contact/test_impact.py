@@ -29,10 +29,10 @@ def thrown(fly, guide, plain_contact):
         else:
             force = plain_contact.corners_user_function(contact, POINT, step, corners)
 
-        def update(done, q, v, count):
+        def update_guide(done, q, v, count):
             return update_corners(done, q, v, law, corners, events, count)[0]
 
-        rates, count = fly([POINT.mass], [complex(SPEED)], force, update, DURATION, steps, 1)
+        rates, count = fly([POINT.mass], [complex(SPEED)], force, update_guide, DURATION, steps, 1)
         return rates[0], events[:count]
 
     return throw

@@ -130,13 +130,13 @@ def rebound(make_scene, fly):
             np.zeros(4, EVENT),
         )
 
-        def update(done, q, v, count):
+        def update_journal(done, q, v, count):
             return update_pin(done, q, v, law, contacts, events, count)[0]
 
         # Obliquely, at no special angle
         velocities = [sign * speed * cmath.exp(0.7j) for sign in (0.5, -0.5)]
         force = force_user_function(law, contacts)
-        v, count = fly([0.02, 0.1], velocities, force, update, duration, steps, 8)
+        v, count = fly([0.02, 0.1], velocities, force, update_journal, duration, steps, 8)
         assert count == 1
         return np.hypot(v[0] - v[3], v[1] - v[4]) / speed
 

@@ -22,11 +22,11 @@ def derivatives(linkage_points, scene, times):
     dt = 1e-4
     drive = scene["mechanism"]["crank_angle_deg"], scene["drive"]["speed_rpm"] * 6
 
-    def joints(at):
+    def points_at(at):
         a, b, c, h = linkage_points(scene, np.radians(drive[0] + drive[1] * at))
         return np.array([a, b, c, h + 0 * a])
 
-    points = {k: joints(times + k * dt) for k in (-2, -1, 0, 1, 2)}
+    points = {k: points_at(times + k * dt) for k in (-2, -1, 0, 1, 2)}
     velocity = (points[-2] - 8 * points[-1] + 8 * points[1] - points[2]) / (12 * dt)
     acceleration = (-points[-2] + 16 * points[-1] - 30 * points[0] + 16 * points[1] - points[2]) / (
         12 * dt**2

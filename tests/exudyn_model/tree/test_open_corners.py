@@ -26,14 +26,14 @@ def looked_at(make_scene, linkage_points):
         scene = make_scene({"solver.exudyn.formulation": "tree", "solver.exudyn.method": "dopri5"} | changes)
         steps, judge = [], TreeRecorder.judge
 
-        def watched(self, time, q, v, last):
+        def judge_and_keep(self, time, q, v, last):
             fraction = judge(self, time, q, v, last)
             if fraction >= 1.0:  # the recorder has swapped start and end
                 steps.append((self._end[0].copy(), self._start[0].copy()))
             return fraction
 
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(TreeRecorder, "judge", watched)
+            patch.setattr(TreeRecorder, "judge", judge_and_keep)
             result = simulate(scene)
         depths = {}
         for first in range(0, len(steps), 4000):
