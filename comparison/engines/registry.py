@@ -12,6 +12,7 @@ installation, and so that nobody else can take their names.
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Callable
 from importlib.metadata import EntryPoint, PackageNotFoundError, distributions, entry_points, version
 from importlib.util import find_spec
@@ -96,8 +97,11 @@ def fingerprint(name: str) -> str:
     """
     point = find(name)
     total = hashlib.sha256(point.value.encode())
-    for path in _files(point.module.partition(".")[0]):
-        total.update(f"{path.name}\0{file_hash(path)}\0".encode())
+    package = point.module.partition(".")[0]
+    for path in _files(package):
+        # Its place in the package, wherever that is installed.
+        place = str(path).rpartition(f"{os.sep}{package}{os.sep}")[2]
+        total.update(f"{place if package in path.parts else path.name}\0{file_hash(path)}\0".encode())
     for line in [f"{package} {_version(package)}" for package in _IMPORTED] if name in OWN else _installed():
         total.update(f"{line}\n".encode())
     return total.hexdigest()
