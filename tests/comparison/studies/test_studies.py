@@ -28,9 +28,6 @@ from comparison.studies.extremes import study as extremes
 from comparison.studies.identification import runs
 from comparison.studies.identification import study as identification
 from comparison.studies.identification.kinematics import TOPOLOGIES
-from comparison.studies.paper import measures as paper_measures
-from comparison.studies.paper import runs as paper_runs
-from comparison.studies.paper import trends as paper_trends
 from comparison.studies.random_inputs import plan
 from comparison.studies.reliability import study as reliability
 from comparison.studies.shared.errors import Peak
@@ -51,12 +48,6 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(runs, "CYCLES", 3)
     monkeypatch.setattr(runs, "MEMBERS", 2)
     monkeypatch.setattr(identification, "TOPOLOGIES", TOPOLOGIES[:5])
-    for module in (paper_runs, paper_measures, paper_trends):
-        monkeypatch.setattr(module, "SAMPLES", 100, raising=False)
-        monkeypatch.setattr(module, "LONG_SAMPLES", 50, raising=False)
-    monkeypatch.setattr(paper_runs, "CYCLES", 4)
-    monkeypatch.setattr(paper_runs, "FEWER", 3)
-    monkeypatch.setattr(paper_runs, "MEMBERS", 2)
     monkeypatch.setattr(alarms, "KINDS", tuple(replace(kind, draws=2) for kind in alarms.KINDS))
     monkeypatch.setattr(cross_model, "KINDS", tuple(replace(kind, wanted=2) for kind in cross_model.KINDS))
     # There are no copies of fakes, which round alike in any environment: the first variant alone counts.
