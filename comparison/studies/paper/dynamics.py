@@ -34,16 +34,16 @@ SETTLED = 0.5
 def close(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
     """Decide whether a channel is close to the ideal one near the lowest point, in every scene of a claim."""
     channel = claim["channel"]
-    shares, told = [], []
+    shares, parts = [], []
     for scene in claim["scenes"]:
         ideal = runs.ideal[scene, model]
         near = _bottom(runs, scene, model)
         largest = float(np.abs(runs.errors(scene, model, channel)[near]).max())
         shares.append(largest / float(np.ptp(ideal.values(channel))))
-        told.append(
+        parts.append(
             f"{scene}: {quantity(largest, channels()[channel].unit)}, {per_cent(shares[-1])} of the range"
         )
-    return decide(-max(shares), -2 * SMALL, -SMALL, "; ".join(told))
+    return decide(-max(shares), -2 * SMALL, -SMALL, "; ".join(parts))
 
 
 def contacts_at_the_bottom(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
@@ -90,12 +90,12 @@ def pin_zones(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
         "lower right": (force.real > 0) & (force.imag < 0),
     }
     shares = {name: float(np.abs(force[inside]).sum()) / total for name, inside in quadrants.items()}
-    told = ", ".join(f"{name} {per_cent(share)}" for name, share in shares.items())
+    parts = ", ".join(f"{name} {per_cent(share)}" for name, share in shares.items())
     # As the authors say it, or as it would be in the other body's frame.
     zones = max(
         min(shares["upper left"], shares["lower left"]), min(shares["lower right"], shares["upper right"])
     )
-    return decide(zones, 0.01, 0.1, f"impulse of the second cycle: {told}")
+    return decide(zones, 0.01, 0.1, f"impulse of the second cycle: {parts}")
 
 
 def pin_forces(runs: Runs, scene: str, model: str) -> NDArray[np.complex128]:
@@ -173,13 +173,13 @@ def two_codes(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
     other = next(name for name in MODELS if name != model)
     scene = claim["scene"]
     within = second(runs.short[scene, model][0])
-    shares, told = [], []
+    shares, parts = [], []
     for channel in CHANNELS:
         mine, theirs = (runs.errors(scene, name, channel)[within] for name in (model, other))
         shares.append(float(np.sqrt(np.mean((mine - theirs) ** 2) / np.mean(mine**2))))
-        told.append(f"{channel} {per_cent(shares[-1])}")
+        parts.append(f"{channel} {per_cent(shares[-1])}")
     return decide(
-        -max(shares), -0.5, -0.1, f"difference of the codes, of the error's own size: {', '.join(told)}"
+        -max(shares), -0.5, -0.1, f"difference of the codes, of the error's own size: {', '.join(parts)}"
     )
 
 

@@ -16,7 +16,7 @@ from comparison.formatting import pretty_unit
 from comparison.reliability.errors import QUANTITIES
 from comparison.report import svg
 from comparison.report.decimate import envelope, upper_envelope
-from comparison.studies.paper.measures import CONDITIONS, reliabilities
+from comparison.studies.paper.measures import reliabilities, scene_of
 from comparison.studies.paper.runs import CENTRAL, CHANNELS, PIN, Runs, second
 from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array
@@ -118,7 +118,7 @@ def _responses(runs: Runs, path: Path) -> None:
 
 def _errors(runs: Runs, conditions: Sequence[str], path: Path) -> None:
     """Draw the errors of two conditions over the second cycle, with the printed peaks."""
-    scenes = [CONDITIONS[prefix] for prefix in conditions]
+    scenes = [scene_of(f"{prefix}-d") for prefix in conditions]
     with grid(path, 3, scenes, 4.9, sharex=True, sharey="row") as axes:
         for row, channel, letter in zip(axes, CHANNELS, "dva", strict=True):
             scale, unit = UNITS[channel]
@@ -131,7 +131,7 @@ def _errors(runs: Runs, conditions: Sequence[str], path: Path) -> None:
                 panel.plot(printed.time / period, scale * printed.value, label="printed", **PRINTED)
             row[0].set_ylabel(f"error of the\n{WORDS[channel]} ({unit})")
         for panel in axes[-1]:
-            panel.set(xlabel="crank cycles (-)", xlim=(1, 2))
+            panel.set(xlabel="crank cycles (-)", xlim=(1, 2), xticks=(1.2, 1.4, 1.6, 1.8))
 
 
 def _two_codes(runs: Runs, path: Path) -> None:
@@ -155,7 +155,7 @@ def _two_codes(runs: Runs, path: Path) -> None:
 
 def _reliability(runs: Runs, conditions: Sequence[str], path: Path) -> None:
     """Draw what is missing to 1 in every part of the cycle, with the printed minima."""
-    scenes = [CONDITIONS[prefix] for prefix in conditions]
+    scenes = [scene_of(f"{prefix}-d") for prefix in conditions]
     with grid(path, 3, scenes, 4.9, sharex=True, sharey="row") as axes:
         for column, (prefix, scene) in enumerate(zip(conditions, scenes, strict=True)):
             assessed = {model: reliabilities(runs, scene, model) for model in MODELS}

@@ -11,29 +11,20 @@ from comparison.reliability.errors import QUANTITIES, SliderErrors
 from comparison.scene import load_scene
 from comparison.studies.paper.runs import CENTRAL, PIN, Runs, second
 from comparison.studies.shared.errors import Peak, largest, peak
+from comparison.studies.shared.published import printed_rows
 
 CONDITIONS = {
-    "F7-T": CENTRAL,
-    "F7-R": PIN,
-    "F9-210": CENTRAL,
-    "F9-69": "69GPa",
-    "F10-28": CENTRAL,
-    "F10-33": "poisson-0.33",
-    "F11-01": "90rpm-0.1mm",
-    "F11-05": "90rpm-0.5mm",
-    "F12-150": CENTRAL,
-    "F12-300": "300rpm-0.2mm",
-    "F14a": CENTRAL,
-    "F14c": CENTRAL,
-    "F14e": CENTRAL,
-    "F16-01": "90rpm-0.1mm",
-    "F16-05": "90rpm-0.5mm",
-    "F17-150": CENTRAL,
-    "F17-300": "300rpm-0.2mm",
-    "S4.2": "ideal",
-    "S2.2": "ideal",
+    ("translational", "150", "0.2", "210", "0.28"): CENTRAL,
+    ("translational", "150", "0.2", "69", "0.28"): "69GPa",
+    ("translational", "150", "0.2", "210", "0.33"): "poisson-0.33",
+    ("translational", "90", "0.1", "210", "0.28"): "90rpm-0.1mm",
+    ("translational", "90", "0.5", "210", "0.28"): "90rpm-0.5mm",
+    ("translational", "300", "0.2", "210", "0.28"): "300rpm-0.2mm",
+    ("revolute_A", "150", "0.2", "210", "0.28"): PIN,
+    ("ideal", "150", "0", "210", "0.28"): "ideal",
 }
-"""How the id of a published row begins -> the scene."""
+"""Pair with clearance, speed, clearance, elastic modulus and Poisson's ratio, as printed -> the scene."""
+_CONDITION = ["pair", "speed_rpm", "clearance_mm", "youngs_modulus_GPa", "poisson"]
 PEAKS = {
     "peak_displacement_error": "slider_y",
     "peak_velocity_error": "slider_vy",
@@ -82,9 +73,9 @@ def scene_of(identifier: str) -> str:
     Raises
     ------
     KeyError
-        If no condition is known for it.
+        If there is no such row.
     """
-    return CONDITIONS[identifier.rpartition("-")[0]]
+    return CONDITIONS[tuple(printed_rows().loc[identifier, _CONDITION])]
 
 
 def measure(identifier: str, quantity: str, runs: Runs, model: str) -> Measured:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,34 +26,7 @@ EVERY = 8
 """Samples of the two cycles that are drawn of the slider's path."""
 COLOURS = dict(zip(MODELS, (svg.FIRST, svg.SECOND), strict=True))
 PRINTED: dict[str, Any] = {"color": svg.BEYOND, "dashes": (1, 2), "lw": 0.8}
-X_RANGE = ("F14a-x", "F14a-x2")
-
-
-@dataclass(frozen=True)
-class Plane:
-    """A phase plane of the central case.
-
-    Attributes
-    ----------
-    values
-        Returns position and velocity of many cycles, one row a cycle, in the units of the labels.
-    labels
-        Of both axes.
-    printed
-        Rows of the printed ranges of position and velocity.
-    scales
-        From the printed units to those of the labels.
-    """
-
-    values: Callable[[Runs, str], tuple[Array, Array]]
-    labels: tuple[str, str]
-    printed: tuple[tuple[str, str], tuple[str, str]]
-    scales: tuple[float, float]
-
-    def ranges(self) -> Array:
-        """Return the printed ranges of position and velocity, shape (2, 2)."""
-        values = np.array([[published(name).value for name in of] for of in self.printed])
-        return np.asarray(values * np.array(self.scales)[:, None])
+X_RANGE, Y_RANGE, Y_ERROR = (("F14a-x", "F14a-x2"), ("F14c-y", "F14c-y2"), ("F14e-y", "F14e-y2"))
 
 
 def of_x(runs: Runs, model: str) -> tuple[Array, Array]:
@@ -77,20 +48,11 @@ def of_error(runs: Runs, model: str) -> tuple[Array, Array]:
 
 
 PLANES = (
-    Plane(of_x, ("x − line (mm)", "velocity of x (mm/s)"), (X_RANGE, ("F14a-vx", "F14a-vx2")), (1e3, 1e3)),
-    Plane(
-        of_y,
-        ("y − start (m)", "velocity of y (m/s)"),
-        (("F14c-y", "F14c-y2"), ("F14c-vy", "F14c-vy2")),
-        (1.0, 1.0),
-    ),
-    Plane(
-        of_error,
-        ("error of y (µm)", "its velocity (mm/s)"),
-        (("F14e-y", "F14e-y2"), ("F14e-vy", "F14e-vy2")),
-        (1e6, 1e3),
-    ),
+    (of_x, "x − line (mm)", "velocity of x (mm/s)", (X_RANGE, ("F14a-vx", "F14a-vx2")), (1e3, 1e3)),
+    (of_y, "y − start (m)", "velocity of y (m/s)", (Y_RANGE, ("F14c-vy", "F14c-vy2")), (1.0, 1.0)),
+    (of_error, "error of y (µm)", "its velocity (mm/s)", (Y_ERROR, ("F14e-vy", "F14e-vy2")), (1e6, 1e3)),
 )
+"""Values, labels of both axes, rows of the printed ranges of both, and scales from the printed units."""
 
 
 def draw(runs: Runs, folder: Path) -> None:
@@ -148,9 +110,12 @@ def _pin(runs: Runs, path: Path) -> None:
 def _phase(runs: Runs, path: Path) -> None:
     """Draw phase portraits with the ranges of all cycles and the printed ones (Fig. 14a, c, e)."""
     with grid(path, len(PLANES), MODELS, 6.6, sharex="row", sharey="row") as axes:
-        for row, plane in zip(axes, PLANES, strict=True):
+        for row, (plane, across, up, names, scales) in zip(axes, PLANES, strict=True):
+            printed = np.array(
+                [[s * published(n).value for n in of] for of, s in zip(names, scales, strict=True)]
+            )
             for panel, model in zip(row, MODELS, strict=True):
-                x, v = plane.values(runs, model)
+                x, v = plane(runs, model)
                 panel.margins(0.04)
                 panel.plot(
                     x[-CYCLES:].ravel(), v[-CYCLES:].ravel(), color=COLOURS[model], lw=0.5,
@@ -165,13 +130,13 @@ def _phase(runs: Runs, path: Path) -> None:
                     lw=0.8,
                     label="range of all cycles",
                 )
-                if plane.values is of_y:  # of the displacement the paper prints a range that cannot be
-                    for value in plane.ranges()[1]:
+                if plane is of_y:  # of the displacement the paper prints a range that cannot be
+                    for value in printed[1]:
                         panel.axhline(value, **PRINTED)
                 else:
-                    _box(panel, plane.ranges(), label="printed range", **PRINTED)
-                panel.set_xlabel(plane.labels[0])
-            row[0].set_ylabel(plane.labels[1])
+                    _box(panel, printed, label="printed range", **PRINTED)
+                panel.set_xlabel(across)
+            row[0].set_ylabel(up)
 
 
 def _poincare(runs: Runs, path: Path) -> None:

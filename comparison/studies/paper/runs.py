@@ -57,7 +57,7 @@ class Runs:
     Attributes
     ----------
     config
-        What was asked.
+        How much was run.
     short
         (scene, model) -> two cycles of each member.
     ideal

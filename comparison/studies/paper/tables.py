@@ -15,7 +15,7 @@ from comparison.reliability.errors import unit_of
 from comparison.studies.paper.claims import Judged
 from comparison.studies.paper.decision import CONTRADICTED, SUPPORTED, UNDECIDED
 from comparison.studies.paper.figures import WORDS
-from comparison.studies.paper.measures import CONDITIONS, Measured, first_cycle, largest_error, near
+from comparison.studies.paper.measures import Measured, first_cycle, largest_error, near, scene_of
 from comparison.studies.paper.rows import VERDICTS
 from comparison.studies.paper.runs import CHANNELS, Runs
 from comparison.studies.shared.markdown import of_lines
@@ -90,7 +90,7 @@ def of_first_cycle(runs: Runs) -> dict[str, str]:
     """Return the peaks of the first cycle, the second and near the printed instants over the print's."""
     lines, ratios = [], []
     for prefix in PEAKS:
-        scene = CONDITIONS[prefix]
+        scene = scene_of(f"{prefix}-d")
         line = {"scene": scene}
         for channel, letter in zip(CHANNELS, "dva", strict=True):
             printed = published(f"{prefix}-{letter}")

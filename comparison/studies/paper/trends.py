@@ -33,14 +33,14 @@ def larger(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
     more, less = (_second_cycle(runs, claim[side], model, channel) for side in ("more", "less"))
     unit = channels()[channel].unit
     evidence = f"second cycle {_span(more, unit)} against {_span(less, unit)}"
-    looks = [_order(more.min() > less.max(), more.max() < less.min())]
+    verdicts = [_order(more.min() > less.max(), more.max() < less.min())]
     many = [later_cycles(runs, claim[side], model, channel) for side in ("more", "less")]
     if all(each.size for each in many):
         share = above(*many)
-        looks.append(_order(share >= MOST, share <= 1 - MOST))
+        verdicts.append(_order(share >= MOST, share <= 1 - MOST))
         what = "largest force" if channel == "slider_ay" else "largest error"
         evidence += f"; later cycles: {what} greater in {per_cent(share)} of the pairs"
-    verdict = looks[0] if len(set(looks)) == 1 else UNDECIDED
+    verdict = verdicts[0] if len(set(verdicts)) == 1 else UNDECIDED
     return Decision(verdict, evidence)
 
 
