@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 import numpy as np
 
 from comparison.execution.ledger import Row
 from comparison.execution.run import Progress, runner
-from comparison.execution.task_store import Task
+from comparison.execution.task_store import SUCCESS, Task
 from comparison.scene import Scene
 from comparison.studies.nonlinear.methods.twins import Twins, follow
 from comparison.studies.nonlinear.press import CLEAR_OF_WALLS, Press, Run, by_cycle, gaps, scale, states
@@ -67,24 +67,15 @@ def measure(chain: Chain, progress: Progress) -> Row:
         twins = follow_press(chain)
     except ValueError as error:
         return {"status": "failed", "message": " ".join(str(error).split())}
-    return {
-        "times": twins.times.tolist(),
-        "logs": twins.logs.tolist(),
-        "collapsed": twins.collapsed.tolist(),
-        "noise": twins.noise.tolist(),
-    }
+    return {name: np.asarray(values).tolist() for name, values in asdict(twins).items()}
 
 
-def twins_of(row: Row, chain: Chain) -> Twins | None:
+def twins_of(row: Row) -> Twins | None:
     """Return what a row holds; None where the chain failed."""
-    if row["status"] != "success":
-        return None
-    return Twins(
-        np.array(chain.distances),
-        np.array(row["times"]),
-        np.array(row["logs"], dtype=np.float64),
-        np.array(row["collapsed"], dtype=bool),
-        np.array(row["noise"], dtype=np.float64),
+    return (
+        Twins(**{of.name: np.array(row[of.name]) for of in fields(Twins)})
+        if row["status"] == SUCCESS
+        else None
     )
 
 

@@ -32,7 +32,7 @@ class Results:
     Attributes
     ----------
     config
-        What was asked.
+        How much was run.
     perturbed, exponents
         Perturbed runs, None where they cannot be followed, and their exponents, one a distance.
     runs
@@ -65,7 +65,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     asked = scenes.chains(config)
     half, rest = part(on_progress, 0.0, 0.5), part(on_progress, 0.5, 1.0)
     rows = measure_all(chains.measure, list(asked.values()), on_processes(n_jobs), half)
-    perturbed = {key: chains.twins_of(row, asked[key]) for key, row in zip(asked, rows, strict=True)}
+    perturbed = {key: chains.twins_of(row) for key, row in zip(asked, rows, strict=True)}
     long, swept = scenes.long_runs(config), scenes.swept(config)
     outcomes = run_all([*long.values(), *swept.values()], n_jobs, rest)
     runs = {key: successful(of, job) for (key, job), of in zip(long.items(), outcomes, strict=False)}

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import pandas as pd
 
 from comparison.accuracy.thresholds import thresholds
 from comparison.execution.run import MODELS
@@ -19,7 +18,7 @@ from comparison.studies.nonlinear.methods.recurrence import period
 from comparison.studies.nonlinear.methods.zero_one import LEAST, chaos_indicator
 from comparison.studies.nonlinear.press import STATE
 from comparison.studies.nonlinear.scenes import ANGLES, DISTANCES, MAIN, Key
-from comparison.studies.shared.markdown import markdown
+from comparison.studies.shared.markdown import of_lines
 from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
 
@@ -108,7 +107,7 @@ def by_scene(
         line["largest scatter over the angles"] = quantity(float(of.max()), "m", 2)
         line["least"] = quantity(float(of.min()), "m", 2)
         lines.append(line)
-    return markdown(pd.DataFrame(lines), dict.fromkeys(lines[0], str))
+    return of_lines(lines)
 
 
 def memory(found: Sequence[Memory]) -> str:

@@ -13,8 +13,8 @@ from comparison.execution.run import MODELS
 from comparison.formatting import number, quantity
 from comparison.scene import load_scene
 from comparison.studies.paper.decision import Decision, decide, per_cent
-from comparison.studies.paper.runs import CHANNELS, TWIN, Runs, by_turn, second
-from comparison.studies.paper.trends import contacts_per_turn
+from comparison.studies.paper.runs import CHANNELS, PERTURBATION, Runs, second
+from comparison.studies.paper.trends import contacts_by_cycle
 from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import channels
@@ -26,28 +26,28 @@ SMALL = 0.01
 MANY = 3
 """Contacts in that time that count as frequent."""
 OFTEN = 10
-"""Contacts in a turn that count as frequent."""
+"""Contacts in a cycle that count as frequent."""
 SETTLED = 0.5
-"""Of the turns, the later: what is asked about the lasting motion is asked of them."""
+"""Of the cycles, the later: what is said of the lasting motion is judged by them."""
 
 
 def close(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
     """Decide whether a channel is close to the ideal one near the lowest point, in every scene of a claim."""
     channel = claim["channel"]
-    shares, told = [], []
+    shares, parts = [], []
     for scene in claim["scenes"]:
         ideal = runs.ideal[scene, model]
         near = _bottom(runs, scene, model)
         largest = float(np.abs(runs.errors(scene, model, channel)[near]).max())
         shares.append(largest / float(np.ptp(ideal.values(channel))))
-        told.append(
+        parts.append(
             f"{scene}: {quantity(largest, channels()[channel].unit)}, {per_cent(shares[-1])} of the range"
         )
-    return decide(-max(shares), -2 * SMALL, -SMALL, "; ".join(told))
+    return decide(-max(shares), -2 * SMALL, -SMALL, "; ".join(parts))
 
 
 def contacts_at_the_bottom(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
-    """Decide whether contacts are frequent near the lowest point of the second turn."""
+    """Decide whether contacts are frequent near the lowest point of the second cycle."""
     scene = claim["scene"]
     run = runs.short[scene, model][0]
     near = _bottom(runs, scene, model)
@@ -60,15 +60,15 @@ def contacts_at_the_bottom(runs: Runs, model: str, claim: Mapping[str, Any]) -> 
 
 
 def traversals(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
-    """Decide whether the slider oscillates often in every turn: by its contacts, and by the ways across."""
+    """Decide whether the slider oscillates often in every cycle: by its contacts, and by the crossings."""
     scene = claim["scene"]
     offset = _from_the_guide(runs, scene, model)
     side = np.where(np.abs(offset) > 0.5, np.sign(offset), 0.0)
     counts = [int(np.sum(np.diff(row[row != 0]) != 0)) for row in side]
-    touches = contacts_per_turn(runs, scene, model)
-    fewest = float(touches.min(initial=np.inf))
+    touches = contacts_by_cycle(runs, scene, model)["size"]
+    fewest = float(touches.min())
     evidence = (
-        f"{number(fewest)} contacts a turn or more; {min(counts)} to {max(counts)} crossings from half the "
+        f"{number(fewest)} contacts a cycle or more; {min(counts)} to {max(counts)} crossings from half the "
         "clearance on one side to the other"
     )
     return decide(fewest if np.isfinite(fewest) else 0.0, 2.0, float(OFTEN), evidence)
@@ -90,16 +90,16 @@ def pin_zones(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
         "lower right": (force.real > 0) & (force.imag < 0),
     }
     shares = {name: float(np.abs(force[inside]).sum()) / total for name, inside in quadrants.items()}
-    told = ", ".join(f"{name} {per_cent(share)}" for name, share in shares.items())
+    parts = ", ".join(f"{name} {per_cent(share)}" for name, share in shares.items())
     # As the authors say it, or as it would be in the other body's frame.
     zones = max(
         min(shares["upper left"], shares["lower left"]), min(shares["lower right"], shares["upper right"])
     )
-    return decide(zones, 0.01, 0.1, f"impulse of the second turn: {told}")
+    return decide(zones, 0.01, 0.1, f"impulse of the second cycle: {parts}")
 
 
 def pin_forces(runs: Runs, scene: str, model: str) -> NDArray[np.complex128]:
-    """Return the force of the pin on its bearing in the second turn as x + iy, N, shape (n,)."""
+    """Return the force of the pin on its bearing in the second cycle as x + iy, N, shape (n,)."""
     run = runs.pin[scene, model]
     within = second(run)
     force: NDArray[np.complex128] = run.values("reaction_A_x") + 1j * run.values("reaction_A_y")
@@ -107,23 +107,23 @@ def pin_forces(runs: Runs, scene: str, model: str) -> NDArray[np.complex128]:
 
 
 def recurring(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
-    """Decide whether the errors of one turn resemble those of the next: the median of their correlations."""
+    """Decide whether the errors of one cycle resemble those of the next: the median of their correlations."""
     errors = _later(runs.long_errors(claim["scene"], model, claim["channel"]))
     pairs = [float(np.corrcoef(a, b)[0, 1]) for a, b in pairwise(errors)]
     middle = float(np.median(pairs))
-    return decide(middle, 0.1, 0.9, f"correlation of neighbouring turns {number(middle)} in the median")
+    return decide(middle, 0.1, 0.9, f"correlation of neighbouring cycles {number(middle)} in the median")
 
 
 def scattered(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
     """Decide whether the points of the Poincaré map are apart, against what the clearance allows.
 
-    The paper does not say at which crank angle it takes them, so all angles are asked.
+    The paper does not say at which crank angle it takes them, so all angles count.
     """
     scene, channel = claim["scene"], claim["channel"]
     room = 2 * float(load_scene(scene).data["clearance"]["slider"])
     if channel == "slider_y":  # what the clearance lets y differ by where rod 4 is steepest
         room *= abs(published("F14e-y2").value / published("F14a-x").value)
-    width = np.ptp(_later(by_turn(runs.long[scene, model], channel)), axis=0)
+    width = np.ptp(_later(runs.by_cycle(runs.long[scene, model], channel)), axis=0)
     share = float(np.mean(width >= SMALL * room))
     evidence = (
         f"at the start's angle over {quantity(float(width[0]), 'm', 2)}, at other angles over up to "
@@ -134,26 +134,26 @@ def scattered(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
 
 
 def sensitive(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
-    """Decide whether runs from starts close by become as different as any two turns: what chaos needs.
+    """Decide whether runs from starts close by become as different as any two cycles: what chaos needs.
 
-    At the strobes of the later turns the distance of the twin is compared with that of points drawn from the
-    Poincaré map at random, whose mean square is twice the map's variance. The map itself must not shrink
-    with the tolerance, or what parts the runs is the solver.
+    At the strobes of the later cycles the distance of the perturbed run is compared with that of points drawn
+    from the Poincaré map at random, whose mean square is twice the map's variance. The map itself must not
+    shrink with the tolerance, or what parts the runs is the solver.
     """
     scene = claim["scene"]
-    base, twin, finer = (
-        _later(by_turn(run, "slider_x"))
-        for run in (runs.long[scene, model], runs.twin[model], runs.finer[model])
+    base, perturbed, finer = (
+        _later(runs.by_cycle(run, "slider_x"))
+        for run in (runs.long[scene, model], runs.perturbed[model], runs.finer[model])
     )
     spread, of_finer = float(np.std(base[:, 0])), float(np.std(finer[:, 0]))
-    apart = base - twin
+    apart = base - perturbed
     drawn = np.sqrt(2.0) * spread
     distance = float(np.sqrt(np.mean(apart[:, 0] ** 2)))
     clearance = float(load_scene(scene).data["clearance"]["slider"])
     evidence = (
-        f"started {quantity(TWIN * clearance, 'm', 2)} apart; at the strobes of the later turns "
-        f"{quantity(distance, 'm', 2)}, two points of the map {quantity(drawn, 'm', 2)}; within a turn up to "
-        f"{quantity(float(np.abs(apart).max()), 'm', 2)}; the map at a closer tolerance is "
+        f"started {quantity(PERTURBATION * clearance, 'm', 2)} apart; at the strobes of the later cycles "
+        f"{quantity(distance, 'm', 2)}, two points of the map {quantity(drawn, 'm', 2)}; within a cycle "
+        f"up to {quantity(float(np.abs(apart).max()), 'm', 2)}; the map at a tighter tolerance is "
         f"{number(of_finer / spread if spread else 1.0, 2)} times as wide"
     )
     same_width = 0.5 * spread <= of_finer <= 2.0 * spread
@@ -162,29 +162,29 @@ def sensitive(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
 
 
 def periodic(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
-    """Decide whether a channel repeats from turn to turn, but for a small part of its range."""
-    turns = _later(by_turn(runs.long[claim["scene"], model], claim["channel"]))
-    spread = float(np.ptp(turns, axis=0).max()) / float(np.ptp(turns))
-    return decide(-spread, -2 * SMALL, -SMALL, f"turns differ by up to {per_cent(spread)} of the range")
+    """Decide whether a channel repeats from cycle to cycle, but for a small part of its range."""
+    cycles = _later(runs.by_cycle(runs.long[claim["scene"], model], claim["channel"]))
+    spread = float(np.ptp(cycles, axis=0).max()) / float(np.ptp(cycles))
+    return decide(-spread, -2 * SMALL, -SMALL, f"cycles differ by up to {per_cent(spread)} of the range")
 
 
 def two_codes(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
-    """Decide whether the two models' errors are consistent in the second turn."""
+    """Decide whether the two models' errors are consistent in the second cycle."""
     other = next(name for name in MODELS if name != model)
     scene = claim["scene"]
     within = second(runs.short[scene, model][0])
-    shares, told = [], []
+    shares, parts = [], []
     for channel in CHANNELS:
         mine, theirs = (runs.errors(scene, name, channel)[within] for name in (model, other))
         shares.append(float(np.sqrt(np.mean((mine - theirs) ** 2) / np.mean(mine**2))))
-        told.append(f"{channel} {per_cent(shares[-1])}")
+        parts.append(f"{channel} {per_cent(shares[-1])}")
     return decide(
-        -max(shares), -0.5, -0.1, f"difference of the codes, of the error's own size: {', '.join(told)}"
+        -max(shares), -0.5, -0.1, f"difference of the codes, of the error's own size: {', '.join(parts)}"
     )
 
 
 def _bottom(runs: Runs, scene: str, model: str) -> BoolArray:
-    """Return where the two turns are near their second lowest point."""
+    """Return where the two cycles are near their second lowest point."""
     ideal = runs.ideal[scene, model]
     within = second(ideal)
     y = np.where(within, ideal.values("slider_y"), np.inf)
@@ -195,11 +195,11 @@ def _bottom(runs: Runs, scene: str, model: str) -> BoolArray:
 
 
 def _from_the_guide(runs: Runs, scene: str, model: str) -> Array:
-    """Return x over the clearance, from the guide's centre line, one row a turn."""
+    """Return x over the clearance, from the guide's centre line, one row a cycle."""
     data = load_scene(scene).data
-    x = by_turn(runs.long[scene, model], "slider_x") - data["mechanism"]["guide_x"]
+    x = runs.by_cycle(runs.long[scene, model], "slider_x") - data["mechanism"]["guide_x"]
     return np.asarray(x / data["clearance"]["slider"])
 
 
-def _later(turns: Array) -> Array:
-    return turns[int(SETTLED * len(turns)) :]
+def _later(cycles: Array) -> Array:
+    return cycles[int(SETTLED * len(cycles)) :]

@@ -9,60 +9,50 @@ import numpy as np
 from comparison.reliability.assessment import Assessment, assess
 from comparison.reliability.errors import QUANTITIES, SliderErrors
 from comparison.scene import load_scene
-from comparison.studies.paper.runs import CENTRAL, PIN, SAMPLES, Runs, second
+from comparison.studies.paper.runs import CENTRAL, PIN, Runs, second
 from comparison.studies.shared.errors import Peak, largest, peak
-from comparison.tables.arrays import Array
+from comparison.studies.shared.published import printed_rows
 
 CONDITIONS = {
-    "F7-T": CENTRAL,
-    "F7-R": PIN,
-    "F9-210": CENTRAL,
-    "F9-69": "69GPa",
-    "F10-28": CENTRAL,
-    "F10-33": "poisson-0.33",
-    "F11-01": "90rpm-0.1mm",
-    "F11-05": "90rpm-0.5mm",
-    "F12-150": CENTRAL,
-    "F12-300": "300rpm-0.2mm",
-    "F14a": CENTRAL,
-    "F14c": CENTRAL,
-    "F14e": CENTRAL,
-    "F16-01": "90rpm-0.1mm",
-    "F16-05": "90rpm-0.5mm",
-    "F17-150": CENTRAL,
-    "F17-300": "300rpm-0.2mm",
-    "S4.2": "ideal",
-    "S2.2": "ideal",
+    ("translational", "150", "0.2", "210", "0.28"): CENTRAL,
+    ("translational", "150", "0.2", "69", "0.28"): "69GPa",
+    ("translational", "150", "0.2", "210", "0.33"): "poisson-0.33",
+    ("translational", "90", "0.1", "210", "0.28"): "90rpm-0.1mm",
+    ("translational", "90", "0.5", "210", "0.28"): "90rpm-0.5mm",
+    ("translational", "300", "0.2", "210", "0.28"): "300rpm-0.2mm",
+    ("revolute_A", "150", "0.2", "210", "0.28"): PIN,
+    ("ideal", "150", "0", "210", "0.28"): "ideal",
 }
-"""How the id of a published row begins -> the scene."""
+"""Pair with clearance, speed, clearance, elastic modulus and Poisson's ratio, as printed -> the scene."""
+_CONDITION = ["pair", "speed_rpm", "clearance_mm", "youngs_modulus_GPa", "poisson"]
 PEAKS = {
     "peak_displacement_error": "slider_y",
     "peak_velocity_error": "slider_vy",
     "peak_acceleration_error": "slider_ay",
 }
 RANGES = {
-    "range_x_deviation": ("slider_x", "line"),
-    "range_x_velocity": ("slider_vx", ""),
+    "range_x_deviation": ("slider_x", "start"),
+    "range_x_velocity": ("slider_vx", "nothing"),
     "range_y": ("slider_y", "start"),
-    "range_y_velocity": ("slider_vy", ""),
-    "range_y_error": ("slider_y", "ideal"),
-    "range_y_velocity_error": ("slider_vy", "ideal"),
+    "range_y_velocity": ("slider_vy", "nothing"),
+    "range_y_error": ("slider_y", "motion"),
+    "range_y_velocity_error": ("slider_vy", "motion"),
 }
-"""Of Fig. 14: the channel, and what is taken off: the ideal slider's line, its start, its motion."""
+"""Of Fig. 14: the channel, and what of the ideal slider is taken off: its start, nothing, or its motion."""
 REACH = 0.025
-"""Of a turn: a peak this close to the printed instant counts as the same passage."""
+"""Of a cycle: a peak this close to the printed instant counts as the same passage."""
 _STILL = CENTRAL
 """Whose ideal mechanism stands for the scene ``ideal``: that at 150 rpm."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """What stands in place of a printed figure.
+    """What stands in place of a printed figure, in its unit.
 
     Attributes
     ----------
     value
-        In the figure's unit.
+        Of the first run.
     time
         s; nan where it belongs to no instant.
     others
@@ -83,9 +73,9 @@ def scene_of(identifier: str) -> str:
     Raises
     ------
     KeyError
-        If no condition is known for it.
+        If there is no such row.
     """
-    return CONDITIONS[identifier.rpartition("-")[0]]
+    return CONDITIONS[tuple(printed_rows().loc[identifier, _CONDITION])]
 
 
 def measure(identifier: str, quantity: str, runs: Runs, model: str) -> Measured:
@@ -94,16 +84,15 @@ def measure(identifier: str, quantity: str, runs: Runs, model: str) -> Measured:
     Raises
     ------
     KeyError
-        If nobody knows how to measure the quantity.
+        If the quantity cannot be measured.
     """
     scene = scene_of(identifier)
     if quantity in PEAKS:
         channel = PEAKS[quantity]
-        found = [largest_error(runs, scene, model, channel, k) for k in range(members(runs, scene, model))]
+        found = [largest_error(runs, scene, model, channel, k) for k in range(len(runs.short[scene, model]))]
         run = runs.short[scene, model][0]
         samples = peak(run.time, runs.errors(scene, model, channel), second(run))
-        others = tuple(each.value for each in found[1:])
-        return Measured(found[0].value, found[0].time, others, samples.value)
+        return Measured(found[0].value, found[0].time, tuple(each.value for each in found[1:]), samples.value)
     if quantity == "lowest_displacement":
         y = runs.ideal[_STILL, model].values("slider_y")
         return Measured(float(y.min() - y[0]))
@@ -114,62 +103,47 @@ def measure(identifier: str, quantity: str, runs: Runs, model: str) -> Measured:
     return Measured(_range(runs, scene, model, channel, origin)[end == "high"])
 
 
-def members(runs: Runs, scene: str, model: str) -> int:
-    """Return how many runs a condition has."""
-    return len(runs.short[scene, model])
-
-
-def largest_error(runs: Runs, scene: str, model: str, channel: str, member: int) -> Peak:
-    """Return the largest error of the second turn."""
+def largest_error(runs: Runs, scene: str, model: str, channel: str, member: int = 0) -> Peak:
+    """Return the largest error of the second cycle."""
     run = runs.short[scene, model][member]
     return largest(run, runs.ideal[scene, model], channel, second(run))
 
 
 def near(runs: Runs, scene: str, model: str, channel: str, time: float) -> Peak:
-    """Return the largest error within `REACH` of a turn around an instant (s)."""
+    """Return the largest error within `REACH` of a cycle around an instant (s)."""
     run = runs.short[scene, model][0]
     period = float(run.time[-1]) / 2
     return largest(run, runs.ideal[scene, model], channel, np.abs(run.time - time) <= REACH * period)
 
 
-def first_turn(runs: Runs, scene: str, model: str, channel: str) -> Peak:
-    """Return the largest error of the first turn, which starts at rest on the ideal slider's line."""
+def first_cycle(runs: Runs, scene: str, model: str, channel: str) -> Peak:
+    """Return the largest error of the first cycle, which starts at rest on the ideal slider's line."""
     run = runs.short[scene, model][0]
     return largest(run, runs.ideal[scene, model], channel, run.time <= run.time[-1] / 2)
 
 
 def reliabilities(runs: Runs, scene: str, model: str) -> dict[str, Assessment]:
-    """Return the reliabilities of the second turn at the limits of the scene, by quantity."""
-    rows = second_rows(runs, scene, model)
-    return assess(SliderErrors(SAMPLES, rows), load_scene(scene).reliability)
-
-
-def second_rows(runs: Runs, scene: str, model: str) -> dict[str, Array]:
-    """Return the errors of the second turn, its first instant left out, shape (SAMPLES,), by quantity."""
-    return {
-        quantity: runs.errors(scene, model, channel)[-SAMPLES:] for quantity, channel in QUANTITIES.items()
-    }
+    """Return the reliabilities of the second cycle at the limits of the scene, by quantity."""
+    samples = runs.config.samples
+    # Without its first instant, which ends the first cycle.
+    errors = {name: runs.errors(scene, model, channel)[-samples:] for name, channel in QUANTITIES.items()}
+    return assess(SliderErrors(samples, errors), load_scene(scene).reliability)
 
 
 def _range(runs: Runs, scene: str, model: str, channel: str, origin: str) -> tuple[float, float]:
-    run, ideal = runs.long[scene, model], runs.ideal[scene, model]
-    if origin == "ideal":
+    if origin == "motion":
         errors = runs.long_errors(scene, model, channel)
         return float(errors.min()), float(errors.max())
-    zero = {
-        "line": float(ideal.values("slider_x")[0]),
-        "start": float(ideal.values("slider_y")[0]),
-        "": 0.0,
-    }[origin]
-    extremes = run.extrema[channel]
+    zero = float(runs.ideal[scene, model].values(channel)[0]) if origin == "start" else 0.0
+    extremes = runs.long[scene, model].extrema[channel]
     return extremes["min"] - zero, extremes["max"] - zero
 
 
 def _top_dead_centre(runs: Runs, model: str) -> float:
     """Return the crank angle at which the ideal slider is highest, deg: the zero of its velocity."""
-    ideal = runs.ideal[_STILL, model]
+    ideal, samples = runs.ideal[_STILL, model], runs.config.samples
     velocity = ideal.values("slider_vy")
-    at = SAMPLES + int(ideal.values("slider_y")[SAMPLES // 2 : -SAMPLES // 2].argmax()) - SAMPLES // 2
+    at = samples // 2 + int(ideal.values("slider_y")[samples // 2 : -samples // 2].argmax())
     rise = (velocity[at + 1] - velocity[at - 1]) / 2
     start = float(load_scene("ideal").data["mechanism"]["crank_angle_deg"])
-    return float(start + 360.0 * ((at - velocity[at] / rise) / SAMPLES - 1.0))
+    return float(start + 360.0 * ((at - velocity[at] / rise) / samples - 1.0))

@@ -1,9 +1,9 @@
-"""Figures 8, 14 and 15: the slider's way in its clearance, phase portraits, Poincaré maps, many turns."""
+"""Figures 8, 14 and 15: the slider's path in its clearance, phase portraits, Poincaré maps, many cycles."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,186 +13,175 @@ from comparison.report import svg
 from comparison.report.decimate import envelope
 from comparison.scene import load_scene
 from comparison.studies.paper.dynamics import pin_forces
-from comparison.studies.paper.figures import COLUMNS, finish, grid, share
-from comparison.studies.paper.runs import CENTRAL, PIN, Runs, by_turn, second
+from comparison.studies.paper.figures import COLUMNS, grid
+from comparison.studies.paper.runs import CENTRAL, PIN, Runs, second
 from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array
 
-TURNS = 4
+CYCLES = 4
 """Of the portraits' curves: the last ones. More would fill the plane, and the page."""
 TOUCHES = 5
-"""Samples of the two turns that are drawn of the pin's touches."""
+"""Samples of the two cycles that are drawn of the pin's touches."""
 EVERY = 8
-"""Samples of the two turns that are drawn of the slider's way."""
-
-
-def draw(runs: Runs, folder: Path) -> None:
-    """Write figures 8, 14 and 15, inside `svg.style`."""
-    _way(runs, folder / "figure-8.svg")
-    _pin(runs, folder / "figure-8-pin.svg")
-    _phase(runs, folder / "figure-14-phase.svg")
-    _poincare(runs, folder / "figure-14-poincare.svg")
-    _turns(runs, folder / "figure-15.svg")
+"""Samples of the two cycles that are drawn of the slider's path."""
+COLOURS = dict(zip(MODELS, (svg.FIRST, svg.SECOND), strict=True))
+PRINTED: dict[str, Any] = {"color": svg.BEYOND, "dashes": (1, 2), "lw": 0.8}
+X_RANGE, Y_RANGE, Y_ERROR = (("F14a-x", "F14a-x2"), ("F14c-y", "F14c-y2"), ("F14e-y", "F14e-y2"))
 
 
 def of_x(runs: Runs, model: str) -> tuple[Array, Array]:
-    """Return x from the ideal slider's line (mm) and its velocity (mm/s), one row a turn."""
+    """Return x from the ideal slider's line (mm) and its velocity (mm/s), one row a cycle."""
     run, line = runs.long[CENTRAL, model], runs.ideal[CENTRAL, model].values("slider_x")[0]
-    return 1e3 * (by_turn(run, "slider_x") - line), 1e3 * by_turn(run, "slider_vx")
+    return 1e3 * (runs.by_cycle(run, "slider_x") - line), 1e3 * runs.by_cycle(run, "slider_vx")
 
 
 def of_y(runs: Runs, model: str) -> tuple[Array, Array]:
-    """Return y from the ideal slider's start (m) and its velocity (m/s), one row a turn."""
+    """Return y from the ideal slider's start (m) and its velocity (m/s), one row a cycle."""
     run, start = runs.long[CENTRAL, model], runs.ideal[CENTRAL, model].values("slider_y")[0]
-    return by_turn(run, "slider_y") - start, by_turn(run, "slider_vy")
+    return runs.by_cycle(run, "slider_y") - start, runs.by_cycle(run, "slider_vy")
 
 
 def of_error(runs: Runs, model: str) -> tuple[Array, Array]:
-    """Return the errors of y (um) and of its velocity (mm/s), one row a turn."""
-    errors = (runs.long_errors(CENTRAL, model, channel) for channel in ("slider_y", "slider_vy"))
-    y, velocity = errors
+    """Return the errors of y (um) and of its velocity (mm/s), one row a cycle."""
+    y, velocity = (runs.long_errors(CENTRAL, model, channel) for channel in ("slider_y", "slider_vy"))
     return 1e6 * y, 1e3 * velocity
 
 
-Plane = Callable[[Runs, str], tuple[Array, Array]]
-PLANES: tuple[tuple[Plane, str, str, str, float, float], ...] = (
-    (of_x, "x − line (mm)", "velocity of x (mm/s)", "F14a-x F14a-x2 F14a-vx F14a-vx2", 1e3, 1e3),
-    (of_y, "y − start (m)", "velocity of y (m/s)", "F14c-y F14c-y2 F14c-vy F14c-vy2", 1.0, 1.0),
-    (of_error, "error of y (µm)", "its velocity (mm/s)", "F14e-y F14e-y2 F14e-vy F14e-vy2", 1e6, 1e3),
+PLANES = (
+    (of_x, "x − line (mm)", "velocity of x (mm/s)", (X_RANGE, ("F14a-vx", "F14a-vx2")), (1e3, 1e3)),
+    (of_y, "y − start (m)", "velocity of y (m/s)", (Y_RANGE, ("F14c-vy", "F14c-vy2")), (1.0, 1.0)),
+    (of_error, "error of y (µm)", "its velocity (mm/s)", (Y_ERROR, ("F14e-vy", "F14e-vy2")), (1e6, 1e3)),
 )
-"""What is drawn, the names of its axes, the rows of its printed ranges, and the scales of these."""
+"""Values, labels of both axes, rows of the printed ranges of both, and scales from the printed units."""
 
 
-def _way(runs: Runs, path: Path) -> None:
-    """Draw the slider's centre in its guide over the second turn (Fig. 8a)."""
-    figure, axes = grid(1, 2.6)
-    share(axes)
-    for panel, model in zip(axes[0], MODELS, strict=True):
-        run, ideal = runs.short[CENTRAL, model][0], runs.ideal[CENTRAL, model]
-        shown = second(run)
-        x = 1e3 * (run.values("slider_x") - ideal.values("slider_x")[0])[shown][::EVERY]
-        y = (run.values("slider_y") - ideal.values("slider_y")[0])[shown][::EVERY]
-        panel.plot(x, y, color=svg.FIRST, lw=0.8)
-        for name in ("F14a-x", "F14a-x2"):
-            panel.axvline(1e3 * published(name).value, color=svg.BEYOND, dashes=(1, 2), lw=0.8)
-    axes[0][0].plot([], [], color=svg.FIRST, label="slider's centre, second turn")
-    axes[0][0].plot([], [], color=svg.BEYOND, dashes=(1, 2), label="printed range")
-    axes[0][0].set_ylabel("y − start (m)")
-    finish(figure, axes, "x − line (mm)", path)
+def draw(runs: Runs, folder: Path) -> None:
+    """Write figures 8, 14 and 15."""
+    _path(runs, folder / "figure-8.svg")
+    _pin(runs, folder / "figure-8-pin.svg")
+    _phase(runs, folder / "figure-14-phase.svg")
+    _poincare(runs, folder / "figure-14-poincare.svg")
+    _cycles(runs, folder / "figure-15.svg")
+
+
+def _path(runs: Runs, path: Path) -> None:
+    """Draw the slider's centre in its guide over the second cycle (Fig. 8a)."""
+    with grid(path, 1, MODELS, 3.2, sharex=True, sharey=True) as (axes,):
+        for panel, model in zip(axes, MODELS, strict=True):
+            run, ideal = runs.short[CENTRAL, model][0], runs.ideal[CENTRAL, model]
+            x, y = (
+                (run.values(channel) - ideal.values(channel)[0])[second(run)][::EVERY]
+                for channel in ("slider_x", "slider_y")
+            )
+            panel.plot(1e3 * x, y, color=COLOURS[model], lw=0.8, label="slider's centre, second cycle")
+            for name, label in zip(X_RANGE, ("printed range", None), strict=True):
+                panel.axvline(1e3 * published(name).value, label=label, **PRINTED)
+            panel.margins(x=0.04)
+            panel.set_xlabel("x − line (mm)")
+        axes[0].set_ylabel("y − start (m)")
 
 
 def _pin(runs: Runs, path: Path) -> None:
-    """Draw where the pin touches its bearing in the second turn (Fig. 8b)."""
+    """Draw where the pin touches its bearing in the second cycle (Fig. 8b)."""
     clearance = 1e3 * float(load_scene(PIN).data["clearance"]["crank_pin"])
-    figure, axes = grid(1, 2.3)
-    share(axes)
-    round_turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
-    for panel, model in zip(axes[0], MODELS, strict=True):
-        force = pin_forces(runs, PIN, model)
-        strong = np.abs(force) > 0
-        size = np.abs(force[strong])
-        # Outwards by the force, so that a place that is touched lightly is told from one that is hit.
-        touched = clearance * (1 + size / np.max(size, initial=1e-300)) * force[strong] / size
-        panel.plot(clearance * round_turn.real, clearance * round_turn.imag, color=svg.LIMIT)
-        panel.plot(touched.real[::TOUCHES], touched.imag[::TOUCHES], ".", color=svg.FIRST, ms=2)
-        panel.margins(0.05)
-        panel.set_aspect("equal", adjustable="datalim")
-    axes[0][0].plot([], [], ".", color=svg.FIRST, ms=4, label="touching, outwards by the force")
-    axes[0][0].plot([], [], color=svg.LIMIT, label="clearance")
-    axes[0][0].set_ylabel("y of the pin (mm)")
-    finish(figure, axes, "x of the pin (mm)", path)
+    circle = clearance * np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
+    with grid(path, 1, MODELS, 3.2, sharex=True, sharey=True) as (axes,):
+        for panel, model in zip(axes, MODELS, strict=True):
+            force = pin_forces(runs, PIN, model)
+            force = force[np.abs(force) > 0]
+            size = np.abs(force)
+            # Outwards by the force, which distinguishes a light touch from a hit.
+            touched = (clearance * (1 + size / np.max(size, initial=1e-300)) * force / size)[::TOUCHES]
+            panel.plot(
+                touched.real,
+                touched.imag,
+                ".",
+                color=COLOURS[model],
+                ms=2,
+                label="touching, outwards by the force",
+            )
+            panel.plot(circle.real, circle.imag, color=svg.LIMIT, label="clearance")
+            panel.margins(0.05)
+            panel.set_aspect("equal", adjustable="box")
+            panel.set_xlabel("x of the pin (mm)")
+        axes[0].set_ylabel("y of the pin (mm)")
 
 
 def _phase(runs: Runs, path: Path) -> None:
-    figure, axes = grid(len(PLANES), 1.9)
-    share(axes)
-    for row, (plane, across, up, names, *scales) in enumerate(PLANES):
-        for panel, model in zip(axes[row], MODELS, strict=True):
-            x, v = (values[-TURNS:].ravel() for values in plane(runs, model))
-            panel.margins(0.04)
-            panel.plot(x, v, color=svg.FIRST, lw=0.5, label=f"last {TURNS} turns")
-            everything = [(values.min(), values.max()) for values in plane(runs, model)]
-            _box(panel, everything[0], everything[1], svg.THRESHOLD, (3.5, 1.8), "range of all turns")
-            printed = [published(name).value for name in names.split()]
-            x_range = scales[0] * printed[0], scales[0] * printed[1]
-            v_range = scales[1] * printed[2], scales[1] * printed[3]
-            if plane is not of_y:
-                _box(panel, x_range, v_range, svg.BEYOND, (1, 2), "printed range")
-                continue
-            for value in v_range:  # of the displacement the paper prints a range that cannot be
-                panel.axhline(value, color=svg.BEYOND, dashes=(1, 2), lw=0.8)
-        for panel in axes[row]:
-            panel.tick_params(labelbottom=True)
-            panel.set_xlabel(across, labelpad=1)
-        axes[row][0].set_ylabel(up)
-    _apart(axes)
-    finish(figure, axes, PLANES[-1][1], path)
+    """Draw phase portraits with the ranges of all cycles and the printed ones (Fig. 14a, c, e)."""
+    with grid(path, len(PLANES), MODELS, 6.6, sharex="row", sharey="row") as axes:
+        for row, (plane, across, up, names, scales) in zip(axes, PLANES, strict=True):
+            printed = np.array(
+                [[s * published(n).value for n in of] for of, s in zip(names, scales, strict=True)]
+            )
+            for panel, model in zip(row, MODELS, strict=True):
+                x, v = plane(runs, model)
+                panel.margins(0.04)
+                panel.plot(
+                    x[-CYCLES:].ravel(), v[-CYCLES:].ravel(), color=COLOURS[model], lw=0.5,
+                    label=f"last {CYCLES} cycles",
+                )  # fmt: skip
+                everything = np.array([(x.min(), x.max()), (v.min(), v.max())])
+                _box(
+                    panel,
+                    everything,
+                    color=svg.THRESHOLD,
+                    dashes=(3.5, 1.8),
+                    lw=0.8,
+                    label="range of all cycles",
+                )
+                if plane is of_y:  # of the displacement the paper prints a range that cannot be
+                    for value in printed[1]:
+                        panel.axhline(value, **PRINTED)
+                else:
+                    _box(panel, printed, label="printed range", **PRINTED)
+                panel.set_xlabel(across)
+            row[0].set_ylabel(up)
 
 
 def _poincare(runs: Runs, path: Path) -> None:
-    """Draw sections of x at the start's angle and where they are widest, and of the error of y."""
+    """Draw sections of x at the start's angle and where widest, and of the error of y (Fig. 14b, f)."""
     width = np.ptp(of_x(runs, MODELS[0])[0][1:], axis=0)
-    widest = int(width.argmax())
     sections = (
         (of_x, 0, 1e6, "x (nm)", 1e3, "velocity (µm/s)"),
-        (of_x, widest, 1e3, "x (µm)", 1.0, "velocity (mm/s)"),
+        (of_x, int(width.argmax()), 1e3, "x (µm)", 1.0, "velocity (mm/s)"),
         (of_error, 0, 1e3, "error of y (nm)", 1e3, "velocity (µm/s)"),
     )
-    figure, axes = grid(len(sections), 1.9)
-    share(axes)
-    for line, (plane, at, scale, across, scale_v, up) in zip(axes, sections, strict=True):
-        for panel, model in zip(line, MODELS, strict=True):
-            x, v = (values[1:, at] - values[1:, at].mean() for values in plane(runs, model))
-            panel.plot(scale * x, scale_v * v, ".", color=svg.FIRST, ms=3, label="once a turn, less the mean")
-            panel.margins(0.05)
-            panel.tick_params(labelbottom=True)
-            panel.set_xlabel(f"{across}, {360 * at / width.size:.0f}° from the start", labelpad=1)
-        line[0].set_ylabel(up)
-    _apart(axes)
-    finish(figure, axes, axes[-1][0].get_xlabel(), path)
+    with grid(path, len(sections), MODELS, 6.6, sharex="row", sharey="row") as axes:
+        for row, (plane, at, scale, across, scale_v, up) in zip(axes, sections, strict=True):
+            for panel, model in zip(row, MODELS, strict=True):
+                x, v = (values[1:, at] - values[1:, at].mean() for values in plane(runs, model))
+                label = "once a cycle, less the mean"
+                panel.plot(scale * x, scale_v * v, ".", color=COLOURS[model], ms=3, label=label)
+                panel.margins(0.05)
+                panel.set_xlabel(f"{across}, {360 * at / width.size:.0f}° from the start")
+            row[0].set_ylabel(up)
 
 
-def _turns(runs: Runs, path: Path) -> None:
-    """Draw x and y over all turns: of each column of the drawing the lowest and the highest sample."""
-    figure, axes = grid(2, 1.4)
-    share(axes)
-    for column, model in enumerate(MODELS):
-        for row, (plane, label) in enumerate(((of_x, "x − line (mm)"), (of_y, "y − start (m)"))):
-            values = plane(runs, model)[0]
-            turns = np.arange(values.size) / values.shape[1]
-            kept = envelope(values.ravel(), COLUMNS)
-            axes[row][column].plot(turns[kept], values.ravel()[kept], color=svg.FIRST, lw=0.6)
-            axes[row][column].set_xlim(0, values.shape[0])
-            if not column:
-                axes[row][column].set_ylabel(label)
-        for name in ("F14a-x", "F14a-x2"):
-            axes[0][column].axhline(1e3 * published(name).value, color=svg.BEYOND, dashes=(1, 2), lw=0.8)
-        axes[1][column].axhline(published("S4.2-stroke").value, color=svg.BEYOND, dashes=(1, 2), lw=0.8)
-    axes[0][0].plot([], [], color=svg.BEYOND, dashes=(1, 2), label="printed")
-    finish(figure, axes, "crank turns", path)
-
-
-def _apart(axes: list[list[Axes]]) -> None:
-    """Make room between rows for the names of their own horizontal axes."""
-    for line in axes:
-        for panel in line:
-            box = panel.get_position()
-            panel.set_position((box.x0, box.y0 + 0.045, box.width, box.height - 0.045))
-
-
-def _box(
-    panel: Axes,
-    x: tuple[float, float],
-    v: tuple[float, float],
-    colour: str,
-    dashes: tuple[float, float],
-    label: str,
-) -> None:
-    panel.plot(
-        [x[0], x[1], x[1], x[0], x[0]],
-        [v[0], v[0], v[1], v[1], v[0]],
-        color=colour,
-        dashes=dashes,
-        lw=0.8,
-        label=label,
+def _cycles(runs: Runs, path: Path) -> None:
+    """Draw the lowest and the highest sample of each column of the drawing over all cycles (Fig. 15)."""
+    rows = (
+        (of_x, "x − line (mm)", [1e3 * published(name).value for name in X_RANGE]),
+        (of_y, "y − start (m)", [published("S4.2-stroke").value]),
     )
+    with grid(path, len(rows), MODELS, 4.2, sharex=True, sharey="row") as axes:
+        for row, (plane, label, printed) in zip(axes, rows, strict=True):
+            for panel, model in zip(row, MODELS, strict=True):
+                values = plane(runs, model)[0]
+                cycles = np.arange(values.size) / values.shape[1]
+                kept = envelope(values.ravel(), COLUMNS)
+                panel.plot(
+                    cycles[kept], values.ravel()[kept], color=COLOURS[model], lw=0.6, label="all cycles"
+                )
+                for k, value in enumerate(printed):
+                    panel.axhline(value, label=None if k else "printed", **PRINTED)
+                panel.set_xlim(0, values.shape[0])
+            row[0].set_ylabel(label)
+        for panel in axes[-1]:
+            panel.set_xlabel("crank cycles (-)")
+
+
+def _box(panel: Axes, ranges: Array, **line: Any) -> None:
+    """Draw the rectangle of two ranges, shape (2, 2): across, up."""
+    across, up = ranges
+    panel.plot(across[[0, 1, 1, 0, 0]], up[[0, 0, 1, 1, 0]], **line)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from enum import Enum
+from typing import Any
 
 from comparison.execution.run import MODELS
-from comparison.formatting import quantity as quantity_words
-from comparison.reliability.errors import QUANTITIES, unit_of
+from comparison.reliability.errors import QUANTITIES
 from comparison.reliability.interference import cap
 from comparison.scene.criteria import Limits
 from comparison.studies.paper.measures import Measured, measure, reliabilities, scene_of
@@ -18,48 +18,40 @@ from comparison.studies.shared.published import Published, printed_rows, publish
 REPRODUCED, CLOSE = 0.05, 2.0
 """Five per cent; a factor. The paper states neither its tolerances nor the radius of the corners."""
 VERDICTS = ("reproduced", "within a factor 2", "contradicted", "not comparable")
+MISPRINTED = ("F7-T-d", "F14c-y")
+"""Figures that cannot be what the authors computed: they say nothing of a model."""
 
 
-@dataclass(frozen=True)
-class Row:
-    """One printed figure.
+class Reason(Enum):
+    """Why a figure is not comparable, or what was assumed, as the page puts it."""
 
-    Attributes
-    ----------
-    identifier, quantity, scene
-        Of the row.
-    printed
-        The figure.
-    note
-        What is odd about it.
-    measured
-        Model -> what stands in its place; empty where nothing can.
-    ratio
-        Model -> ours over the printed one, sizes; of reliabilities what is missing to the cap.
-    verdict
-        One of `VERDICTS`: the worse of the two models'.
-    reason
-        Why it is not comparable, or what was assumed.
+    NONE = ""
+    MISPRINT = ": {note}"
+    AT_CAP = ": at the cap that the method sets even without any error"
+    ONE_LIMIT = ": with the one limit of {limit}, not printed, that suits all"
+    ABOVE_STROKE = f"{ONE_LIMIT}: more than the stroke, so no limit of an error"
+
+
+def all_rows(runs: Runs) -> list[dict[str, Any]]:
+    """Return every published row, in the order of the file.
+
+    Returns
+    -------
+    rows
+        ``id``, ``figure``, ``quantity``, ``scene``, ``note``; ``printed``: the figure; ``measured``: model ->
+        what stands in its place; ``ratio``: model -> ours over the printed one, sizes, of reliabilities of
+        what is missing to the cap; ``verdict``: the worse of the two models' `VERDICTS`; its ``reason``; the
+        ``limit`` assumed.
     """
-
-    identifier: str
-    quantity: str
-    scene: str
-    printed: Published
-    note: str
-    measured: Mapping[str, Measured]
-    ratio: Mapping[str, float]
-    verdict: str
-    reason: str = ""
-
-
-def all_rows(runs: Runs) -> list[Row]:
-    """Return every published row, in the order of the file."""
     limits = {quantity: one_limit(runs, quantity) for quantity in QUANTITIES}
-    return [
-        _row(str(identifier), str(texts["quantity"]), str(texts["note"]), runs, limits)
-        for identifier, texts in printed_rows().iterrows()
-    ]
+    rows = []
+    for identifier, texts in printed_rows().iterrows():
+        name, quantity = str(identifier), str(texts["quantity"])
+        row = {"id": name, "scene": scene_of(name), "printed": published(name), "limit": float("nan")}
+        row |= {key: str(texts[key]) for key in ("figure", "quantity", "note")}
+        judged = _reliability if quantity.startswith("min_") else _figure
+        rows.append(row | judged(name, quantity, runs, limits))
+    return rows
 
 
 def judge(ratio: float) -> str:
@@ -69,40 +61,39 @@ def judge(ratio: float) -> str:
     return VERDICTS[1] if 1 / CLOSE <= ratio <= CLOSE else VERDICTS[2]
 
 
-def _row(identifier: str, quantity: str, note: str, runs: Runs, limits: Mapping[str, float]) -> Row:
-    printed = published(identifier)
-    if quantity.startswith("min_"):
-        return _reliability(identifier, quantity, note, runs, limits)
-    measured = {model: measure(identifier, quantity, runs, model) for model in MODELS}
-    parts = identifier, quantity, scene_of(identifier), printed, note, measured
-    # A figure that cannot be what the authors computed says nothing of a model.
-    if note.startswith(("misprint", "impossible")):
-        return Row(*parts, ratio={}, verdict=VERDICTS[3], reason=note)
-    ratio = {model: abs(found.value / printed.value) for model, found in measured.items()}
-    return Row(*parts, ratio, _worse(judge(each) for each in ratio.values()))
+def _figure(name: str, quantity: str, runs: Runs, _limits: Mapping[str, float]) -> dict[str, Any]:
+    measured = {model: measure(name, quantity, runs, model) for model in MODELS}
+    if name in MISPRINTED:
+        return _judged(measured, {}, VERDICTS[3:], Reason.MISPRINT)
+    ratio = {model: abs(found.value / published(name).value) for model, found in measured.items()}
+    return _judged(measured, ratio, map(judge, ratio.values()))
 
 
-def _reliability(identifier: str, quantity: str, note: str, runs: Runs, limits: Mapping[str, float]) -> Row:
+def _reliability(name: str, quantity: str, runs: Runs, limits: Mapping[str, float]) -> dict[str, Any]:
     """Judge a smallest reliability by what it misses to the cap, with the limit that suits the paper best."""
-    name, scene, printed = quantity.split("_")[1], scene_of(identifier), published(identifier)
-    top, limit = cap(Limits(upper=1.0)), limits[name]
-    lacking = {model: missing(limit, reliabilities(runs, scene, model)[name]) for model in MODELS}
+    of, printed, top = quantity.split("_")[1], published(name), cap(Limits(upper=1.0))
+    lacking = {model: missing(limits[of], reliabilities(runs, scene_of(name), model)[of]) for model in MODELS}
     measured = {model: Measured(top - lack) for model, lack in lacking.items()}
-    parts = identifier, quantity, scene, printed, note, measured
     wanted = top - printed.value
     if wanted <= printed.rounding:
-        return Row(*parts, {}, VERDICTS[3], "at the cap that the method sets even without any error")
-    told = f"with the one limit of {quantity_words(limit, unit_of(name), 2)}, not printed, that suits all"
+        return _judged(measured, {}, VERDICTS[3:], Reason.AT_CAP)
     ratio = {model: lack / wanted for model, lack in lacking.items()}
-    stroke = abs(published("S4.2-stroke").value)
-    if name == "displacement" and limit > stroke:
-        return Row(*parts, ratio, VERDICTS[3], f"{told}: more than the stroke, so no limit of an error")
-    verdicts = [
-        VERDICTS[0] if abs(measured[model].value - printed.value) <= printed.rounding else judge(ratio[model])
-        for model in MODELS
-    ]
-    return Row(*parts, ratio, _worse(verdicts), told)
+    if of == "displacement" and limits[of] > abs(published("S4.2-stroke").value):
+        return _judged(measured, ratio, VERDICTS[3:], Reason.ABOVE_STROKE, limits[of])
+    verdicts = [VERDICTS[0] if _same(measured[m], printed) else judge(ratio[m]) for m in MODELS]
+    return _judged(measured, ratio, verdicts, Reason.ONE_LIMIT, limits[of])
 
 
-def _worse(verdicts: Iterable[str]) -> str:
-    return max(verdicts, key=VERDICTS.index)
+def _same(measured: Measured, printed: Published) -> bool:
+    return abs(measured.value - printed.value) <= printed.rounding
+
+
+def _judged(
+    measured: Mapping[str, Measured],
+    ratio: Mapping[str, float],
+    verdicts: Iterable[str],
+    reason: Reason = Reason.NONE,
+    limit: float = float("nan"),
+) -> dict[str, Any]:
+    worst = max(verdicts, key=VERDICTS.index)
+    return {"measured": measured, "ratio": ratio, "verdict": worst, "reason": reason, "limit": limit}

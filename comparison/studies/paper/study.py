@@ -1,36 +1,54 @@
-"""The paper against both models: every printed figure, every figure, every statement."""
+"""The paper against both models: every printed figure, every drawing, every statement."""
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
 
-from comparison.execution.run import Progress
-from comparison.files import replacing
-from comparison.report import svg
-from comparison.studies.paper import figures, portraits, text
+from comparison.formatting import quantity, table
+from comparison.reliability.errors import QUANTITIES, unit_of
+from comparison.scene import load_scene
+from comparison.studies.paper import figures, portraits, tables
 from comparison.studies.paper.claims import judge_all
+from comparison.studies.paper.measures import REACH
 from comparison.studies.paper.rows import all_rows
-from comparison.studies.paper.runs import simulate
+from comparison.studies.paper.runs import CENTRAL, SCENES, Config, Runs, simulate
 from comparison.studies.paper.tolerances import implied
-from comparison.studies.shared.page import single_page
+from comparison.studies.shared.study import Study
 
 
-def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
-    """Run the paper's conditions by both models, and write README.md, figures and a page with all of it."""
-    runs = simulate(n_jobs, on_progress)
-    with svg.style():
-        figures.draw(runs, folder)
-        portraits.draw(runs, folder)
-    rows, claims = all_rows(runs), judge_all(runs)
-    template = files("comparison.studies.paper").joinpath("paper.md").read_text("utf-8")
-    parts = (
-        text.of_rows(rows)
-        | text.of_first_turn(runs)
-        | text.of_claims(claims)
-        | text.of_tolerances(implied(runs))
-        | text.of_runs()
-    )
-    with replacing(folder / "README.md") as part:
-        part.write_text(template.format(**parts), "utf-8")
-    single_page(folder / "README.md", folder / "report.html")
+def page(runs: Runs) -> dict[str, object]:
+    """Return what stands in the page."""
+    config, settings = runs.config, load_scene(CENTRAL).reliability
+    return {
+        **tables.of_rows(all_rows(runs)),
+        **tables.of_first_cycle(runs),
+        **tables.of_claims(judge_all(runs)),
+        "tolerances": tables.of_tolerances(implied(runs)),
+        "scenes": table(("scene", "title"), [[name, load_scene(name).title] for name in SCENES]),
+        "limits": ", ".join(quantity(getattr(settings, of).upper, unit_of(of)) for of in QUANTITIES),
+        "reach": f"{100 * REACH:g}",
+        "members": config.members,
+        "cycles": config.cycles,
+        "fewer": config.fewer,
+        "long_samples": f"{config.long_samples:,}",
+        "samples": f"{config.samples:,}",
+        "samples_value": config.samples,
+        "central": CENTRAL,
+    }
+
+
+def draw(runs: Runs, folder: Path) -> None:
+    """Draw the paper's figures."""
+    figures.draw(runs, folder)
+    portraits.draw(runs, folder)
+
+
+STUDY = Study(
+    "paper",
+    small=Config(samples=100, long_samples=50, cycles=4, fewer=3, members=2),
+    full=Config(samples=10_000, long_samples=1000, cycles=100, fewer=30, members=4),
+    measure=simulate,
+    page=page,
+    draw=draw,
+    one_file=True,
+)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from pandas import Series
 from scipy.optimize import minimize_scalar
 
 from comparison.execution.run import MODELS
@@ -15,36 +14,7 @@ from comparison.reliability.interference import cap, implied_limit, reliability
 from comparison.scene.criteria import Limits
 from comparison.studies.paper.measures import reliabilities, scene_of
 from comparison.studies.paper.runs import Runs
-from comparison.studies.shared.published import printed_rows, published
-
-
-@dataclass(frozen=True)
-class Implied:
-    """What one printed reliability implies.
-
-    Attributes
-    ----------
-    identifier, quantity, unit
-        Of the row; displacement, velocity or acceleration, and its unit.
-    printed
-        The smallest reliability.
-    angle
-        Of the printed part of the turn, deg; nan if none is printed.
-    limits
-        Model -> the upper limit that gives the printed value in the printed part of the turn, and the least
-        and largest one within the rounding of the print.
-    worst
-        Model -> the part of the turn in which the model's reliability is smallest, deg, and the upper limit
-        that gives the printed value there.
-    """
-
-    identifier: str
-    quantity: str
-    unit: str
-    printed: float
-    angle: float
-    limits: dict[str, tuple[float, float, float]]
-    worst: dict[str, tuple[float, float]]
+from comparison.studies.shared.published import Published, printed_rows, published
 
 
 def missing(limit: float, assessed: Assessment) -> float:
@@ -59,12 +29,12 @@ def one_limit(runs: Runs, quantity: str) -> float:
     Least squares of the logarithms of what is missing to the cap; a reliability printed at the cap does not
     count. The errors are those of the first model: both have the same.
     """
-    known = []
-    for identifier, texts in printed_rows().iterrows():
-        printed = published(str(identifier))
-        assessed = reliabilities(runs, scene_of(str(identifier)), MODELS[0]) if _of(texts, quantity) else {}
-        if assessed and cap(Limits(upper=1.0)) - printed.value > printed.rounding:
-            known.append((cap(Limits(upper=1.0)) - printed.value, assessed[quantity]))
+    top = cap(Limits(upper=1.0))
+    known = [
+        (top - printed.value, reliabilities(runs, scene_of(identifier), MODELS[0])[quantity])
+        for identifier, of, printed in printed_reliabilities()
+        if of == quantity and top - printed.value > printed.rounding
+    ]
 
     def squares(log_limit: float) -> float:
         found = [max(missing(float(np.exp(log_limit)), assessed), 1e-300) for _, assessed in known]
@@ -73,38 +43,42 @@ def one_limit(runs: Runs, quantity: str) -> float:
     # The sum has several minima where a limit is too narrow for any reliability; a scan finds the widest.
     scan = np.log(np.geomspace(1e-6, 1e6, 241))
     start = int(np.argmin([squares(value) for value in scan]))
-    near = scan[max(start - 1, 0)], scan[min(start + 1, scan.size - 1)]
-    return float(np.exp(minimize_scalar(squares, bounds=near, method="bounded").x))
+    around = scan[max(start - 1, 0)], scan[min(start + 1, scan.size - 1)]
+    return float(np.exp(minimize_scalar(squares, bounds=around, method="bounded").x))
 
 
-def _of(texts: Series, quantity: str) -> bool:
-    return str(texts["quantity"]) == f"min_{quantity}_reliability"
+def printed_reliabilities() -> list[tuple[str, str, Published]]:
+    """Return id, quantity and figure of each smallest reliability that the paper prints."""
+    quantities = printed_rows()["quantity"].str.extract(r"^min_(\w+)_reliability$", expand=False).dropna()
+    return [(str(identifier), of, published(str(identifier))) for identifier, of in quantities.items()]
 
 
-def implied(runs: Runs) -> list[Implied]:
-    """Solve every printed reliability for its upper limit, the lower one being zero."""
-    found = []
-    for identifier, texts in printed_rows().iterrows():
-        if not str(texts["quantity"]).startswith("min_"):
-            continue
-        quantity = str(texts["quantity"]).split("_")[1]
-        printed = published(str(identifier))
-        angle = printed.angle
+def implied(runs: Runs) -> list[dict[str, Any]]:
+    """Solve every printed reliability for its upper limit, the lower one being zero.
+
+    Returns
+    -------
+    rows
+        ``id``, ``quantity``, ``unit`` and ``printed``; ``limits``: model -> the upper limit that gives the
+        printed value in the printed part of the cycle, and the least and largest one within the rounding of
+        the print; ``worst``: model -> the part of the cycle in which the model's reliability is smallest,
+        deg, and the upper limit that gives the printed value there.
+    """
+    rows = []
+    for identifier, quantity, printed in printed_reliabilities():
         limits, worst = {}, {}
         for model in MODELS:
-            assessed = reliabilities(runs, scene_of(str(identifier)), model)[quantity]
-            part = int(np.argmin(np.abs(assessed.angle - angle)))
+            assessed = reliabilities(runs, scene_of(identifier), model)[quantity]
+            part = int(np.argmin(np.abs(assessed.angle - printed.angle)))
             moments, of_worst = (
                 (float(assessed.mean[k]), float(assessed.deviation[k])) for k in (part, assessed.worst)
             )
             # A higher reliability needs a wider limit.
-            at, low, high = (
+            limits[model] = [
                 implied_limit(printed.value + by, *moments)
                 for by in (0.0, -printed.rounding, printed.rounding)
-            )
-            limits[model] = (at, low, high)
+            ]
             worst[model] = float(assessed.angle[assessed.worst]), implied_limit(printed.value, *of_worst)
-        found.append(
-            Implied(str(identifier), quantity, unit_of(quantity), printed.value, angle, limits, worst)
-        )
-    return found
+        row = {"id": identifier, "quantity": quantity, "unit": unit_of(quantity), "printed": printed}
+        rows.append(row | {"limits": limits, "worst": worst})
+    return rows

@@ -6,17 +6,18 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from comparison.formatting import number, quantity
 from comparison.reliability.interference import ROUNDING
 from comparison.studies.paper.decision import CONTRADICTED, SUPPORTED, UNDECIDED, Decision, decide, per_cent
-from comparison.studies.paper.measures import largest_error, members, reliabilities
-from comparison.studies.paper.runs import LONG_SAMPLES, Runs
+from comparison.studies.paper.measures import largest_error, reliabilities
+from comparison.studies.paper.runs import Runs
 from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
 
 MOST = 0.75
-"""Of all pairs of turns: from so much on the one condition's turn is said to be worse than the other's."""
+"""Of all pairs of cycles: from so much on the one condition's cycle is said to be worse than the other's."""
 LITTLE = 0.05
 """Relative difference of two peaks that counts as little."""
 
@@ -24,29 +25,29 @@ LITTLE = 0.05
 def larger(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
     """Decide whether one condition's errors are larger than another's.
 
-    Two looks: the second turn, as the paper has it, from several starts; and the largest errors of every
-    later turn. Supported where both say so: all starts of the one are above all of the other, and so are
-    most of the turns. Contradicted where both say the opposite.
+    Compared twice: the second cycle, as the paper has it, from several starts; and the largest errors of
+    every later cycle. Supported where both say so: all starts of the one are above all of the other, and so
+    are most of the cycles. Contradicted where both say the opposite.
     """
     channel = claim["channel"]
-    more, less = (_second_turn(runs, claim[side], model, channel) for side in ("more", "less"))
+    more, less = (_second_cycle(runs, claim[side], model, channel) for side in ("more", "less"))
     unit = channels()[channel].unit
-    told = f"second turn {_span(more, unit)} against {_span(less, unit)}"
-    looks = [_order(more.min() > less.max(), more.max() < less.min())]
-    many = [later_turns(runs, claim[side], model, channel) for side in ("more", "less")]
+    evidence = f"second cycle {_span(more, unit)} against {_span(less, unit)}"
+    verdicts = [_order(more.min() > less.max(), more.max() < less.min())]
+    many = [later_cycles(runs, claim[side], model, channel) for side in ("more", "less")]
     if all(each.size for each in many):
         share = above(*many)
-        looks.append(_order(share >= MOST, share <= 1 - MOST))
+        verdicts.append(_order(share >= MOST, share <= 1 - MOST))
         what = "largest force" if channel == "slider_ay" else "largest error"
-        told += f"; later turns: {what} greater in {per_cent(share)} of the pairs"
-    verdict = looks[0] if len(set(looks)) == 1 else UNDECIDED
-    return Decision(verdict, told)
+        evidence += f"; later cycles: {what} greater in {per_cent(share)} of the pairs"
+    verdict = verdicts[0] if len(set(verdicts)) == 1 else UNDECIDED
+    return Decision(verdict, evidence)
 
 
 def alike(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
-    """Decide whether two conditions' largest errors of the second turn are nearly the same."""
+    """Decide whether two conditions' largest errors of the second cycle are nearly the same."""
     channel = claim["channel"]
-    a, b = (np.median(_second_turn(runs, scene, model, channel)) for scene in claim["scenes"])
+    a, b = (np.median(_second_cycle(runs, scene, model, channel)) for scene in claim["scenes"])
     unit = channels()[channel].unit
     change = float(abs(b / a - 1))
     evidence = f"{quantity(float(a), unit)} and {quantity(float(b), unit)}, {per_cent(change)} apart"
@@ -54,13 +55,15 @@ def alike(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
 
 
 def more_contacts(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
-    """Decide whether the slider touches its guide more often in a turn."""
-    more, less = (contacts_per_turn(runs, claim[side], model) for side in ("more", "less"))
-    share = above(more, less)
-    told = (
-        f"{number(float(np.median(more)))} and {number(float(np.median(less)))} contacts in the median turn"
+    """Decide whether the slider touches its guide more often in a cycle."""
+    more, less = (
+        contacts_by_cycle(runs, claim[side], model)["size"].to_numpy(np.float64) for side in ("more", "less")
     )
-    return decide(share, 1 - MOST, MOST, f"{told}; more in {per_cent(share)} of the pairs of turns")
+    share = above(more, less)
+    evidence = (
+        f"{number(float(np.median(more)))} and {number(float(np.median(less)))} contacts in the median cycle"
+    )
+    return decide(share, 1 - MOST, MOST, f"{evidence}; more in {per_cent(share)} of the pairs of cycles")
 
 
 def less_reliable(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
@@ -78,8 +81,8 @@ def above(a: Array, b: Array) -> float:
     return float(np.mean((difference > 0) + 0.5 * (difference == 0)))
 
 
-def later_turns(runs: Runs, scene: str, model: str, channel: str) -> Array:
-    """Return what each turn from the second on has: the largest error, of the acceleration the largest force.
+def later_cycles(runs: Runs, scene: str, model: str, channel: str) -> Array:
+    """Return the largest error of each cycle from the second on, of the acceleration the largest force.
 
     A contact is shorter than the interval of the samples of a long run; its peak force, which the
     acceleration's error follows, stands in the table of contacts.
@@ -87,37 +90,28 @@ def later_turns(runs: Runs, scene: str, model: str, channel: str) -> Array:
     if (scene, model) not in runs.long:
         return np.empty(0)
     if channel == "slider_ay":
-        return _largest_forces(runs, scene, model)
+        return contacts_by_cycle(runs, scene, model)["max"].to_numpy(np.float64)
     return np.asarray(np.abs(runs.long_errors(scene, model, channel)).max(axis=1)[1:])
 
 
-def contacts_per_turn(runs: Runs, scene: str, model: str) -> Array:
-    """Return how many contacts begin in each turn of a long run, from the second on."""
-    turn, _, turns = _contacts(runs, scene, model)
-    return np.bincount(turn, minlength=turns)[1:].astype(np.float64)
-
-
-def _largest_forces(runs: Runs, scene: str, model: str) -> Array:
-    turn, forces, turns = _contacts(runs, scene, model)
-    found = np.zeros(turns)
-    np.maximum.at(found, turn, forces)
-    return found[1:]
-
-
-def _contacts(runs: Runs, scene: str, model: str) -> tuple[np.ndarray[Any, np.dtype[np.intp]], Array, int]:
-    """Return of each contact the turn in which it begins and its peak force, N; and the number of turns."""
+def contacts_by_cycle(runs: Runs, scene: str, model: str) -> pd.DataFrame:
+    """Return number (``size``) and largest force (``max``, N) of the contacts of each later cycle."""
     run = runs.long[scene, model]
-    turns = (run.time.size - 1) // LONG_SAMPLES
-    if run.events is None:
-        return np.empty(0, np.intp), np.empty(0), turns
-    turn = (run.events["start"].to_numpy(dtype=np.float64) / run.time[-1] * turns).astype(np.intp)
-    inside = turn < turns
-    return turn[inside], run.events["peak_force"].to_numpy(dtype=np.float64)[inside], turns
+    cycles = (run.time.size - 1) // runs.config.long_samples
+    events = (
+        pd.DataFrame(columns=["start", "peak_force"], dtype=np.float64) if run.events is None else run.events
+    )
+    of_cycle = (events["start"] / run.time[-1] * cycles).astype(int)
+    found = events["peak_force"].astype(float).groupby(of_cycle).agg(["size", "max"])
+    return found.reindex(range(1, cycles), fill_value=0)
 
 
-def _second_turn(runs: Runs, scene: str, model: str, channel: str) -> Array:
+def _second_cycle(runs: Runs, scene: str, model: str, channel: str) -> Array:
     return np.array(
-        [abs(largest_error(runs, scene, model, channel, k).value) for k in range(members(runs, scene, model))]
+        [
+            abs(largest_error(runs, scene, model, channel, k).value)
+            for k in range(len(runs.short[scene, model]))
+        ]
     )
 
 

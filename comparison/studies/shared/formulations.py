@@ -26,7 +26,7 @@ class Method:
 
     @property
     def title(self) -> str:
-        """Model and name, which tell it from all others."""
+        """Model and name, which identify it."""
         return f"{self.model}: {self.name}"
 
 

@@ -1,8 +1,8 @@
-"""A data frame as a table of a page."""
+"""Data frames and lines as tables of a page."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -22,3 +22,8 @@ def markdown(frame: pd.DataFrame, formats: Mapping[str, Callable[[Any], str]]) -
     """
     rows = zip(*(map(form, frame[column]) for column, form in formats.items()), strict=True)
     return table(list(formats), rows)
+
+
+def of_lines(lines: Sequence[Mapping[str, str]]) -> str:
+    """Return a Markdown table of lines that all have the same keys: the headings."""
+    return table(list(lines[0]), [list(line.values()) for line in lines])

@@ -10,6 +10,7 @@ from typing import Any, Generic, TypeVar
 
 from comparison.execution.run import Progress
 from comparison.files import replacing, write_json
+from comparison.studies.shared.page import single_page
 
 C = TypeVar("C")
 R = TypeVar("R")
@@ -37,6 +38,8 @@ class Study(Generic[C, R]):
         Writes the figures into a folder.
     data
         What goes into ``NAME.json`` beside the page; None: nothing.
+    one_file
+        Whether page and figures go into one file too, ``report.html``.
     """
 
     name: str
@@ -46,6 +49,7 @@ class Study(Generic[C, R]):
     page: Callable[[R], Mapping[str, object]]
     draw: Callable[[R, Path], None] = _no_figures
     data: Callable[[R], Mapping[str, Any]] | None = None
+    one_file: bool = False
 
     def write(self, folder: Path, n_jobs: int, on_progress: Progress | None, *, small: bool = False) -> Path:
         """Measure, and write page, data and figures.
@@ -77,6 +81,8 @@ class Study(Generic[C, R]):
         page = folder / "README.md"
         with replacing(page) as part:
             part.write_text(self.template().format(**self.page(results)), "utf-8")
+        if self.one_file:
+            single_page(page, folder / "report.html")
         return page
 
     def template(self) -> str:

@@ -1,1 +1,1 @@
-"""Speed against accuracy: every way to run a scene over its settings, what each costs and what it gives."""
+"""Speed against accuracy: every formulation and integrator over its settings, its cost and its error."""

@@ -21,7 +21,7 @@ LARGEST = {"slider_x": 2e-6, "crank_torque": 1e-2}
 
 
 def curve_of(rows: pd.DataFrame, sweep: Sweep, quantity: str, cost: str = "seconds") -> pd.DataFrame:
-    """Return the settings of a method that gave a result, from rows of one scene."""
+    """Return the settings of a method with a result, from rows of one scene."""
     good = rows[(rows["method"] == sweep.method.name) & (rows["status"] == SUCCESS)].dropna(subset=[cost])
     columns = {"setting": good["setting"], "error": good[f"errors.{quantity}"], "cost": good[cost]}
     return pd.DataFrame(columns, dtype=np.float64).reset_index(drop=True)

@@ -1,4 +1,4 @@
-"""How the cost of a run grows: with the cycles, the contacts and the channels that are asked for."""
+"""How the cost of a run grows: with the cycles, the contacts and the channels that are recorded."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ class Timed(Task):
         The least time of at least so many runs counts, of more while they take less than so many seconds
         together.
     exact
-        Name of the scene whose accurate run gives the errors; "": they are not asked for.
+        Name of the scene whose accurate run gives the errors; "": none are measured.
     """
 
     model: str

@@ -49,7 +49,7 @@ class Results:
     Attributes
     ----------
     config
-        What was asked.
+        How much was run.
     rows
         Of every setting of every method: ``method``, ``model``, ``scene``, ``setting`` and what
         `comparison.studies.tradeoff.measure` returns of it.

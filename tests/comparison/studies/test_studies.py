@@ -22,9 +22,6 @@ from comparison.studies.contact_laws import study as contact_laws
 from comparison.studies.crank_pin.peaks import Case, met, peaks_table, powers
 from comparison.studies.extremes import cells
 from comparison.studies.extremes import study as extremes
-from comparison.studies.paper import measures as paper_measures
-from comparison.studies.paper import runs as paper_runs
-from comparison.studies.paper import trends as paper_trends
 from comparison.studies.shared.errors import Peak
 from comparison.studies.verdicts import study as verdicts
 from comparison.tables.table import Table
@@ -34,12 +31,6 @@ from comparison.tables.table import Table
 def small(fake_models, tmp_path, monkeypatch):
     """Studies of few and short runs, in an empty folder; the log of what ran."""
     monkeypatch.chdir(tmp_path)
-    for module in (paper_runs, paper_measures, paper_trends):
-        monkeypatch.setattr(module, "SAMPLES", 100, raising=False)
-        monkeypatch.setattr(module, "LONG_SAMPLES", 50, raising=False)
-    monkeypatch.setattr(paper_runs, "CYCLES", 4)
-    monkeypatch.setattr(paper_runs, "FEWER", 3)
-    monkeypatch.setattr(paper_runs, "MEMBERS", 2)
     monkeypatch.setattr(cells, "POINTS", 12)
     few_axes = cells.axes()[:3]
     monkeypatch.setattr(cells, "axes", lambda: few_axes)

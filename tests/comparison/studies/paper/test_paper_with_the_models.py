@@ -10,27 +10,18 @@ from comparison.studies.shared.published import published
 
 pytestmark = pytest.mark.slow
 
-SAMPLES = 1000
-"""A turn, of the ideal mechanism too: the many turns' samples."""
-TURNS = 20.0
-"""Of the hundred; the extremes of the first and those at the top dead centres are among them."""
+CONFIG = runs.Config(samples=1000, long_samples=1000, cycles=20, fewer=20, members=1)
+"""The extremes of the first cycles and those at the top dead centres are among those of twenty."""
 
 
 @pytest.fixture(scope="module", params=MODELS)
 def measured(request):
     """Return a function that measures a row of the central case by one model."""
-    model = request.param
-    with pytest.MonkeyPatch.context() as patch:
-        for module in (runs, measures):
-            patch.setattr(module, "SAMPLES", SAMPLES)
-        ideal = run_one(runs.ideal_scene(runs.CENTRAL).with_values({"solver.exudyn.step": 4e-5}), model)
-        many = run_one(runs.long_scene(runs.CENTRAL).with_values({"drive.cycles": TURNS}), model)
-        of = runs.Runs({}, {(runs.CENTRAL, model): ideal}, {(runs.CENTRAL, model): many}, {}, {}, {})
-
-        def measure(identifier, quantity):
-            return measures.measure(identifier, quantity, of, model).value
-
-        yield measure
+    model, central = request.param, runs.CENTRAL
+    ideal = run_one(runs.ideal_scene(CONFIG, central).with_values({"solver.exudyn.step": 4e-5}), model)
+    many = run_one(runs.long_scene(CONFIG, central), model)
+    of = runs.Runs(CONFIG, {}, {(central, model): ideal}, {(central, model): many}, {}, {}, {})
+    return lambda identifier, quantity: measures.measure(identifier, quantity, of, model).value
 
 
 def test_stroke_and_top_dead_centre_within_the_rounding_of_the_print(measured):
@@ -54,7 +45,7 @@ def test_range_of_x_is_twice_the_clearance_and_not_centred(measured):
 
 
 def test_range_of_the_error_of_y(measured):
-    # The highest is geometry: at the wall at the top dead centre. The lowest hangs on the bounces.
+    # The highest is geometry: at the wall at the top dead centre. The lowest depends on the bounces.
     assert measured("F14e-y2", "range_y_error_high") == pytest.approx(published("F14e-y2").value, rel=0.05)
     ratio = measured("F14e-y", "range_y_error_low") / published("F14e-y").value
     assert 0.5 < ratio < 1.2

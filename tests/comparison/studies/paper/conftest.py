@@ -1,0 +1,67 @@
+"""Made-up motions of the paper's conditions, whose errors are known."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparison.execution.run import MODELS
+from comparison.scene import load_scene
+from comparison.studies.paper import runs
+from comparison.tables.table import Table
+
+CYCLES = 12
+DENSE, SPARSE = 200, 50
+CONFIG = runs.Config(samples=DENSE, long_samples=SPARSE, cycles=CYCLES, fewer=CYCLES, members=1)
+
+
+def table(period, cycles, per_cycle, y=0.0, x=0.0, vy=0.0, ay=0.0, events=()):
+    """A run: the ideal motion y = 0.1 cos, plus errors of shape (cycles * per_cycle + 1,) or numbers."""
+    time = np.arange(cycles * per_cycle + 1) * (period / per_cycle)
+    angle = 2 * np.pi * time / period
+    w = 2 * np.pi / period
+    frame = pd.DataFrame(
+        {
+            "time": time,
+            "slider_x": -0.54995 + x + 0 * time,
+            "slider_y": 0.112 * np.cos(angle) + y,
+            "slider_vx": 0 * time,
+            "slider_vy": -0.112 * w * np.sin(angle) + vy,
+            "slider_ay": -0.112 * w**2 * np.cos(angle) + ay,
+        }
+    )
+    contacts = pd.DataFrame(events, columns=["start", "peak_force"])
+    extrema = {name: {"min": frame[name].min(), "max": frame[name].max()} for name in frame}
+    return Table(frame, contacts, extrema)
+
+
+def motions(changes=None, long=None, perturbed=None):
+    """Runs of all conditions without any error, but for some: (scene, channel) -> sizes of each member's."""
+    short, ideal, many = {}, {}, {}
+    for scene in runs.SCENES:
+        period = load_scene(scene).period
+        phase = np.sin(2 * np.pi * np.arange(2 * DENSE + 1) / DENSE)
+        for model in MODELS:
+            ideal[scene, model] = table(period, 2, DENSE)
+            short[scene, model] = [
+                table(
+                    period,
+                    2,
+                    DENSE,
+                    **{c.removeprefix("slider_"): each * phase for (s, c), each in of.items() if s == scene},
+                )
+                for of in (changes or [{}])
+            ]
+            many[scene, model] = table(period, CYCLES, SPARSE, **(long or {}).get(scene, {}))
+    period = load_scene(runs.CENTRAL).period
+    moved = {model: table(period, CYCLES, SPARSE, **(perturbed or {})) for model in MODELS}
+    return runs.Runs(CONFIG, short, ideal, many, moved, moved, {})
+
+
+@pytest.fixture
+def made_up():
+    """How motions are made up, and how long and dense they are."""
+    return SimpleNamespace(motions=motions, table=table, cycles=CYCLES, dense=DENSE, sparse=SPARSE)
