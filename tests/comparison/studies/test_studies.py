@@ -23,8 +23,6 @@ from comparison.studies.contact_laws import study as contact_laws
 from comparison.studies.crank_pin.peaks import Case, met, peaks_table, powers
 from comparison.studies.detection import alarms, cross_model, faults, limits, rounding, study
 from comparison.studies.ensembles import study as ensembles
-from comparison.studies.extremes import cells
-from comparison.studies.extremes import study as extremes
 from comparison.studies.identification import runs
 from comparison.studies.identification import study as identification
 from comparison.studies.identification.kinematics import TOPOLOGIES
@@ -92,18 +90,6 @@ def small(fake_models, tmp_path, monkeypatch):
     monkeypatch.setattr(plan, "FACTORS", (0.1, 1.0))
     monkeypatch.setattr(plan, "COMMON", 20)
     monkeypatch.setattr(plan, "TOLERANCES", (1e-7, 1e-10))
-    monkeypatch.setattr(cells, "POINTS", 12)
-    few_axes = cells.axes()[:3]
-    monkeypatch.setattr(cells, "axes", lambda: few_axes)
-    # What they hold the models to only the models can give; they have tests of their own.
-    for measured, text, figures in (
-        (extremes.limits, extremes.limits, extremes.limits_figures),
-        (extremes.baumgarte, extremes.baumgarte_text, extremes.baumgarte_figures),
-        (extremes.stability, extremes.stability_text, extremes.stability_figures),
-    ):
-        monkeypatch.setattr(measured, "measured", lambda *_: [])
-        monkeypatch.setattr(text, "text", lambda _: "measured elsewhere")
-        monkeypatch.setattr(figures, "draw", lambda *_: None)
     return fake_models
 
 
