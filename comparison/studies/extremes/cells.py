@@ -32,9 +32,10 @@ CYCLES, SAMPLES = 1.0, 250
 CYCLES_AXIS, HYPERCUBE = "cycles", "hypercube"
 """Of the first one's cells only the first cycle is held against more accurate runs; they have more time."""
 BASE_LABEL, NEWTON = "as shipped", "Newton's tolerance"
-_PARTS: list[dict[str, Any]] = tomllib.loads(
+_DATA: dict[str, list[dict[str, Any]]] = tomllib.loads(
     files("comparison.studies.extremes").joinpath("axes.toml").read_text("utf-8")
-)["part"]
+)
+_PARTS, _RANGES = _DATA["part"], _DATA["range"]
 AXES = tuple(dict.fromkeys(part["axis"] for part in _PARTS if "only" not in part))
 """Names of those that are run under all laws; the first is the scene as it is."""
 COMMON = (MINIMAL, MULTIPLIERS, TREE, FULL)
@@ -118,32 +119,21 @@ def _cells(part: Mapping[str, Any], law: str) -> list[Cell]:
 def hypercube(count: int, seed: int) -> list[Cell]:
     """Return cells drawn over all ranges at once.
 
-    Clearance 1e-9 to 5e-3 m, speed 1 to 6000 rpm, modulus 1e6 to 1e13 Pa, radius 1e-6 to 1 m, by their
-    logarithms; restitution 0 to 1, friction 0 to 2, gravity -9.81 to 98.1 m/s^2, start from wall to wall and
-    a tenth of the clearance inside it, tilted up to the wedge; of ten points one under the paper's literal
-    switch, of the others each second one under the strip.
+    The start lies from wall to wall and a tenth of the clearance inside it, tilted up to the wedge; of ten
+    points one is under the paper's literal switch, of the others each second one under the strip.
     """
-    low, high = (-9.0, 0.0, 6.0, -6.0), (-2.30103, 3.778151, 13.0, 0.0)
     cells = []
-    for number, u in enumerate(qmc.LatinHypercube(9, rng=seed).random(count)):
-        clearance, speed, modulus, radius = (
-            float(f"{10 ** (first + share * (last - first)):.6g}")
-            for share, first, last in zip(u, low, high, strict=False)
-        )
-        restitution, friction, gravity = float(u[4]), 2.0 * float(u[5]), -9.81 + 107.91 * float(u[6])
-        values: dict[str, object] = {
-            "clearance.slider": clearance,
-            "drive.speed_rpm": speed,
-            "contact.youngs_modulus": modulus,
-            "contact.corner_radius": radius,
-            "contact.restitution": round(restitution, 4),
-            "friction.coefficient": round(friction, 4),
-            "environment.gravity": round(gravity, 4),
-            "mechanism.reference_offset": 0.0,
-            "initial.slider_offset": 1.1 * (2.0 * float(u[7]) - 1.0) * clearance,
-            # Corners of a diagonal touch at about 2 clearances / length.
-            "initial.slider_angle": (2.0 * float(u[8]) - 1.0) * clearance / 0.035,
-        }
+    for number, u in enumerate(qmc.LatinHypercube(len(_RANGES) + 2, rng=seed).random(count).tolist()):
+        values: dict[str, Any] = {}
+        for of, share in zip(_RANGES, u, strict=False):
+            low, high = of.get("logarithmic") or of["linear"]
+            at = low + share * (high - low)
+            values[of["key"]] = float(f"{10**at:.6g}") if "logarithmic" in of else round(at, 4)
+        clearance, (offset, angle) = values["clearance.slider"], (2.0 * share - 1.0 for share in u[-2:])
+        values["mechanism.reference_offset"] = 0.0
+        values["initial.slider_offset"] = 1.1 * offset * clearance
+        # Corners of a diagonal touch at about 2 clearances / length.
+        values["initial.slider_angle"] = angle * clearance / 0.035
         law = LAWS[2] if number % 10 == 9 else LAWS[number % 2]
         cells.append(Cell(HYPERCUBE, f"{number + 1}", law, COMMON, values))
     return cells

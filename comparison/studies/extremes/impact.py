@@ -71,8 +71,8 @@ def lean(data: dict[str, Any], offset: float, angle: Array) -> Array:
 def effective_mass(data: dict[str, Any], corners: int, time: float = 0.0) -> float:
     """Return the mass (kg) that a corner feels in a frictionless impact on the left wall.
 
-    Two at once do not turn the slider and share what rod 4 and slider put against the wall; one alone turns
-    the slider as well: 1/m = sin^2(theta4) L4^2/I4 + r_y^2/J5.
+    Two at once do not rotate the slider and share what rod 4 and slider put against the wall; one alone
+    rotates the slider as well: 1/m = sin^2(theta4) L4^2/I4 + r_y^2/J5.
 
     Parameters
     ----------

@@ -87,11 +87,11 @@ def reasons(of: CellOutcome, name: str, base: Base) -> list[Reason]:
 
 
 def may_jam(of: CellOutcome) -> bool:
-    """Return whether friction can turn a corner into its wall more than the wall turns it out.
+    """Return whether friction can rotate a corner into its wall more than the wall rotates it out.
 
-    A force N on a corner at (r_x, r_y) from the centre, with friction c_f N along the wall, turns the slider
-    by N (r_y - c_f r_x) / J5: inwards where c_f > r_y / r_x, length over width. What rod 4 lets the centre
-    yield counts little beside it. The drive goes on all the same (Painleve's paradox).
+    A force N on a corner at (r_x, r_y) from the centre, with friction c_f N along the wall, rotates the
+    slider by N (r_y - c_f r_x) / J5: inwards where c_f > r_y / r_x, length over width. What rod 4 lets the
+    centre yield counts little beside it. The drive goes on all the same (Painleve's paradox).
     """
     data = of.cell.scene.data
     slider = data["mechanism"]["slider"]

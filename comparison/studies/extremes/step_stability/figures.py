@@ -86,9 +86,7 @@ def rebound(impacts: pd.DataFrame, folder: Path) -> None:
                     label=f"five bodies, {step:.0e} s",
                 )  # fmt: skip
             failed = mine.loc[mine["status"] != "success", "wh"]
-            axes.plot(
-                failed, np.full(len(failed), 0.1), "x", color=svg.DIFFERENCE, ms=5, label="Newton failed"
-            )
+            axes.plot(failed, np.full(len(failed), 0.1), "x", color=svg.DIFFERENCE, ms=5, label="stopped")
             axes.axvline(pi / 10, color=svg.LIMIT, lw=0.8, label="10 steps per contact")
             axes.set(xscale="log", xlim=(wh[0], wh[-1]), ylim=(0, 3.1), title=name)
             axes.set_ylabel("rebound / impact speed")
