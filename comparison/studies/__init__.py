@@ -43,9 +43,5 @@ def write_study(
         Where to, worker processes, progress from 0 to 1, and whether with few and short runs.
     """
     module = import_module(f"comparison.studies.{name.replace('-', '_')}.study")
-    if not hasattr(module, "STUDY"):
-        folder.mkdir(parents=True, exist_ok=True)
-        module.write(folder, n_jobs, on_progress)
-        return folder / "README.md"
     path: Path = module.STUDY.write(folder, n_jobs, on_progress, small=small)
     return path

@@ -1,4 +1,4 @@
-"""The one hit whose answer is known: what mass a corner meets, and what the contact law returns."""
+"""The one impact whose answer is known: what mass a corner meets, and what the contact law returns."""
 
 from __future__ import annotations
 
@@ -6,14 +6,21 @@ from math import cos, log, log1p, radians, sin, tau
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from scipy.optimize import brentq
 
 from comparison.studies.identification.kinematics import Geometry, Lengths, Topology, motion
 from comparison.tables.arrays import Array
+from comparison.tables.table import Table
+
+
+def contacts(run: Table) -> pd.DataFrame:
+    """Return the contacts of a run with clearance, which has them always; a row each, by their start."""
+    return pd.DataFrame() if run.events is None else run.events
 
 
 def restitution(c_e: float) -> float:
-    """Return what F = K d^n (1 + C d'/v) with C = 3 (1 - c_e^2) / 4 returns of the speed v of a hit.
+    """Return what F = K d^n (1 + C d'/v) with C = 3 (1 - c_e^2) / 4 returns of the speed v of an impact.
 
     Energy and momentum balance of a point mass: ln[(1 + C)/(1 - C e)] = C (1 + e), whatever m, K and n.
     """
@@ -62,10 +69,10 @@ def lean(data: dict[str, Any], offset: float, angle: Array) -> Array:
 
 
 def effective_mass(data: dict[str, Any], corners: int, time: float = 0.0) -> float:
-    """Return the mass (kg) that a corner feels in a frictionless hit on the left wall.
+    """Return the mass (kg) that a corner feels in a frictionless impact on the left wall.
 
-    Two at once do not turn the slider and share what rod 4 and slider put against the wall; one alone turns
-    the slider as well: 1/m = sin^2(theta4) L4^2/I4 + r_y^2/J5.
+    Two at once do not rotate the slider and share what rod 4 and slider put against the wall; one alone
+    rotates the slider as well: 1/m = sin^2(theta4) L4^2/I4 + r_y^2/J5.
 
     Parameters
     ----------

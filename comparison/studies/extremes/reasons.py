@@ -1,32 +1,33 @@
-"""Why a run did not converge, as far as the runs themselves tell."""
+"""Why a run did not converge, as far as the runs themselves show."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import isfinite, nan
 
 import numpy as np
 
 from comparison.execution.ledger import Row
 from comparison.execution.quality_checks import FEW_STEPS
-from comparison.formatting import number, quantity
-from comparison.studies.extremes.cells import LITERAL_LAW, NEWTON
-from comparison.studies.extremes.closer import HAIR
-from comparison.studies.extremes.gather import Found
-from comparison.studies.extremes.outcomes import Class, Closer, Verdict
+from comparison.studies.extremes.campaign import CellOutcome
+from comparison.studies.extremes.causes import Cause, Reason
+from comparison.studies.extremes.cells import BASE_LABEL, LAWS, LITERAL_LAW, NEWTON
+from comparison.studies.extremes.formulations import STRICT
+from comparison.studies.extremes.refinement import HAIR
+from comparison.studies.extremes.runs import BASE, out_of_time
+from comparison.studies.extremes.verdicts import Class, Refined, Verdict
 
 SCATTER = 10.0
-"""Errors of single runs scatter by so much about what their setting promises (`benchmarks/promises.py`)."""
-UNEXPLAINED = "not explained"
+"""Errors of single runs scatter by so much about their bound (`benchmarks/promises.py`)."""
 GAIN = 2.0
 """By which a finer setting, of a tenth of the tolerance or half the step, must err less at least."""
 SLIGHTLY = 1.25
-"""A smaller ratio explains nothing and is not told."""
+"""A smaller ratio explains nothing and is not reported."""
 TOGETHER = 0.02
-"""Turns within which formulations leave the exact motion at one instant."""
+"""Cycles within which formulations leave the exact motion at one instant."""
 USUAL_NEWTON = 1e-7
 """Newton's tolerance of the five bodies where a scene says nothing."""
-JAM = "friction this large lets a corner dig itself into its wall"
 
 
 @dataclass(frozen=True)
@@ -35,115 +36,139 @@ class Base:
 
     Attributes
     ----------
-    promised
-        The cell that changes nothing under hertz-corners: what promises are made for.
+    bounded
+        The cell that changes nothing under hertz-corners: the scene that error bounds are measured on.
     law
         The same under the cell's own law.
     """
 
-    promised: Found
-    law: Found
+    bounded: CellOutcome
+    law: CellOutcome
 
 
-def reason(found: Found, way: str, base: Base) -> str:
-    """Return the reason of a run's class in words; nothing for one that converged."""
-    verdict, row = found.verdicts[way], found.rows[way]
-    if verdict.kind is Class.CONVERGED:
-        return ""
-    if verdict.kind is Class.REFUSED:
-        return _without_scene(row["message"])
-    if verdict.kind in (Class.STOPPED, Class.CRASHED, Class.NONSENSE):
-        return _ended(row) + (f"; {JAM}" if may_jam(found) else "")
-    if verdict.kind is Class.UNCONFIRMED:
-        return "; ".join(f"{name}: {_ended(of)}" for name, of in found.tight.items())
-    return _why_degraded(found, way, base)
+def bases(outcomes: Sequence[CellOutcome]) -> dict[str, Base]:
+    """Return what the cells of each law are compared with."""
+    unchanged = {of.cell.law: of for of in outcomes if of.cell.label == BASE_LABEL}
+    bounded = unchanged[LAWS[0]]
+    return {law: Base(bounded, unchanged.get(law, bounded)) for law in LAWS}
 
 
-def may_jam(found: Found) -> bool:
-    """Return whether friction can turn a corner into its wall more than the wall turns it out.
+def unexplained(outcomes: Sequence[CellOutcome]) -> list[tuple[int, str]]:
+    """Return the number of the cell and the formulation of each run whose class nothing explains."""
+    by_law = bases(outcomes)
+    return [
+        (position, name)
+        for position, of in enumerate(outcomes)
+        for name in of.verdicts
+        if any(why.cause is Cause.UNEXPLAINED for why in reasons(of, name, by_law[of.cell.law]))
+    ]
 
-    A force N on a corner at (r_x, r_y) from the centre, with friction c_f N along the wall, turns the slider
-    by N (r_y - c_f r_x) / J5: inwards where c_f > r_y / r_x, length over width. What rod 4 lets the centre
-    yield counts little beside it. The drive goes on all the same (Painleve's paradox).
+
+def reasons(of: CellOutcome, name: str, base: Base) -> list[Reason]:
+    """Return the reasons of a run's class; none for one that converged."""
+    verdict, row = of.verdicts[name], of.rows[name]
+    match verdict.kind:
+        case Class.CONVERGED:
+            return []
+        case Class.REFUSED:
+            # Where the same mechanism runs with a finer tolerance, only that was wrong.
+            coarse = of.exact.get(STRICT.name, row)["status"] != "bad input"
+            cause = Cause.COARSE_TOLERANCE if coarse else Cause.NO_MECHANISM
+            return [Reason(cause, {"message": row["message"].removeprefix(f"scene {BASE!r}: ")})]
+        case Class.UNCONFIRMED:
+            return [
+                Reason(Cause.UNCONFIRMED, {"method": exact, "ending": str(_ending(end))})
+                for exact, end in of.exact.items()
+            ]
+        case Class.DEGRADED:
+            return _why_degraded(of, name, base)
+        case _:
+            return [_ending(row), *([Reason(Cause.JAMMED)] if may_jam(of) else [])]
+
+
+def may_jam(of: CellOutcome) -> bool:
+    """Return whether friction can rotate a corner into its wall more than the wall rotates it out.
+
+    A force N on a corner at (r_x, r_y) from the centre, with friction c_f N along the wall, rotates the
+    slider by N (r_y - c_f r_x) / J5: inwards where c_f > r_y / r_x, length over width. What rod 4 lets the
+    centre yield counts little beside it. The drive goes on all the same (Painleve's paradox).
     """
-    data = found.cell.scene.data
+    data = of.cell.scene.data
     slider = data["mechanism"]["slider"]
     return bool(data["friction"]["coefficient"] > slider["length"] / slider["width"])
 
 
-def _why_degraded(found: Found, way: str, base: Base) -> str:
-    verdict, row = found.verdicts[way], found.rows[way]
-    if found.cell.law == LITERAL_LAW:
-        return "the literal switch creates energy: no run converges (study contact-laws)"
-    if not isfinite(verdict.promise):
-        return "nothing is promised at so coarse a setting"
-    if found.cell.axis == NEWTON and float(found.cell.label) > USUAL_NEWTON:
-        return "Newton's iteration ends with an error of its own"
-    steps, usual = row.get("resolution"), base.law.rows.get(way, {}).get("resolution")
+def _ending(row: Row) -> Reason:
+    """Return how a run ended that did not finish."""
+    if "expected" in row:
+        values = {name: row[name] for name in ("status", "expected", "limit")}
+        return Reason(Cause.NOT_STARTED, values)
+    if out_of_time(row):
+        return Reason(Cause.OUT_OF_TIME, {"status": row["status"], "limit": row["limit"]})
+    return Reason(Cause.ENDED, {"status": row["status"]})
+
+
+def _why_degraded(of: CellOutcome, name: str, base: Base) -> list[Reason]:
+    """Return what makes the error larger than its bound, factor by factor, as far as that accounts for it."""
+    verdict, row = of.verdicts[name], of.rows[name]
+    if of.cell.law == LITERAL_LAW:
+        return [Reason(Cause.LITERAL)]
+    if not isfinite(verdict.bound):
+        return [Reason(Cause.NO_BOUND)]
+    if of.cell.axis == NEWTON and float(of.cell.label) > USUAL_NEWTON:
+        return [Reason(Cause.NEWTON_ERROR)]
+    steps, usual = row.get("steps_per_contact"), base.law.rows.get(name, {}).get("steps_per_contact")
     if steps is not None and steps < FEW_STEPS:
-        return f"a contact lasts {number(steps, 2)} steps"
-    told, expected = [], verdict.promise
-    own = base.promised.verdicts.get(way)
-    if own is not None and own.error > own.promise:
-        expected *= own.error / own.promise
-        told.append(f"errs {number(own.error / own.promise, 2)} times as promised in the base scene too")
-    magnified = found.magnification / base.promised.magnification
+        return [Reason(Cause.FEW_STEPS, {"steps": steps})]
+    found, accounted = [], verdict.bound
+    own = base.bounded.verdicts.get(name)
+    if own is not None and own.error > own.bound:
+        accounted *= own.error / own.bound
+        found.append(Reason(Cause.AS_IN_BASE, {"ratio": own.error / own.bound}))
+    magnified = of.magnification / base.bounded.magnification
     if magnified > SLIGHTLY:
-        expected *= magnified
-        told.append(f"the scene magnifies {number(magnified, 2)} times as much as the base scene")
+        accounted *= magnified
+        found.append(Reason(Cause.MAGNIFIED, {"ratio": magnified}))
     if steps is not None and usual is not None and steps * SLIGHTLY < usual:
         # Of second order in the step over the contact's duration.
-        expected *= (usual / steps) ** 2
-        told.append(f"{number(steps, 2)} steps a contact, {number(usual, 2)} in the base scene")
-    if verdict.error <= SCATTER * expected:
-        return "; ".join(told) or f"within the {SCATTER:g} times by which single runs scatter"
-    apart = _apart(found)
-    if apart > verdict.promise:
-        return "; ".join([*told, f"the strict runs are {quantity(apart, 'm', 2)} apart themselves"])
+        accounted *= (usual / steps) ** 2
+        found.append(Reason(Cause.FEWER_STEPS, {"steps": steps, "usual": usual}))
+    if verdict.error <= SCATTER * accounted:
+        return found or [Reason(Cause.SCATTERED, {"scatter": SCATTER})]
+    return [*found, _last_resort(of, name)]
+
+
+def _last_resort(of: CellOutcome, name: str) -> Reason:
+    """Return the reason of an error that no factor accounts for."""
+    verdict, apart = of.verdicts[name], _apart(of)
+    if apart > verdict.bound:
+        return Reason(Cause.STRICT_APART, {"apart": apart})
     together = [
-        name
-        for name, of in found.verdicts.items()
-        if name != way and of.kind is Class.DEGRADED and abs(of.lasted - verdict.lasted) <= TOGETHER
+        other
+        for other, its in of.verdicts.items()
+        if other != name and its.kind is Class.DEGRADED and abs(its.lasted - verdict.lasted) <= TOGETHER
     ]
     if together:
-        told.append(
-            f"leaves the exact motion at {number(verdict.lasted, 2)} of the turn, where "
-            f"{' and '.join(together)} leave it too: it magnifies more there than near starts show"
-        )
-        return "; ".join(told)
-    return "; ".join([*told, _closer(found.closer.get(way), verdict) or UNEXPLAINED])
+        return Reason(Cause.TOGETHER, {"lasted": verdict.lasted, "others": " and ".join(together)})
+    return _of_refined(of.refined.get(name), verdict) or Reason(Cause.UNEXPLAINED)
 
 
-def _closer(look: Closer | None, verdict: Verdict) -> str:
-    """Return what a closer look says of the error; nothing where it does not account for it either."""
-    if look is None:
-        return ""
-    if look.apart >= verdict.error / SCATTER:
-        hair, apart = quantity(HAIR, "m", 1), quantity(look.apart, "m", 2)
-        return f"two starts {hair} apart part by {apart}: no setting resolves what decides there"
-    if look.finer is None:
-        return ""
-    if look.finer.kind is Class.STOPPED:
-        return f"at the edge of stopping: at the next finer setting {look.status}"
-    if look.finer.error <= verdict.error / GAIN:
-        error = quantity(look.finer.error, "m", 2)
-        return f"too coarse a setting for this scene: at the next finer one {error}"
-    return ""
+def _of_refined(refined: Refined | None, verdict: Verdict) -> Reason | None:
+    """Return what refined reruns say of the error; nothing where they do not account for it either."""
+    if refined is None:
+        return None
+    if refined.apart >= verdict.error / SCATTER:
+        return Reason(Cause.UNRESOLVED, {"hair": HAIR, "apart": refined.apart})
+    if refined.finer is None:
+        return None
+    if refined.finer.kind is Class.STOPPED:
+        return Reason(Cause.EDGE, {"status": refined.status})
+    if refined.finer.error <= verdict.error / GAIN:
+        return Reason(Cause.TOO_COARSE, {"error": refined.finer.error})
+    return None
 
 
-def _apart(found: Found) -> float:
+def _apart(of: CellOutcome) -> float:
     """Return how far the runs that count as exact are from one another, m; nan with less than two."""
-    runs = [np.asarray(of["x"]) for of in found.tight.values() if of["status"] == "success"]
-    return float(np.ptp(runs, axis=0).max()) if len(runs) > 1 else float("nan")
-
-
-def _ended(row: Row) -> str:
-    """Return how a run ended; of the time that it was given, how much."""
-    message = str(row["message"])
-    return (
-        f"{row['status']}, {message}" if message.startswith(("broken off", "not started")) else row["status"]
-    )
-
-
-def _without_scene(message: str) -> str:
-    return message.partition("': ")[2] if message.startswith("scene '") else message
+    runs = [np.asarray(row["x"]) for row in of.exact.values() if row["status"] == "success"]
+    return float(np.ptp(runs, axis=0).max()) if len(runs) > 1 else nan

@@ -8,23 +8,22 @@ from dataclasses import dataclass
 from math import isnan
 from typing import Any, TypeVar
 
-import numpy as np
-
 from comparison.execution.ledger import Row
 from comparison.execution.quality_checks import energy_share, steps_per_contact
 from comparison.execution.run import Progress, RunError, kernels, run_one
 from comparison.execution.task_store import LATE, Task, measure_all, on_processes
 from comparison.execution.workers import Kernels
 from comparison.scene import Scene, load_scene
-from comparison.studies.extremes.cells import BASE
 from comparison.tables.table import Table
 
+BASE = "150rpm-0.2mm"
+"""The scene that all cells change, and an ordinary one to compile kernels with."""
 LIMIT = 20.0
-"""s of processor time that a run may take; then it is broken off."""
+"""s of processor time that a run may take; then it is stopped."""
 GRACE = 0.5
 """s after which its process is ended, should it not look at the time."""
 WARM = 0.02
-"""Turns of the run before, in which kernels are compiled: not counted."""
+"""Cycles of the run before, in which kernels are compiled: not counted."""
 _warm: set[Kernels] = set()
 
 Name = TypeVar("Name", bound=Hashable)
@@ -97,6 +96,11 @@ def run_cell(task: CellRun, progress: Progress) -> Row:
     return row | {"seconds": time.process_time() - start}
 
 
+def out_of_time(row: Row) -> bool:
+    """Return whether a run was stopped at its limit: how far it came is known, but nothing of its motion."""
+    return "share" in row and "x" not in row
+
+
 def _in_time(progress: Progress, end: float) -> Progress:
     """Return a function to report progress to, which ends the run after so much processor time, s."""
 
@@ -122,31 +126,27 @@ def _compile(task: CellRun) -> None:
 def measure(table: Table, scene: Scene) -> Row:
     """Return what is kept of a run, also of one that ended early.
 
-    ``x``: slider_x from the guide's centre line at the samples of the first turn, m; ``share``: of the time
-    that was run; ``energy``: `comparison.execution.quality_checks.energy_share`; ``drift``: largest violation
-    of a constraint, m; ``contacts``: number, shortest and median duration (s), largest force (N) and depth
-    (m); ``resolution``: `comparison.execution.quality_checks.steps_per_contact`; ``steps``; ``work``:
-    right-hand sides, or Newton iterations. None for what was not asked for or does not apply.
+    ``x``: slider_x from the guide's centre line at the samples of the first cycle, m; ``share``: of the time
+    that was run; ``energy_share``, ``steps_per_contact``: see `comparison.execution.quality_checks`;
+    ``constraint_m``: largest violation of a constraint, m; ``contacts``: their number, and
+    ``largest_force_N``; ``steps``; ``work``: right-hand sides, or Newton iterations. None for what was not
+    asked for or does not apply.
     """
-    turn = scene.data["output"]["samples_per_cycle"] + 1
-    counters = table.provenance.get("counters", {})
-    events = table.events
-    durations = np.array([]) if events is None else (events["end"] - events["start"]).to_numpy(float)
-    contacts: dict[str, float] = {"count": durations.size}
-    if durations.size and events is not None:
-        contacts |= {
-            "shortest": float(durations.min()),
-            "median": float(np.median(durations)),
-            "force": float(events["peak_force"].max()),
-            "depth": float(events["largest_depth"].max()),
-        }
+    cycle = scene.data["output"]["samples_per_cycle"] + 1
+    counters, events = table.provenance.get("counters", {}), table.events
+    count = 0 if events is None else len(events)
     return {
-        "x": (table.values("slider_x")[:turn] - scene.data["mechanism"]["guide_x"]).tolist(),
+        "x": (table.values("slider_x")[:cycle] - scene.data["mechanism"]["guide_x"]).tolist(),
         "share": float(table.time[-1] / scene.duration) if len(table.time) else 0.0,
-        "energy": None if isnan(share := energy_share(table)) else share,
-        "drift": table.provenance.get("constraints", {}).get("position"),
-        "contacts": contacts,
-        "resolution": None if isnan(steps := steps_per_contact(table)) else steps,
+        "energy_share": _known(energy_share(table)),
+        "constraint_m": table.provenance.get("constraints", {}).get("position"),
+        "contacts": count,
+        "largest_force_N": float(events["peak_force"].max()) if events is not None and count else None,
+        "steps_per_contact": _known(steps_per_contact(table)),
         "steps": counters.get("steps"),
         "work": counters.get("rhs", counters.get("newton_iterations")),
     }
+
+
+def _known(value: float) -> float | None:
+    return None if isnan(value) else value

@@ -1,70 +1,113 @@
-"""What the study extremes runs and writes."""
+"""The study extremes: the grid of runs, the limits with a known answer, and the stability of steps."""
 
 from __future__ import annotations
 
-from importlib.resources import files
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
+
+import pandas as pd
 
 from comparison.execution.run import Progress
 from comparison.files import replacing
-from comparison.studies.extremes import (
-    baumgarte,
-    baumgarte_figures,
-    baumgarte_text,
-    closer,
-    differences,
-    limits,
-    limits_figures,
-    stability,
-    stability_figures,
-    stability_text,
-    tables,
-)
-from comparison.studies.extremes.cells import HYPERCUBE, LAWS
-from comparison.studies.extremes.gather import LONG_LIMIT, SHORT_LIMIT, gather
-from comparison.studies.extremes.maps import draw_axes, draw_errors, draw_hypercube
-from comparison.studies.extremes.outcomes import WORDS
+from comparison.studies.extremes import differences, figures, refinement, tables
+from comparison.studies.extremes.campaign import LONG_LIMIT, SHORT_LIMIT, run_campaign
+from comparison.studies.extremes.causes import Cause
+from comparison.studies.extremes.cells import AXES, HYPERCUBE, LAWS, cells
+from comparison.studies.extremes.limits import section as limits
+from comparison.studies.extremes.reasons import unexplained
 from comparison.studies.extremes.runs import LIMIT
+from comparison.studies.extremes.step_stability import section as step_stability
 from comparison.studies.shared.progress import part
+from comparison.studies.shared.study import Study
 
-SHARES = (0.0, 0.83, 0.86, 0.93, 0.96, 1.0)
-"""Of the expected time: where each part begins and ends."""
+SHARES = (0.0, 0.83, 0.86, 0.93, 1.0)
+"""Of the expected time: where the grid, refined reruns, and each further part begin and end."""
+Part = Study[Any, Any]
 
 
-def write(folder: Path, n_jobs: int, on_progress: Progress | None) -> None:
-    """Run all, and write README.md, cells.csv and figures."""
-    parts = [part(on_progress, *ends) for ends in pairwise(SHARES)]
-    found = gather(n_jobs, parts[0])
-    closer.look(found, differences.unexplained(found), n_jobs, parts[1])
-    tables.write_rows(found, folder / "cells.csv")
-    draw_axes(found, LAWS[:2], folder / "axes.svg")
-    draw_hypercube(found, folder / "hypercube.svg")
-    draw_errors(found, folder / "errors.svg")
-    to_limits = limits.measured(n_jobs, parts[2])
-    limits_figures.draw(to_limits, folder)
-    gains = baumgarte.measured(n_jobs, parts[3])
-    baumgarte_figures.draw(gains, folder)
-    fixed = stability.measured(n_jobs, parts[4])
-    stability_figures.draw(fixed, folder)
-    template = files("comparison.studies.extremes").joinpath("extremes.md").read_text("utf-8")
-    left = [f"- {differences.listed(found[number], name)}" for number, name in differences.unexplained(found)]
-    text = template.format(
-        limit=f"{LIMIT:g}",
-        short_limit=f"{SHORT_LIMIT:g}",
-        long_limit=f"{LONG_LIMIT:g}",
-        points=sum(of.cell.axis == HYPERCUBE for of in found),
-        classes="\n".join(f"- **{kind}**: {words};" for kind, words in WORDS.items()),
-        counts=tables.counts(found),
-        drifts=tables.drifts(found),
-        turns=tables.turns(found),
-        stops=tables.stops(found),
-        differences=differences.along_the_axes(found),
-        hypercube=differences.in_the_hypercube(found),
-        unexplained="\n".join(left) or "None.",
-        limits=limits.text(to_limits),
-        stability=stability_text.text(fixed),
-        baumgarte=baumgarte_text.text(gains),
-    )
-    with replacing(folder / "README.md") as file:
-        file.write_text(text, "utf-8")
+@dataclass(frozen=True)
+class Config:
+    """What is run.
+
+    Attributes
+    ----------
+    axes
+        Names of those along which one number is pushed.
+    points
+        Of the Latin hypercube.
+    parts
+        Which have a section of the page each.
+    """
+
+    axes: Sequence[str]
+    points: int
+    parts: tuple[Part, ...]
+
+
+@dataclass(frozen=True)
+class Results:
+    """The runs of the grid (`tables.frame`), and each further part with what it measured."""
+
+    runs: pd.DataFrame
+    parts: list[tuple[Part, Any]]
+
+
+def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
+    """Run all parts."""
+    grid, reruns, *others = (part(on_progress, *ends) for ends in pairwise(SHARES))
+    outcomes = run_campaign(cells(config.axes, config.points), n_jobs, grid)
+    refinement.rerun(outcomes, unexplained(outcomes), n_jobs, reruns)
+    parts = [
+        (each, each.measure(each.full, n_jobs, share))
+        for each, share in zip(config.parts, others, strict=False)
+    ]
+    return Results(tables.frame(outcomes), parts)
+
+
+def page(results: Results) -> Mapping[str, object]:
+    """Return what stands in the page."""
+    runs = results.runs
+    different = differences.differing(runs)
+    left = runs[runs["kind"] == Cause.UNEXPLAINED.kind].to_dict("records")
+    return {
+        "limit": f"{LIMIT:g}",
+        "short_limit": f"{SHORT_LIMIT:g}",
+        "long_limit": f"{LONG_LIMIT:g}",
+        "points": runs.loc[runs["axis"] == HYPERCUBE, "cell"].nunique(),
+        "counts": tables.counts(runs),
+        "drifts": tables.drifts(runs),
+        "cycles": tables.cycles(runs),
+        "stops": tables.stops(runs),
+        "differences": differences.along_the_axes(different),
+        "hypercube": differences.in_the_hypercube(different),
+        "unexplained": "\n".join(
+            f"- {run['axis']} {run['value']}, {run['law']}, {run['formulation']}: "
+            f"{differences.short(run['class'], run['error_m'])}"
+            for run in left
+        )
+        or "None.",
+        "parts": "\n".join(each.text(found) for each, found in results.parts),
+    }
+
+
+def draw(results: Results, folder: Path) -> None:
+    """Write the figures, and every run of the grid as a row of cells.csv."""
+    figures.draw(results.runs, LAWS[:2], folder)
+    for each, found in results.parts:
+        each.draw(found, folder)
+    with replacing(folder / "cells.csv") as file:
+        tables.csv(results.runs).to_csv(file, index=False)
+
+
+STUDY = Study(
+    "extremes",
+    # What the further parts hold the models to only the models can give, not few and short runs.
+    small=Config(axes=AXES[:3], points=12, parts=()),
+    full=Config(axes=AXES, points=200, parts=(limits.STUDY, step_stability.STUDY)),
+    measure=measure,
+    page=page,
+    draw=draw,
+)

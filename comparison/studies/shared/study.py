@@ -27,7 +27,8 @@ class Study(Generic[C, R]):
     Attributes
     ----------
     name
-        As the command line takes it. Its package has the same name, and in it the template of its page.
+        As the command line takes it. Its package has the same name, and in it the template of its page. A
+        part of a study, which is a section of its page, has a dotted name.
     small, full
         What it is asked with: to try it, or for its report.
     measure
@@ -80,12 +81,18 @@ class Study(Generic[C, R]):
             write_json(self.data(results), folder / f"{self.name}.json")
         page = folder / "README.md"
         with replacing(page) as part:
-            part.write_text(self.template().format(**self.page(results)), "utf-8")
+            part.write_text(self.text(results), "utf-8")
         if self.one_file:
             single_page(page, folder / "report.html")
         return page
 
+    def text(self, results: R) -> str:
+        """Return the page, or the section of one, with what is measured."""
+        return self.template().format(**self.page(results))
+
     def template(self) -> str:
         """Return the text of the page, with ``{name}`` for what is measured."""
         name = self.name.replace("-", "_")
-        return files(f"comparison.studies.{name}").joinpath(f"{name}.md").read_text("utf-8")
+        return (
+            files(f"comparison.studies.{name}").joinpath(f"{name.rpartition('.')[2]}.md").read_text("utf-8")
+        )

@@ -20,8 +20,6 @@ from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
 from comparison.studies.contact_laws import study as contact_laws
 from comparison.studies.crank_pin.peaks import Case, met, peaks_table, powers
-from comparison.studies.extremes import cells
-from comparison.studies.extremes import study as extremes
 from comparison.studies.shared.errors import Peak
 from comparison.studies.verdicts import study as verdicts
 from comparison.tables.table import Table
@@ -31,18 +29,6 @@ from comparison.tables.table import Table
 def small(fake_models, tmp_path, monkeypatch):
     """Studies of few and short runs, in an empty folder; the log of what ran."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(cells, "POINTS", 12)
-    few_axes = cells.axes()[:3]
-    monkeypatch.setattr(cells, "axes", lambda: few_axes)
-    # What they hold the models to only the models can give; they have tests of their own.
-    for measured, text, figures in (
-        (extremes.limits, extremes.limits, extremes.limits_figures),
-        (extremes.baumgarte, extremes.baumgarte_text, extremes.baumgarte_figures),
-        (extremes.stability, extremes.stability_text, extremes.stability_figures),
-    ):
-        monkeypatch.setattr(measured, "measured", lambda *_: [])
-        monkeypatch.setattr(text, "text", lambda _: "measured elsewhere")
-        monkeypatch.setattr(figures, "draw", lambda *_: None)
     return fake_models
 
 

@@ -7,7 +7,7 @@ from numpy.polynomial import Polynomial
 from scipy.integrate import DOP853
 
 LONGEST = 12.0
-"""Beyond it |R| > 1 in every direction; far less than the twelve stages could reach at best."""
+"""Above it |R| > 1 in every direction; far less than the twelve stages could reach at best."""
 _ROUNDING = 1e-12
 
 
@@ -31,10 +31,10 @@ def limit(direction: complex = -1.0) -> float:
     along = stability_polynomial()
     unit = direction / abs(direction)
     size = np.linspace(0.0, LONGEST, 120_001)
-    beyond = np.flatnonzero(np.abs(along(size * unit)) > 1.0 + _ROUNDING)
-    if beyond.size == 0:
+    unstable = np.flatnonzero(np.abs(along(size * unit)) > 1.0 + _ROUNDING)
+    if unstable.size == 0:
         raise ValueError(f"stable up to {LONGEST} along {unit}")
-    return float(size[beyond[0] - 1])
+    return float(size[unstable[0] - 1])
 
 
 def baumgarte_roots(alpha: float, beta: float) -> tuple[complex, complex]:

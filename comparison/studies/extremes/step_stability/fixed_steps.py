@@ -98,7 +98,7 @@ def rebounds(method: Method, wh: float, phases: Array) -> Array:
     for _ in range(int(4 * pi / wh) + _SETTLED):
         carried = (m.alpha_f * true - m.alpha_m * a) / (1 - m.alpha_m)
         free = q + v + (0.5 - m.beta) * a + m.beta * carried
-        # Implicit, and linear on either side of the touch: a position beyond the wall is drawn towards it.
+        # Implicit, and linear on either side of the touch: a position inside the wall is drawn towards it.
         end = np.where(free > 0, free / (1 + share * stiffness), free)
         true = -stiffness * np.maximum(end, 0.0)
         following = carried + (1 - m.alpha_f) / (1 - m.alpha_m) * true

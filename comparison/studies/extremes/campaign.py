@@ -1,0 +1,170 @@
+"""All runs of the grid: every cell by every formulation, and what they are held against."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from math import isfinite, nan
+
+from comparison.accuracy.levels import expected
+from comparison.execution.ledger import Row
+from comparison.execution.run import Progress
+from comparison.execution.task_store import LATE
+from comparison.scene import Scene, SceneError
+from comparison.studies.extremes.cells import CYCLES, CYCLES_AXIS, HYPERCUBE, LAWS, LITERAL_LAW, Cell
+from comparison.studies.extremes.formulations import (
+    EXACT,
+    PERTURBED,
+    STRICT,
+    STRICT_IMPLICIT,
+    STRICT_TREE,
+    TREE,
+    Method,
+)
+from comparison.studies.extremes.runs import LIMIT, CellRun, run_tasks
+from comparison.studies.extremes.verdicts import Refined, Verdict, judge, magnification
+from comparison.studies.shared.progress import part
+
+LONG_LIMIT, SHORT_LIMIT = 120.0, 3.0
+"""s for a run of many cycles; and where most runs would take all they are given, in the hypercube and under
+the literal switch, so that a cell with its seven runs has some 20 s in all."""
+HOPELESS = 1.25
+"""A run that is expected to take so many times its limit is not started: by so much estimates err."""
+MOVED, MOST_MOVED = 1e-3, 1e-9
+"""The perturbed run's start is moved by this share of the clearance, at most so far, m."""
+SHARES = (0.0, 0.8, 0.95, 1.0)
+"""Of the expected time: where each of the three passes begins and ends."""
+
+Run = tuple[int, Method]
+"""Number of the cell, and the formulation that runs it."""
+
+
+@dataclass
+class CellOutcome:
+    """What became of a cell.
+
+    Attributes
+    ----------
+    cell
+        Which.
+    rows, verdicts
+        Of each formulation's run, by its name. A row has its time ``limit``, s; of a run that was not
+        started also the time that is ``expected``, s.
+    exact
+        Rows of the runs that it is held against, by the names of their formulations.
+    magnification
+        By how much two starts move apart at most in the first cycle; nan where unknown.
+    refined
+        What refined reruns found of errors that nothing else accounts for, by the names of the formulations.
+    """
+
+    cell: Cell
+    rows: dict[str, Row] = field(default_factory=dict)
+    verdicts: dict[str, Verdict] = field(default_factory=dict)
+    exact: dict[str, Row] = field(default_factory=dict)
+    magnification: float = nan
+    refined: dict[str, Refined] = field(default_factory=dict)
+
+
+def run_campaign(cells: Sequence[Cell], n_jobs: int, on_progress: Progress | None) -> list[CellOutcome]:
+    """Run cells in three passes; what ran before is not run again."""
+    wanted = [(number, method) for number, cell in enumerate(cells) for method in cell.methods]
+    rows = _run(cells, wanted, n_jobs, part(on_progress, *SHARES[:2]))
+    # The tree's strict run takes longer than its standard one: not where that did not come to the end, nor
+    # under the laws of a whole side.
+    strict = [
+        (number, STRICT_TREE)
+        for number, cell in enumerate(cells)
+        if cell.law == LAWS[0] and rows.get((number, TREE), {"status": "success"})["status"] == "success"
+    ]
+    strict += [(number, STRICT) for number in range(len(cells))]
+    rows |= _run(cells, strict, n_jobs, part(on_progress, *SHARES[1:3]))
+    # The perturbed run would take as long as the strict one. Under the laws of a whole side LSODA takes all
+    # its time.
+    last = []
+    for number, cell in enumerate(cells):
+        status = rows[number, STRICT]["status"]
+        if status == "success":
+            last.append((number, PERTURBED))
+        elif status != "bad input" and cell.law == LAWS[0]:
+            last.append((number, STRICT_IMPLICIT))
+    rows |= _run(cells, last, n_jobs, part(on_progress, *SHARES[2:]))
+    return [_outcome(number, cell, rows) for number, cell in enumerate(cells)]
+
+
+def scene_of(cell: Cell, method: Method) -> Scene:
+    """Return a cell's scene as a formulation runs it; exact runs keep their settings and take one cycle.
+
+    Raises
+    ------
+    SceneError
+        If there is no such scene.
+    """
+    if method not in (*EXACT, PERTURBED):
+        return cell.scene.with_values({**method.changes, **cell.settings})
+    scene = cell.scene.with_values({**method.changes, "drive.cycles": CYCLES})
+    return perturbed(scene, _move(cell)) if method == PERTURBED else scene
+
+
+def perturbed(scene: Scene, distance: float) -> Scene:
+    """Return a scene with the slider's start moved by a distance, m."""
+    return scene.with_values({"initial.slider_offset": scene.data["initial"]["slider_offset"] + distance})
+
+
+def _outcome(number: int, cell: Cell, rows: dict[Run, Row]) -> CellOutcome:
+    of = CellOutcome(cell)
+    of.exact = {method.name: rows[number, method] for method in EXACT if (number, method) in rows}
+    for method in cell.methods:
+        of.rows[method.name] = row = rows[number, method]
+        of.verdicts[method.name] = judge(row, of.exact, _bound(cell, method))
+    if (number, PERTURBED) in rows:
+        of.magnification = magnification(rows[number, STRICT], rows[number, PERTURBED], _move(cell))
+    return of
+
+
+def _run(
+    cells: Sequence[Cell], wanted: Iterable[Run], n_jobs: int, on_progress: Progress | None
+) -> dict[Run, Row]:
+    """Run what can be run, limit by limit."""
+    rows: dict[Run, Row] = {}
+    tasks: dict[float, dict[Run, CellRun]] = {limit: {} for limit in (SHORT_LIMIT, LIMIT, LONG_LIMIT)}
+    for number, method in wanted:
+        limit = _limit(cells[number], method)
+        try:
+            scene = scene_of(cells[number], method)
+        except SceneError as error:
+            rows[number, method] = {"status": "bad input", "message": str(error)}
+            continue
+        seconds = expected(scene, method.model).seconds
+        if isfinite(seconds) and seconds > HOPELESS * limit:
+            rows[number, method] = {"status": LATE, "message": "", "limit": limit, "expected": seconds}
+        else:
+            tasks[limit][number, method] = CellRun(scene, method.model, limit)
+    total, done = sum(map(len, tasks.values())) or 1, 0
+    for limit, some in tasks.items():
+        ran = run_tasks(some, n_jobs, part(on_progress, done / total, (done + len(some)) / total))
+        rows |= {run: row | {"limit": limit} for run, row in ran.items()}
+        done += len(some)
+    return rows
+
+
+def _limit(cell: Cell, method: Method) -> float:
+    if cell.axis == CYCLES_AXIS and method not in (*EXACT, PERTURBED):
+        return LONG_LIMIT
+    return SHORT_LIMIT if cell.axis == HYPERCUBE or cell.law == LITERAL_LAW else LIMIT
+
+
+def _bound(cell: Cell, method: Method) -> float:
+    """Return the error bound of a run's x over the first cycle, m; nan where none is on record."""
+    try:
+        return expected(scene_of(cell, method), method.model).error
+    except SceneError:
+        return nan
+
+
+def _move(cell: Cell) -> float:
+    """Return by how much the perturbed start is moved, m; of a cell without a scene nothing is asked."""
+    try:
+        return min(MOVED * float(cell.scene.data["clearance"]["slider"]), MOST_MOVED)
+    except SceneError:
+        return nan

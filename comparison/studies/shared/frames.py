@@ -1,0 +1,38 @@
+"""Data frames: as tables in Markdown, and their extreme rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pandas as pd
+
+from comparison.formatting import MISSING, table
+
+Columns = dict[Any, Callable[[Any], str]]
+"""A column of a frame, and what writes a value of it."""
+
+
+def markdown(frame: pd.DataFrame, columns: Columns | None = None) -> str:
+    """Return a table with a line for each row of a frame; values and whole columns may be missing.
+
+    Parameters
+    ----------
+    frame
+        Its columns are the headings.
+    columns
+        What is shown; by default all, as text.
+    """
+    shown: Columns = dict.fromkeys(frame, str) if columns is None else columns
+    values = frame.reindex(columns=list(shown)).to_dict("list")
+    written = [
+        [MISSING if pd.isna(value) else write(value) for value in values[name]]
+        for name, write in shown.items()
+    ]
+    return table([str(name) for name in shown], zip(*written, strict=True))
+
+
+def largest(frame: pd.DataFrame, column: str) -> dict[str, Any]:
+    """Return the row with the largest value of a column, the first of several."""
+    rows = frame.sort_values(column, ascending=False, kind="stable").iloc[:1].to_dict("records")
+    return {str(name): value for name, value in rows[0].items()}
