@@ -17,7 +17,7 @@ from comparison.formatting import number, quantity
 from comparison.scene import Scene, load_scene
 from comparison.studies.ensembles.figures import draw
 from comparison.studies.ensembles.statistics import RATE, Distance, ask, distances
-from comparison.studies.shared.rows import rows_table
+from comparison.studies.shared.frames import rows_table
 from comparison.studies.shared.study import Study
 from comparison.tables.arrays import Array
 from comparison.tables.channels import channels

@@ -19,10 +19,10 @@ from comparison.studies.extremes.formulations import (
     STRICT_IMPLICIT,
     STRICT_TREE,
     TREE,
-    Method,
 )
 from comparison.studies.extremes.runs import LIMIT, CellRun, run_tasks
 from comparison.studies.extremes.verdicts import Refined, Verdict, judge, magnification
+from comparison.studies.shared.formulations import Method
 from comparison.studies.shared.progress import part
 
 LONG_LIMIT, SHORT_LIMIT = 120.0, 3.0

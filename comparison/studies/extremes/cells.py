@@ -19,9 +19,9 @@ from comparison.studies.extremes.formulations import (
     MINIMAL,
     MULTIPLIERS,
     TREE,
-    Method,
 )
 from comparison.studies.extremes.runs import BASE
+from comparison.studies.shared.formulations import Method
 
 LITERAL_LAW = "paper-switching"
 LAWS = ("hertz-corners", "strip", LITERAL_LAW)

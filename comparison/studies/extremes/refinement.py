@@ -17,9 +17,10 @@ from comparison.execution.ledger import Row
 from comparison.execution.run import Progress
 from comparison.studies.extremes.campaign import CellOutcome, perturbed, scene_of
 from comparison.studies.extremes.cells import CYCLES
-from comparison.studies.extremes.formulations import METHODS, STRICT, STRICT_IMPLICIT, Method
+from comparison.studies.extremes.formulations import METHODS, STRICT, STRICT_IMPLICIT
 from comparison.studies.extremes.runs import LIMIT, CellRun, run_tasks
 from comparison.studies.extremes.verdicts import Refined, judge
+from comparison.studies.shared.formulations import Method
 
 HAIR = 1e-13
 """m: a thousand times the rounding of x, and less than any setting resolves."""

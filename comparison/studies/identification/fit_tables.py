@@ -12,8 +12,8 @@ from comparison.formatting import number, percent
 from comparison.studies.identification.facts import UNKNOWNS, shipped_geometry, shown, table_1, vibration
 from comparison.studies.identification.fitting import Fit, Profile, residuals
 from comparison.studies.identification.kinematics import motion
+from comparison.studies.shared.frames import rows_table
 from comparison.studies.shared.published import published
-from comparison.studies.shared.rows import rows_table
 
 LISTED = 8
 FINE = 7201

@@ -23,7 +23,7 @@ from comparison.studies.identification.runs import (
     RUNNER_UP,
     Runs,
 )
-from comparison.studies.shared.rows import rows_table
+from comparison.studies.shared.frames import rows_table
 from comparison.tables.table import Table
 
 POWER = 0.2

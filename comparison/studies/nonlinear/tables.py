@@ -18,7 +18,7 @@ from comparison.studies.nonlinear.methods.recurrence import period
 from comparison.studies.nonlinear.methods.zero_one import LEAST, chaos_indicator
 from comparison.studies.nonlinear.press import STATE
 from comparison.studies.nonlinear.scenes import ANGLES, DISTANCES, MAIN, Key
-from comparison.studies.shared.markdown import of_lines
+from comparison.studies.shared.frames import rows_table
 from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
 
@@ -107,7 +107,7 @@ def by_scene(
         line["largest scatter over the angles"] = quantity(float(of.max()), "m", 2)
         line["least"] = quantity(float(of.min()), "m", 2)
         lines.append(line)
-    return of_lines(lines)
+    return rows_table(lines)
 
 
 def memory(found: Sequence[Memory]) -> str:

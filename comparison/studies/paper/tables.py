@@ -18,7 +18,7 @@ from comparison.studies.paper.figures import WORDS
 from comparison.studies.paper.measures import Measured, first_cycle, largest_error, near, scene_of
 from comparison.studies.paper.rows import VERDICTS
 from comparison.studies.paper.runs import CHANNELS, Runs
-from comparison.studies.shared.markdown import of_lines
+from comparison.studies.shared.frames import rows_table
 from comparison.studies.shared.published import Published, published
 
 Row = Mapping[str, Any]
@@ -50,7 +50,7 @@ def of_rows(rows: Sequence[Row]) -> dict[str, object]:
                 for word in VERDICTS
             ],
         ),
-        "rows": of_lines(lines),
+        "rows": rows_table(lines),
         "comparable": len(rows) - counts[VERDICTS[3]],
         "good": counts[VERDICTS[0]],
         "near": counts[VERDICTS[1]],
@@ -80,7 +80,7 @@ def of_claims(claims: Sequence[Judged]) -> dict[str, str]:
         if each.verdict == CONTRADICTED
     ]
     return {
-        "claims": of_lines(lines),
+        "claims": rows_table(lines),
         "claim_counts": f"{len(claims)} statements: {verdicts}",
         "contradicted": "\n".join(off) or "None.",
     }
@@ -105,12 +105,12 @@ def of_first_cycle(runs: Runs) -> dict[str, str]:
     logs = np.log(np.maximum(ratios, 1e-300))
     misfits = [number(float(of), 2) for of in np.exp(np.sqrt(np.mean(logs**2, axis=0)))]
     names = ("first_misfit", "second_misfit", "near_misfit")
-    return {"first_cycle": of_lines(lines)} | dict(zip(names, misfits, strict=True))
+    return {"first_cycle": rows_table(lines)} | dict(zip(names, misfits, strict=True))
 
 
 def of_tolerances(found: Sequence[Row]) -> str:
     """Return the limits behind the printed reliabilities."""
-    return of_lines(
+    return rows_table(
         [
             {
                 "id": row["id"],

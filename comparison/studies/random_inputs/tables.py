@@ -11,7 +11,7 @@ from comparison.scene.criteria import RandomInput
 from comparison.studies.random_inputs.draws import RESPONSES, Drawn
 from comparison.studies.random_inputs.inputs import label
 from comparison.studies.random_inputs.second_moment import Plane, counted_probability, failure_probability
-from comparison.studies.shared.rows import rows_table
+from comparison.studies.shared.frames import rows_table
 from comparison.tables.arrays import Array
 
 

@@ -23,7 +23,7 @@ from comparison.reliability.words import rounded
 from comparison.report.reliability import against_angle
 from comparison.report.svg import style, write_svg
 from comparison.scene import Scene, load_scene
-from comparison.studies.shared.rows import rows_table
+from comparison.studies.shared.frames import rows_table
 from comparison.studies.shared.study import Study
 from comparison.tables.table import Table
 

@@ -1,8 +1,8 @@
-"""Data frames: as tables in Markdown, and their extreme rows."""
+"""Data frames and lines of named cells as tables in Markdown; extreme rows of a frame."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import pandas as pd
@@ -13,7 +13,7 @@ Columns = dict[Any, Callable[[Any], str]]
 """A column of a frame, and what writes a value of it."""
 
 
-def markdown(frame: pd.DataFrame, columns: Columns | None = None) -> str:
+def markdown(frame: pd.DataFrame, columns: Mapping[Any, Callable[[Any], str]] | None = None) -> str:
     """Return a table with a line for each row of a frame; values and whole columns may be missing.
 
     Parameters
@@ -23,13 +23,19 @@ def markdown(frame: pd.DataFrame, columns: Columns | None = None) -> str:
     columns
         What is shown; by default all, as text.
     """
-    shown: Columns = dict.fromkeys(frame, str) if columns is None else columns
+    shown: Columns = dict.fromkeys(frame, str) if columns is None else dict(columns)
     values = frame.reindex(columns=list(shown)).to_dict("list")
     written = [
         [MISSING if pd.isna(value) else write(value) for value in values[name]]
         for name, write in shown.items()
     ]
     return table([str(name) for name in shown], zip(*written, strict=True))
+
+
+def rows_table(rows: Iterable[Mapping[str, str]]) -> str:
+    """Return a table of rows with the same columns, heading -> cell; nothing where there is no row."""
+    lines = list(rows)
+    return table(list(lines[0]), [list(row.values()) for row in lines]) if lines else ""
 
 
 def largest(frame: pd.DataFrame, column: str) -> dict[str, Any]:

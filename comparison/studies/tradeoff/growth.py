@@ -11,7 +11,7 @@ from comparison.execution.ledger import Row
 from comparison.formatting import MISSING, number
 from comparison.scene import Scene, load_scene
 from comparison.studies.shared.formulations import MINIMAL, MULTIPLIERS, TREE, Method
-from comparison.studies.shared.markdown import markdown
+from comparison.studies.shared.frames import markdown
 
 BASE = "150rpm-0.2mm"
 LENGTHS = {MINIMAL: (1.0, 10.0, 100.0, 1000.0), MULTIPLIERS: (1.0, 10.0, 100.0), TREE: (1.0, 3.0, 10.0)}

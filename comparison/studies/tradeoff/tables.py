@@ -11,7 +11,7 @@ from comparison.accuracy.levels import NAMES, expected, solver_values
 from comparison.formatting import MISSING, number, quantity
 from comparison.studies.shared import formulations as catalogue
 from comparison.studies.shared.formulations import Method
-from comparison.studies.shared.markdown import markdown, of_lines
+from comparison.studies.shared.frames import markdown, rows_table
 from comparison.studies.tradeoff.front import asymptotic, cost_at, curve_of, observed_order
 from comparison.studies.tradeoff.measure import QUANTITIES
 from comparison.studies.tradeoff.methods import CHIEF, LOOSE, SCENES, SWEEPS, TITLES
@@ -110,4 +110,4 @@ def orders(rows: pd.DataFrame) -> str:
             cell = MISSING if isnan(slope) else f"{slope:.2f} ({len(good)} of {len(points)})"
             line[f"{scene} (points)"] = cell
         lines.append(line)
-    return of_lines(lines)
+    return rows_table(lines)

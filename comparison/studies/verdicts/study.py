@@ -20,7 +20,7 @@ from comparison.report.gallery import figures
 from comparison.report.summary import largest_predictable
 from comparison.report.svg import standalone, style
 from comparison.scene import load_scene, shipped_scenes
-from comparison.studies.shared.rows import rows_table
+from comparison.studies.shared.frames import rows_table
 from comparison.studies.shared.study import Study
 
 TARGET = 1e-9
