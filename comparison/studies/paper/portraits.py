@@ -13,7 +13,7 @@ from comparison.report import svg
 from comparison.report.decimate import envelope
 from comparison.scene import load_scene
 from comparison.studies.paper.dynamics import pin_forces
-from comparison.studies.paper.figures import COLUMNS, grid
+from comparison.studies.paper.figures import COLUMNS, LINES, grid
 from comparison.studies.paper.runs import CENTRAL, PIN, Runs, second
 from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array
@@ -24,8 +24,8 @@ TOUCHES = 5
 """Samples of the two cycles that are drawn of the pin's touches."""
 EVERY = 8
 """Samples of the two cycles that are drawn of the slider's path."""
-COLOURS = dict(zip(MODELS, (svg.FIRST, svg.SECOND), strict=True))
-PRINTED: dict[str, Any] = {"color": svg.BEYOND, "dashes": (1, 2), "lw": 0.8}
+LIMIT: dict[str, Any] = {"color": svg.BEYOND, "dashes": (1, 2), "lw": 0.8}
+"""Line of a printed range."""
 X_RANGE, Y_RANGE, Y_ERROR = (("F14a-x", "F14a-x2"), ("F14c-y", "F14c-y2"), ("F14e-y", "F14e-y2"))
 
 
@@ -73,9 +73,9 @@ def _path(runs: Runs, path: Path) -> None:
                 (run.values(channel) - ideal.values(channel)[0])[second(run)][::EVERY]
                 for channel in ("slider_x", "slider_y")
             )
-            panel.plot(1e3 * x, y, color=COLOURS[model], lw=0.8, label="slider's centre, second cycle")
+            panel.plot(1e3 * x, y, color=LINES[model]["color"], lw=0.8, label="slider's centre, second cycle")
             for name, label in zip(X_RANGE, ("printed range", None), strict=True):
-                panel.axvline(1e3 * published(name).value, label=label, **PRINTED)
+                panel.axvline(1e3 * published(name).value, label=label, **LIMIT)
             panel.margins(x=0.04)
             panel.set_xlabel("x − line (mm)")
         axes[0].set_ylabel("y − start (m)")
@@ -96,7 +96,7 @@ def _pin(runs: Runs, path: Path) -> None:
                 touched.real,
                 touched.imag,
                 ".",
-                color=COLOURS[model],
+                color=LINES[model]["color"],
                 ms=2,
                 label="touching, outwards by the force",
             )
@@ -118,7 +118,7 @@ def _phase(runs: Runs, path: Path) -> None:
                 x, v = plane(runs, model)
                 panel.margins(0.04)
                 panel.plot(
-                    x[-CYCLES:].ravel(), v[-CYCLES:].ravel(), color=COLOURS[model], lw=0.5,
+                    x[-CYCLES:].ravel(), v[-CYCLES:].ravel(), color=LINES[model]["color"], lw=0.5,
                     label=f"last {CYCLES} cycles",
                 )  # fmt: skip
                 everything = np.array([(x.min(), x.max()), (v.min(), v.max())])
@@ -132,9 +132,9 @@ def _phase(runs: Runs, path: Path) -> None:
                 )
                 if plane is of_y:  # of the displacement the paper prints a range that cannot be
                     for value in printed[1]:
-                        panel.axhline(value, **PRINTED)
+                        panel.axhline(value, **LIMIT)
                 else:
-                    _box(panel, printed, label="printed range", **PRINTED)
+                    _box(panel, printed, label="printed range", **LIMIT)
                 panel.set_xlabel(across)
             row[0].set_ylabel(up)
 
@@ -152,7 +152,7 @@ def _poincare(runs: Runs, path: Path) -> None:
             for panel, model in zip(row, MODELS, strict=True):
                 x, v = (values[1:, at] - values[1:, at].mean() for values in plane(runs, model))
                 label = "once a cycle, less the mean"
-                panel.plot(scale * x, scale_v * v, ".", color=COLOURS[model], ms=3, label=label)
+                panel.plot(scale * x, scale_v * v, ".", color=LINES[model]["color"], ms=3, label=label)
                 panel.margins(0.05)
                 panel.set_xlabel(f"{across}, {360 * at / width.size:.0f}° from the start")
             row[0].set_ylabel(up)
@@ -171,10 +171,14 @@ def _cycles(runs: Runs, path: Path) -> None:
                 cycles = np.arange(values.size) / values.shape[1]
                 kept = envelope(values.ravel(), COLUMNS)
                 panel.plot(
-                    cycles[kept], values.ravel()[kept], color=COLOURS[model], lw=0.6, label="all cycles"
+                    cycles[kept],
+                    values.ravel()[kept],
+                    color=LINES[model]["color"],
+                    lw=0.6,
+                    label="all cycles",
                 )
                 for k, value in enumerate(printed):
-                    panel.axhline(value, label=None if k else "printed", **PRINTED)
+                    panel.axhline(value, label=None if k else "printed", **LIMIT)
                 panel.set_xlim(0, values.shape[0])
             row[0].set_ylabel(label)
         for panel in axes[-1]:

@@ -32,7 +32,7 @@ def of_rows(rows: Sequence[Row]) -> dict[str, object]:
     lines = [
         {
             "id": row["id"],
-            "scene": row["scene"],
+            "scene": f"[{row['scene']}](#runs)",
             "figure": f"[{row['quantity'].replace('_', ' ')}]({_drawing(row['figure'])})",
             "printed": _printed(row["printed"]),
             **{model: _measured(row["printed"], row["measured"][model]) for model in MODELS},

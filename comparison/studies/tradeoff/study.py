@@ -19,7 +19,7 @@ from comparison.studies.tradeoff.figures import draw
 from comparison.studies.tradeoff.measure import LONG, QUANTITIES, TRUTH, Timed, confirmations, measure
 from comparison.studies.tradeoff.methods import CHIEF, LOOSE, SCENES, SWEEPS, TITLES
 
-COSTS = {"seconds": "processor time (s)", "evaluations": "evaluations of the equations of motion"}
+COSTS = {"seconds": "processor time (s)", "evaluations": "evaluations of the equations"}
 
 
 @dataclass(frozen=True)
