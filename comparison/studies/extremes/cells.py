@@ -38,6 +38,8 @@ _DATA: dict[str, list[dict[str, Any]]] = tomllib.loads(
 _PARTS, _RANGES = _DATA["part"], _DATA["range"]
 AXES = tuple(dict.fromkeys(part["axis"] for part in _PARTS if "only" not in part))
 """Names of those that are run under all laws; the first is the scene as it is."""
+UNITS = {part["axis"]: part["unit"] for part in _PARTS if "unit" in part}
+"""Of the values of an axis."""
 COMMON = (MINIMAL, MULTIPLIERS, TREE, FULL)
 """What runs a cell of the hypercube, and under the laws of a whole side.
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from math import inf, log10
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 
 from comparison.report import svg
-from comparison.studies.extremes.cells import BASE_LABEL, HYPERCUBE
+from comparison.studies.extremes.cells import BASE_LABEL, HYPERCUBE, UNITS
 from comparison.studies.extremes.formulations import (
     FULL,
     IMPLICIT,
@@ -33,7 +33,7 @@ SHORT = {
     NATIVE.name: "E own contact",
 }
 """R: reference, E: Exudyn."""
-_LOOKS = {
+_LOOKS: dict[str, tuple[str, str, str, str]] = {
     Class.CONVERGED: ("o", svg.SHADE, svg.LIMIT, ""),
     Class.DEGRADED: ("s", svg.BEYOND, svg.BEYOND, ""),
     Class.UNCONFIRMED: ("d", svg.GRID, svg.THRESHOLD, "?"),
@@ -65,85 +65,62 @@ def draw(runs: pd.DataFrame, laws: Sequence[str], folder: Path) -> None:
 def _axes(runs: pd.DataFrame, laws: Sequence[str], path: Path) -> None:
     """Draw the cells along the axes: a row a cell, a column a formulation, side by side for the laws."""
     cells = runs.loc[runs["law"].isin(laws), ["axis", "value"]].drop_duplicates(ignore_index=True)
-    rows = {tuple(cell): row for row, cell in enumerate(cells.to_numpy().tolist())}
     new = ~cells["axis"].duplicated()
-    labels = [
-        f"{axis}:  {value}" if first else value
-        for axis, value, first in zip(*cells.T.to_numpy(), new, strict=True)
-    ]
+    heads = cells["axis"].map(lambda axis: f"{axis} ({UNITS[axis]}):  " if axis in UNITS else f"{axis}:  ")
+    runs = runs.merge(cells.assign(row=cells.index)).assign(sign=_sign)
     columns = [
         [name for name in SHORT if name in set(runs.loc[runs["law"] == law, "formulation"])] for law in laws
     ]
     options = {"sharey": True, "width_ratios": [len(names) for names in columns]}
-    with svg.panels(path, 1, len(laws), height=_AROUND + _ROW * len(rows), **options) as panels:
+    with svg.panels(path, 1, len(laws), height=_AROUND + _ROW * len(cells), **options) as panels:
         for axes, law, names in zip(panels, laws, columns, strict=True):
-            mine = runs[runs["law"] == law]
-            x = mine["formulation"].map({name: column for column, name in enumerate(names)}).astype(int)
-            y = pd.Series(
-                [rows[tuple(cell)] for cell in mine[["axis", "value"]].to_numpy().tolist()], mine.index
-            )
-            _squares(axes, mine, x, y, set(runs["class"]))
+            for run in runs[runs["law"] == law].to_dict("records"):
+                x, y = names.index(run["formulation"]), run["row"]
+                axes.barh(y, 0.94, 0.9, x - 0.47, color=_LOOKS[run["class"]][1], alpha=0.6)
+                axes.text(x, y, run["sign"], ha="center", va="center_baseline", size=7)
             axes.set_xticks(
                 range(len(names)), [SHORT[name] for name in names], rotation=60, ha="left", size=7
             )
-            axes.set_yticks(range(len(rows)), labels, size=7.5)
+            axes.set_yticks(cells.index, heads.where(new, "") + cells["value"], size=7.5)
             axes.set_title(law, size=9)
             axes.tick_params(top=True, labeltop=True, bottom=False, labelbottom=False, length=0)
             axes.grid(visible=False)
             axes.hlines(np.flatnonzero(new)[1:] - 0.5, -0.5, len(names) - 0.5, color=svg.LIMIT, lw=0.5)
-        panels[0].set_ylim(len(rows) - 0.5, -0.5)
-        svg.legend_above(panels[0], 5)
+        for kind, (_, colour, _, _) in _LOOKS.items():
+            if (runs["class"] == kind).any():
+                label = f"{kind} by 10ⁿ" if kind is Class.DEGRADED else str(kind)
+                panels[0].scatter([], [], marker="s", s=50, color=colour, alpha=0.6, label=label)
+        panels[0].set_ylim(len(cells) - 0.5, -0.5)
+        svg.legend_above(panels[0])
 
 
-def _squares(
-    axes: Axes, runs: pd.DataFrame, x: pd.Series[int], y: pd.Series[int], kinds: Collection[str]
-) -> None:
-    """Draw a square a run; in a degraded one the power of ten of error over bound."""
-    ratio = runs["error_m"] / runs["bound_m"]
-    for kind, (_, colour, _, sign) in _LOOKS.items():
-        of = runs["class"] == kind
-        if kind in kinds:
-            label = f"{kind} by 10ⁿ" if kind is Class.DEGRADED else str(kind)
-            axes.barh(y[of], 0.94, 0.9, x[of] - 0.47, color=colour, alpha=0.6, label=label)
-        for at in runs.index[of]:
-            power = f"{round(log10(ratio[at]))}" if 0.0 < ratio[at] < inf else "!"
-            axes.text(
-                x[at],
-                y[at],
-                power if kind is Class.DEGRADED else sign,
-                ha="center",
-                va="center_baseline",
-                size=7,
-            )
+def _sign(runs: pd.DataFrame) -> list[str]:
+    """Return what stands in the squares: in a degraded one the power of ten of error over bound."""
+    ratios = runs["error_m"] / runs["bound_m"]
+    powers = [f"{round(log10(ratio))}" if 0.0 < ratio < inf else "!" for ratio in ratios]
+    return [
+        power if kind == Class.DEGRADED else _LOOKS[kind][3]
+        for kind, power in zip(runs["class"], powers, strict=True)
+    ]
 
 
 def _hypercube(runs: pd.DataFrame, path: Path) -> None:
     """Draw the points of the hypercube, a panel a formulation: modulus over speed."""
-    keys = runs["scene"].str.extract(r"drive\.speed_rpm=(?P<speed>\S+).*youngs_modulus=(?P<modulus>\S+)")
-    points = pd.concat([runs, keys.astype(float)], axis=1)
+    look: dict[str, Any] = {"ms": 3.5, "mew": 0.9, "mfc": "none"}
     with svg.panels(path, 2, 2, height=5.0, sharex=True, sharey=True) as panels:
         for axes, name in zip(panels, _ERRORS, strict=True):
             for kind, (mark, _, colour, _) in _LOOKS.items():
-                of = points[(points["formulation"] == name) & (points["class"] == kind)]
-                if (points["class"] == kind).any():
-                    axes.plot(
-                        of["speed"],
-                        of["modulus"],
-                        mark,
-                        color=colour,
-                        ms=3.5,
-                        mew=0.9,
-                        mfc="none",
-                        label=str(kind),
-                    )
+                if (runs["class"] == kind).any():
+                    of = runs[(runs["formulation"] == name) & (runs["class"] == kind)]
+                    axes.plot(of["speed"], of["modulus"], mark, color=colour, label=str(kind), **look)
+            axes.margins(0.03)
             axes.set_title(SHORT[name], size=9, loc="left")
         panels[0].set(xscale="log", yscale="log")
-        panels[0].margins(0.03)
         for axes in panels[2:]:
             axes.set_xlabel("speed (rpm)")
         for axes in panels[::2]:
-            axes.set_ylabel("modulus (Pa)")
-        svg.legend_above(panels[0], 5)
+            axes.set_ylabel("Young's modulus (Pa)")
+        svg.legend_above(panels[0])
 
 
 def _errors(runs: pd.DataFrame, path: Path) -> None:

@@ -50,8 +50,9 @@ _ROUNDED = (
 def frame(outcomes: Sequence[CellOutcome]) -> pd.DataFrame:
     """Return every run as a row, by cell and formulation.
 
-    What was asked, class, error, drifts and work in SI units; its reason, the ``kind`` of that, and ``try``:
-    what the status of a run that stopped says to try.
+    What was asked, of the hypercube also ``speed`` (rpm) and ``modulus`` (Pa); class, error, drifts and work
+    in SI units; its reason, the ``kind`` of that, and ``try``: what the status of a run that stopped says to
+    try.
     """
     by_law, rows = bases(outcomes), []
     for position, of in enumerate(outcomes):
@@ -61,6 +62,8 @@ def frame(outcomes: Sequence[CellOutcome]) -> pd.DataFrame:
             rows.append(
                 {
                     "cell": position,
+                    "speed": of.cell.changes.get("drive.speed_rpm"),
+                    "modulus": of.cell.changes.get("contact.youngs_modulus"),
                     "axis": of.cell.axis,
                     "value": of.cell.label,
                     "law": of.cell.law,

@@ -13,6 +13,7 @@ from comparison.execution.cache import cache_folder
 from comparison.scene import load_scene
 from comparison.studies.extremes import tables
 from comparison.studies.extremes.campaign import CellOutcome, run_campaign
+from comparison.studies.extremes.causes import kind
 from comparison.studies.extremes.cells import BASE_LABEL, HYPERCUBE, LAWS, SEED, Cell, cells, hypercube
 from comparison.studies.extremes.figures import draw
 from comparison.studies.extremes.formulations import FULL, MINIMAL, STRICT, TREE
@@ -164,6 +165,40 @@ def test_a_reason_is_given_only_where_it_accounts_for_the_error():
     poor = Base(found(1.5e-6, 2.0, 100.0), unchanged)
     assert "errs 1500 times its bound" in reason(found(1e-6, 2.0, 100.0), FULL.name, poor)
     assert "no run converges" in reason(found(1.0, 2.0, 100.0, LAWS[2]), FULL.name, base)
+
+
+@pytest.mark.parametrize(
+    ("row", "sentence", "named"),
+    [
+        ({"share": 0.3, "limit": 20.0}, "work-limit, stopped after 20\u00a0s", "work-limit"),
+        (
+            {"expected": 380.0, "limit": 20.0},
+            "work-limit, not started: some 380\u00a0s are expected, 20\u00a0s are allowed",
+            "not started: too long",
+        ),
+        ({"share": 0.3, "x": [], "limit": 20.0}, "work-limit", "work-limit"),
+    ],
+)
+def test_how_a_run_ended_follows_from_its_data(row, sentence, named):
+    of = found(0.0, 2.0)
+    of.rows[FULL.name] = {"status": "work-limit", "message": "", **row}
+    of.verdicts[FULL.name] = judge(of.rows[FULL.name], TIGHT, BOUND)
+    why = reasons(of, FULL.name, Base(of, of))
+    assert ("; ".join(map(str, why)), kind(why)) == (sentence, named)
+    of.cell = replace(of.cell, changes={"friction.coefficient": 2.0})
+    assert kind(reasons(of, FULL.name, Base(of, of))) == f"{named} (friction may jam it)"
+
+
+@pytest.mark.parametrize(
+    ("strict", "named"), [("success", "tolerance too coarse"), ("bad input", "no such mechanism")]
+)
+def test_a_refusal_is_one_of_the_tolerance_where_a_finer_one_is_not_refused(strict, named):
+    of = found(0.0, 2.0)
+    of.rows[FULL.name] = {"status": "bad input", "message": "scene '150rpm-0.2mm': the rule"}
+    of.verdicts[FULL.name] = judge(of.rows[FULL.name], TIGHT, BOUND)
+    of.exact = {STRICT.name: row(EXACT, strict)}
+    (why,) = reasons(of, FULL.name, Base(of, of))
+    assert (str(why), kind([why])) == ("the rule", named)
 
 
 def test_a_refined_rerun_is_a_reason_only_where_it_accounts_for_the_error():
