@@ -25,6 +25,8 @@ from comparison.studies.campaign.stages import (
 )
 from comparison.tables.arrays import Array
 
+Found = Sequence[tuple[Case, Row]]
+"""The scenes with what was found."""
 _DECADES = np.arange(-15.0, -2.9, 0.5)
 _SHARES = np.linspace(0.0, 1.0, 21)
 _MARKS: dict[str, dict[str, Any]] = {
@@ -38,32 +40,20 @@ _MARKS: dict[str, dict[str, Any]] = {
 """By outcome; the rare ones last, so that they lie on top."""
 
 
-def draw_distances(cases: Sequence[Case], rows: Sequence[Row], path: Path) -> None:
-    """Draw how many scenes have which largest distance between the single runs, and which coverage.
-
-    Parameters
-    ----------
-    cases, rows
-        The scenes and what was found, in one order.
-    path
-        Of the SVG file.
-    """
+def draw_distances(found: Found, path: Path) -> None:
+    """Draw how many scenes have which largest distance between the single runs, and which coverage."""
     groups = (
         ("agree", svg.FIRST, {AGREE, UNDERESTIMATED}),
         ("differ or broken", svg.SECOND, {DIFFER, BROKEN}),
         ("not decided", svg.THRESHOLD, {NOT_DECIDED}),
     )
-    screened = [
-        (row["outcome"], row["screening"])
-        for _, row in zip(cases, rows, strict=True)
-        if row["screening"] is not None
-    ]
+    screened = [(row["outcome"], row["screening"]) for _, row in found if row["screening"] is not None]
     with svg.panels(path, 1, 2) as (left, right):
         for label, colour, outcomes in groups:
-            own = [found for outcome, found in screened if outcome in outcomes]
-            distances = np.log10(np.maximum([found["distance"] for found in own], 10.0 ** _DECADES[0]))
+            own = [screening for outcome, screening in screened if outcome in outcomes]
+            distances = np.log10(np.maximum([one["distance"] for one in own], 10.0 ** _DECADES[0]))
             _outline(left, distances, _DECADES, label, colour)
-            _outline(right, np.array([found["coverage"] for found in own]), _SHARES, label, colour)
+            _outline(right, np.array([one["coverage"] for one in own]), _SHARES, label, colour)
         left.axvline(np.log10(LIMIT), color=svg.LIMIT, dashes=(4, 2))
         right.axvline(thresholds(TIER).coverage, color=svg.LIMIT, dashes=(4, 2))
         ticks = np.arange(-15, -2, 3)
@@ -71,7 +61,7 @@ def draw_distances(cases: Sequence[Case], rows: Sequence[Row], path: Path) -> No
         left.set(xlabel="largest distance, scaled to x (m)", ylabel="scenes")
         right.set_xlabel("share of samples predictable")
         for axes in (left, right):
-            axes.set(yscale="log", ylim=(0.7, 1.2 * len(rows)))
+            axes.set(yscale="log", ylim=(0.7, 1.2 * len(found)))
             _plain(axes.yaxis, (1, 10, 100, 1000))
         svg.legend_above(left)
 
@@ -83,19 +73,11 @@ def _outline(axes: Axes, values: Array, edges: Array, label: str, colour: str) -
         )
 
 
-def draw_places(cases: Sequence[Case], rows: Sequence[Row], path: Path) -> None:
-    """Draw where the scenes lie in speed, clearance and restitution, by what was found.
-
-    Parameters
-    ----------
-    cases, rows
-        The scenes and what was found, in one order.
-    path
-        Of the SVG file.
-    """
+def draw_places(found: Found, path: Path) -> None:
+    """Draw where the scenes lie in speed, clearance and restitution, by what was found."""
     with svg.panels(path, 1, 2, sharex=True) as (left, right):
         for outcome, mark in _MARKS.items():
-            own = [case.scene for case, row in zip(cases, rows, strict=True) if row["outcome"] == outcome]
+            own = [case.scene for case, row in found if row["outcome"] == outcome]
             speeds = [abs(scene.data["drive"]["speed_rpm"]) for scene in own]
             values = ([1e3 * clearance(scene) for scene in own], [_restitution(scene.data) for scene in own])
             for axes, of in zip((left, right), values, strict=True):

@@ -65,8 +65,8 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
 
 def figures(results: Results, folder: Path) -> None:
     """Draw distances between the models, and where the scenes lie."""
-    draw_distances(results.cases, results.rows, folder / "distances.svg")
-    draw_places(results.cases, results.rows, folder / "places.svg")
+    draw_distances(results.found, folder / "distances.svg")
+    draw_places(results.found, folder / "places.svg")
 
 
 def record(results: Results) -> dict[str, Any]:

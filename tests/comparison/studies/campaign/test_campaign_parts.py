@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from contact_tables import contacts_of
 from fake_campaign import as_it_is, refuse
 
 from comparison.accuracy.tiers import tight
@@ -30,10 +31,6 @@ from comparison.studies.campaign.walls import Breach, breaches
 from comparison.tables.table import Table
 
 SEED_VARIABLE = "SIXBAR_CAMPAIGN_SEED"
-
-
-def contacts_of(*rows):
-    return pd.DataFrame(rows, columns=["corner", "start", "end"])
 
 
 def table_with(gap, events):

@@ -5,15 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
+from contact_tables import contacts_of
 
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
 from comparison.studies.shared.switches import closest, created, depths, surplus, switches
 from comparison.tables.table import Table
-
-
-def contacts(*rows: tuple[str, float, float]) -> pd.DataFrame:
-    return pd.DataFrame(rows, columns=["corner", "start", "end"])
 
 
 def rows(found: pd.DataFrame) -> list[tuple]:
@@ -36,20 +33,20 @@ def rows(found: pd.DataFrame) -> list[tuple]:
     ],
 )
 def test_switches_are_where_two_corners_of_a_side_begin_and_cease_to_touch(events, expected):
-    assert rows(switches(contacts(*events))) == expected
+    assert rows(switches(contacts_of(*events))) == expected
 
 
 def test_the_energy_of_a_switch_is_the_jump_of_the_residual_and_two_between_samples_are_refused():
     time = np.arange(11) / 10
     residual = np.where(time > 0.25, -3.0, 0.0) + np.where(time > 0.52, 1.0, 0.0)
     table = Table(pd.DataFrame({"time": time, "energy_residual": residual}))
-    found = switches(contacts(("ll", 0.1, 0.9), ("ul", 0.25, 0.52)))
+    found = switches(contacts_of(("ll", 0.1, 0.9), ("ul", 0.25, 0.52)))
     assert created(found, table).tolist() == [3.0, -1.0]
     assert closest(found) == pytest.approx(0.27)
-    near = switches(contacts(("ll", 0.1, 0.9), ("ul", 0.25, 0.29)))
+    near = switches(contacts_of(("ll", 0.1, 0.9), ("ul", 0.25, 0.29)))
     with pytest.raises(ValueError, match=r"samples 0\.1 s apart do not separate switches 0\.04 s apart"):
         created(near, table)
-    none = switches(contacts())
+    none = switches(contacts_of())
     assert created(none, table).size == 0
     assert closest(none) == np.inf
 
@@ -70,7 +67,7 @@ def test_the_depth_of_a_corner_at_a_switch_of_a_parabolic_motion_is_exact(corner
     )
     other = {"ll": "ul", "ul": "ll", "lr": "ur", "ur": "lr"}[corner]
     instants = np.array([4.3e-6, 11.7e-6])
-    found = switches(contacts((corner, 0, 1), (other, *instants)))
+    found = switches(contacts_of((corner, 0, 1), (other, *instants)))
     # Coordinates of half a metre round at 1e-16 m; the parabola amplifies that up to ten times.
     assert depths(found, table, scene) == pytest.approx(1e-6 + 0.3 * instants + 4e3 * instants**2, abs=1e-15)
 

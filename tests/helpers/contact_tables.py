@@ -1,0 +1,8 @@
+"""Tables of contacts."""
+
+import pandas as pd
+
+
+def contacts_of(*rows: tuple[str, float, float]) -> pd.DataFrame:
+    """Return a table of contacts from corner, start and end of each."""
+    return pd.DataFrame(rows, columns=["corner", "start", "end"])
