@@ -38,7 +38,7 @@ def test_version(capsys):
         (["run", "ideal"], "Missing option '--model'"),
         (
             ["run", "ideal", "--model", "adams", "--out", "a.csv"],
-            "model 'adams' is not known; there are reference, exudyn",
+            "model 'adams' is not known; available: reference, exudyn",
         ),
         (["run", "ideal", "--model", "reference", "--out", "a.xls"], "must end in .csv or .parquet"),
         (["run", "idael", "--model", "reference", "--out", "a.csv"], "did you mean 'ideal'"),
