@@ -236,7 +236,7 @@ def test_a_table_is_compared_where_its_model_is_not_installed(odd):
 
 @pytest.mark.usefixtures("odd")
 def test_nobody_has_measured_the_accuracy_of_an_installed_model(capsys):
-    with pytest.raises(AccuracyError, match="that of the model 'odd' is not on record"):
+    with pytest.raises(AccuracyError, match="that of the model 'odd' is not recorded"):
         solver_values("odd", "strict", load_scene("ideal"))
     assert main(["validate", "ideal", "--models", "reference,odd", "--accuracy", "strict"]) == 2
     assert capsys.readouterr().err.count("\n") == 1

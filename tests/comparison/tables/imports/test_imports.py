@@ -191,7 +191,10 @@ def test_what_is_not_clear_is_refused_in_one_line(content, rule):
         (ADAMS, "mapping: column 'TIME' is not in either table; columns:"),
         ('[columns.slider_Y]\nchannel = "slider_y"', "is not in either table; did you mean 'slider_y'"),
         ('[b.slider_Y]\nchannel = "slider_y"', "'slider_Y' is not in a.csv; did you mean 'slider_y'"),
-        ('[columns.slider_y]\nchannel = "slider_y"\nunit = "cm"', "the unit is 'mm' in the table and 'cm' in the mapping"),
+        (
+            '[columns.slider_y]\nchannel = "slider_y"\nunit = "cm"',
+            "the unit is 'mm' in the table and 'cm' in the mapping",
+        ),
         ('[columns.slider_y]\nchannel = "slider_angle"\nunit = "deg"', "both the channel slider_angle"),
     ],
 )  # fmt: skip
