@@ -1,4 +1,4 @@
-"""What a run of the reference costs, against another checkout of this project: ratios of interleaved runs.
+"""Cost of a reference run relative to another checkout of this project: ratios of interleaved runs.
 
 In each round each checkout gets a new process, in which its kernels are compiled or loaded before anything is
 measured: where memory and code come to lie makes processes of the same code differ by up to 25 %. The two run

@@ -47,7 +47,7 @@ rounded; in a step at the edge of stability the stages magnify this a million ti
 again is off a gap may be too."""
 
 ASTRAY = 1e6
-"""m, rad, m/s, rad/s; beyond it a run has no meaning left, and the reference says so a few steps later."""
+"""m, rad, m/s, rad/s; outside it a run is meaningless, which the reference detects a few steps later."""
 
 OUTSIDE, TOUCHING, INSIDE = 0, 1, 2
 """Rows of what is found: of open contacts the depth in the wall, in the step that their touch ends by itself
@@ -232,7 +232,7 @@ def follow(
 
 
 class Followed(NamedTuple):
-    """What came of a run: why it stopped, accepted steps, what was found (3, 4), where it ended."""
+    """Result of a run: reason of its end, accepted steps, findings (3, 4), final state."""
 
     status: int
     steps: int

@@ -1,4 +1,4 @@
-"""Whether the reference misses a contact: how deep any corner, or the journal, is in its wall outside one.
+"""Check whether the reference misses a contact: indentation of corners and journal outside of contacts.
 
 Random runs of two cycles: all formulations and contact laws, tolerances and everything that a contact depends
 on. Every accepted step of the compiled integrator is computed again and looked at in 64 points
@@ -37,8 +37,9 @@ BOUND = 1e-11
 """m; far above the rounding of a gap, 1e-16 m, and far below the depth of any contact, 1e-7 m and more."""
 CYCLES = 2.0
 LIMIT = 50_000
-"""Attempted steps and switches of a run; beyond it the run is stopped, and what it did until then counts.
-With 100,000 half of the random runs finish; a loose pin that sticks is stiff, and takes more."""
+"""Attempted steps and switches of a run; a longer run is stopped and evaluated up to there. With 100,000 half
+of the random runs finish; a sticking pin with clearance is stiff and needs more.
+"""
 TOLERANCES_OF_SCIPY = {"BDF": 1e-8, "Radau": 1e-8, "LSODA": 1e-9, "scipy-DOP853": 1e-9}
 """The finest of each; BDF and Radau take 0.5 ms a step and a thousand steps more for every decade."""
 SCIPY_FACTOR = 10.0
@@ -57,7 +58,7 @@ FORMULATIONS = {
 LAWS = ("hertz-corners", "strip", "paper-switching")
 FINISHED, STOPPED = "finished", "stopped by the checker"
 JUDGED = (FINISHED, STOPPED)
-"""What the reference gives up itself has no result that could be wrong."""
+"""Runs that the reference itself stops have no result to check."""
 STATUS = {
     integrate.REACHED: FINISHED,
     integrate.STEP_TOO_SMALL: "step too small",
@@ -85,7 +86,7 @@ class Worst(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What came of a run: steps beyond the bound, the largest value (m), its time (s).
+    """Result of a run: steps outside the bound, the largest value (m), its time (s).
 
     `missed`: open contacts in their wall; `late`: the same in the step that the touch ends; `held`: closed
     ones off their wall.

@@ -1,4 +1,4 @@
-"""One crank cycle at 150 rpm, 0.2 mm: the minimal form against other ways to the same error of slider x.
+"""One crank cycle at 150 rpm, 0.2 mm: the minimal form against other methods at equal error of slider x.
 
 - the paper's: 15 coordinates with multipliers, by BDF of scipy, which is of the family of MATLAB's ode15s. It
   has our compiled right-hand side and Jacobian. Its tolerance is swept until a run fails or the minutes are

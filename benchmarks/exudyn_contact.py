@@ -1,4 +1,4 @@
-"""What the slider's contact costs in Exudyn, by kind of contact: python benchmarks/exudyn_contact.py.
+"""Cost of the slider's contact in Exudyn, by kind of contact: python benchmarks/exudyn_contact.py.
 
 The paper's case, five bodies, steps of 5 us, recording excluded; of the user function's contact the memory of
 impact speeds is included. Runs of all kinds alternate, and the least time of each counts: ratios hold where

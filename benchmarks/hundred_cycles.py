@@ -1,8 +1,8 @@
-"""A hundred crank cycles at 150 rpm, 0.2 mm: time, what it goes to, and how much of it is right.
+"""A hundred crank cycles at 150 rpm, 0.2 mm: time, its distribution, and the share of correct samples.
 
 Which part of so long a run can be right at all, strict runs say: one, one at a tenth of its tolerance, and a
-twin of each, started 1e-9 clearances aside. Where the four are within 1e-9 m of one another a run's error has
-a meaning; elsewhere neighbouring motions have spread, and no solver can be right or wrong.
+perturbed run of each, started 1e-9 clearances aside. Where the four are within 1e-9 m of one another a run's
+error has a meaning; elsewhere neighbouring motions have spread, and no solver can be right or wrong.
 
 Times are of one core, of the whole call of `simulate`, the best and the median of interleaved runs. The
 shares are measured part by part: each kernel alone, in a loop, times how often a run calls it.
@@ -55,7 +55,9 @@ def accuracy(strict: float) -> None:
     runs = [run(t, twin).columns["slider_x"] for t in (strict, strict / 10.0) for twin in (False, True)]
     meaningful = np.ptp(runs, axis=0) < SPREAD
     share = meaningful.mean()
-    print(f"Strict runs at {strict:g} and twins: within {SPREAD:g} m on {share:.1%} of the samples\n")
+    print(
+        f"Strict runs at {strict:g} and perturbed runs: within {SPREAD:g} m on {share:.1%} of the samples\n"
+    )
     print(f"| tolerance | of these within {WITHIN:g} m | worst (m) |")
     print("|---|---|---|")
     for tolerance in TOLERANCES:

@@ -116,7 +116,8 @@ def promised(formulation: str, found: list[Table], unsure: float, old: list[Tabl
             row["failed"] = failed[0]
         else:
             row["measured"] = two_digits(max(of["errors"][key] for of in found))
-            # Where a coarser run happened to be closer, that is luck: it promises no more than the finer one.
+            # Where a coarser run happened to be closer by chance, its error bound is not below that of the
+            # finer one.
             own = rounded_up(max(SAFETY * max(row["measured"], unsure), ROUND_OFF))
             row["error"] = floor_so_far = max(own, floor_so_far)
         rows.insert(0, row | ({"seconds": times[setting]} if setting in times else {}))

@@ -1,4 +1,4 @@
-"""Two results judged: the door to `comparison.agreement.compare`."""
+"""Comparison of two results; re-exports `comparison.agreement.compare`."""
 
 from comparison.agreement.compare import Runs, compare
 

@@ -1,4 +1,4 @@
-"""Writing to files so that nothing is ever half there."""
+"""Atomic writing of files: a file is complete or absent."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class FolderError(ValueError):
 
 
 def check_folder(folder: Path) -> None:
-    """Refuse a folder that could not be written to, before the work is done whose result it is to take.
+    """Reject a folder that cannot be written to, before the work begins whose result it is to hold.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def check_folder(folder: Path) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a temporary name in the same folder that takes the place of ``path`` if the block succeeds."""
+    """Yield a temporary name in the same folder; it replaces ``path`` if the block succeeds."""
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         yield part
@@ -44,7 +44,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def write_json(value: Mapping[str, Any], path: Path) -> None:
-    """Write strict JSON under a temporary name first."""
+    """Write strict JSON atomically."""
     text = json_text(value)
     with replacing(path) as part:
         part.write_text(text, "utf-8")
@@ -56,13 +56,13 @@ def json_text(value: Mapping[str, Any]) -> str:
     Raises
     ------
     TypeError
-        If something in it is none of what JSON holds.
+        If a value has no JSON equivalent.
     """
     return json.dumps(plain(value), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def plain(value: Any) -> Any:
-    """Replace what JSON does not have: numbers that are not finite become null, numpy's become Python's."""
+    """Replace values that JSON lacks: non-finite numbers become null, numpy's become Python's."""
     if isinstance(value, Mapping):
         return {str(key): plain(part) for key, part in value.items()}
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""Numbers as a reader wants them, three digits, SI prefix, unit; tables in Markdown."""
+"""Formatting of numbers (significant digits, SI prefix, unit) and of Markdown tables."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ NO_BREAK = "\u00a0"
 
 
 def pretty_unit(unit: str) -> str:
-    """Return the unit with a real superscript, "m/s^2" as "m/s²", and nothing for the unit "1"."""
+    """Return the unit with a superscript, "m/s^2" as "m/s²", and an empty string for the unit "1"."""
     return "" if unit == "1" else unit.replace("^2", "²")
 
 
 def prefix(magnitude: float, unit: str) -> tuple[float, str]:
-    """Return factor and unit so that a magnitude below 1 becomes one between 1 and 1000.
+    """Return the factor and prefixed unit that bring a magnitude below 1 to between 1 and 1000.
 
-    No prefix above one (nobody says km/s² of a press), below nano, or for units that take none (degrees).
+    No prefix above one (km/s² is unusual for a press), below nano, or for units that take none (degrees).
     """
     if (
         not unit
@@ -36,7 +36,7 @@ def prefix(magnitude: float, unit: str) -> tuple[float, str]:
 
 
 def number(value: float, digits: int = 3) -> str:
-    """Return the value with so many significant digits, as a power of ten outside 0.001 .. 100,000."""
+    """Return the value with `digits` significant digits, as a power of ten outside 0.001 .. 100,000."""
     if not math.isfinite(value):
         return MISSING if math.isnan(value) else ("∞" if value > 0 else "−∞")
     if value == 0.0:
@@ -62,10 +62,10 @@ def decade(value: float) -> str:
 
 
 def percent(share: float) -> str:
-    """Return a share as percent with two decimals, cut off: 0.98999 is 98.99 %, never 99.00 %.
+    """Return a share as percent with two decimals, truncated: 0.98999 is 98.99 %, never 99.00 %.
 
-    A share is compared with a floor (0.99, 0.5); rounding up would show a value that passes beside a
-    verdict that does not.
+    Shares are compared with a floor (0.99, 0.5); rounding up would show a passing value beside a failing
+    verdict.
     """
     if math.isnan(share):
         return MISSING
@@ -75,7 +75,7 @@ def percent(share: float) -> str:
 
 
 def table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table; a bar inside a cell is written so that it does not end it."""
+    """Return a Markdown table; bars inside cells are escaped."""
     head, *body = [_line(cells) for cells in (headings, *rows)]
     return "\n".join([head, f"|{'---|' * len(headings)}", *body])
 

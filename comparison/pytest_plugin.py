@@ -1,7 +1,7 @@
-"""A fixture for other people's tests: two tables agree on a scene.
+"""Pytest fixture for external projects: assert that two tables agree on a scene.
 
-pytest loads this module at every start where the package is installed: nothing but pytest is imported until
-the fixture is used. PYTEST_DONT_REWRITE
+pytest loads this module at every start where the package is installed; only pytest is imported until the
+fixture is used. PYTEST_DONT_REWRITE
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def assert_agree() -> Callable[..., None]:
 
     ``assert_agree(a, b, *, scene=None, tolerance=None, allow_indeterminate=False)``: ``a`` and ``b`` are
     paths of tables, `comparison.tables.table.Table` or pandas data frames with a column ``time``; the others
-    are the options of ``sixbar compare``.
+    are those of ``sixbar compare``.
     """
     return _assert_agree
 
@@ -44,21 +44,21 @@ def _assert_agree(
     Parameters
     ----------
     a, b
-        The tables.
+        The tables to compare.
     scene
-        What they are results of; None: what both record, if they do.
+        Scene of both tables; None: the one recorded in both, if any.
     tolerance
         Allowed difference, as a share of each channel's scale; None: the scene's.
     allow_indeterminate
-        Whether the verdict "indeterminate" will do; it is the one without a tolerance.
+        Whether the verdict "indeterminate" passes; without a tolerance it is the verdict.
 
     Raises
     ------
     AssertionError
-        With the verdict's reason and a line for each channel that differs; also where the tables cannot be
+        With the reason of the verdict and a line for each channel that differs; also if the tables cannot be
         compared.
     SceneError
-        If there is no such scene.
+        If the scene does not exist.
     """
     from comparison.agreement.compare import Runs, compare, recorded_scene
     from comparison.scene import load_scene

@@ -2,7 +2,7 @@
 
 The paper integrates its 15 coordinates with a variable-order backward differentiation formula (MATLAB's
 ode15s), which is BDF here. Steps, events, samples and channels are as in `reference_model.integrate`, but on
-the solver's own dense output; after every event the solver begins anew.
+the solver's own dense output; after every event the solver restarts.
 """
 
 import warnings

@@ -170,7 +170,7 @@ def _select_bearing(c, t, y) -> Kernel:  # type: ignore[no-untyped-def]
 
 @inlined
 def crank_coordinate(c: Constants) -> bool:
-    """Return whether the crank's angle is a coordinate, which grows from turn to turn."""
+    """Return whether the crank's angle is a coordinate, which grows from cycle to cycle."""
     return coordinates(c) == multiplier.COORDINATES
 
 

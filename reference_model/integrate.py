@@ -97,7 +97,7 @@ def advance(
 ) -> int:  # fmt: skip
     """Integrate until `t_stop` is passed, never beyond `t_end`.
 
-    Meant to be called at least once a turn of the crank: inside, time counts from the turn's start.
+    To be called at least once per crank cycle: inside, time counts from the start of the cycle.
 
     Parameters
     ----------

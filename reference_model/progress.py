@@ -27,7 +27,8 @@ class Progress(NamedTuple):
     """Everything the integration carries from one chunk to the next, arrays only."""
 
     clock: Array
-    """(4,): time since the start of the turn, next step, last step in free flight, s; turns before this one.
+    """(4,): time since the start of the cycle, next step, last step in free flight, s; number of previous
+    cycles.
 
     Rounding of a time far from zero would move the mechanism by its speed times that, and a corner that has
     just left its wall back into it.
@@ -74,19 +75,19 @@ def begin(c: Constants, y0: Array, first_step: float) -> Progress:
 
 @kernel
 def turn_time(c: Constants) -> float:
-    """Return how long the crank takes for a turn, s."""
+    """Return the period of a crank cycle, s."""
     return 2.0 * math.pi / abs(c.omega)
 
 
 @kernel
 def turn_start(c: Constants, p: Progress) -> float:
-    """Return when the present turn of the crank started, s."""
+    """Return the start time of the present crank cycle, s."""
     return float(p.clock[3]) * turn_time(c)
 
 
 @kernel
 def begin_turn(c: Constants, p: Progress) -> None:
-    """Count time from the start of the turn that it is in, where the crank's angle is not a coordinate."""
+    """Count time from the start of the present cycle, where the crank's angle is not a coordinate."""
     if not crank_coordinate(c):
         turns = math.floor(p.clock[0] / turn_time(c))
         p.clock[0] -= turns * turn_time(c)
@@ -94,7 +95,7 @@ def begin_turn(c: Constants, p: Progress) -> None:
 
 
 def reached(turn: float, p: Progress, t: float) -> bool:
-    """Return whether a run whose turns take `turn` (s) has come to time `t` (s), but for rounding.
+    """Return whether a run with cycles of `turn` (s) has reached time `t` (s), up to round-off.
 
     Not compiled: asked from Python alone, where a call of compiled code takes longer than this.
     """

@@ -175,7 +175,7 @@ def note_step(
 ) -> None:  # fmt: skip
     """Record samples, extrema and contact peaks of the step from `t` to t + h, just before it is accepted.
 
-    `t` counts from the start of the turn.
+    `t` counts from the start of the cycle.
     """
     turn = turn_start(c, p)
     # The integrals behind the coordinates are only read for the energies.

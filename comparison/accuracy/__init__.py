@@ -1,1 +1,1 @@
-"""From settings to errors: levels of refinement, error bounds that were measured, tiers, uncertainty."""
+"""Accuracy: levels of refinement, measured error bounds, tiers, numerical uncertainty."""

@@ -1,6 +1,6 @@
-"""From a wanted accuracy to solver settings, and from a setting to the next finer one.
+"""Solver settings for a requested accuracy, and refinement levels.
 
-Names and levels are data (``accuracy.toml``), what they promise on which scene too:
+Names and levels are data (``accuracy.toml``), as are their error bounds by scene:
 `comparison.accuracy.measured`.
 """
 
@@ -22,23 +22,23 @@ NAMES = ("draft", "standard", "strict")
 
 
 class AccuracyError(ValueError):
-    """An accuracy that no setting on record gives; the message is one line."""
+    """Accuracy without a recorded setting; the message is one line."""
 
 
 @dataclass(frozen=True)
 class Expected:
-    """What is expected of a run; nan where it is not on record.
+    """Expected error and cost of a run; nan where not recorded.
 
     Attributes
     ----------
     error
-        Promised of slider_x over the span, m.
+        Error bound of slider_x over the span, m.
     span
-        "the first cycle", or as much of it as was measured.
+        "the first cycle", or the measured part of it.
     seconds
         Estimated processor time of the whole run.
     cautions
-        Why these numbers may not hold, in words.
+        Reasons why these numbers may not hold.
     """
 
     error: float = nan
@@ -48,19 +48,17 @@ class Expected:
 
 
 def solver_values(model: str, accuracy: str | float, scene: Scene) -> dict[str, object]:
-    """Solver settings of a model for a wanted accuracy of a scene.
+    """Return the solver settings of a model for a requested accuracy of a scene.
 
     Parameters
     ----------
     model
         ``"reference"`` or ``"exudyn"``.
     accuracy
-        ``"draft"``, ``"standard"``, ``"strict"``, or the wanted error of slider_x in metres over the
-        first cycle, also as text (``"1e-8"``). Of the settings that promise it for this scene, the cheapest
-        is taken.
+        ``"draft"``, ``"standard"``, ``"strict"``, or an error bound of slider_x in metres over the first
+        cycle, also as text (``"1e-8"``). The cheapest setting with that bound for this scene is taken.
     scene
-        Names the formulation that is to integrate: Exudyn's ``"tree"`` is set by its tolerance, the others by
-        their step.
+        Names the formulation: Exudyn's ``"tree"`` is controlled by its tolerance, the others by their step.
 
     Returns
     -------
@@ -70,13 +68,13 @@ def solver_values(model: str, accuracy: str | float, scene: Scene) -> dict[str, 
     Raises
     ------
     AccuracyError
-        If it is neither a name nor a positive number, or smaller than the best on record, or the model is
-        not one of ours: nobody has measured it.
+        If it is neither a name nor a positive number, or smaller than the smallest recorded bound, or if the
+        model is not built in and therefore unmeasured.
     """
     record = _record(model, _formulation(model, scene))
     if record is None:
         raise AccuracyError(
-            f"accuracy {accuracy!r}: that of the model {model!r} is not on record; "
+            f"accuracy {accuracy!r}: that of the model {model!r} is not recorded; "
             f"set its solver.{model} in the scene"
         )
     if accuracy in NAMES:
@@ -95,20 +93,20 @@ def solver_values(model: str, accuracy: str | float, scene: Scene) -> dict[str, 
 def _cheapest(wanted: float, model: str, scene: Scene, measured: Front | None) -> float:
     if measured is None:
         raise AccuracyError(
-            f"accuracy {wanted:g} m: that of the {model} model's {_formulation(model, scene)!r} is not on "
-            f"record with these joints; take {', '.join(NAMES)}"
+            f"accuracy {wanted:g} m: that of the {model} model's {_formulation(model, scene)!r} is not "
+            f"recorded for these joints; use {', '.join(NAMES)}"
         )
     setting = measured.cheapest(wanted)
     if setting is None:
         raise AccuracyError(
-            f"accuracy {wanted:g} m is beyond the {model} model: the smallest possible is "
+            f"accuracy {wanted:g} m is out of reach of the {model} model: the smallest error bound is "
             f"{measured.best:g} m, measured on {measured.scene}"
         )
     return setting
 
 
 def expected(scene: Scene, model: str) -> Expected:
-    """Return what is on record of a scene's run at its settings."""
+    """Return the recorded error and cost of a scene's run at its settings."""
     record = _record(model, _formulation(model, scene))
     measured = None if record is None else front(scene, model)
     if record is None or measured is None:
@@ -127,10 +125,9 @@ def expected(scene: Scene, model: str) -> Expected:
 def finer(model: str, scene: Scene) -> Scene | None:
     """Return the scene with the model's settings one level finer: tolerance / 10, step / 2.
 
-    In Exudyn's fixed steps both: Newton's iteration stops with an error of its own that halving the step
-    alone leaves in both runs alike, where the comparison would take it for a difference of models. An
-    installed model is refined in whichever of ``step`` and ``tolerance`` its scene gives as a real number;
-    None where it gives neither.
+    With Exudyn's fixed steps both: Newton's iteration stops with an error that remains equal in both runs if
+    only the step is halved, and would appear as a difference of models. An installed model is refined in
+    whichever of ``step`` and ``tolerance`` the scene gives as a real number; None if neither.
     """
     return _level(model, scene, "finer")
 
@@ -149,7 +146,7 @@ def refinement(model: str, scene: Scene) -> tuple[float, float]:
 def _level(model: str, scene: Scene, which: str) -> Scene | None:
     settings = scene.data["solver"].get(model, {})
     changed = {
-        f"solver.{model}.{key}": float(f"{settings[key] * factor:.12g}")  # 1e-11 by any way: one kept run
+        f"solver.{model}.{key}": float(f"{settings[key] * factor:.12g}")  # 1e-11 by any path: one cached run
         for key, factor in _levels(model, settings)[which].items()
         if isinstance(settings.get(key), float)
     }
@@ -157,7 +154,7 @@ def _level(model: str, scene: Scene, which: str) -> Scene | None:
 
 
 def _levels(model: str, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Find how a model is refined: as on record, else by the names of an installed model's settings."""
+    """Return how a model is refined: as recorded, else by the names of an installed model's settings."""
     if (record := _record(model, settings.get("formulation", "auto"))) is not None:
         return record
     levels: dict[str, Any] = _file()["installed"]["step" if "step" in settings else "tolerance"]
@@ -169,7 +166,7 @@ def _formulation(model: str, scene: Scene) -> str:
 
 
 def _record(model: str, formulation: str) -> dict[str, Any] | None:
-    """Find what is on record of one of our own models; None of another."""
+    """Return the record of a built-in model; None for another."""
     if model not in OWN:
         return None
     record: dict[str, Any] = _file()[model]

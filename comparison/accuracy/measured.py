@@ -1,8 +1,8 @@
-"""What was measured of the shipped scenes: the error that a setting promises there, and what it costs.
+"""Measured error bounds and costs of the settings on the shipped scenes.
 
-The numbers are data (``measured.toml``). A scene takes those of the shipped one with the same physics; any
-other takes those of the usual scene with the same joints, with a caution: scenes magnify errors by factors of
-their own.
+The numbers are data (``measured.toml``). A scene uses those of the shipped scene with the same physics; any
+other uses those of the standard scene with the same joints, with a caution, since the amplification of errors
+depends on the scene.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ USUAL = {
     ("crank_pin",): "crank-pin",
     ("crank_pin", "slider"): "both-clearances",
 }
-"""Of the joints with clearance: whose numbers stand in for those of a scene that nobody has measured."""
+"""Joints with clearance -> scene whose numbers are used for unmeasured scenes."""
 _PHYSICS = ("mechanism", "initial", "joints", "clearance", "contact", "friction", "environment")
 _METHODS = {"reference": ("dop853",), "exudyn": ("auto", "generalized-alpha", "dopri5")}
-"""What was measured; of Exudyn's, "auto" is another one where forces are asked for."""
+"""Measured formulations; Exudyn's "auto" is another one where forces are requested."""
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ class Row:
     measured
         The largest error of slider_x over some starts, m; nan where it has no result.
     error
-        What is promised of it, m; infinite where it has no result.
+        Error bound, m; infinite without a result.
     seconds
-        Processor time of a turn, or of a step, s; nan where it is not known.
+        Processor time per cycle or per step, s; nan if unknown.
     failed
-        Why it has no result.
+        Reason for a missing result.
     """
 
     setting: float
@@ -64,15 +64,15 @@ class Front:
     scene
         Where they were measured.
     turns
-        Over how many first turns of the crank errors were measured: one, or all that the scene has.
+        Number of first crank cycles over which errors were measured: one, or all of the scene.
     unit
-        Of what the rows say the processor time: ``"turn"`` or ``"step"``.
+        Unit of the processor time of the rows: ``"turn"`` (cycle) or ``"step"``.
     start
         Processor time of a run before its first step, s.
     rows
         The settings.
     cautions
-        Why the numbers may not hold for the scene that asks; empty where they do.
+        Reasons why the numbers may not hold for the requested scene; empty if they do.
     """
 
     scene: str
@@ -84,31 +84,31 @@ class Front:
 
     @property
     def best(self) -> float:
-        """The smallest error that is promised, m."""
+        """The smallest error bound, m."""
         return min(row.error for row in self.rows)
 
     @property
     def span(self) -> str:
-        """What the errors are of, in words."""
-        return "the first cycle" if self.turns == 1 else f"the first {self.turns:g} turns"
+        """Time span of the errors, in words."""
+        return "the first cycle" if self.turns == 1 else f"the first {self.turns:g} cycles"
 
     def error(self, setting: float) -> float:
-        """Return what is promised at a setting, m; nan where none on record is as coarse."""
+        """Return the error bound of a setting, m; nan if no recorded setting is as coarse."""
         # Settings come as 1e-10 or 1e-9 * 0.1.
         coarser = [row.error for row in self.rows if row.setting >= setting * (1 - 1e-9)]
         return min(coarser, default=nan)
 
     def failed(self, setting: float) -> str:
-        """Return why there is no result at just this setting, or nothing."""
+        """Return the reason for a missing result at exactly this setting, or an empty string."""
         return next((row.failed for row in self.rows if isclose(row.setting, setting)), "")
 
     def cheapest(self, wanted: float) -> float | None:
-        """Return the setting that promises an error, m, at the least cost; None where none does."""
+        """Return the cheapest setting with an error bound, m; None if there is none."""
         good = [row for row in self.rows if row.error <= wanted]
         return min(good, key=self._cost).setting if good else None
 
     def seconds(self, setting: float, scene: Scene) -> float:
-        """Estimate a scene's processor time, s: its turns or steps at the rate of the nearest setting."""
+        """Estimate a scene's processor time, s: its cycles or steps at the rate of the nearest setting."""
         count = scene.duration / (setting if self.unit == "step" else scene.period)
         return self.start + self._nearest(setting).seconds * count
 
@@ -120,15 +120,15 @@ class Front:
 
 
 def front(scene: Scene, model: str) -> Front | None:
-    """Return what was measured of the formulation that a scene names; None where nobody has.
+    """Return the measurements of the formulation that a scene names; None if there are none.
 
     Parameters
     ----------
     scene
-        Its physics choose the shipped scene, its solver the formulation; cycles, output and texts do not
-        count.
+        Its physics select the shipped scene, its solver the formulation; cycles, output and texts are
+        ignored.
     model
-        ``"reference"`` or ``"exudyn"``; of others nothing is known.
+        ``"reference"`` or ``"exudyn"``; others are unmeasured.
     """
     mark = physics(scene)
     equal = next((name for name, found in _file().items() if found["physics"] == mark), None)
@@ -157,13 +157,13 @@ def front(scene: Scene, model: str) -> Front | None:
 
 
 def formulation(scene: Scene, model: str) -> str:
-    """Return the formulation's name on record: "auto" has become that of Exudyn by now."""
+    """Return the recorded name of the formulation ("auto" is already resolved)."""
     named = str(scene.data["solver"].get(model, {}).get("formulation", "auto"))
     return "minimal" if model == "reference" and named == "auto" else named
 
 
 def physics(scene: Scene) -> str:
-    """Hash of what errors depend on beside the setting: not cycles, output, solver, texts."""
+    """Return the hash of what errors depend on besides the setting: not cycles, output, solver, texts."""
     sections: dict[str, object] = {name: scene.data[name] for name in _PHYSICS}
     return digest(sections | {"speed_rpm": scene.data["drive"]["speed_rpm"]})
 

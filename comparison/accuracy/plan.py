@@ -1,7 +1,7 @@
-"""What each model will integrate of a scene, what it leaves out, and why; what a run costs.
+"""Plan of a scene's runs: what each model integrates, what it leaves out and why, and the cost.
 
-The models choose by themselves; this says the same in words, before anything runs. The contract suite holds
-the names and numbers here against what the models record of their runs.
+The models make these choices themselves; this module describes them before a run. The contract tests compare
+the names and numbers with those recorded by the models.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from comparison.scene import Scene
 from comparison.scene.formulation import forces, loose
 from comparison.tables import channels
 
-_CHAIN = {  # what the equations are written in, by the joints that have clearance
+_CHAIN = {  # coordinates of the equations, by the joints with clearance
     (): "closed form",
     ("slider",): "minimal: rod 4 and slider (2 coordinates)",
     ("crank_pin",): "minimal: rod 2 and rocker (2 coordinates)",
@@ -32,24 +32,24 @@ _BODIES = ("crank", "rod 2", "rocker", "rod 4", "slider")
 
 @dataclass(frozen=True)
 class Plan:
-    """One model's run of a scene.
+    """Plan of one model's run of a scene.
 
     Attributes
     ----------
     model, formulation
-        The latter as the model records it with its result.
+        The formulation as the model records it with its result.
     integrated, prescribed
         Bodies whose motion is integrated, and those whose motion follows from these and from the crank.
     coordinates, constraints
-        How many of each the equations have.
+        Their numbers in the equations.
     contacts
-        What can touch.
+        Possible contacts.
     left_out
-        What is not modelled, or modelled and not computed, with the reason.
+        Items not modelled, or modelled but not computed, with the reason.
     expected
         Error and processor time at these settings.
     instead
-        Other formulations: their setting, what they are, and how many times the time they take.
+        Other formulations: setting, description, and ratio of their time.
     """
 
     model: str
@@ -65,15 +65,15 @@ class Plan:
 
 
 def plan(scene: Scene, model: str) -> Plan:
-    """Say what one of our models will do with a scene.
+    """Return the plan of a built-in model for a scene.
 
     Raises
     ------
     ValueError
-        If the model is another package's: nobody knows but itself.
+        If the model belongs to another package.
     """
     if model not in OWN:
-        raise ValueError(f"model {model!r}: what another package's model integrates is not known here")
+        raise ValueError(f"model {model!r}: the plan of another package's model is not known")
     return (_reference if model == "reference" else _exudyn)(scene)
 
 
@@ -100,13 +100,13 @@ def _exudyn(scene: Scene) -> Plan:
             integrated, name = _BODIES[1:], "rocker, rods and slider tree"
         else:
             integrated, name = _BODIES[3:], "rod 4 and slider tree"
-        # An ideal slider does not turn: a point mass at the end of rod 4, which the guide's force keeps.
+        # An ideal slider does not rotate: a point mass at the end of rod 4, constrained by the guide's force.
         count = len(integrated) - (1 if ideal_slider else 0)
         return _of(scene, "exudyn", name, integrated, count, 0, (("full", bodies),))
     # Two rows for each of the pins O, A, B, H, C and F, the drive, and an ideal slider's two.
     rows = 2 * (5 if "crank_pin" in free else 6) + 1 + (2 if ideal_slider else 0)
     name = "redundant-coordinates" + (", native contact" if chosen == "native" else "")
-    smaller = (("tree", "what the drive leaves free alone, with error control"),)
+    smaller = (("tree", "only the free bodies, with error control"),)
     instead = smaller if free and not forces(scene.data) else ()
     return _of(scene, "exudyn", name, _BODIES, 15, rows, instead)
 
@@ -156,29 +156,27 @@ def _left_out(scene: Scene, free: tuple[str, ...]) -> tuple[tuple[str, str], ...
         "joints": "reactions and the crank's torque",
         "energy": "energies",
     }
-    left += [(words[group], "not asked for (output.groups)") for group in words if group not in asked]
+    left += [(words[group], "not requested (output.groups)") for group in words if group not in asked]
     return tuple(left)
 
 
 def lines(made: Plan) -> list[str]:
     """Return a plan as lines for a terminal."""
-    integrated = ", ".join(made.integrated) or "nothing: the drive leaves nothing free"
+    integrated = ", ".join(made.integrated) or "nothing: no degree of freedom besides the drive"
     size = f"{made.coordinates} coordinates, {made.constraints} constraints"
     told = [
         f"{made.model}: {made.formulation}",
         f"  integrates  {integrated}" + (f" ({size})" if made.integrated else ""),
     ]
     if made.prescribed:
-        told.append(
-            f"  follows     {', '.join(made.prescribed)}: known from these and from the crank's angle"
-        )
+        told.append(f"  follows     {', '.join(made.prescribed)}: determined by these and by the crank angle")
     told.append(f"  contacts    {', '.join(made.contacts) or 'none'}")
     told += [f"  left out    {what}: {why}" for what, why in made.left_out]
     found = made.expected
     if isfinite(found.error):
         told.append(f"  error       {found.error:.2g} m of slider_x over {found.span}")
     if isfinite(found.seconds):
-        told.append(f"  time        about {found.seconds:.2g} s of a processor like that of the measurement")
+        told.append(f"  time        about {found.seconds:.2g} s on a processor like that of the measurement")
     told += [f"  beware      {caution}" for caution in found.cautions]
     for setting, words, ratio in made.instead:
         cost = f", {ratio:.2g} times the time" if isfinite(ratio) else ""
@@ -187,18 +185,18 @@ def lines(made: Plan) -> list[str]:
 
 
 def expectation(scene: Scene, model: str) -> str:
-    """Return the error and the time that are expected of one of our own models at a scene's settings."""
+    """Return the expected error and time of a built-in model at a scene's settings."""
     found = expected(scene, model)
-    error = f"{found.error:.2g} m" if isfinite(found.error) else "nothing on record"
-    time = f"some {found.seconds:.2g} s" if isfinite(found.seconds) else "no time on record"
-    return "; ".join([f"expected are {error} of slider_x over {found.span}, and {time}", *found.cautions])
+    error = f"{found.error:.2g} m" if isfinite(found.error) else "nothing recorded"
+    time = f"some {found.seconds:.2g} s" if isfinite(found.seconds) else "no time recorded"
+    return "; ".join([f"expected: {error} of slider_x over {found.span}, and {time}", *found.cautions])
 
 
 def channels_line(scene: Scene) -> str:
-    """Return what the scene asks for in one line."""
+    """Return a one-line summary of the scene's requests."""
     groups = ", ".join(["motion", *scene.data["output"]["groups"]])
     turns = scene.duration / scene.period
     return (
-        f"{scene.name}: {turns:g} turns at {scene.data['drive']['speed_rpm']:g} rpm, "
+        f"{scene.name}: {turns:g} cycles at {scene.data['drive']['speed_rpm']:g} rpm, "
         f"{len(channels.expected(scene.data))} channels ({groups})"
     )

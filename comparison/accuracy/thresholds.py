@@ -1,4 +1,4 @@
-"""The fixed numbers that verdicts are made by: ``thresholds.toml``, where each is explained."""
+"""Thresholds of the verdicts, explained in ``thresholds.toml``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Thresholds:
-    """The fixed numbers of a tier, explained in ``thresholds.toml``."""
+    """Thresholds of a tier, explained in ``thresholds.toml``."""
 
     k: float
     share: float

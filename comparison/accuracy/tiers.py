@@ -1,9 +1,9 @@
-"""The two settings at which a scene is compared: what a user would run, and the closest look.
+"""The two tiers at which a scene is compared: standard (as a user runs it) and tight.
 
-At the standard tier the models run as the scene says. At the tight tier the reference runs at ``strict`` and
-Exudyn integrates what the drive leaves free with its explicit solver (what both promise on which scene stands
-in ``measured.toml``); where a scene needs all five bodies (no clearance, reactions), these run as the scene
-says. The numbers by which a tier judges stand in ``thresholds.toml``.
+At the standard tier the models run with the scene's settings. At the tight tier the reference runs at
+``strict`` and Exudyn integrates its tree of free bodies with its explicit solver (error bounds by scene:
+``measured.toml``); where a scene requires the full formulation (no clearance, reactions), it runs with the
+scene's settings. The thresholds of a tier are in ``thresholds.toml``.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ TIERS = ("standard", "tight")
 
 
 def tight(scene: Scene, models: tuple[str, str]) -> Scene | None:
-    """Return the scene with the models' settings of the tight tier; None where one of them is not ours.
+    """Return the scene with the models' settings of the tight tier; None if one of them is not built in.
 
-    Nobody has measured what another package's model is capable of.
+    The accuracy of another package's model is unmeasured.
     """
     if not set(models) <= set(OWN):
         return None

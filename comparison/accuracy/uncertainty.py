@@ -1,27 +1,27 @@
 r"""Numerical uncertainty of a run as a function of time.
 
 Five runs of one model give it: the run itself (S), one at a finer setting (S_f), one at a coarser (S_c), and
-two twins of the coarser one whose start is moved by a billionth of the clearance (S_t): how far neighbours
-spread is a property of the motion, and the coarser setting shows it at the least cost. One twin has offset
-and angle moved with equal signs, the other with opposite ones, since a force may answer to the two in such a
-way that one of these shifts leaves it as it is. A level changes the setting by the factor r and should change
-the error by r^p. With the window W(t) of one hundredth of a crank turn to either side,
+two perturbed runs of the coarser one whose start is moved by a billionth of the clearance (S_t): the
+divergence of neighbouring trajectories is a property of the motion, and the coarser setting shows it at the
+least cost. One perturbed run has offset and angle moved with equal signs, the other with opposite ones, since
+a force may be insensitive to one of the two. A level changes the setting by the factor r and should change
+the error by r^p. With the window W(t) of one hundredth of a crank cycle to either side,
 
 .. math:: d_f = \max_{W(t)} |S - S_f|, \quad d_c = \max_{W(t)} |S_c - S|, \quad
-          d_t = \max_{W(t)} |S_c - S_t| \text{ of either twin}, \quad d = \max(d_f, d_c / r^p),
+          d_t = \max_{W(t)} |S_c - S_t| \text{ of either perturbed run}, \quad d = \max(d_f, d_c / r^p),
 
 .. math:: u(t) = \max\bigl(F_s d,\; 3 d_t,\; u_0\bigr),
 
 u_0 being the channel's round-off and F_s a factor of safety after P. J. Roache (J. Fluids Eng. 116, 1994,
 405-413): 3, but 1.25 r^p / (r^p - 1) where the three levels show the expected order, |log_r(d_c / d_f) - p|
-<= p / 4; then the error of S is r^p / (r^p - 1) of its distance to S_f. The third level is there because two
-can have the same error by chance, for a whole flight between two impacts, where their distance says nothing.
-The window, and not a running maximum, because neighbouring runs that have spread come together again in
-sustained contact.
+<= p / 4; then the error of S is r^p / (r^p - 1) of its distance to S_f. The third level is needed because two
+can have the same error by chance, for a whole flight between two impacts, where their distance is
+uninformative. A window is used instead of a running maximum because diverged runs converge again in sustained
+contact.
 
-Five runs are a small sample: where motion magnifies errors by decades they may lie together by chance. Where
-more runs M_i of the same setting from moved starts are there (`comparison.agreement.confirmation`), u is
-never below :math:`F_e \max_i \max_{W(t)} |S - M_i|`.
+Five runs are a small sample: where motion magnifies errors by decades they may be close by chance. Where more
+runs M_i of the same setting from moved starts are there (`comparison.agreement.confirmation`), u is never
+below :math:`F_e \max_i \max_{W(t)} |S - M_i|`.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ ORDER_BAND = 0.25  # of the expected order, to either side
 # With k = 2 the smallest for which a run that an ensemble does not exclude is explained: members are then
 # within 2 u / F_e of the centre, the run itself within u / F_e, and k u - u / F_e >= 2 u / F_e from 3 / k on.
 ENSEMBLE_FACTOR = 1.5
-WINDOW = 0.01  # of a crank turn, to either side
+WINDOW = 0.01  # of a crank cycle, to either side
 TWIN_SHIFT = 1e-9  # of the clearance, across the guide; of clearance / slider length in the angle
 ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: storing it and a few operations
 # Of the run's duration: N additions of a step may add up to N eps / 2, i.e. 4e-11 for the 4e5 steps of two
@@ -52,7 +52,7 @@ TIME_ROUND_OFF = 1e-11
 
 
 def twins(scene: Scene, times: float = 1.0) -> dict[str, Scene]:
-    """Return the scenes with their start moved by 1e-9 of the clearance, or that many times as far.
+    """Return the scenes with their start moved by 1e-9 of the clearance, or a multiple of it.
 
     The slider in its guide, offset and angle with equal and with opposite signs; where only the crank pin has
     clearance, the crank, since the journal has no start of its own. None where there is no clearance.
@@ -60,7 +60,7 @@ def twins(scene: Scene, times: float = 1.0) -> dict[str, Scene]:
     Returns
     -------
     dict
-        Each by its name in `Runs`.
+        By the names in `Runs`.
     """
     joint = movable(scene)
     if joint is None:
@@ -77,7 +77,7 @@ def movable(scene: Scene) -> str | None:
 
 
 def twin_shift(scene: Scene) -> float:
-    """Return by how much a start is moved for a twin, m; of a scene whose start is `movable`."""
+    """Return the shift of the start of a perturbed run, m; for a scene whose start is `movable`."""
     return float(TWIN_SHIFT * scene.data["clearance"][movable(scene)])
 
 
@@ -113,7 +113,7 @@ def window_samples(period: float, interval: float) -> int:
     Parameters
     ----------
     period
-        Of a crank turn, s.
+        Of a crank cycle, s.
     interval
         Between samples, s.
     """
@@ -122,7 +122,7 @@ def window_samples(period: float, interval: float) -> int:
 
 
 def round_off(values: Array, time: Array, absolute: float) -> float:
-    """Return what double precision leaves open in one sample, in the channel's unit.
+    """Return the round-off of one sample in double precision, in the channel's unit.
 
     The largest of three: the channel's absolute number, some epsilon of its largest value, and the change
     within the error of time itself, which a solver with fixed steps sums up from thousands of them.
@@ -156,18 +156,18 @@ class Runs:
 
     @property
     def gain(self) -> float:
-        """What a level should divide the error by, factor^order."""
+        """Expected error ratio of two levels, factor^order."""
         factor, order = self.refinement
         return float(factor**order)
 
     @property
     def twins(self) -> tuple[Table, ...]:
-        """Those that there are."""
+        """The available perturbed runs."""
         return tuple(run for run in (self.twin, self.other_twin) if run is not None)
 
     @property
     def original(self) -> Table:
-        """The run whose start the twins have, moved."""
+        """The unperturbed run of the perturbed ones."""
         return self.base if self.coarser is None else self.coarser
 
 
@@ -225,12 +225,11 @@ def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
 
 
 def spread(original: Array, twins: Sequence[Array], half_width: int) -> Array:
-    """Return the part of u that neighbouring starts make and no setting removes, 3 d_t; shape (n,).
+    """Return the part of u due to neighbouring starts, which no setting removes, 3 d_t; shape (n,).
 
     Parameters
     ----------
-    original, twins
-        One channel of a run and of its twins, shape (n,) each; zero without a twin.
+    original, twins One channel of a run and of its perturbed runs, shape (n,) each; zero without any.
     half_width
         Of the window, samples.
     """

@@ -1,5 +1,5 @@
-"""Whether two results agree: verdict, its confirmation, and the attribution of what differs.
+"""Agreement of two results: verdict, confirmation, and attribution of differences.
 
-`cross_check` is the main job; `compare` judges one pair, by `verdict`; `confirmation` holds a difference
-against ensembles; `results` is what comes of it, and `attribution` says where and when it begins.
+`cross_check` is the main job; `compare` judges one pair by `verdict`; `confirmation` tests a difference
+against ensembles; `results` defines the outcome; `attribution` locates the source and onset of a difference.
 """

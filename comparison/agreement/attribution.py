@@ -1,10 +1,10 @@
-"""Where a difference comes from: a setting of one model, the numerics of both, or the models themselves.
+"""Attribution of a difference to a setting of one model, the numerics of both, or the models themselves.
 
-Each side is refined alone. With the difference E = a - b, what is left is E_a = a_finer - b and E_b = a -
-b_finer: if b's steps make the difference, refining b divides E by factor^order and refining a leaves it as it
-is; if the equations differ, neither does anything. Sizes are root mean squares over the channel's scale, of
-the samples that decide: those beyond their band where the models differ, else all that are judged, in the
-channels whose verdict is the scene's.
+Each side is refined separately. With the difference E = a - b, the remainders are E_a = a_finer - b and E_b =
+a - b_finer: if b's step causes the difference, refining b divides E by factor^order and refining a leaves it
+unchanged; if the equations differ, neither has an effect. Magnitudes are root mean squares over the channel's
+scale, of the decisive samples: those outside their band where the models differ, else all judged samples, in
+the channels whose verdict is the scene's.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from comparison.tables.channels import channels
 Channels = Mapping[str, ChannelComparison]
 Masks = Mapping[str, BoolArray]
 
-_NEAR = 5  # windows of u to either side, i.e. 5 % of a turn: about one flight between two impacts
+_NEAR = 5  # windows of u to either side, i.e. 5 % of a cycle: about one flight between two impacts
 _HALF = 0.5  # of what a refinement should remove; less explains nothing
-_LITTLE = 0.1  # of the difference: what the other's refinement may remove beside it
+_LITTLE = 0.1  # of the difference: what the other's refinement may also remove
 _REFINED = ("a", "b", "both")
 
 
@@ -57,12 +57,12 @@ def attribute(
     Returns
     -------
     attribution
-        Of tables without uncertainty no more than the first sample beyond the tolerance.
+        For tables without uncertainty only the first sample outside the tolerance.
     """
     excited = {name: channel for name, channel in results.items() if channel.verdict != "unexcited"}
     judged = {name: c.predictable & ((c.a != 0) | (c.b != 0)) for name, c in excited.items()}
     beyond = {name: judged[name] & (np.abs(c.difference) > _limit(c)) for name, c in excited.items()}
-    # A scene may differ by a shift in time alone, which no channel shows: then all of them tell.
+    # A scene may differ by a time shift alone, which no channel shows: then all channels count.
     deciding = {name: c for name, c in excited.items() if c.verdict == verdict} or excited
     found = _first(beyond, deciding if verdict == "differ" else excited, time)
     if scene is not None and excited and all(channel.u is not None for channel in excited.values()):
@@ -80,12 +80,12 @@ def attribute(
 
 
 def _limit(channel: ChannelComparison) -> Array | float:
-    """Return what |difference| is held against; nan, which nothing exceeds, where there is no such."""
+    """Return the threshold of |difference|; nan, which nothing exceeds, if there is none."""
     return channel.worst_threshold if channel.u is None else channel.limits.k * channel.u
 
 
 def _first(beyond: Masks, names: Iterable[str], time: Array) -> Attribution:
-    """Find the first sample beyond, of several channels the one that comes first in the table."""
+    """Find the first sample outside; of several channels the first one in the table."""
     starts = {name: int(beyond[name].argmax()) for name in names if beyond[name].any()}
     if not starts:
         return Attribution()
@@ -99,7 +99,7 @@ def _explained(judged: Masks, beyond: Masks, names: Iterable[str]) -> float:
 
 
 def _causes(runs: tuple[Runs, Runs], deciding: Channels, masks: Masks, *, differs: bool) -> dict[str, Any]:
-    """Return what refinement leaves of the difference on the masked samples, and what that means."""
+    """Return the remainder of the difference under refinement on the masked samples, and its cause."""
     parts = {name: _squares(runs, channel, masks[name]) for name, channel in deciding.items()}
     total = {key: sum(part[key] for part in parts.values()) for key in ("base", *_REFINED)}
     remaining = _remaining(total)
@@ -127,7 +127,7 @@ def _causes(runs: tuple[Runs, Runs], deciding: Channels, masks: Masks, *, differ
 
 
 def _squares(runs: tuple[Runs, Runs], channel: ChannelComparison, mask: BoolArray) -> dict[str, float]:
-    """Sum the squares of the difference over scale, as it is and refined, on the masked samples."""
+    """Sum the squares of the scaled difference, original and refined, on the masked samples."""
     a, b = channel.a[mask], channel.b[mask]
     fine_a, fine_b = (_finer(of, channel)[mask] for of in runs)
     differences = {"base": a - b, "a": fine_a - b, "b": a - fine_b, "both": fine_a - fine_b}
@@ -135,7 +135,7 @@ def _squares(runs: tuple[Runs, Runs], channel: ChannelComparison, mask: BoolArra
 
 
 def _rounded(channel: ChannelComparison, mask: BoolArray, time: Array) -> int:
-    """Count the masked samples at which the two are apart by no more than their round-off."""
+    """Count the masked samples at which the difference is within round-off."""
     absolute = channels()[channel.channel].round_off
     floor = hypot(*(round_off(values, time, absolute) for values in (channel.a, channel.b)))
     return int((np.abs(channel.difference[mask]) <= floor).sum())
@@ -149,10 +149,10 @@ def _remaining(squares: Mapping[str, float]) -> dict[str, float]:
 def _still_moves(
     runs: tuple[Runs, Runs], deciding: Channels, beyond: Masks, half_width: int
 ) -> dict[str, float]:
-    """Return the share of the samples beyond near which refinement moves a run as it would its own error.
+    """Return the share of outside samples near which refinement changes a run by as much as its error.
 
-    That is by 1 - 1/gain of the difference. On the sample itself it cannot, or u would be larger; near it
-    this is a sign that u is small by chance.
+    That is by 1 - 1/gain of the difference. At the sample itself it cannot, or u would be larger; nearby it
+    indicates that u is small by chance.
     """
     shares = {}
     for side, of in zip("ab", runs, strict=True):

@@ -1,4 +1,4 @@
-"""An attribution in plain sentences, with the settings called by their names."""
+"""Sentences of an attribution."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from comparison.agreement.event_description import describe
 from comparison.agreement.results import Attribution
 from comparison.scene import Scene
 
-_CHANGED = 0.1  # of the difference: less is told as a percentage, more as a factor
+_CHANGED = 0.1  # of the difference: less is reported as a percentage, more as a factor
 # Of the samples beyond, near which a run must still move as far. Where a stiffness of 0.1 % makes the
 # difference it is 65 % at the standard tier, whose band is not much narrower.
 _SUSPECT = 0.9
@@ -20,14 +20,14 @@ _MOST = 0.5  # of the samples that are not predictable
 
 @dataclass(frozen=True)
 class _Refinement:
-    """How one side is refined, in words."""
+    """Description of the refinement of one side."""
 
     label: str
     setting: str
     """"exudyn's step (2e-06 s)"."""
     factor: float
     gain: float
-    """What a level should divide the error by."""
+    """Expected ratio of the errors of two levels."""
 
     def of(self, setting: str) -> str:
         """Return "halving exudyn's step (2e-06 s)"."""
@@ -42,7 +42,7 @@ def sentences(
     scene: Scene | None,
     tier: str,
 ) -> tuple[str, ...]:
-    """Return what an attribution says, most important first; nothing where it holds nothing.
+    """Return the sentences of an attribution, most important first; empty if it is empty.
 
     Parameters
     ----------
@@ -58,13 +58,13 @@ def sentences(
         instant = describe(found.beyond_from, events, period=period, scene=record)
         beyond = f"{found.beyond_in} at {instant}"
     if scene is None or isnan(found.explained):
-        return (f"first beyond the tolerance: {beyond}",) if beyond else ()
+        return (f"first outside the tolerance: {beyond}",) if beyond else ()
     sides = [_refinement(label, of, scene) for label, of in zip(labels, runs, strict=True)]
     said = [_of_cause(found, sides)] if found.cause else []
     if beyond:
-        said.append(f"first beyond the band: {beyond}")
+        said.append(f"first outside the band: {beyond}")
     said += [
-        f"but near {found.still_moves[key]:.0%} of the samples beyond {side.label} still moves under "
+        f"but near {found.still_moves[key]:.0%} of the samples outside {side.label} still changes under "
         "refinement by as much as the difference: its uncertainty may be underestimated"
         for key, side in zip("ab", sides, strict=True)
         if found.still_moves.get(key, 0.0) >= _SUSPECT
@@ -75,7 +75,7 @@ def sentences(
 
 
 def percent(share: float) -> str:
-    """Return a share as percent with two decimals, cut off: what is not all is never "100.00%"."""
+    """Return a share as percent with two decimals, truncated: "100.00%" only for all."""
     return f"{floor(share * 10000 + 1e-8) / 100:.2f}%"
 
 
@@ -87,15 +87,15 @@ def _of_cause(found: Attribution, sides: list[_Refinement]) -> str:
     )
     both = f"both together {_effect(left['both'], min(side.gain for side in sides))}"
     if left["both"] > 1 + _CHANGED:
-        both += "; it grows, as rounding does that adds up over more steps"
+        both += "; it grows, as accumulated round-off does with more steps"
     if found.cause in {"a", "b"}:
         chief, other = (sides[0], second) if found.cause == "a" else (sides[1], first)
         effect = _effect(left[found.cause], chief.gain, "the difference")
         return f"explained by {chief.setting}: {chief.of('it')} {effect}; {other}"
     return {
-        "round-off": "at round-off: no setting matters",
+        "round-off": "at round-off: no setting has an effect",
         "both": f"both contribute: {first}, {second}, {both}",
-        "neither": f"within the uncertainty, but refinement does not settle it: {first}, {second}, {both}",
+        "neither": f"within the uncertainty, but not resolved by refinement: {first}, {second}, {both}",
         "models": f"difference of models: no refinement removes it ({first}, {second})",
     }[found.cause]
 
@@ -109,7 +109,7 @@ def _effect(remaining: float, gain: float, what: str = "it") -> str:
 
 
 def _refinement(label: str, of: Runs, scene: Scene) -> _Refinement:
-    """Name the setting that is changed by the factor of a level, and what is changed along with it."""
+    """Describe the setting that a level changes, and those changed along with it."""
     factor = of.refinement[0]
     refined = finer(label, scene)
     if refined is None:
@@ -123,7 +123,7 @@ def _refinement(label: str, of: Runs, scene: Scene) -> _Refinement:
 
 
 def _of_coverage(found: Attribution, labels: tuple[str, str]) -> str:
-    """Say whose uncertainty makes samples of the indeterminate channels unpredictable."""
+    """State whose uncertainty makes samples of the indeterminate channels unpredictable."""
     whose = {
         "a": f"the uncertainty of {labels[0]} alone",
         "b": f"the uncertainty of {labels[1]} alone",
@@ -140,7 +140,7 @@ def _of_coverage(found: Attribution, labels: tuple[str, str]) -> str:
 
 
 def _advice(found: Attribution, labels: tuple[str, str], scene: Scene, tier: str) -> str:
-    """Say whether finer settings can help: not where neighbouring starts spread too far by themselves."""
+    """State whether finer settings can help: not where neighbouring trajectories diverge too far."""
     neighbours = found.unpredictable["neighbours"]
     if neighbours >= _MOST:
         return (
@@ -150,14 +150,14 @@ def _advice(found: Attribution, labels: tuple[str, str], scene: Scene, tier: str
     limiting = [
         label for key, label in zip("ab", labels, strict=True) if shares[key] == max(shares[k] for k in "ab")
     ]
-    # The tight tier has settings of its own, which --accuracy does not touch.
+    # The tight tier has its own settings, independent of --accuracy.
     return (
         "; try --accuracy strict" if tier == "standard" and any(_coarse(x, scene) for x in limiting) else ""
     )
 
 
 def _coarse(model: str, scene: Scene) -> bool:
-    """Return whether a model of ours runs at less than its strict setting."""
+    """Return whether a built-in model runs at a setting coarser than strict."""
     settings = scene.data["solver"].get(model, {})
     try:
         strict = solver_values(model, "strict", scene)

@@ -1,4 +1,4 @@
-"""Single findings with a pass or a fail, for continuous integration: what JUnit calls test cases."""
+"""Single findings that pass or fail, for continuous integration: test cases in the sense of JUnit."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _STATUS: dict[str, Status] = {
 
 @dataclass(frozen=True)
 class Case:
-    """One thing that was checked.
+    """Result of one check.
 
     Attributes
     ----------
@@ -29,9 +29,9 @@ class Case:
     group
         What was checked, within the scene: a tier, or a model and its tier.
     name
-        The channel, or what else was checked.
+        The channel, or another checked item.
     status
-        "skipped" where nothing could be said, "error" where there was nothing to check.
+        "skipped" if no conclusion is possible, "error" if there was nothing to check.
     message
         One line.
     """

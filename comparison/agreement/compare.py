@@ -1,4 +1,4 @@
-"""Two models' runs of a scene, or any two tables, compared channel by channel."""
+"""Comparison of two models' runs of a scene, or of any two tables, channel by channel."""
 
 from __future__ import annotations
 
@@ -42,19 +42,20 @@ def compare(
     a, b
         With a finer run each: judged by their numerical uncertainty. Else by the tolerance.
     scene
-        What the tables are results of: fixes the channels they must hold, the time they must span and the
-        scales. Without it both must hold the same channels over the same time, and scales are ranges.
+        Scene of the tables: determines their required channels, time span and scales. Without it both must
+        hold the same channels over the same time, and scales are ranges.
     tolerance
         Share of each channel's scale; only for tables without uncertainty. With neither, the verdict is
         "indeterminate".
     labels, name, command, warnings
-        What the result calls the two, the comparison and its command; what else the reader must know.
+        Names of the two results, of the comparison, its command, and further warnings.
     tier
-        Of `comparison.accuracy.tiers.TIERS`: whose thresholds judge.
+        One of `comparison.accuracy.tiers.TIERS`, whose thresholds apply.
     only
-        The channels to compare, of those that the scene asks for; None: all.
+        Channels to compare, among those requested by the scene; None: all.
     ensembles
-        More runs of each model at its base's setting and times, see `comparison.agreement.confirmation`.
+        Additional runs of each model at its base's setting and times, see
+        `comparison.agreement.confirmation`.
 
     Raises
     ------
@@ -74,7 +75,8 @@ def compare(
     if aligned.interpolated:
         which = labels[0] if aligned.interpolated == "a" else labels[1]
         warnings += (
-            f"{which} was interpolated to the times of the other: nothing shorter than a sample is resolved",
+            f"{which} was interpolated to the times of the other: events shorter than a sample are not "
+            "resolved",
         )
     if aligned.unknown:
         count = sum(int(part.sum()) for part in aligned.unknown.values())
@@ -146,7 +148,7 @@ def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
         return None, (
             f"the tables are of different scenes ({', '.join(changed)} differ): the scales are ranges",
         )
-    # Scales and channels do not hang on settings, and a model that made a table need not be installed here.
+    # Scales and channels do not depend on settings, and the model of a table need not be installed here.
     record = {section: part for section, part in record_a.items() if section != "solver"}
     try:
         return scene_from_mapping(record), ()
@@ -167,7 +169,7 @@ def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
 
 
 def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
-    """Name the channels that both must hold: the scene's, or else all that either holds."""
+    """Return the channels that both must hold: the scene's, or else all of either."""
     if scene is None:
         return [name for name in channels() if name in a.frame or name in b.frame or name in (only or ())]
     names = expected(scene.data)
@@ -177,17 +179,17 @@ def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) 
 
 
 def _check_times(both: tuple[tuple[str, Runs], ...]) -> None:
-    """Refuse runs of one model on different grids, and tables of which one stops early.
+    """Reject runs of one model on different grids, and tables of which one ends early.
 
     Raises
     ------
     TableError
-        If so. One sample of the coarser table is allowed at either end: two grids seldom end together.
+        If so. One sample of the coarser table is allowed at either end: two grids rarely end together.
     """
     for label, runs in both:
         for kind, table in _kinds(runs):
             if not np.array_equal(table.time, runs.base.time):
-                raise TableError(f"{label}{kind}: its times are not those of {label}")
+                raise TableError(f"{label}{kind}: its times differ from those of {label}")
     (label_a, a), (label_b, b) = ((label, runs.base.time) for label, runs in both)
     slack = max(float(np.median(np.diff(a))), float(np.median(np.diff(b)))) * (1 + 1e-6)
     if abs(a[0] - b[0]) > slack or abs(a[-1] - b[-1]) > slack:
@@ -203,11 +205,11 @@ def _too_late(
     labels: tuple[str, str],
     tolerance: float | None,
 ) -> str:
-    """Say that a time shift is beyond the tolerance; empty where it is not, or uncertainties judge.
+    """Describe a time shift outside the tolerance; empty if it is within, or if uncertainties decide.
 
-    A shift leaves most samples of a slow channel within a share of its range, so samples alone would let it
-    pass. It is held against the tolerance times the time in which a position passes its scale at the scale
-    of its rate, the least of all positions: with a scene a hundredth of a crank turn.
+    Under a shift most samples of a slow channel stay within a share of its range, so samples alone would
+    accept it. The limit is the tolerance times the time in which a position traverses its scale at the scale
+    of its rate, the least of all positions: with a scene a hundredth of a crank cycle.
     """
     times = []
     for name, position in results.items():

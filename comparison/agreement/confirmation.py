@@ -1,20 +1,20 @@
-"""A verdict of "differ" is a claim: it is confirmed by ensembles of runs before it is reported.
+"""Confirmation of a verdict "differ" by ensembles of runs before it is reported.
 
 The five runs that give a model's uncertainty are a small sample. Where motion magnifies errors by decades,
 the error of a run is one draw from a wide distribution, shared by all later samples, and five draws may lie
-together by chance. So each model runs anew from many starts, moved at random by the size of its own error
+together by chance. So each model is rerun from many starts, perturbed at random by the size of its own error
 (`comparison.agreement.confirmation_starts`) at the setting that was judged, and the other model's run is
-ranked in that ensemble by one statistic a scene: its largest distance from the centre over all predictable
+ranked in that ensemble by one statistic per scene: its largest distance from the centre over all predictable
 samples of all channels, in units of the ensemble's standard deviation or of u, whichever is larger
 (`comparison.metrics.outliers`).
 
-A difference is confirmed where each model's run is farther from the other's ensemble than every member that
-is left out of it; the smallest rank that n members can show is 1 / (n + 1). Five bodies in Exudyn are too
-slow for an ensemble: their run is ranked in one of the other model, moved by their error.
+A difference is confirmed if each model's run is farther from the other's ensemble than every member left out
+of it; the smallest rank with n members is 1 / (n + 1). Exudyn's full formulation (five bodies) is too slow
+for an ensemble: its run is ranked in one of the other model, perturbed by its error.
 
-Where it is not confirmed the uncertainty was too small. It becomes that of the ensembles, and the runs are
-judged anew. By the choice of `comparison.accuracy.uncertainty.ENSEMBLE_FACTOR` they differ then only where
-each run is outside the other's ensemble: on fewer samples, but a confirmed difference.
+If it is not confirmed, the uncertainty was too small. It is replaced by that of the ensembles, and the runs
+are judged again. By the choice of `comparison.accuracy.uncertainty.ENSEMBLE_FACTOR` they differ then only
+where each run is outside the other's ensemble: on fewer samples, but a confirmed difference.
 """
 
 from __future__ import annotations
@@ -60,15 +60,15 @@ def confirm(
     Parameters
     ----------
     result
-        A comparison of these runs. One with another verdict is returned as it is, and nothing is run.
+        A comparison of these runs. One with another verdict is returned unchanged, without further runs.
     runs
         Of both models.
     scene
-        What they are runs of, with the settings of this tier.
+        Scene of the runs, with the settings of this tier.
     models
-        Whom to ask for more runs.
+        Names of the two models.
     run
-        How; called once a model that is not too slow.
+        Runs the ensembles; called once per model that is not too slow.
 
     Returns
     -------
@@ -80,9 +80,9 @@ def confirm(
         return result
     found = Confirmation("unconfirmed")
     if any(channel.u is None for channel in result.channels.values()):
-        return _told(result, found, "a tolerance judges, of which an ensemble says nothing")
+        return _told(result, found, "the verdict uses a tolerance, to which ensembles do not apply")
     if movable(scene) is None:
-        return _told(result, found, "nothing has clearance, so there is no start to move")
+        return _told(result, found, "no joint has clearance, so no start can be moved")
     errors = ensemble_errors(result, runs, scene, models)
     ensembles = {}
     for side, error in errors.items():
@@ -123,8 +123,8 @@ def ranks(
     Returns
     -------
     farther, excess
-        By the side of the ensemble: how many of its members lie, left out, as far from the others as the
-        other model's run from all, or farther; distance of that run over that of the farthest member.
+        By the side of the ensemble: number of members that lie, left out, at least as far from the others as
+        the other model's run from all; distance of that run over that of the farthest member.
     """
     farther, excess = {}, {}
     for side, tables in ensembles.items():
@@ -144,7 +144,7 @@ def ranks(
 def _with_ensembles(
     result: SceneComparison, runs: tuple[Runs, Runs], ensembles: Ensembles, scene: Scene
 ) -> SceneComparison:
-    """Judge the same runs by the ensembles' uncertainty."""
+    """Judge the same runs with the ensembles' uncertainty."""
     judged = compare(
         *runs,
         scene=scene,
@@ -170,7 +170,7 @@ def _underestimated(
     runs: tuple[Runs, Runs],
     ensembles: Ensembles,
 ) -> Confirmation:
-    """Say by how much the uncertainty had been too small, since when, and what decides if it was much."""
+    """Report the factor and onset of the underestimation and, if large, the decisive contact."""
     factor, worst = underestimation(before, after)
     parted = clusters(before, ensembles)
     found = replace(

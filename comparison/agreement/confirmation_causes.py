@@ -1,8 +1,8 @@
-"""By how much an uncertainty had been too small, and which contact decides about a difference.
+"""Size of an underestimated uncertainty, and the contact that causes a difference.
 
-Where an ensemble falls into clusters, or spreads much farther than u said, something discontinuous decides: a
-contact that some runs have and others lack. Motion that grazes a wall does that, and so does a model that
-misses a contact now and then.
+Where an ensemble splits into clusters, or spreads much farther than u, a discontinuous event decides: a
+contact that occurs in some runs only. Causes are motion that grazes a wall, or a model that occasionally
+misses a contact.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def judged_samples(channel: ChannelComparison) -> tuple[BoolArray, Array]:
 
 
 def underestimation(before: SceneComparison, after: SceneComparison) -> tuple[float, str]:
-    """Return by how much the uncertainty had been too small, and in which channel most.
+    """Return the largest factor of underestimation, and its channel.
 
     That is the ensembles' largest distance over u, at the samples at which the difference was beyond k u.
     Elsewhere an ensemble may be wider without having made the difference; and of these samples the share
@@ -61,11 +61,11 @@ def underestimation(before: SceneComparison, after: SceneComparison) -> tuple[fl
 
 
 def clusters(result: SceneComparison, ensembles: Ensembles) -> tuple[int, str, int] | None:
-    """Return model, channel and first sample of an ensemble that falls into clusters; None if none does.
+    """Return model, channel and first sample of an ensemble that splits into clusters; None if none does.
 
-    Only positions and velocities are looked at: a force jumps at either end of every contact, so a sample
-    there parts runs that are together in all that follows. A channel's clusters count if they last for more
-    samples than a verdict may leave unexplained.
+    Only positions and velocities are considered: a force jumps at either end of every contact, so a sample
+    there separates runs that coincide afterwards. A channel's clusters count if they last for more samples
+    than a verdict may leave unexplained.
     """
     found = []
     for side, tables in ensembles.items():
@@ -89,7 +89,7 @@ def farthest(
     runs: tuple[Runs, Runs],
     ensembles: Ensembles,
 ) -> tuple[int, str, int]:
-    """Return model, channel and sample at which a channel's uncertainty was most too small."""
+    """Return model, channel and sample with the largest underestimation of a channel's uncertainty."""
     mask, floor = judged_samples(before.channels[name])
     sample = int(np.flatnonzero(mask)[(_u(after.channels[name])[mask] / floor).argmax()])
     width = {
@@ -102,7 +102,7 @@ def farthest(
 def within_ensemble(
     tables: Sequence[Table], name: str, sample: int, result: SceneComparison
 ) -> Parting | None:
-    """Return the contact that parts one model's runs above the widest gap of a sample from the others."""
+    """Return the contact that separates one model's runs above the widest gap of a sample from the others."""
     above = split(np.array([table.values(name)[sample] for table in tables]))
     groups = [
         [table for table, high in zip(tables, above, strict=True) if high == which] for which in (False, True)
@@ -113,7 +113,7 @@ def within_ensemble(
 def between_models(
     result: SceneComparison, runs: tuple[Runs, Runs], ensembles: Ensembles, until: float
 ) -> Parting | None:
-    """Return the contact that parts all runs of one model from those of the other, up to a time (s)."""
+    """Return the contact that separates all runs of one model from those of the other, up to a time (s)."""
     first, second = ([of.base, *ensembles.get(side, ())] for side, of in enumerate(runs))
     return _parting(first, second, result, until)
 
@@ -121,7 +121,7 @@ def between_models(
 def _parting(
     first: Sequence[Table], second: Sequence[Table], result: SceneComparison, until: float
 ) -> Parting | None:
-    """Return what parts two groups of runs; None where nothing does, or there are no event tables."""
+    """Return the contact that separates two groups of runs; None if there is none, or no event tables."""
     one, other = ([table.events for table in group if table.events is not None] for group in (first, second))
     if not one or not other or result.period is None:
         return None

@@ -1,18 +1,18 @@
-"""Where the runs of an ensemble start: moved at random by what a model's own error is worth at the start.
+"""Starts of an ensemble's runs: random perturbations equivalent to a model's own error at the start.
 
 An error e of the start has grown to G e where the response is G. The perturbed runs of a model show G: they
-were moved by a known distance. So the error |S - S_f| of its run is worth |S - S_f| / G at the start. The
-starts lie apart by the median over x, and the angle times the slider's length, at all samples before the
+were moved by a known distance. So the error |S - S_f| of its run is equivalent to |S - S_f| / G at the start.
+The starts lie apart by the median over x, and the angle times the slider's length, at all samples before the
 first unpredictable one. Moved by |S - S_f| itself, an ensemble would spread G times as far as the model errs
 (measured: median 6 in x, 90 in the angle, in the first cycle of poisson-0.33) and hide what differs.
 
-But an error of integration is not there from the start: that of five bodies is a thousandth before the first
-contact. Until t it is worth
+But an integration error is not present from the start: that of the full formulation (five bodies) is a
+thousandth before the first contact. Until t its equivalent is
 
     w(t) = max over s <= t of  max(|S - S_f|, until s) / max(G, until s),
 
-and where that is less than the distance of the starts, what the members deviate at t counts as much less
-(`arrived`).
+and where that is less than the distance of the starts, the deviations of the members at t are scaled down
+accordingly (`arrived`).
 
 Moved by less than the perturbed runs were, an ensemble would be narrower than what it is to correct: both are
 never less than a billionth of the clearance.
@@ -46,26 +46,26 @@ _NO_RESPONSE = 1e-15
 
 
 class StartingError(NamedTuple):
-    """What a model's error is worth at the start."""
+    """Initial perturbation equivalent to a model's error."""
 
     shift: float
-    """By how much an ensemble's starts are moved, m (one standard deviation)."""
+    """Standard deviation of the starts of an ensemble, m."""
     until: Array
-    """What has arisen until each sample, w(t), m, shape (n,)."""
+    """Equivalent error accumulated until each sample, w(t), m, shape (n,)."""
 
     @property
     def share(self) -> Array:
-        """What the deviations of the members count at each sample, up to 1, shape (n,)."""
+        """Weight of the members' deviations at each sample, up to 1, shape (n,)."""
         return np.minimum(self.until / self.shift, 1.0)
 
 
 def ensemble_errors(
     result: SceneComparison, runs: tuple[Runs, Runs], scene: Scene, models: tuple[str, str]
 ) -> dict[int, StartingError]:
-    """Return how far the starts of each model's ensemble lie apart, and when that error arises.
+    """Return the spread of the starts of each model's ensemble, and the growth of that error.
 
-    A model that is too slow for an ensemble has none: its run is ranked in the other's, with the larger of
-    both errors.
+    A model too slow for an ensemble has none: its run is ranked in the other's, with the larger of both
+    errors.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def ensemble_errors(
 
 
 def starting_error(of: Runs, scene: Scene, before: int) -> StartingError:
-    """Return what a model's error before its amplification is worth at the start; see above.
+    """Return the initial perturbation equivalent to a model's error; see above.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What became of a verdict "differ" before it was reported, in one sentence."""
+"""One-sentence summary of the confirmation of a verdict "differ"."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _confirmed(found: Confirmation, labels: tuple[str, str], since: str) -> str:
     said = f"difference confirmed{since} by {runs} runs from moved starts: {each}"
     if isfinite(found.excess):  # not where all members are one
         said += f", {found.excess:.3g} times as far as the farthest of these"
-    return f"{said}; what parts them first is {found.contact}" if found.contact else said
+    return f"{said}; they are first separated by {found.contact}" if found.contact else said
 
 
 def _underestimated(found: Confirmation, labels: tuple[str, str], since: str) -> str:
@@ -55,18 +55,18 @@ def _underestimated(found: Confirmation, labels: tuple[str, str], since: str) ->
         if count
     )
     said = (
-        "no difference of models, the uncertainty had been underestimated by a factor "
+        "no difference of models, the uncertainty was underestimated by a factor "
         f"{found.factor:.2g}{since}: {inside}"
     )
     if not found.suspicious:
         return said
-    kind = "they fall into clusters" if found.clustered else f"a factor above {SUSPICIOUS:g}"
+    kind = "they split into clusters" if found.clustered else f"a factor above {SUSPICIOUS:g}"
     contact = found.contact or "no single contact"
-    return f"{said}; {kind}, so something discontinuous decides, as an intermittent fault would: {contact}"
+    return f"{said}; {kind}, which indicates a discontinuous event, possibly an intermittent fault: {contact}"
 
 
 def contact_words(parting: Parting, labels: tuple[str, str]) -> str:
-    """Return "the contact of the upper left corner at 0.2454 s, had by 3 of 99 reference runs".
+    """Return "the contact of the upper left corner at 0.2454 s, which occurs in 3 of 99 reference runs".
 
     Parameters
     ----------
@@ -80,4 +80,4 @@ def contact_words(parting: Parting, labels: tuple[str, str]) -> str:
     if labels[0] == labels[1]:
         counts = [(sum(parting.having), sum(parting.sizes), labels[0])]
     had = " and ".join(f"{having} of {size} {label} runs" for having, size, label in counts)
-    return f"the contact of the {corner} at {parting.start:.6g} s, had by {had}"
+    return f"the contact of the {corner} at {parting.start:.6g} s, which occurs in {had}"

@@ -1,4 +1,4 @@
-"""Which of the paper's four contact situations the slider is in, and for how long (Sec. 2, Fig. 3).
+"""Time shares of the paper's four contact situations of the slider (Sec. 2, Fig. 3).
 
 A wall is touched by no corner, one or both of its own. Two opposite corners (Fig. 3b) means contact at both
 walls at once, whichever corners: the slider is narrower than its guide, so lower left and lower right
@@ -23,7 +23,7 @@ SITUATIONS = {
     "one_side": "two corners of one side",
     "opposite": "two opposite corners",
 }
-"""Every situation by its key, with its words."""
+"""Situations by key, with their descriptions."""
 
 Shares = Mapping[str, float]
 T = TypeVar("T")

@@ -1,4 +1,4 @@
-"""The main job: scenes by two models at both tiers, each with its finer run and its twins, compared.
+"""The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them.
 
 A verdict "differ" is confirmed by ensembles (`comparison.agreement.confirmation`) once all scenes are judged;
 where the models agree no run is added.
@@ -27,7 +27,7 @@ from comparison.tables.table import Table, TableError
 
 @dataclass(frozen=True)
 class Validation:
-    """What came of a scene.
+    """Results of a scene.
 
     Attributes
     ----------
@@ -37,12 +37,12 @@ class Validation:
     runs
         Model -> its runs at the standard tier, where all of them succeeded.
     crashed
-        Whether a run ended in a way that no input should cause.
+        Whether a run crashed.
     tight_runs
         As ``runs``, at the tight tier; empty where it was not run.
     partial
-        Of the run that a verdict "cannot compare" names, by tier, model and run ("tight exudyn finer"): its
-        table up to where the model stopped, or in full where the run broke one of its invariants.
+        Table of the run that a verdict "cannot compare" names, by tier, model and run ("tight exudyn finer"):
+        up to where the model stopped, or complete where the run violated an invariant.
     """
 
     comparison: SceneComparison
@@ -66,17 +66,17 @@ def validate(
     Parameters
     ----------
     scenes
-        What to run.
+        Scenes to run.
     models
-        Ours, or the names of installed ones. One whose settings hold neither a tolerance nor a step cannot be
+        Built-in or installed models. A model with neither a tolerance nor a step in its settings cannot be
         refined: then the scene's ``[compare] tolerance`` decides.
     n_jobs
         Worker processes.
     accuracy
-        For both models at the standard tier, see `comparison.accuracy.levels.solver_values`; None: what the
-        scenes say.
+        For both models at the standard tier, see `comparison.accuracy.levels.solver_values`; None: the
+        scenes' settings.
     tiers
-        "standard", or both; the tight tier is for our models alone, see `comparison.accuracy.tiers`.
+        "standard", or both; the tight tier is for the built-in models only, see `comparison.accuracy.tiers`.
     on_progress
         Called with the finished share, 0 to 1; again from 0 for each ensemble that confirms a difference.
 
@@ -133,7 +133,7 @@ def _with_tight(usual: Validation, closer: Validation) -> Validation:
 
 
 def _confirmed(result: Validation, plan: _Plan, run: Run) -> Validation:
-    """Confirm a difference, or take it back."""
+    """Confirm a difference, or withdraw it."""
     if not result.runs:
         return result
     a, b = plan.models
@@ -145,7 +145,7 @@ def _confirmed(result: Validation, plan: _Plan, run: Run) -> Validation:
 
 
 class _Plan:
-    """The runs that a comparison needs, and those of the ideal mechanism, for the reliability."""
+    """Runs of a comparison, and those of the ideal mechanism for the reliability."""
 
     def __init__(self, scene: Scene, tier: str, models: tuple[str, str], command: str) -> None:
         self.scene, self.tier, self.models, self.command = scene, tier, models, command
@@ -178,7 +178,7 @@ def family(scene: Scene, model: str) -> list[tuple[str, Job]]:
 
 
 def levels(scene: Scene, model: str) -> dict[str, Scene]:
-    """Return the scenes of these runs: base, finer, coarser, twins; those that there are."""
+    """Return the scenes of these runs: base, finer, coarser, perturbed; as available."""
     coarse = coarser(model, scene)
     variants = {"base": scene, "finer": finer(model, scene), "coarser": coarse}
     there = {kind: variant for kind, variant in variants.items() if variant is not None}
@@ -233,7 +233,7 @@ def _runs(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> dict[str, Ru
 def _with_reliability(
     result: Validation, plan: _Plan, outcomes: dict[tuple[str, str], Outcome]
 ) -> Validation:
-    """Add the reliability where both models ran; a run of the ideal mechanism that failed is only told of."""
+    """Add the reliability where both models ran; a failed run of the ideal mechanism is only reported."""
     if not result.runs:
         return result
     scene, (a, b) = plan.scene, plan.models

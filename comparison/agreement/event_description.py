@@ -1,4 +1,4 @@
-"""Where in the motion an instant is: the crank's turn and angle, and which contact, counted by corner."""
+"""Description of an instant of the motion: crank cycle and angle, and contact, numbered by corner."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def describe(
     period: float | None,
     scene: Mapping[str, Any] | None,
 ) -> str:
-    """Return "0.0142 s (turn 1, crank at 13°), during the first contact of the upper left corner".
+    """Return "0.0142 s (cycle 1, crank at 13°), during the first contact of the upper left corner".
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def describe(
     events
         Label of a model -> its event table. Where the models are in different contacts, both are named.
     period
-        Of a crank turn, s; None: turn and angle are not told.
+        Of a crank cycle, s; None: cycle and angle are not reported.
     scene
         The scene mapping, for the crank's angle at the start and its sense of rotation; without it from zero.
     """
@@ -37,7 +37,7 @@ def describe(
         turn = time / period
         start = 0.0 if scene is None else float(scene["mechanism"]["crank_angle_deg"])
         sense = -1.0 if scene is not None and scene["drive"]["speed_rpm"] < 0 else 1.0
-        where += f" (turn {int(turn) + 1}, crank at {(start + sense * 360 * turn) % 360:.0f}°)"
+        where += f" (cycle {int(turn) + 1}, crank at {(start + sense * 360 * turn) % 360:.0f}°)"
     contacts = {label: contact(time, table) for label, table in events.items() if table is not None}
     if not contacts:
         return where
@@ -47,17 +47,17 @@ def describe(
 
 
 def contact(time: float, events: pd.DataFrame) -> str:
-    """Name the contacts that an instant lies in, or the last ones before it, counted by corner.
+    """Describe the contacts at an instant, or the last ones before it, numbered by corner.
 
-    Two corners of one side often touch at one instant: of the last contacts before are named all that
-    overlap the one that ended last.
+    Two corners of one side often touch at one instant: of the last contacts, all that overlap the one that
+    ended last are listed.
 
     Parameters
     ----------
     time
         Of the instant, s.
     events
-        One row a contact: ``corner``, ``start`` and ``end`` in s.
+        One row per contact: ``corner``, ``start`` and ``end`` in s.
     """
     numbered = events.sort_values("start", kind="stable")
     numbered = numbered.assign(count=numbered.groupby("corner").cumcount() + 1)

@@ -1,4 +1,4 @@
-"""What a comparison found: of one channel, and of a scene of channels."""
+"""Results of a comparison: of one channel, and of a scene."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ from comparison.tables.channels import CONTACTS, channels
 from comparison.tables.time_shift import Shift
 
 SUSPICIOUS = 10.0
-"""An uncertainty that had been too small by more than this factor is a finding of its own. By chance alone a
-factor of 6 has been seen, of five runs whose errors spread over decades."""
+"""An underestimation of the uncertainty by more than this factor is reported as suspicious. By chance alone a
+factor of 6 has been observed, for five runs whose errors spread over decades.
+"""
 
 
 @dataclass(frozen=True)
 class ChannelComparison:
-    """One channel of two runs, on their common time grid of ``n`` samples."""
+    """Comparison of one channel of two runs on their common time grid of ``n`` samples."""
 
     channel: str
     label: str
@@ -42,7 +43,7 @@ class ChannelComparison:
     u_a: Array | None
     u_b: Array | None
     u: Array | None
-    """Numerical uncertainties of a, b and their difference, shape (n,); None where the tables carry none."""
+    """Numerical uncertainties of a, b and their difference, shape (n,); None if unknown."""
     predictable: BoolArray
     """u <= alpha * scale; all True where u is None."""
     verdict: str
@@ -55,19 +56,19 @@ class ChannelComparison:
     rms_difference: float
     max_scaled: float
     rms_scaled: float
-    """The four over all samples, predictable or not."""
+    """These four are taken over all samples, predictable or not."""
     worst_time: float
     worst_difference: float
     worst_threshold: float
     """The predictable sample with the largest |E| / threshold; nan where there is none."""
     reason: str
-    """One plain sentence."""
+    """Reason of the verdict, one sentence."""
     limits: Thresholds
-    """The numbers it was judged by."""
+    """Thresholds of the verdict."""
 
     @cached_property
     def metrics(self) -> Mapping[str, float]:
-        """Measures of b against a that no verdict rests on; empty where unexcited: a constant has none.
+        """Measures of b against a, for information only; empty for unexcited (constant) channels.
 
         See `comparison.metrics.signal_ratings`. Made when first asked for: they cost more than the verdict.
         """
@@ -79,14 +80,14 @@ class ChannelComparison:
 
 @dataclass(frozen=True)
 class Attribution:
-    """Where the difference of a scene at one tier comes from; what cannot be told is nan or empty."""
+    """Attribution of the difference of a scene at one tier; unknown values are nan or empty."""
 
     explained: float = nan
     """Share of the judged samples of all excited channels together that are within k u."""
     cause: str = ""
     """"a" or "b" (whose refinement removes it), "both", "round-off", "neither" or "models"."""
     remaining: dict[str, float] = field(default_factory=dict)
-    """What is left of its size where the run of "a", of "b" or of "both" is the refined one; 1: all of it."""
+    """Remaining share of the difference with the run of "a", "b" or "both" refined."""
     channels: dict[str, dict[str, float]] = field(default_factory=dict)
     """The same by channel."""
     still_moves: dict[str, float] = field(default_factory=dict)
@@ -101,38 +102,39 @@ class Attribution:
     beyond_in: str = ""
     """Its channel."""
     sentences: tuple[str, ...] = ()
-    """All this in plain words."""
+    """Summary sentences."""
 
 
 @dataclass(frozen=True)
 class Confirmation:
-    """What ensembles of runs from moved starts say of a verdict "differ"; what is not known is nan or empty.
+    """Result of ensembles of runs from moved starts for a verdict "differ"; unknown values are nan or empty.
 
     See `comparison.agreement.confirmation`.
     """
 
     outcome: str
-    """"confirmed"; "unconfirmed": too few runs could be had; "underestimated": the difference is one of the
-    numerics, whose uncertainty had been too small, and the comparison holds the corrected one."""
+    """"confirmed"; "unconfirmed": too few runs succeeded; "underestimated": the difference is numerical, the
+    uncertainty was too small, and the comparison holds the corrected one.
+    """
     members: tuple[int, int] = (0, 0)
     """Runs in the ensemble of each model."""
     shifts: tuple[float, float] = (nan, nan)
-    """Standard deviation by which the starts of either ensemble were moved, m."""
+    """Standard deviation of the starts of either ensemble, m."""
     farther: tuple[int, int] = (0, 0)
     """How many of these lie as far from the centre of the others as the other model's run, or farther."""
     excess: float = nan
     """Distance of a model's run from the other's ensemble, over that of the farthest run left out of it: the
     smaller of both."""
     factor: float = nan
-    """By how much the uncertainty had been underestimated."""
+    """Factor by which the uncertainty was underestimated."""
     since: float = nan
-    """First sample at which the difference was beyond k u, s."""
+    """First sample at which the difference exceeded k u, s."""
     clustered: bool = False
-    """Whether an ensemble falls into clusters farther apart than they are wide, and than the uncertainty."""
+    """Whether an ensemble splits into clusters farther apart than they are wide, and than the uncertainty."""
     contact: str = ""
-    """The first contact that some runs have and others lack, and on which they part."""
+    """First contact that occurs in some runs only and separates them."""
     sentence: str = ""
-    """All this in plain words."""
+    """Summary sentences."""
 
     @property
     def mark(self) -> str:
@@ -146,13 +148,13 @@ class Confirmation:
 
     @property
     def suspicious(self) -> bool:
-        """Whether something discontinuous decides, as an intermittent fault of a model would."""
+        """Whether a discontinuous event decides, possibly an intermittent fault of a model."""
         return self.outcome == "underestimated" and (self.clustered or self.factor > SUSPICIOUS)
 
 
 @dataclass(frozen=True)
 class SceneComparison:
-    """All channels of one scene, with what is needed to read and to repeat the comparison."""
+    """Comparison of all channels of one scene, with the data to interpret and reproduce it."""
 
     name: str
     title: str
@@ -163,7 +165,7 @@ class SceneComparison:
     warnings: tuple[str, ...]
     time: Array
     period: float | None
-    """Seconds a crank turn takes; turns = time / period. None where the tables do not say."""
+    """Period of a crank cycle, s. None if the tables do not record it."""
     channels: dict[str, ChannelComparison]
     events: tuple[pd.DataFrame | None, pd.DataFrame | None]
     provenance: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -171,7 +173,7 @@ class SceneComparison:
     scene: dict[str, Any] | None = None
     """The scene mapping."""
     command: str = ""
-    """Reproduces this comparison."""
+    """Command that reproduces this comparison."""
     tier: str = "standard"
     attribution: Attribution | None = None
     """None where nothing could be compared."""
@@ -180,7 +182,7 @@ class SceneComparison:
     shift: Shift | None = None
     """Estimated time shift between the two; None where nothing was compared."""
     reliability: ReliabilityComparison | None = None
-    """Of the slider's motion; a finding of its own that no verdict rests on. None: not asked for."""
+    """Of the slider's motion; independent of all verdicts. None: not requested."""
     confirmation: Confirmation | None = None
     """Of a verdict that was "differ" before it; None where the models agreed, or for foreign tables."""
 
@@ -192,7 +194,7 @@ class SceneComparison:
 
     @property
     def why(self) -> str:
-        """The reason of the verdict, after what its confirmation found where there was one."""
+        """The reason of the verdict, preceded by the result of its confirmation if there is one."""
         return self.reason if self.confirmation is None else f"{self.confirmation.sentence}. {self.reason}"
 
     @property

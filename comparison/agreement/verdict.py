@@ -1,9 +1,9 @@
-"""Whether two results agree, differ, or nobody can tell: one channel, and a scene of channels.
+"""Verdict of two results (agree, differ, indeterminate) for one channel and for a scene.
 
-The rule is that of verification and validation after ASME V&V 20-2009 (section 1): a difference
-``E`` between two results is explained by their numerical uncertainty ``u`` where ``|E| <= k u``;
-beyond it there is a difference of models. It is applied sample by sample, on the samples where the
-uncertainty is small against what the channel means (the predictable ones).
+The rule is that of verification and validation after ASME V&V 20-2009 (section 1): a difference ``E`` between
+two results is explained by their numerical uncertainty ``u`` where ``|E| <= k u``; outside there is a
+difference of models. It is applied sample by sample, on the samples where the uncertainty is small against
+the scale of the channel (the predictable ones).
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ def compare_channel(
 
     Where too few samples are predictable, a position or a velocity still differs if even the largest
     uncertainty of all times explains too few samples. A channel in a wrong unit has an uncertainty in that
-    unit, which may be too large for any sample to be predictable and nothing beside the difference.
+    unit, which may be too large for any sample to be predictable and yet negligible against the difference.
 
     Parameters
     ----------
     channel
-        What is compared.
+        The compared channel.
     time, a, b
         Common time (s) and the two results.
     scene
@@ -132,7 +132,7 @@ def _judge(
     extent: float,
     limits: Thresholds,
 ) -> _Judgement:
-    """Hold the predictable samples at which something happens against their thresholds."""
+    """Compare the predictable, non-zero samples with their thresholds."""
     judged, coverage = predictable & happens, float(predictable.mean())
     numbers = (nan, nan, nan, nan)
     if threshold is not None and judged.any():
@@ -146,16 +146,17 @@ def _judge(
         reason = f"its range in both, {extent:.2g} {channel.unit}, is below {channel.floor:g} {channel.unit}"
         return _Judgement("unexcited", reason, *numbers)
     if threshold is None:
-        reason = "there is neither an uncertainty nor a tolerance to judge by"
+        reason = "there is neither an uncertainty nor a tolerance"
     elif coverage < limits.coverage:
-        reason = f"{coverage:.1%} of the samples are predictable, {limits.coverage:.0%} are needed"
+        reason = f"{coverage:.1%} of the samples are predictable, required: at least {limits.coverage:.0%}"
     elif not judged.any():
-        reason = "no sample at which something happens is predictable"
+        reason = "no predictable sample is non-zero"
     elif explained < limits.share:
         reason = (
             f"at t = {at:.6g} s the difference is {worst_difference:.3g} {channel.unit}, "
             f"the threshold {worst_threshold:.2g} {channel.unit}; "
-            f"{explained:.1%} of the predictable samples are within theirs, {limits.share:.0%} are needed"
+            f"{explained:.1%} of the predictable samples are within theirs, required: at least "
+            f"{limits.share:.0%}"
         )
         return _Judgement("differ", reason, *numbers)
     else:
@@ -227,5 +228,5 @@ def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> tup
     reason += f"{worst.reason}; {floor_of(1e4 * coverage) / 1e4:.2%} of all samples are predictable"
     if unsettled:
         names = ", ".join(f"{result.channel} ({result.reason})" for result in unsettled)
-        reason += f"; by itself indeterminate: {names}"
+        reason += f"; indeterminate: {names}"
     return "agree", reason

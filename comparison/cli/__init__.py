@@ -1,4 +1,4 @@
-"""The command line `sixbar`: one module a command."""
+"""Command line `sixbar`: one module per command."""
 
 from comparison.cli.main import main
 

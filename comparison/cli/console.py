@@ -1,4 +1,4 @@
-"""What the command line says besides results: progress, warnings, and errors in one line."""
+"""Console output besides results: progress, warnings, one-line errors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import typer
 
 @contextmanager
 def progress(text: str) -> Iterator[Callable[[float], None] | None]:
-    """Show a bar on a terminal; nothing in a pipe."""
+    """Show a progress bar on a terminal; nothing in a pipe."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -25,13 +25,13 @@ def progress(text: str) -> Iterator[Callable[[float], None] | None]:
 
 
 def warn(warnings: Sequence[str]) -> None:
-    """Say what the reader must know although the work goes on."""
+    """Print warnings to stderr."""
     for warning in warnings:
         typer.echo(f"sixbar: warning: {warning}", err=True)
 
 
 def fail(error: Exception) -> int:
-    """Say in one line what went wrong and who can mend it."""
+    """Print a one-line error message and return its exit code; an internal error asks for a report."""
     from comparison.accuracy.levels import AccuracyError
     from comparison.engines.registry import EngineError
     from comparison.execution.ledger import LedgerError
@@ -59,6 +59,6 @@ def fail(error: Exception) -> int:
 
 
 def complain(text: str, code: int) -> int:
-    """Say one line on stderr and hand the exit code back."""
+    """Print one line to stderr and return the exit code."""
     typer.echo(f"sixbar: {' '.join(text.split())}", err=True)
     return code

@@ -1,4 +1,4 @@
-"""``sixbar gate`` tells whether a model has changed since its baseline was made."""
+"""``sixbar gate``: check whether a model has changed since its baseline was recorded."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def gate(
         bool,
         typer.Option(
             "--update",
-            help="Make the baseline anew, of the scenes that it holds and those named; "
-            "a first one without names: of the shipped scenes.",
+            help="Recreate the baseline for its scenes and those named; "
+            "a new baseline without names: the shipped scenes.",
         ),
     ] = False,
     out: OutFolder = None,
@@ -76,7 +76,7 @@ def _update(asked: Sequence[Scene], path: Path, jobs: int) -> int:
     check_folder(path.parent)
     old = read(path) if path.exists() else None
     held, gone = ([], []) if old is None else scenes_of(old, path.parent)
-    warn([f"scene {name!r} of the old baseline is not found any more and left out" for name in gone])
+    warn([f"scene {name!r} of the old baseline no longer exists and is left out" for name in gone])
     if not asked and not held:
         asked = [load_scene(name) for name in shipped_scenes()]
     scenes = {scene.name: scene for scene in (*held, *asked)}
@@ -95,11 +95,11 @@ def _check_names(names: Sequence[str]) -> None:
     from comparison.scene import SceneError
 
     if twice := next((name for name in names if names.count(name) > 1), None):
-        raise SceneError(f"scene {twice!r}: two of the scenes have this name; a baseline needs one for each")
+        raise SceneError(f"scene {twice!r}: two scenes have this name; names in a baseline must be unique")
 
 
 def _lines(result: Gate) -> list[str]:
-    """Return what a terminal shows: notes, regressions, and one sentence."""
+    """Return the lines for the terminal: notes, regressions, and a summary sentence."""
     regressions = result.regressions
     lines = [f"note: {note}" for note in result.notes]
     lines += [f"REGRESSION {case.message}" for case in regressions[:SHOWN]]
@@ -111,12 +111,12 @@ def _lines(result: Gate) -> list[str]:
 def _sentence(result: Gate) -> str:
     checked = sum(case.status != "skipped" for case in result.cases)
     if result.regressions:
-        return f"{len(result.regressions)} of {checked} checks failed: a model is not what its baseline says"
-    return f"All {checked} checks passed: both models are what their baseline says"
+        return f"{len(result.regressions)} of {checked} checks failed: a model deviates from its baseline"
+    return f"All {checked} checks passed: both models match their baseline"
 
 
 def _write(result: Gate, folder: Path, command: str) -> Path:
-    """Write JSON, JUnit XML and the page of Markdown, and return the path of this."""
+    """Write JSON, JUnit XML and the Markdown summary, and return the path of the latter."""
     from comparison.files import write_json
     from comparison.report.job_summary import write_job_summary
     from comparison.report.junit import write_junit

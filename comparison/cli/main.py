@@ -1,4 +1,4 @@
-"""The command line, ``sixbar``. Everything heavy is imported by the command that needs it."""
+"""Command line ``sixbar``; each command imports what it needs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from comparison.cli.options import REPORTS, Accuracy, AllowIndeterminate, OutFol
 from comparison.cli.study import studies
 from comparison.cli.validate import validate, write_page
 
-# The class that this typer raises: some of its releases bring a click of their own.
+# The class raised by this typer: some of its releases vendor click.
 _UsageError: Any = typer.BadParameter.__base__
 
 app = typer.Typer(
@@ -24,7 +24,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     help="Cross-validation of two models of a press with clearance in its slider's guide.",
     epilog="Exit codes: 0 agree; 1 differ, or a regression; 2 cannot compare or bad input; 3 indeterminate; "
-    "70 internal error; 130 interrupted. Of several scenes the worst.",
+    "70 internal error; 130 interrupted. For several scenes the worst one.",
 )
 
 
@@ -38,12 +38,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, typer.Abort):
         code = 130
     except SystemExit:
-        # Typer's way to say that the reader of our output (head, less) has left; its code 1 means "differ".
+        # Typer signals a closed output pipe (head, less) by exit code 1, which here means "differ".
         return 141
     except Exception as error:
         return fail(error)
-    # Some releases of typer turn Ctrl-C into this code themselves.
-    return complain("interrupted; finished runs are kept for the next time", 130) if code == 130 else code
+    # Some releases of typer convert Ctrl-C to this code themselves.
+    return complain("interrupted; finished runs are cached", 130) if code == 130 else code
 
 
 def _print_version(asked: bool) -> None:
@@ -81,22 +81,20 @@ def scenes() -> int:
 def run(
     scene: Annotated[str, typer.Argument(help="A shipped scene or the path of a TOML file.")],
     model: Annotated[
-        str, typer.Option(metavar="NAME", help="Which runs it: reference, exudyn, or one of another package.")
+        str, typer.Option(metavar="NAME", help="Model: reference, exudyn, or one of another package.")
     ],
     out: Annotated[Path, typer.Option(help="The table to write: .csv or .parquet.")],
     accuracy: Accuracy = None,
     formulation: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME", help="How the model writes the equations; default: what the scene needs."
-        ),
+        typer.Option(metavar="NAME", help="Formulation of the equations; default: the scene's."),
     ] = None,
     overrides: Overrides = None,
 ) -> int:
     """Run one scene by one model and write its table, with events and provenance beside it.
 
-    What a model had computed before it gave up, or a run that breaks one of the model's own invariants, is
-    written as NAME.partial.csv.
+    The results of a run that stopped early or violates an invariant of its model are written to
+    NAME.partial.csv.
     """
     from dataclasses import replace
 
@@ -141,7 +139,7 @@ def plan(
     scene: Annotated[str, typer.Argument(help="A shipped scene or the path of a TOML file.")],
     overrides: Overrides = None,
 ) -> int:
-    """Tell what each model will integrate of a scene, what it leaves out and why, and what a run costs."""
+    """Show what each model integrates for a scene, what it leaves out and why, and the cost of a run."""
     from comparison.accuracy.plan import channels_line, lines
     from comparison.accuracy.plan import plan as plan_run
     from comparison.execution.run import MODELS
@@ -161,19 +159,19 @@ def compare(
     a: Annotated[Path, typer.Argument(help="A table: .csv, .parquet, .mat, or text of another program.")],
     b: Annotated[Path, typer.Argument(help="The other table.")],
     scene: Annotated[
-        str | None, typer.Option(help="What they are results of; found beside the tables if both record it.")
+        str | None, typer.Option(help="Scene of the tables; default: the one recorded beside both.")
     ] = None,
     tolerance: Annotated[
         float | None, typer.Option(help="Allowed difference, as a share of each channel's scale.")
     ] = None,
     mapping: Annotated[
-        Path | None, typer.Option(help="TOML: which column of another program's table is which channel.")
+        Path | None, typer.Option(help="TOML file that assigns another program's columns to channels.")
     ] = None,
     out: OutFolder = None,
     json: Annotated[Path | None, typer.Option(help="Also write the numbers to this file.")] = None,
     allow_indeterminate: AllowIndeterminate = False,
 ) -> int:
-    """Compare any two tables, also of other programs. Without a tolerance: metrics, and "indeterminate"."""
+    """Compare any two tables, also of other programs. Without a tolerance: metrics and "indeterminate"."""
     from comparison.agreement.compare import Runs, recorded_scene
     from comparison.agreement.compare import compare as compare_runs
     from comparison.files import check_folder, write_json

@@ -1,4 +1,4 @@
-"""Options that several commands take."""
+"""Options shared by several commands."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 REPORTS = Path("reports/out")
-"""Where reports go if nobody says otherwise, each in a folder of its own."""
+"""Default parent folder of reports."""
 
 Overrides = Annotated[
     list[str] | None,
@@ -18,15 +18,15 @@ Accuracy = Annotated[
     str | None,
     typer.Option(
         metavar="NAME|METRES",
-        help="draft, standard, strict, or the wanted error of slider_x in metres over the first cycle.",
+        help="draft, standard, strict, or an error bound of slider_x in metres over the first cycle.",
     ),
 ]
 AllowIndeterminate = Annotated[
     bool, typer.Option("--allow-indeterminate", help="Exit with 0 where the verdict is indeterminate.")
 ]
-Jobs = Annotated[int | None, typer.Option(min=1, help="Runs at a time.", show_default="CPUs")]
+Jobs = Annotated[int | None, typer.Option(min=1, help="Number of parallel runs.", show_default="CPUs")]
 OutFolder = Annotated[Path | None, typer.Option(help="Folder of the report.", show_default="reports/out/...")]
 Models = Annotated[
     str,
-    typer.Option(metavar="NAME,NAME", help="Which two: reference, exudyn, or those of installed packages."),
+    typer.Option(metavar="NAME,NAME", help="Two models: reference, exudyn, or those of installed packages."),
 ]

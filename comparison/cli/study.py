@@ -1,4 +1,4 @@
-"""``sixbar study``: each study a command, and the sweep with options of its own."""
+"""``sixbar study``: one command per study, and the sweep with its own options."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ _OutStudy = Annotated[Path | None, typer.Option(help="Folder of the study.", sho
 
 
 class _Studies(TyperGroup):
-    """A group that says which studies there are."""
+    """Command group that lists the known studies."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         if args and args[0] not in self.commands:
             known = ", ".join((*NAMES, "sweep"))
-            raise typer.BadParameter(f"study {args[0]!r} is not known; there are {known}")
+            raise typer.BadParameter(f"study {args[0]!r} is not known; available: {known}")
         return super().resolve_command(ctx, args)
 
 
 studies = typer.Typer(
     cls=_Studies,
     no_args_is_help=True,
-    help="Answer a question of its own with many runs. Kept runs are used.",
+    help="Run a multi-run study. Cached runs are used.",
 )
 
 
@@ -37,7 +37,7 @@ def _command(name: str) -> Callable[..., int]:
     def command(
         out: _OutStudy = None,
         jobs: Jobs = None,
-        small: Annotated[bool, typer.Option("--small", help="Few and short runs, to try it.")] = False,
+        small: Annotated[bool, typer.Option("--small", help="Few and short runs, for a trial.")] = False,
     ) -> int:
         from comparison.execution.workers import cpus
         from comparison.files import check_folder
@@ -64,7 +64,7 @@ def sweep(
     scene: Annotated[str, typer.Argument(help="A shipped scene or the path of a TOML file.")],
     grid: Annotated[
         list[str] | None,
-        typer.Option(metavar="KEY=A,B,C", help="Values of a key; again for more keys: all combinations."),
+        typer.Option(metavar="KEY=A,B,C", help="Values of a key; repeat for more keys: all combinations."),
     ] = None,
     listed: Annotated[
         Path | None,
@@ -72,20 +72,20 @@ def sweep(
     ] = None,
     latin: Annotated[
         list[str] | None,
-        typer.Option(metavar="KEY=LOW:HIGH", help="Range of a key for a Latin hypercube; again for more."),
+        typer.Option(metavar="KEY=LOW:HIGH", help="Range of a key for a Latin hypercube; repeat for more."),
     ] = None,
     points: Annotated[int, typer.Option(help="Points of the Latin hypercube.")] = 100,
-    seed: Annotated[int, typer.Option(min=0, help="Of the Latin hypercube.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the Latin hypercube.")] = 0,
     model: Annotated[
         str,
-        typer.Option(metavar="NAME,NAME", help="Who runs it: reference, exudyn, those of other packages."),
+        typer.Option(metavar="NAME,NAME", help="Models: reference, exudyn, those of other packages."),
     ] = "reference",
     output: Annotated[
         list[str] | None,
         typer.Option(
             metavar="QUANTITY",
             help="min:CHANNEL, max:, rms:, end:, peak_error:slider_y, contacts, impulse, "
-            "largest:peak_force, steps ...; again for more.",
+            "largest:peak_force, steps ...; repeat for more.",
             show_default="peak errors, contacts, impulse, largest force",
         ),
     ] = None,
@@ -94,13 +94,13 @@ def sweep(
     jobs: Jobs = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Of a Dask scheduler; default: processes of this machine."),
+        typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler; default: local processes."),
     ] = None,
 ) -> int:
-    """Run a scene over values of its keys: sweep.csv with one row a run.
+    """Run a scene over values of its keys and write sweep.csv with one row per run.
 
-    Finished runs are kept in the folder: the same command goes on where it was broken off. Runs that fail are
-    rows with their reason.
+    Finished runs are stored in the folder: the same command resumes an interrupted sweep. Failed runs are
+    rows with the reason.
     """
     from comparison.execution.task_store import on_processes
     from comparison.execution.workers import cpus

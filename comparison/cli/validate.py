@@ -1,4 +1,4 @@
-"""``sixbar validate``: both models on scenes, their comparison, and its report."""
+"""``sixbar validate``: run both models on scenes, compare them, write the report."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def validate(
     models: Models = "reference,exudyn",
     allow_indeterminate: AllowIndeterminate = False,
 ) -> int:
-    """Run scenes by two models, each with a finer run and twins, compare them, and write a report."""
+    """Run scenes by two models, with refined and perturbed runs, compare them, and write a report."""
     from comparison.agreement.cross_check import validate as validate_scenes
     from comparison.agreement.recorded import departures
     from comparison.engines.registry import pair
@@ -44,7 +44,7 @@ def validate(
     loaded = [load_scene(name) for name in dict.fromkeys(scenes or shipped_scenes())]
     names = [scene.name for scene in loaded]
     if twice := next((name for name in names if names.count(name) > 1), None):
-        raise SceneError(f"scene {twice!r}: two of the scenes have this name; the report needs one for each")
+        raise SceneError(f"scene {twice!r}: two scenes have this name; names in a report must be unique")
     folder = out or REPORTS / (names[0] if len(names) == 1 else "validate")
     check_folder(folder)
     with progress(f"{len(names)} scenes by both models" if len(names) > 1 else names[0]) as report:
@@ -70,7 +70,7 @@ def validate(
             if model in result.runs:
                 write(result.runs[model].base, path)
             else:
-                path.unlink(missing_ok=True)  # of an earlier call: it would seem to belong to this report
+                path.unlink(missing_ok=True)  # from an earlier call: it would appear to belong to this report
     kept = _write_partial(results, folder / "tables")
     write_json(
         {
@@ -90,7 +90,7 @@ def validate(
 
 
 def _write_partial(results: Sequence[Validation], folder: Path) -> list[str]:
-    """Keep the tables of runs that did not succeed, and say where; those of an earlier call go."""
+    """Write the tables of unsuccessful runs, return their locations; delete those of an earlier call."""
     from comparison.tables.table import write
 
     for result in results:
@@ -114,7 +114,7 @@ def write_page(comparisons: Sequence[SceneComparison], folder: Path, command: st
 
 
 def _write_for_ci(comparisons: Sequence[SceneComparison], folder: Path, command: str) -> None:
-    """Write what continuous integration shows: JUnit XML, and a page of Markdown."""
+    """Write the files for continuous integration: JUnit XML and a Markdown summary."""
     from comparison.agreement.cases import of_comparisons
     from comparison.report.job_summary import write_job_summary
     from comparison.report.junit import write_junit

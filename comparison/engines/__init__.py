@@ -1,1 +1,1 @@
-"""Who can simulate a scene: our models and installed ones, on which machine, from which sources."""
+"""Simulation engines: built-in and installed models, their platform and source hashes."""

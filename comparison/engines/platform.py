@@ -1,4 +1,4 @@
-"""What this machine and its libraries are, as far as the last bits of a result hang on them."""
+"""Machine and library identification, as far as the last bits of a result depend on it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-# By these C's mathematical library and numba's compiler choose among kinds of code that round differently.
+# The C mathematical library and numba's compiler select code paths with different rounding by these features.
 _FEATURES = ("avx2", "avx512f", "fma", "asimd", "sve")
 
 
@@ -16,7 +16,7 @@ _FEATURES = ("avx2", "avx512f", "fma", "asimd", "sve")
 def platform_name() -> str:
     """Return system, C library and processor: ``"Linux x86_64, glibc 2.36, AMD EPYC 25/1 avx2 fma"``.
 
-    Behind it the processor that OpenBLAS is told to take this one for, if it is.
+    Followed by the processor type set for OpenBLAS, if any.
     """
     library = " ".join(platform.libc_ver()).strip()
     told = os.environ.get("OPENBLAS_CORETYPE", "")
@@ -37,12 +37,12 @@ def versions() -> dict[str, str]:
 
 
 def made_on() -> str:
-    """Return machine and versions in one line, to stand below numbers that rest on them."""
+    """Return machine and versions in one line, for display below numbers that depend on them."""
     return f"{platform_name()}; {', '.join(f'{name} {number}' for name, number in versions().items())}"
 
 
 def _processor(cpuinfo: Path) -> str:
-    """Name the processor: its model, family and number, and what it can do; as Linux tells it."""
+    """Return the processor's model, family, number and features from ``/proc/cpuinfo``."""
     try:
         lines = cpuinfo.read_text("utf-8", errors="replace").splitlines()
     except OSError:

@@ -1,12 +1,13 @@
-"""The models that can run a scene: the two of this project, and those that other packages register.
+"""Registry of the models that can run a scene: the two of this project and those of other packages.
 
-A package joins with an entry point, read when it is asked for (``docs/engine.md`` shows a whole one):
+A package registers a model by an entry point, resolved on request (``docs/engine.md`` has a complete
+example):
 
     [project.entry-points."sixbar.models"]
     mine = "my_package:simulate"
 
-The two of this project stand here and not among its entry points, so that they are there without an
-installation, and so that nobody else can take their names.
+The two of this project are listed here rather than as entry points: they are available without installation,
+and no other package can take their names.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ _IMPORTED = ("numpy", "scipy", "numba", "exudyn")
 
 
 class EngineError(ValueError):
-    """A model that cannot be used; the message is one line."""
+    """Unusable model; the message is one line."""
 
 
 def engine_names() -> list[str]:
@@ -40,29 +41,29 @@ def engine_names() -> list[str]:
 
 
 def find(name: str) -> EntryPoint:
-    """Look a model up by its name; nothing is imported.
+    """Look up a model by name without importing it.
 
     Raises
     ------
     EngineError
-        If there is none, or more than one.
+        If no model or more than one has this name.
     """
     registered = {point.value: point for point in entry_points(group=GROUP, name=name)}
     points = [*([OWN[name]] if name in OWN else []), *registered.values()]
     if not points:
-        raise EngineError(f"model {name!r} is not known; there are {', '.join(engine_names())}")
+        raise EngineError(f"model {name!r} is not known; available: {', '.join(engine_names())}")
     if len(points) > 1:
         raise EngineError(f"model {name!r} is registered twice: {' and '.join(p.value for p in points)}")
     return points[0]
 
 
 def pair(names: str) -> tuple[str, str]:
-    """Read the names of two models that are to be compared, as in ``"reference,exudyn"``.
+    """Parse the names of the two models to compare, as in ``"reference,exudyn"``.
 
     Raises
     ------
     EngineError
-        If these are not two different ones that there are.
+        If these are not two different available models.
     """
     first, _, second = names.partition(",")
     if not second or first == second:
@@ -76,7 +77,7 @@ def load(name: str) -> Callable[..., Any]:
     Raises
     ------
     EngineError
-        If there is no such model, or what its entry point names cannot be imported or called.
+        If there is no such model, or the object of its entry point cannot be imported or called.
     """
     point = find(name)
     try:
@@ -84,16 +85,17 @@ def load(name: str) -> Callable[..., Any]:
     except (ImportError, AttributeError) as error:
         raise EngineError(f"model {name!r} cannot be imported from {point.value!r}: {error}") from error
     if not callable(simulate):
-        raise EngineError(f"model {name!r}: {point.value!r} is no function but a {type(simulate).__name__}")
-    return simulate  # type: ignore[no-any-return] # what it returns is checked when it does
+        kind = type(simulate).__name__
+        raise EngineError(f"model {name!r}: {point.value!r} is not a function but a {kind}")
+    return simulate  # type: ignore[no-any-return] # the result is checked on return
 
 
 def fingerprint(name: str) -> str:
-    """Hash of what can change a model: every file of its package, and the versions of what it may import.
+    """Hash of everything that can change a model: the files of its package and the versions of its imports.
 
-    Of Python files the code counts, without comments and docstrings. Of another package the versions are
-    those of all that is installed, as nobody knows what it imports. What it reads from elsewhere (a program
-    that it starts, a file in the user's folder) is not noticed.
+    Python files are hashed without comments and docstrings. For models of other packages the versions of all
+    installed distributions count, since their imports are unknown. Other inputs (a program that a model
+    starts, a file in the user's folder) are not detected.
     """
     point = find(name)
     total = hashlib.sha256(point.value.encode())
@@ -108,7 +110,7 @@ def fingerprint(name: str) -> str:
 
 
 def _files(package: str) -> list[Path]:
-    """List the files of a package, compiled modules and data included, or the one file of a module."""
+    """List the files of a package, compiled modules and data included, or the single file of a module."""
     found = find_spec(package)
     if found is None:
         return []

@@ -1,7 +1,7 @@
-"""Hashes of code, of what a result depends on: a changed function changes them, a changed docstring does not.
+"""Hashes of the code that a result depends on, insensitive to comments and docstrings.
 
-What a function of this package can call stands in the modules that its module imports, and those that these
-import in turn: its closure. Data that a module of it reads by `importlib.resources.files` counts too.
+The code that a function of this package can call is the import closure of its module. Data that a module of
+the closure reads by `importlib.resources.files` is included.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-"""The folder that the packages lie in."""
+"""Folder that contains the packages."""
 _DATA = (".toml", ".csv")
 
 
@@ -24,7 +24,7 @@ def code_hash(*modules: str) -> str:
 
 
 def hash_of(files: tuple[Path, ...], root: Path = ROOT) -> str:
-    """Return the hash of files, of modules their code; by their paths below the root."""
+    """Return the hash of files and of their paths below the root; modules count by their code."""
     total = hashlib.sha256()
     for path in files:
         total.update(f"{path.relative_to(root)}\0{file_hash(path)}\0".encode())
@@ -33,14 +33,14 @@ def hash_of(files: tuple[Path, ...], root: Path = ROOT) -> str:
 
 @cache
 def closure(module: str, root: Path = ROOT) -> tuple[Path, ...]:
-    """Return the files that a module depends on, itself and data included, in order.
+    """Return the files that a module depends on, itself and data included, sorted.
 
     Parameters
     ----------
     module
-        Its dotted name; only modules of the same package are followed.
+        Dotted name; only modules of the same package are followed.
     root
-        The folder that the package lies in.
+        Folder that contains the package.
     """
     package = module.partition(".")[0]
     found: set[Path] = set()
@@ -57,7 +57,7 @@ def closure(module: str, root: Path = ROOT) -> tuple[Path, ...]:
         found.add(path)
         tree = ast.parse(path.read_bytes())
         waiting += [each for each in _imports(tree) if each.partition(".")[0] == package]
-        # A module is imported with the packages that it lies in.
+        # Importing a module imports its parent packages.
         waiting += [name.rpartition(".")[0]] if "." in name else []
         for folder in _data_folders(tree):
             where = root.joinpath(*folder.split("."))
@@ -66,7 +66,7 @@ def closure(module: str, root: Path = ROOT) -> tuple[Path, ...]:
 
 
 def file_hash(path: Path) -> str:
-    """Return the hash of a file; of Python that of its code, without comments and docstrings."""
+    """Return the hash of a file; for Python files that of the code without comments and docstrings."""
     content = path.read_bytes()
     return _code_hash(content) if path.suffix == ".py" else hashlib.sha256(content).hexdigest()
 
@@ -77,7 +77,7 @@ def _code_hash(source: bytes) -> str:
 
 
 def _path(module: str, root: Path) -> Path | None:
-    """Return the file of a module, None where the name is that of something within one."""
+    """Return the file of a module, None if the name is that of an object within one."""
     base = root.joinpath(*module.split("."))
     return next((each for each in (base.with_suffix(".py"), base / "__init__.py") if each.is_file()), None)
 
@@ -92,14 +92,14 @@ def _imports(tree: ast.Module) -> Iterator[str]:
 
 
 def _data_folders(tree: ast.Module) -> Iterator[str]:
-    """Yield the packages whose data a module reads, ``files("a.package")``."""
+    """Yield the packages whose data a module reads by ``files("a.package")``."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "files":
             yield from (str(each.value) for each in node.args if isinstance(each, ast.Constant))
 
 
 def _without_docstrings(tree: ast.Module) -> ast.Module:
-    """Remove every string that is a statement, those below attributes too."""
+    """Remove all string statements, including attribute docstrings."""
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list):

@@ -1,1 +1,1 @@
-"""Scenes run by models, in processes of their own, and what is finished kept."""
+"""Execution of scenes by models in worker processes, with a cache of finished runs."""

@@ -1,8 +1,9 @@
-"""Finished runs kept on disk, so that an interrupted validation resumes and an unchanged run is not repeated.
+"""Cache of finished runs on disk: an interrupted validation resumes, an unchanged run is not repeated.
 
-Every run is one table with its companions (no pickle), named by a hash of all that can change it: the scene,
-its model (`comparison.engines.registry.fingerprint`), the sources of what writes the table, the machine's
-kind (its processor too: a CI service restores a cache on another machine than the one that wrote it).
+Every run is one table with its companions (no pickle), named by a hash of everything that can change it: the
+scene, its model (`comparison.engines.registry.fingerprint`), the sources of what writes the table, the
+machine's kind (its processor too: a CI service restores a cache on another machine than the one that wrote
+it).
 """
 
 from __future__ import annotations
@@ -24,20 +25,20 @@ from comparison.tables.table import Table, TableError, read, write
 
 KEEP_DAYS = 30
 _WRITES = "comparison.execution.run"
-"""The module that turns a model's result into a table."""
+"""Module that converts a model's result to a table."""
 
 
 def cache_folder() -> Path:
-    """Return ``$SIXBAR_CACHE_DIR``, or a folder of ours where the system keeps a user's caches."""
+    """Return ``$SIXBAR_CACHE_DIR``, or this package's folder in the user's cache directory."""
     named = os.environ.get("SIXBAR_CACHE_DIR")
     return Path(named) if named else user_cache_path("sixbar-crossval", appauthor=False)
 
 
 def run_key(scene: Scene, model: str, fingerprint: str) -> str:
-    """Hash of all that can change the run of ``scene`` by ``model`` with this fingerprint.
+    """Return the hash of everything that can change the run of ``scene`` by ``model`` with this fingerprint.
 
-    Of the solvers' settings these are the model's own, but all of them for one of another package: it may be
-    made of ours.
+    Of the solver settings only the model's own count, but all of them for a model of another package, which
+    may build on the others.
     """
     solver = scene.data["solver"]
     physics = {key: part for key, part in scene.data.items() if key not in ("scene", "solver")}
@@ -55,7 +56,7 @@ def run_key(scene: Scene, model: str, fingerprint: str) -> str:
 
 
 def fetch(key: str, channels: list[str], span: tuple[float, float]) -> Table | None:
-    """Return the kept run, or None where there is none that can be read and passes `check`."""
+    """Return the cached run, or None if there is none that can be read and passes `check`."""
     path = cache_folder() / f"{key}.csv"
     if not path.is_file():
         return None
@@ -64,14 +65,14 @@ def fetch(key: str, channels: list[str], span: tuple[float, float]) -> Table | N
         check(table, channels, span)
     except TableError:
         return None
-    with suppress(OSError):  # a cache that cannot be written still serves
+    with suppress(OSError):  # a read-only cache remains usable
         for part in path.parent.glob(f"{key}.*"):
             part.touch()
     return table
 
 
 def keep(key: str, table: Table) -> None:
-    """Keep a run and drop those that nobody asked for in a month; where that cannot be done, do nothing."""
+    """Store a run and delete those not used for a month; do nothing if that is impossible."""
     with suppress(TableError):
         write(table, cache_folder() / f"{key}.csv")
     oldest = time.time() - KEEP_DAYS * 86400

@@ -1,8 +1,8 @@
-"""Finished work kept as it comes: a file of JSON lines that only grows.
+"""Append-only store of finished work: a file of JSON lines.
 
-One line a piece of work: ``{"key": ..., "row": {...}}``, handed to the system in one write. A process that is
-killed leaves at most a last line that is not whole; it is passed over when the file is read, and what comes
-next starts on a line of its own. Numbers are written so that reading them gives the same bits.
+One line per task: ``{"key": ..., "row": {...}}``, handed to the system in one write. A process that is killed
+leaves at most an incomplete last line, which is skipped on reading; the next row starts on a new line.
+Numbers are written so that reading them gives the same bits.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ Row = dict[str, Any]
 
 
 class LedgerError(ValueError):
-    """Finished work that cannot be kept; the message is one line."""
+    """Store that cannot be read or written; the message is one line."""
 
 
 def read_rows(path: Path) -> dict[str, Row]:
-    """Return what is kept, by its key; nothing where there is no file.
+    """Return the stored rows by key; empty if there is no file.
 
     Raises
     ------
@@ -48,12 +48,12 @@ def read_rows(path: Path) -> dict[str, Row]:
 
 
 def append_row(path: Path, key: str, row: Mapping[str, Any]) -> Row:
-    """Keep a row; return it as reading will give it (numbers that are not finite as None).
+    """Store a row; return it as it will be read (non-finite numbers as None).
 
     Raises
     ------
     LedgerError
-        If it cannot be written, such as on a full disk; what was kept before stays.
+        If it cannot be written, such as on a full disk; stored rows remain.
     """
     text = json.dumps({"key": key, "row": plain(row)}, allow_nan=False, separators=(",", ":"))
     try:

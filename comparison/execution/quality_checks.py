@@ -1,4 +1,4 @@
-"""What a finished run says against itself: that it ended does not make its numbers mean much."""
+"""Quality checks of finished runs: resolution of contacts, spurious energy, constraints, indentation."""
 
 from __future__ import annotations
 
@@ -13,16 +13,15 @@ FEW_STEPS = 10.0
 """In so many fixed steps a contact's force still has its course; with fewer its impulse depends on where the
 touch falls within a step (the study extremes measures by how much)."""
 MUCH_ENERGY = 0.01
-"""Of what is dissipated; as much as a change of the restitution by half a percent."""
+"""Of the dissipated energy; equivalent to a change of the restitution by half a percent."""
 MUCH_DRIFT = 1e-6
 """m or rad: as deep as corners of steel dip into a wall; of rates a thousand times as much, as for errors."""
 
 
 def steps_per_contact(table: Table) -> float:
-    """Return how many fixed steps a contact lasts; nan without contacts, or where steps adapt.
+    """Return the number of fixed steps per contact; nan without contacts, or with adaptive steps.
 
-    The median, each contact counting by its peak force: a long touch without much force does not make up for
-    short hits.
+    The median weighted by peak force: long contacts with little force do not offset short impacts.
     """
     step = table.provenance.get("settings", {}).get("step_used")
     if step is None or table.events is None or not len(table.events):
@@ -35,7 +34,7 @@ def steps_per_contact(table: Table) -> float:
 
 
 def energy_share(table: Table) -> float:
-    """Return the largest energy from nowhere over the dissipated; nan where not recorded.
+    """Return the largest spurious energy over the dissipated energy; nan if not recorded.
 
     Over the largest kinetic energy where nothing is dissipated.
     """
@@ -48,18 +47,18 @@ def energy_share(table: Table) -> float:
 
 
 def doubts(table: Table) -> list[str]:
-    """Return a line for each reason to doubt a run that finished."""
+    """Return one line for each quality check that a finished run fails."""
     told = []
     steps = steps_per_contact(table)
     if steps < FEW_STEPS:
         told.append(
-            f"half of its contacts, by their forces, last less than {number(steps, 2)} steps; {FEW_STEPS:g} "
-            "are the least for their impulses to mean something: reduce solver.exudyn.step, or take "
+            f"half of its contacts, weighted by force, last less than {number(steps, 2)} steps; accurate "
+            f"impulses require at least {FEW_STEPS:g}: reduce solver.exudyn.step, or use "
             "solver.exudyn.formulation = 'tree'"
         )
     share = energy_share(table)
     if share > MUCH_ENERGY:
-        told.append(f"energy from nowhere is {percent(share)} of what was dissipated: refine the solver")
+        told.append(f"spurious energy is {percent(share)} of the dissipated energy: refine the solver")
     drift = table.provenance.get("constraints", {})
     position, velocity = drift.get("position", 0.0), drift.get("velocity", 0.0)
     if position > MUCH_DRIFT or velocity > 1e3 * MUCH_DRIFT:
@@ -74,6 +73,6 @@ def doubts(table: Table) -> list[str]:
         if depth > radius:
             told.append(
                 f"a corner is pressed {quantity(depth, 'm')} into the wall, deeper than its radius "
-                f"contact.corner_radius = {radius:g} m: the law of the force does not hold there"
+                f"contact.corner_radius = {radius:g} m: the contact law is not valid there"
             )
     return told

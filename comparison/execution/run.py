@@ -1,4 +1,4 @@
-"""Scenes run by the models, in worker processes: the only module that starts a model."""
+"""Runs of scenes by models in worker processes; the only module that starts a model."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from comparison.tables.check import check
 from comparison.tables.table import Result, Table, TableError
 
 MODELS = ("reference", "exudyn")
-"""The two that are compared where nobody asks for others, see `comparison.engines.registry`."""
+"""Default pair of models, see `comparison.engines.registry`."""
 
 VIOLATED = "invariant-violated"
-"""Status of a run that shows what no correct run can; its table is whole, but nothing follows from it."""
+"""Status of a run that violates an invariant of its model; its table is complete but invalid."""
 
 Progress = Callable[[float], None]
 Simulate = Callable[..., Any]
@@ -29,7 +29,7 @@ Simulate = Callable[..., Any]
 
 @dataclass(frozen=True)
 class Job:
-    """One run: a scene by a model."""
+    """Run of a scene by a model."""
 
     scene: Scene
     model: str
@@ -48,13 +48,13 @@ class Job:
 
     @property
     def kernels(self) -> frozenset[Kernels]:
-        """Which code the model compiles at its first run."""
+        """Code that the model compiles at its first run."""
         return frozenset([kernels(self.scene, self.model)])
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a run.
+    """Outcome of a run.
 
     Attributes
     ----------
@@ -67,8 +67,8 @@ class Outcome:
     table
         The result if the status is ``"success"``.
     partial
-        What a model had recorded when it ended with a status of its own, unchecked: shorter than asked where
-        it gave up, in full where the run broke an invariant (`VIOLATED`).
+        Unchecked results of a run that ended with a status of the model: truncated where it stopped, complete
+        where it violated an invariant (`VIOLATED`).
     """
 
     status: str
@@ -78,9 +78,9 @@ class Outcome:
 
 
 def kernels(scene: Scene, model: str, engine: str = "") -> Kernels:
-    """Return what tells the code that a model, or an engine made of it, compiles for a scene."""
+    """Return the identifier of the code that a model, or an engine based on it, compiles for a scene."""
     formulation = str(scene.data["solver"].get(model, {}).get("formulation", "auto"))
-    # The reference has equations of its own for what each set of joints leaves free.
+    # The reference has separate equations for each set of joints with clearance.
     joints = scene.data["joints"].values() if model == "reference" else ()
     return (engine or model, formulation, *joints)
 
@@ -94,7 +94,7 @@ class RunError(RuntimeError):
 
 
 def describe(job: Job, outcome: Outcome) -> str:
-    """Say in one line why a run did not succeed."""
+    """Describe in one line why a run did not succeed."""
     where = f"scene {job.scene.name!r}"
     if outcome.status == "bad input":
         return f"{where}: {outcome.message}"
@@ -173,11 +173,11 @@ def run_all(
     jobs
         What to run.
     n_jobs
-        How many worker processes may work at a time.
+        Number of parallel worker processes.
     on_progress
         Called with the finished share of the expected work, 0 to 1.
     cached
-        Whether kept runs are used. Successful runs are kept in any case, each as soon as it ends.
+        Whether cached runs are used. Successful runs are always cached, each as soon as it ends.
 
     Returns
     -------
@@ -187,7 +187,7 @@ def run_all(
     Raises
     ------
     EngineError
-        If there is no model of a name. One that is there but cannot be imported is "bad input".
+        If a model is unknown. One that cannot be imported is "bad input".
 
     Notes
     -----
@@ -226,7 +226,7 @@ def run_all(
 
 
 def _attempt(job: Job, progress: Progress | None, simulate: Simulate | None = None) -> Outcome:
-    """Run and check; whatever a model raises becomes an outcome."""
+    """Run and check; any exception of a model becomes an outcome."""
     try:
         if simulate is None:
             result = _simulate(job.model, job.scene.data, progress)
@@ -246,12 +246,12 @@ def _attempt(job: Job, progress: Progress | None, simulate: Simulate | None = No
 
 
 def _simulate(model: str, scene: dict[str, Any], progress: Progress | None) -> Result:
-    """Start a model; imported here, so that reading tables and scenes needs none."""
+    """Start a model; imported here, so that reading tables and scenes requires none."""
     return _started(load(model), scene, progress)
 
 
 def _started(simulate: Simulate, scene: dict[str, Any], progress: Progress | None) -> Result:
-    # A copy: what a model does to its scene must not be what the table is said to be a result of.
+    # A copy: modifications of the scene by a model must not enter the table's record.
     result: Result = simulate(deepcopy(scene), progress=progress)
     return result
 
@@ -266,5 +266,5 @@ def _outcome_of_scene(outcome: Outcome, scene: Scene) -> Outcome:
 
 
 def _of_scene(table: Table, scene: Scene) -> Table:
-    """Record what was run: the whole scene, so that `sixbar compare` finds it beside the table."""
+    """Record the complete scene, so that `sixbar compare` finds it beside the table."""
     return replace(table, provenance={**table.provenance, "scene_hash": scene.hash, "scene": scene.data})

@@ -1,8 +1,8 @@
-"""Tasks measured in worker processes, each row kept as soon as it is there: the one store of all studies.
+"""Task store of all studies: tasks are measured in worker processes, each row is stored on completion.
 
-A row is found again by everything that can change it: the task's own identity (scenes and settings), the
-code and data that the measure depends on (`comparison.engines.source_hash`), the models' code, the versions
-of the libraries, and the kind of machine.
+The key of a row is everything that can change it: the task's own identity (scenes and settings), the code and
+data that the measure depends on (`comparison.engines.source_hash`), the models' code, the versions of the
+libraries, and the kind of machine.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from comparison.execution.workers import Attempt, Died, Kernels, Late, Share, in
 from comparison.scene import SceneError, digest
 
 SUCCESS, CRASHED, LATE = "success", "crashed", "work-limit"
-"""Status of a row, besides those of a model: measured; its process died or it raised; its time was up."""
+"""Status of a row, besides those of a model: measured; process died or exception; time limit exceeded."""
 
 
 class Task(ABC):
-    """Something to be measured. Subclasses are frozen dataclasses, so that they survive pickling."""
+    """Task to be measured. Subclasses are frozen dataclasses, for pickling."""
 
     environment: tuple[tuple[str, str], ...] = ()
-    """Variables, and their values, of the process that measures it, besides its parent's."""
+    """Additional environment variables of the process that measures it."""
 
     @property
     @abstractmethod
@@ -55,7 +55,7 @@ class Task(ABC):
 
     @property
     def kernels(self) -> frozenset[Kernels]:
-        """Which code it compiles if no task before it did."""
+        """Code that it compiles if no task before it did."""
         return frozenset()
 
 
@@ -74,7 +74,7 @@ class Lost:
 
 Finished = Generator[tuple[str, Row | Lost]]
 Spread = Callable[[Attempt, Mapping[str, Task]], Finished]
-"""Works off tasks of one environment by their keys and yields each one's row as it comes."""
+"""Processes tasks of one environment by their keys and yields each row on completion."""
 
 
 def measure_all(
@@ -85,7 +85,7 @@ def measure_all(
     *,
     ledger: Path | None = None,
 ) -> list[Row]:
-    """Measure what has not been measured yet, equal tasks once.
+    """Measure tasks without a stored row, equal tasks once.
 
     Parameters
     ----------
@@ -98,14 +98,15 @@ def measure_all(
     on_progress
         Called with the finished share of the expected work, 0 to 1.
     ledger
-        Where rows are kept; None: in the folder of `comparison.execution.cache`.
+        File of the rows; None: in the folder of `comparison.execution.cache`.
 
     Returns
     -------
     rows
-        In the order of the tasks. ``"status"`` is `SUCCESS` where the measure returned, else what befell it,
-        with one line in ``"message"``; ``"seconds"`` of processor time. The row of a process that died is not
-        kept: what a task comes to is final, but what befell a process is tried again the next time.
+        In the order of the tasks. ``"status"`` is `SUCCESS` if the measure returned, else the kind of
+        failure, with one line in ``"message"``; ``"seconds"`` of processor time. The row of a process that
+        died is not stored: results of tasks are final, but failures of processes are retried at the next
+        call.
 
     Raises
     ------
@@ -119,7 +120,7 @@ def measure_all(
     keys = _keys(measure, tasks)
     by_key = dict(zip(keys, tasks, strict=True))
     kept = read_rows(ledger)
-    with suppress(OSError):  # `comparison.execution.cache` drops what nobody asked for in a month
+    with suppress(OSError):  # `comparison.execution.cache` deletes what was not used for a month
         os.utime(ledger)
     rows = {key: kept[key] for key in by_key if key in kept}
     waiting = {key: by_key[key] for key in in_turn({k: t for k, t in by_key.items() if k not in rows})}
@@ -141,10 +142,10 @@ def measure_all(
 
 
 def on_processes(n_jobs: int, limit: float = inf) -> Spread:
-    """Return what spreads work over so many processes of this machine.
+    """Return a `Spread` over a number of local processes.
 
-    A task that takes longer than the limit, s, is stopped (`comparison.execution.workers.work`); that is its
-    row, with the share that it had finished.
+    A task that takes longer than the limit, s, is stopped (`comparison.execution.workers.work`); its row
+    records this, with the finished share.
     """
 
     def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
@@ -171,7 +172,7 @@ def _keys(measure: Measure[T], tasks: Sequence[T]) -> list[str]:
         digest(
             {
                 "task": dict(task.identity),
-                # What a task does may stand in its class.
+                # The work of a task may be defined in its class.
                 "code": code_hash(measure.__module__, type(task).__module__),
                 "models": {name: prints[name] for name in task.models},
                 "environment": dict(task.environment),
@@ -183,7 +184,7 @@ def _keys(measure: Measure[T], tasks: Sequence[T]) -> list[str]:
 
 
 def _attempt(measure: Measure[T], task: T, progress: Progress) -> Row:
-    """Measure; whatever goes wrong becomes the row's status and message (in the worker)."""
+    """Measure; any failure becomes the row's status and message (in the worker)."""
     start = time.process_time()
     try:
         row = {"status": SUCCESS, "message": ""} | measure(task, progress)

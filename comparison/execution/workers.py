@@ -1,7 +1,7 @@
-"""Worker processes that outlive one another: a task that kills its process costs only itself.
+"""Isolated worker processes: a task that kills its process affects no other task.
 
-``multiprocessing`` is used directly, since a ``ProcessPoolExecutor`` gives up all of its tasks when one
-process dies, and does not say which task it was.
+``multiprocessing`` is used directly, since a ``ProcessPoolExecutor`` abandons all of its tasks when one
+process dies, without reporting which task it was.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ READY = 10.0
 """Times its limit that a task may take before its own work begins."""
 
 Kernels = tuple[str, ...]
-"""What tells code that is compiled at its first use from other such code."""
+"""Identifier of code that is compiled at its first use."""
 
 
 class Work(Protocol):
-    """A task as far as its turn hangs on it."""
+    """Properties of a task that determine its position in the queue."""
 
     @property
     def cost(self) -> float:
@@ -45,7 +45,7 @@ class Work(Protocol):
 
 @dataclass(frozen=True)
 class Share:
-    """Of a task, how much is finished, 0 to 1."""
+    """Finished share of a task, 0 to 1."""
 
     value: float
 
@@ -58,7 +58,7 @@ class Died:
 
     @property
     def words(self) -> str:
-        """How it ended."""
+        """Description of the end of the process."""
         if self.exit_code is not None and self.exit_code < 0:
             return f"its process was killed by {signal.Signals(-self.exit_code).name}"
         return f"its process ended with code {self.exit_code}"
@@ -66,13 +66,13 @@ class Died:
 
 @dataclass(frozen=True)
 class Late:
-    """The task was broken off at its limit of time; the share of it that was finished by then."""
+    """The task was stopped at its time limit, with the share finished by then."""
 
     share: float
 
 
 def cpus() -> int:
-    """Return how many CPUs this process may use."""
+    """Return the number of CPUs available to this process."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -98,7 +98,7 @@ def work(
     limit: float = inf,
     environment: Mapping[str, str] | None = None,
 ) -> Generator[tuple[str, Any]]:
-    """Hand tasks to worker processes in the given order and yield what becomes of them, as it comes.
+    """Distribute tasks to worker processes in the given order and yield their events as they occur.
 
     Close the generator (`contextlib.closing`) to end the workers at once.
 
@@ -111,8 +111,8 @@ def work(
     n_workers
         How many processes work at a time; they are started when there is work for them, and kept.
     limit
-        s; a task that takes longer is ended with its process, whatever it hangs in. Counted from where it
-        reports a share of 0; until then, to start a process and to compile, it has `READY` times as long.
+        s; a task that takes longer is terminated with its process. Counted from where it reports a share of
+        0; until then, to start a process and to compile, it has `READY` times as long.
     environment
         Variables of the worker processes alone, for what a library reads only while its process starts.
 
@@ -179,7 +179,7 @@ class _Worker:
 
 
 def _serve(attempt: Attempt, connection: Connection) -> None:
-    """Work off tasks until the connection ends (in the worker)."""
+    """Process tasks until the connection ends (in the worker)."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # for systems without a signal mask to inherit
     os.dup2(2, 1)  # what a model prints must not stand between the lines that a script reads from stdout
     if isinstance(sys.stdout, io.TextIOWrapper):

@@ -1,1 +1,1 @@
-"""How large a difference is and what else is told of it: pure functions on arrays and tables."""
+"""Metrics of differences: pure functions on arrays and tables."""

@@ -1,4 +1,4 @@
-"""Impacts of two runs compared contact by contact, from the models' event tables.
+"""Comparison of impacts contact by contact, from the models' event tables.
 
 Never from samples: the median contact lasts 0.2 ms, a sample 0.4 ms. Impulse comes before peak force: a peak
 depends on the contact's compliance, an impulse on the speeds and masses that meet.
@@ -18,16 +18,16 @@ from comparison.tables.channels import CONTACTS
 
 IntArray = NDArray[np.intp]
 
-# Two starts are matched within this share of a crank turn (80 us at 150 rpm). It is less than half of the
-# shortest time from one contact of a corner to its next in the shipped scenes (4.4e-4 of a turn), so that
-# chatter leaves no choice of partners; where runs are predictable their starts agree to 1e-4 of a turn, and
-# where they are not the nearest start is typically 1e-3 away. Samples are 1e-3 apart.
+# Two starts are matched within this share of a crank cycle (80 us at 150 rpm). It is less than half of the
+# shortest time between contacts of one corner in the shipped scenes (4.4e-4 of a cycle), so that matching is
+# unique during chatter; where runs are predictable their starts agree to 1e-4 of a cycle, and elsewhere the
+# nearest start is typically 1e-3 away. Samples are 1e-3 apart.
 WINDOW = 1 / 5000
 
 
 @dataclass(frozen=True)
 class Impacts:
-    """How well the contacts of b match those of a.
+    """Agreement of the contacts of b with those of a.
 
     Attributes
     ----------
@@ -200,7 +200,7 @@ def impacts_of(
     time
         Increasing, s, shape (n,).
     period
-        Seconds a crank turn takes, which sets the `WINDOW`; None: not known.
+        Period of a crank cycle, s, which sets the `WINDOW`; None: unknown.
     predictable
         Corner -> where its contacts are, shape (n,); empty where there is no uncertainty to tell.
 

@@ -1,4 +1,4 @@
-"""How large a difference is: pure functions on arrays.
+"""Norms of a difference: pure functions on arrays.
 
 All are invariant under a change of unit: scaling difference and scale by one factor scales the first two
 results by it and leaves the others.
@@ -133,9 +133,9 @@ def tube_share(reference: Array, other: Array, width: float = TUBE) -> float:
         \min_{|s - t| \le w} m(s) - w R \; \le \; c(t) \; \le \; \max_{|s - t| \le w} m(s) + w R
 
     the rule of csv-compare (Modelica Association) and funnel (Lawrence Berkeley National Laboratory), on the
-    samples. It forgives every peak that is shorter than the tube is wide: **a contact force that is missing
-    altogether, zero at all times, is inside**, for a contact lasts 0.2 ms and 0.002 of two crank turns at
-    150 rpm are 1.6 ms. Therefore no verdict rests on it.
+    samples. It tolerates every peak shorter than the width of the tube: **a contact force that is missing
+    altogether, zero at all times, is inside**, for a contact lasts 0.2 ms and 0.002 of two crank cycles at
+    150 rpm are 1.6 ms. Therefore no verdict depends on it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Whether a run belongs to an ensemble of runs, by the rank of one statistic; whether the ensemble is one.
+"""Rank test of whether a run belongs to an ensemble of runs, and detection of clusters in an ensemble.
 
 For one channel with members M_i, i = 1 ... n, and a run S, at the same m samples:
 

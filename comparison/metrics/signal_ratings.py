@@ -1,4 +1,4 @@
-"""What is told of a channel besides its verdict: widely used measures of likeness, none of them a gate."""
+"""Common similarity measures of a channel, for information only."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def information(time: Array, a: Array, b: Array, *, position: bool) -> dict[str,
 
     Notes
     -----
-    A longer table is resampled without a filter, so that of impacts shorter than the new interval some are
-    met and some are missed: of its force channels these measures say little.
+    A longer table is resampled without a filter, so that some impacts shorter than the new interval are
+    missed: for force channels these measures are of little use.
     """
     grid, (first, second) = resampled(time, (a, b), MOST_POINTS)
     if position:

@@ -1,5 +1,5 @@
-"""Whether a model has changed since its baseline was made; never whether the two models differ.
+"""Regression gate: detects changes of a model since its baseline; does not compare the two models.
 
-`baseline` is the file and `checkpoints` what of a run goes into it, `renewal` makes it, `regression` holds
-one run against its record and `examination` all of them.
+`baseline` is the file, `checkpoints` selects its contents, `update` creates it, `deviation` compares one run
+with its record and `check` all of them.
 """

@@ -1,8 +1,8 @@
-"""What each model gave when its baseline was made: a text file of few numbers, read and written.
+"""Baseline file: recorded results of each model, as a text file of few numbers.
 
-Three runs of a scene stand in it: the reference at the tight tier, Exudyn's five bodies as the scene says,
-and its tree at the tight tier (`comparison.accuracy.tiers`). Of each: settings, counters, and for every
-channel some checkpoints, see `comparison.regression.checkpoints`.
+It holds three runs per scene: the reference at the tight tier, Exudyn's full formulation (five bodies) with
+the scene's settings, and its tree at the tight tier (`comparison.accuracy.tiers`). Of each: settings,
+counters, and for every channel some checkpoints, see `comparison.regression.checkpoints`.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ HEADER = """\
 
 
 class BaselineError(ValueError):
-    """A baseline that cannot be used or made; the message is one line."""
+    """Baseline that cannot be used or created; the message is one line."""
 
 
 class _Part(BaseModel):
@@ -85,7 +85,7 @@ class SceneRecord(_Part):
 
 
 class Detection(_Part):
-    """How well verdicts with `Baseline.thresholds` tell a fault from none: counts and limits of rates."""
+    """Detection power and false-alarm rate of verdicts with `Baseline.thresholds`: counts and limits."""
 
     false_alarms: Rates
     detected: Rates

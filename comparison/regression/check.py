@@ -1,4 +1,4 @@
-"""Whether the same model changed since its baseline; never whether the two models differ."""
+"""Check of all gated runs against their baseline."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ Which = tuple[str, str]
 
 @dataclass(frozen=True)
 class Gate:
-    """What the gate found.
+    """Results of the gate.
 
     Attributes
     ----------
     cases
         All that was checked; what failed is a regression, an "error" a run that ended as none should.
     notes
-        What the reader must know, though it is no regression.
+        Remarks that are no regressions.
     """
 
     cases: list[Case]
@@ -39,7 +39,7 @@ class Gate:
 
     @property
     def regressions(self) -> list[Case]:
-        """What did not pass."""
+        """Failed checks."""
         return [case for case in self.cases if case.status in ("failed", "error")]
 
     @property
@@ -69,7 +69,7 @@ def gate(
     n_jobs: int = 1,
     on_progress: Progress | None = None,
 ) -> Gate:
-    """Run the scenes and hold them against the baseline.
+    """Run the scenes and compare them with the baseline.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def gate(
     gone
         Scenes of the baseline that cannot be found any more.
     n_jobs
-        Worker processes; the result does not hang on it.
+        Worker processes; the result does not depend on it.
     on_progress
         Called with the finished share, 0 to 1.
     """

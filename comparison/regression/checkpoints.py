@@ -1,4 +1,4 @@
-"""What of a run goes into a baseline: few samples, where the model's own uncertainty is small.
+"""Checkpoints of a run for a baseline: few samples, where the model's own uncertainty is small.
 
 A sample can be a checkpoint where the run is predictable, as in `comparison.agreement.verdict` but by the
 uncertainty of this model alone, and where the channel is further from zero than its threshold: a force is
@@ -26,7 +26,7 @@ from comparison.tables.table import Table
 COUNT = 5  # of a channel: with ten scenes the file stays near 100 kB
 
 # Chatter ends earlier or later from one start to the next, and what is left of it falls by decades within a
-# hundredth of a turn: neighbours are compared within a window wider than that of u by this factor.
+# hundredth of a cycle: neighbours are compared within a window wider than that of u by this factor.
 LATER = 5
 
 
@@ -42,8 +42,8 @@ def record(runs: Runs, scene: Scene, model: str, tier: str, neighbours: Sequence
     model, tier
         By which, and at which of `comparison.accuracy.tiers.TIERS`.
     neighbours
-        The run from starts next to its own. They count like twins: on another machine rounding alone leads
-        to one of them, after each chatter to another one.
+        The run from starts next to its own. They count like perturbed runs: on another machine round-off
+        alone leads to one of them, after each chatter to another one.
     """
     limits = thresholds(tier)
     time = runs.base.time
@@ -93,7 +93,7 @@ def counters(table: Table) -> dict[str, int]:
 def _spread(runs: Runs, neighbours: Sequence[Table]) -> dict[str, int]:
     """Return the largest distance of each counter that varies.
 
-    How much work a run takes hangs on its setting; how many contacts it has does not, so for these the whole
+    The work of a run depends on its setting; its number of contacts does not, so for contacts the whole
     family counts.
     """
     others = [counters(neighbour) for neighbour in neighbours]

@@ -1,4 +1,4 @@
-"""A run held against its record in a baseline."""
+"""Comparison of a run with its record in a baseline."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A baseline made: every gated run with its family, from which its thresholds follow."""
+"""Creation of a baseline: every gated run with its family, which determines the thresholds."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from comparison.tables.table import Table
 
 RATES = Path("reports/detection/detection.json")
 """The measured rates of the verdicts' errors, as seen from the baseline's folder."""
-# By so many twins' shifts the start of a run is moved: twins alone do not show how far chatter scatters.
+# Multiples of the perturbed runs' shift: the perturbed runs alone do not show the scatter of chatter.
 NEIGHBOURS = (-2.0, -1.0, 1.0, 2.0)
 
 
@@ -52,7 +52,7 @@ def renewed(
     n_jobs: int = 1,
     on_progress: Progress | None = None,
 ) -> Baseline:
-    """Make the baseline of scenes.
+    """Create the baseline of scenes.
 
     Parameters
     ----------
@@ -147,5 +147,5 @@ def _rates(path: Path, old: Baseline | None) -> Detection | None:
     if old is None or old.detection is None:
         return None
     if old.thresholds != thresholds_record():
-        raise BaselineError(f"{path}: is needed, with rates measured anew, since thresholds.toml changed")
+        raise BaselineError(f"{path}: is required, with newly measured rates, since thresholds.toml changed")
     return old.detection

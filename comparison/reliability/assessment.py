@@ -1,4 +1,4 @@
-"""One model's reliability: by quantity, against the crank angle, with what a finite run leaves open."""
+"""One model's reliability by quantity and crank angle, with its sampling uncertainty."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Assessment:
 
     @property
     def capped(self) -> BoolArray:
-        """Whether R is so near to the cap that it tells nothing of the mechanism."""
+        """Whether R is so close to the cap that it carries no information about the mechanism."""
         return np.asarray(np.abs(self.reliability - self.cap) <= ROUNDING)
 
 

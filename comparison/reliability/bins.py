@@ -1,4 +1,4 @@
-"""Parts of the crank's turn: which samples of a run are in which."""
+"""Bins of the crank cycle and their samples of a run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Bin:
-    """One part of the turn, cycle by cycle.
+    """One bin of the crank cycle, cycle by cycle.
 
     Attributes
     ----------
@@ -35,9 +35,9 @@ def bins(count: int, per_turn: int, samples: int) -> list[Bin]:
     Parameters
     ----------
     count
-        Of equal parts that a turn is divided into.
+        Number of equal bins of a cycle.
     per_turn, samples
-        Samples in a turn and in the run, the first of them one step after the start.
+        Samples in a cycle and in the run, the first of them one step after the start.
     """
     # Whole numbers: the edge 36 deg must be in the first bin, whichever way 36 / 360 * 1000 rounds.
     part = ((np.arange(per_turn) + 1) * count - 1) // per_turn

@@ -1,11 +1,11 @@
-r"""The reliabilities of two models, and whether their difference means anything.
+r"""Difference of two models' reliabilities and its significance.
 
 Both models compute the same press from the same start, so their difference D has two sources of uncertainty:
 
-- *numerical*: the reliability is worked out from the finer run, the coarser one and the twins of each model
-  as well, and their distances give u as those of any channel do (`comparison.accuracy.uncertainty`). Where
-  neighbouring runs part, a twin's reliability is that of another course, and u says so. The ideal mechanism's
-  own error enters in the same way, by a coarser run of it.
+- *numerical*: the reliability is also evaluated from the finer, the coarser and the perturbed runs of each
+  model, and their distances give u as those of any channel do (`comparison.accuracy.uncertainty`). Where
+  neighbouring runs diverge, the reliability of a perturbed run is that of another trajectory, which u
+  includes. The ideal mechanism's own error enters in the same way, by a coarser run of it.
 - *sampling*: how far the difference would move with other cycles. Paired, since the errors of both models at
   one instant belong together: the standard error is that of the average of the difference of what each error
   moves (`interference.influence`), bin by bin; nothing is left where both follow one course. Where the
@@ -68,7 +68,7 @@ class Difference:
 
     @property
     def verdict(self) -> str:
-        """Say what the interval says.
+        """Verdict by the interval.
 
         ``"differ"``: it does not hold zero. ``"agree"``: it does, and reaches no further than `MARGIN`.
         ``"undecided"``: it does, but reaches further, or there is none.
@@ -106,7 +106,7 @@ class ReliabilityComparison:
 def compare_reliability(
     runs: tuple[Runs, Runs], ideals: tuple[Runs, Runs], period: float, settings: Settings, k: float
 ) -> dict[str, Difference]:
-    """Hold the reliabilities of two models against each other.
+    """Compare the reliabilities of two models.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def compare_reliability(
     ideals
         The ideal mechanism by each model; a coarser run beside it gives its uncertainty.
     period
-        Of a crank turn, s.
+        Of a crank cycle, s.
     settings
         ``[reliability]`` of the scene.
     k
@@ -134,7 +134,7 @@ def compare_reliability(
     pairs = list(zip(runs, ideals, strict=True))
     errors = [slider_errors(of.base, ideal.base, period) for of, ideal in pairs]
     if len({(of.per_turn, of.samples, *of.by_quantity) for of in errors}) > 1:
-        raise TableError("the two results: have other samples a turn, or other channels")
+        raise TableError("the two results: have other samples per cycle, or other channels")
     assessed = [assess(of, settings) for of in errors]
     numerical = [_numerical(of, ideal, period, settings) for of, ideal in pairs]
     found = {}

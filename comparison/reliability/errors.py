@@ -13,7 +13,7 @@ from comparison.tables.table import Table, TableError
 from comparison.tables.time_shift import SAME_GRID
 
 QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
-"""What the paper calls displacement, velocity and acceleration of the slider: the channels, y up."""
+"""Channels of the paper's displacement, velocity and acceleration of the slider, y up."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class SliderErrors:
     Attributes
     ----------
     per_turn
-        Samples in a crank turn.
+        Samples in a crank cycle.
     by_quantity
         Quantity -> actual - ideal in the channel's unit, shape (n,): sample i at (i + 1) 360 / per_turn deg.
         The start itself is no part of it: there the slider is where it was put.
@@ -34,7 +34,7 @@ class SliderErrors:
 
     @property
     def samples(self) -> int:
-        """How many there are."""
+        """Number of samples."""
         return next(iter(self.by_quantity.values())).size
 
 
@@ -50,7 +50,7 @@ def slider_errors(actual: Table, ideal: Table, period: float) -> SliderErrors:
     actual, ideal
         With channels of `QUANTITIES`: all that the first holds are asked of the second.
     period
-        Of a crank turn, s.
+        Of a crank cycle, s.
 
     Raises
     ------

@@ -8,19 +8,20 @@ from comparison.scene.loading import BASE
 from comparison.scene.schema import ExudynSolver, ReferenceSolver
 
 STEPS = 10_000
-"""Of Exudyn in a crank turn, fixed. Constraints alone move an ideal mechanism: positions are right to 1e-12 m
-whatever the step, velocities to 1e-7 m/s and accelerations to 5e-7 m/s^2 at 150 rpm (of order step^2),
-measured against the closed form. The step of 2e-6 s for a clearance would cost twenty times as much."""
+"""Exudyn's steps per crank cycle, fixed. Constraints alone move an ideal mechanism: positions are right to
+1e-12 m whatever the step, velocities to 1e-7 m/s and accelerations to 5e-7 m/s^2 at 150 rpm (of order
+step^2), measured against the closed form. The step of 2e-6 s for a clearance would cost twenty times as much.
+"""
 _WITHOUT_MEANING = ("clearance", "contact", "friction", "initial", "environment")
 
 
 def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
     """Return the same scene with ideal joints, by its name in `comparison.accuracy.uncertainty.Runs`.
 
-    Samples, speed and bodies are the scene's. What does not matter to a motion that the drive alone
-    decides is set to one value, gravity too, and so are the settings of our two models: scenes that differ in
-    nothing else share the run. The reference model has a closed form of the ideal mechanism; Exudyn
-    moves its five bodies, in `STEPS` steps a turn. An installed model keeps its settings.
+    Samples, speed and bodies are the scene's. What does not matter to a motion that the drive alone decides
+    is set to one value, gravity too, and so are the settings of our two models: scenes that differ in nothing
+    else share the run. The reference model has a closed form of the ideal mechanism; Exudyn moves its five
+    bodies, in `STEPS` steps per cycle. An installed model keeps its settings.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-r"""What a finite run leaves open: the standard error of an average over a part of the crank's turn.
+r"""What a finite run leaves open: the standard error of an average over a bin of the crank cycle.
 
 **What is sampled.** The errors of a run are locked to the crank: one cycle resembles the next at equal crank
 angle, and within a cycle neighbouring samples are all but equal. The angles are fixed, nothing about them is

@@ -1,4 +1,4 @@
-"""A scene's reliability in plain words: a line for the terminal, sentences for the report."""
+"""Texts of a scene's reliability: a line for the terminal, sentences for the report."""
 
 from __future__ import annotations
 
@@ -29,14 +29,15 @@ def rounded(value: float) -> str:
 
 
 def particulars(comparison: ReliabilityComparison) -> list[str]:
-    """Return what a reader must know of this scene's numbers: limits, the cap, what was sampled."""
+    """Return the notes on this scene's numbers: limits, cap, samples."""
     if not comparison.quantities:
         return [f"Not available: {comparison.missing}."]
     settings, found = comparison.settings, comparison.quantities
     of_what = "size of the error" if settings.errors == "absolute" else "signed error"
     limits = ", ".join(_limits(name, of.a) for name, of in found.items())
     return [
-        f"Mean and deviation of the {of_what} in each of {settings.bins} parts of the turn, against limits: "
+        f"Mean and deviation of the {of_what} in each of {settings.bins} intervals of the crank cycle, "
+        "against limits: "
         f"{limits}.",
         _of_cap(found),
         _of_sampling(next(iter(found.values())).a),

@@ -1,4 +1,4 @@
-"""One self-contained HTML page that shows what comparisons found."""
+"""Reports of comparisons: a self-contained HTML page, JUnit XML, Markdown, terminal text."""
 
 from comparison.report.page import write_report
 

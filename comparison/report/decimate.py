@@ -1,7 +1,7 @@
-"""Fewer points for a drawing, without losing what a reader must see.
+"""Decimation of curves for plotting, preserving their envelopes.
 
-A run of 100 cycles has 100,000 samples, a drawing some 400 columns. Plain thinning would drop contact
-forces that last for a single sample; the smallest and the largest sample of every column do not.
+A run of 100 cycles has 100,000 samples, a figure some 400 columns. Plain decimation would drop contact forces
+that last for a single sample; keeping the smallest and the largest sample of every column preserves them.
 """
 
 from __future__ import annotations
@@ -15,24 +15,24 @@ from numpy.typing import NDArray
 from comparison.tables.arrays import Array, BoolArray
 
 COLUMNS = 400
-"""Columns of a drawing: about its width in points."""
+"""Columns of a figure: about its width in points."""
 
 
 def envelope(values: Array, columns: int = COLUMNS) -> NDArray[np.intp]:
-    """Return the indices of the samples that carry the lower and upper envelope.
+    """Return the indices of the samples of the lower and upper envelope.
 
     Parameters
     ----------
     values
         Samples in order of time, shape (n,).
     columns
-        The samples are cut into this many runs of equal count.
+        Number of columns, with equal numbers of samples.
 
     Returns
     -------
     indices
-        Strictly increasing; of each run the first smallest and the first largest sample, and the first and
-        the last sample of all. Everything where there are no more than two samples a column.
+        Strictly increasing; the first smallest and the first largest sample of each column, and the first and
+        the last sample of all. All samples if there are at most two per column.
     """
     n = len(values)
     if n <= 2 * columns:
@@ -58,17 +58,17 @@ def _blocks(values: Array, columns: int) -> Iterator[tuple[int, Array]]:
 
 
 def spans(mask: BoolArray, time: Array, columns: int = COLUMNS) -> list[tuple[float, float]]:
-    """Return the stretches of time in which the mask holds, for shading.
+    """Return the time intervals in which the mask holds, for shading.
 
-    Each sample stands for the time half-way to its neighbours. A stretch narrower than a column is
-    widened to one, since it would not be seen; stretches that then touch are joined.
+    Each sample represents the time half-way to its neighbours. An interval narrower than a column is widened
+    to one to remain visible; intervals that then touch are merged.
 
     Parameters
     ----------
     mask, time
         Shape (n,), time increasing.
     columns
-        Columns of the drawing, which spans the time.
+        Columns of the figure, which spans the time.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The drawing of one channel: both models above, the size of their difference against its threshold below."""
+"""Figure of one channel: both models above, the absolute difference and its threshold below."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ _UPPER = (0.545, 0.335)  # bottom and height, of the figure's height
 _LOWER = (0.125, 0.33)
 _DECADES = 16  # of the lower axes at most: double precision has no more
 _LONGEST = 19  # letters beside axes of 90 pt, and of a name in a legend
-_CROSSES = 80  # at most, to be told apart
+_CROSSES = 80  # at most, to remain distinguishable
 _MARKED = 100  # up to so many samples each one is marked
 _EMPTY = Path(np.empty((0, 2)))
 
 
 @dataclass(frozen=True)
 class Curves:
-    """What is drawn of one channel. Arrays have shape (n,), the channel's unit, and n >= 2."""
+    """Plotted data of one channel. Arrays have shape (n,), the channel's unit, and n >= 2."""
 
     label: str
     """Short name for the axis."""
     unit: str
     period: float | None
-    """s; None leaves the axis of crank turns away."""
+    """s; None omits the axis of crank cycles."""
     walls: tuple[float, float] | None
     """Two levels to mark."""
     predictable_below: float
@@ -66,16 +66,16 @@ class Curves:
 
 
 class ChannelFigure:
-    """One drawing, used again for channel after channel: making axes costs more than moving lines.
+    """Figure that is reused for all channels: creating axes costs more than moving lines.
 
-    To be made and used inside `svg.style`.
+    To be created and used inside `svg.style`.
 
     Parameters
     ----------
     labels
         Names of the two models.
     threshold_label
-        Name of what the difference is held against.
+        Name of the threshold of the difference.
     """
 
     def __init__(self, labels: tuple[str, str], threshold_label: str) -> None:
@@ -112,7 +112,7 @@ class ChannelFigure:
             axes.add_patch(shade)
             self._shades.append(shade)
         self._shades[1].set_label("not predictable")
-        self._turns = figure.text(_RIGHT, 0.955, "crank turns", ha="right", va="bottom")
+        self._turns = figure.text(_RIGHT, 0.955, "crank cycles", ha="right", va="bottom")
         self._legends = [
             axes.legend(
                 handles=handles,
@@ -155,14 +155,14 @@ class ChannelFigure:
         return svg.inline_svg(self._figure, key)
 
     def _say(self, legend: int, entry: int, *, said: bool) -> None:
-        """Show or hide an entry of a legend: what is not in the drawing is not explained."""
+        """Show or hide an entry of a legend."""
         self._legends[legend].get_texts()[entry].set_visible(said)
         handle = self._legends[legend].legend_handles[entry]
         if handle is not None:
             handle.set_visible(said)
 
     def _draw_models(self, curves: Curves) -> None:
-        """Place both models, in a unit that needs few digits."""
+        """Plot both models, in a unit that needs few digits."""
         low, high = float(min(curves.a.min(), curves.b.min())), float(max(curves.a.max(), curves.b.max()))
         if curves.walls is not None:
             low, high = min(low, curves.walls[0]), max(high, curves.walls[1])
@@ -179,7 +179,7 @@ class ChannelFigure:
         self._upper.set_ylabel(_with_unit(curves.label, unit), parse_math=False)
 
     def _draw_difference(self, curves: Curves) -> None:
-        """Place |difference|, of each column the largest (on it a claim fails), and its threshold."""
+        """Plot |difference|, the largest of each column, and its threshold."""
         kept = upper_envelope(curves.size)
         self._size.set_data(curves.time[kept], curves.size[kept])
         shown = curves.size[kept]
@@ -204,7 +204,7 @@ class ChannelFigure:
         self._lower.set_ylabel(_with_unit("|difference|", pretty_unit(curves.unit)), parse_math=False)
 
     def _set_time(self, curves: Curves) -> None:
-        """Give both axes one span of time, in seconds below and in crank turns above."""
+        """Set the time span of both axes, in seconds below and in crank cycles above."""
         start, end = float(curves.time[0]), float(curves.time[-1])
         self._lower.set_xticks(_ticks(start, end))
         self._turns.set_visible(curves.period is not None)

@@ -1,4 +1,4 @@
-"""Which figures a scene gets, and what stands beside them."""
+"""Selection of a scene's figures and their captions."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from comparison.report.summary import worst_channel
 from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
 
-_ENLARGED = 0.02  # of a crank turn (or of the run) to either side of the worst sample
+_ENLARGED = 0.02  # of a crank cycle (or of the run) to either side of the worst sample
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure with its text."""
+    """Figure with its texts."""
 
     heading: str
     caption: str
@@ -32,7 +32,7 @@ class Drawing:
 def figures(scene: SceneComparison, key: str) -> list[Drawing]:
     """Draw the scene's worst sample enlarged and its channels, inside `svg.style`.
 
-    Left out are the unexcited channels, which are flat, and the derived ones.
+    Unexcited channels, which are constant, and derived ones are omitted.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def representative(scene: SceneComparison, key: str) -> list[Drawing]:
 def is_derived(channel: ChannelComparison) -> bool:
     """Return whether a channel is left to the table: a corner's gap or friction force that does not differ.
 
-    These follow from positions and normal forces, which are drawn, and would treble the corners' figures.
+    These follow from positions and normal forces, which are drawn, and would triple the corners' figures.
     """
     corner = channel.channel.startswith("corner_") and not channel.channel.endswith("_normal")
     return corner and channel.verdict not in {"differ", "unexcited"}
@@ -113,7 +113,8 @@ def _curves(scene: SceneComparison, channel: ChannelComparison, limit: Array | N
     )
     if channel.channel != "slider_x" or scene.scene is None:
         return curves
-    # A clearance of 0.2 mm is not seen on an axis of half a metre: x is drawn from the guide's centre line.
+    # A clearance of 0.2 mm is invisible on an axis of half a metre: x is drawn relative to the guide's centre
+    # line.
     guide = float(scene.scene["mechanism"]["guide_x"])
     clearance = float(scene.scene["clearance"]["slider"])
     walls = (-clearance, clearance) if scene.scene["joints"]["slider"] == "clearance" else None

@@ -1,4 +1,4 @@
-"""Findings as Markdown for the page of a CI job: a table of the verdicts, then what did not pass."""
+"""Findings as Markdown for the summary of a CI job: a table of verdicts, then the failed checks."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from comparison.files import replacing
 from comparison.formatting import table
 
 LIMIT = 1_000_000
-"""Bytes. GitHub shows nothing of a step's summary that is larger than 1 MiB."""
+"""Bytes. GitHub does not show a step summary larger than 1 MiB."""
 
 _SIGNS = {"failed": "✗", "error": "!"}
 _RESERVE = 500  # bytes for a table's heading and the sentence about what is left out
@@ -26,20 +26,20 @@ def write_job_summary(
     rows: Sequence[Sequence[str]],
     cases: Sequence[Case],
 ) -> Path:
-    """Write the page under a temporary name first; it stays below `LIMIT`.
+    """Write the summary atomically, with at most `LIMIT` bytes.
 
     Parameters
     ----------
     path
-        The file; its folder is made.
+        The file; its folder is created.
     title
         Heading of the page.
     told
-        Sentences below it: what came out, and what else the reader must know.
+        Sentences below it: result and notes.
     headings, rows
         Of the table of verdicts.
     cases
-        The findings, of which those that did not pass are listed.
+        The findings; those that failed are listed.
     """
     text = _page(title, told, headings, rows, [case for case in cases if case.status in _SIGNS])
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -59,18 +59,16 @@ def _page(
     shown, left = _fitting(rows, _room(parts))
     parts.append(table(headings, shown))
     if left:
-        return _joined(
-            [*parts, f"{left} more rows and all details are left out: the page would be too long."]
-        )
+        return _joined([*parts, f"{left} more rows and all details are omitted: the page would be too long."])
     if failed:
         details = [
             (case.suite, case.group, case.name, f"{_SIGNS[case.status]} {case.message}") for case in failed
         ]
-        parts.append("## What did not pass")
+        parts.append("## Failed checks")
         shown, left = _fitting(details, _room(parts))
         parts.append(table(("scene", "what", "item", "finding"), shown))
     if left:
-        parts.append(f"{left} more are left out: the page would be too long.")
+        parts.append(f"{left} more are omitted: the page would be too long.")
     return _joined(parts)
 
 

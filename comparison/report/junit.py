@@ -1,7 +1,7 @@
-"""Findings as JUnit XML, which GitLab, Jenkins and the test reporters of GitHub Actions show.
+"""Findings as JUnit XML, for GitLab, Jenkins and the test reporters of GitHub Actions.
 
-The format has no standard. Written is what all of them read: ``testsuites`` with a ``testsuite`` a scene and
-a ``testcase`` a finding, which may hold one ``failure``, ``error`` or ``skipped`` with a ``message``.
+The format has no standard. The common subset is written: ``testsuites`` with one ``testsuite`` per scene and
+one ``testcase`` per finding, which may contain one ``failure``, ``error`` or ``skipped`` with a ``message``.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from comparison.agreement.cases import Case
 from comparison.files import replacing
 
 _CHILD = {"failed": "failure", "error": "error", "skipped": "skipped"}
-# What XML 1.0 cannot hold (section 2.2), escaped or not; a message may quote anything.
+# Characters that XML 1.0 excludes (section 2.2), escaped or not; a message may quote any of them.
 _NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def write_junit(cases: Sequence[Case], path: Path, *, name: str) -> Path:
-    """Write the findings under a temporary name first.
+    """Write the findings atomically.
 
     Parameters
     ----------
     cases
-        In any order; suites come in that of their first case.
+        In any order; suites are ordered by their first case.
     path
-        The file; its folder is made.
+        The file; its folder is created.
     name
-        Of the whole: what was checked.
+        Name of the whole, the command that checked.
     """
     root = ET.Element("testsuites", {"name": _text(name), **_counts(cases)})
     for suite in dict.fromkeys(case.suite for case in cases):
@@ -45,12 +45,13 @@ def write_junit(cases: Sequence[Case], path: Path, *, name: str) -> Path:
 
 
 def _add(suite: ET.Element, case: Case) -> None:
-    # Readers group by the dots of the class name; a scene's own ("90rpm-0.1mm") are none of these.
+    # Report viewers group by the dots of the class name; those of a scene's name ("90rpm-0.1mm") must not
+    # count.
     place = f"{case.suite.replace('.', '_')}.{case.group}"
     element = ET.SubElement(suite, "testcase", {"classname": _text(place), "name": _text(case.name)})
     if case.status in _CHILD:
         child = ET.SubElement(element, _CHILD[case.status], {"message": _text(case.message)})
-        if case.status != "skipped":  # some readers show the text, others the attribute
+        if case.status != "skipped":  # some viewers show the text, others the attribute
             child.set("type", case.status)
             child.text = _text(case.message)
 

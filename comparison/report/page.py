@@ -1,4 +1,4 @@
-"""The report: one HTML file that needs nothing but itself."""
+"""The report: one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from comparison.report.gallery import figures, is_derived, representative
 from comparison.report.text import attribution_words, shift_line
 
 _ASSETS = Path(__file__).with_name("assets")
-# Closed parts are opened for printing where the browser's style sheets cannot do it.
+# Collapsed sections are opened for printing where style sheets cannot do it.
 _SCRIPT = (
     'addEventListener("beforeprint",()=>document.querySelectorAll("details:not([open])")'
     '.forEach(d=>{d.open=true;d.dataset.closed=""}));'
@@ -38,18 +38,18 @@ def write_report(comparisons: Sequence[SceneComparison], out: Path, *, title: st
     Parameters
     ----------
     comparisons
-        Scenes in the order in which they are to be shown; may be empty of channels ("cannot compare").
+        Scenes in display order; they may have no channels ("cannot compare").
     out
-        The folder; made if there is none. A report in it is replaced once the new one is complete.
+        The folder, created if missing. An existing report is replaced once the new one is complete.
     title
         Heading of the page.
     command
-        What reproduces the whole report.
+        Command that reproduces the whole report.
 
     Returns
     -------
     path
-        Of the page. Equal comparisons give the same bytes.
+        Path of the page. Equal comparisons give identical bytes.
     """
     html = render(comparisons, title=title, command=command)
     out.mkdir(parents=True, exist_ok=True)
@@ -57,7 +57,7 @@ def write_report(comparisons: Sequence[SceneComparison], out: Path, *, title: st
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(html)
-        Path(temporary).chmod(0o644)  # mkstemp lets only the owner read
+        Path(temporary).chmod(0o644)  # mkstemp permits only the owner to read
         path = out / "report.html"
         Path(temporary).replace(path)
     except BaseException:
@@ -101,7 +101,7 @@ def render(comparisons: Sequence[SceneComparison], *, title: str, command: str) 
 
 
 def _scene(scene: SceneComparison, key: str, *, shown: bool) -> dict[str, Any]:
-    """Return what the template needs of one scene; ``key`` starts every id of its figures."""
+    """Return the template data of one scene; ``key`` is the prefix of its figures' ids."""
     worst = summary.worst_channel(scene)
     usual = _tier(scene)
     rows = {row["name"]: row for row in usual["channels"]}
@@ -134,7 +134,7 @@ def _scene(scene: SceneComparison, key: str, *, shown: bool) -> dict[str, Any]:
 
 
 def _tier(scene: SceneComparison) -> dict[str, Any]:
-    """Return what is shown of a scene at either tier."""
+    """Return the template data of a scene at one tier."""
     explained = scene.attribution.explained if scene.attribution else float("nan")
     return {
         "tier": scene.tier,

@@ -1,4 +1,4 @@
-"""The report's section on reliability: rows of its table, sentences, the drawing against the crank angle."""
+"""Reliability section of the report: table rows, sentences, figure against the crank angle."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SIZE = (5.56, 4.6)
 
 
 def section(scene: SceneComparison) -> dict[str, Any] | None:
-    """Return what the template shows of a scene at one tier; None where there was none to be had."""
+    """Return the template data of a scene at one tier; None if there is no reliability."""
     found = scene.reliability
     if found is None:
         return None
@@ -41,12 +41,12 @@ def drawings(scene: SceneComparison, key: str) -> list[Drawing]:
     Parameters
     ----------
     key
-        Starts the ids of the drawing; unique on the page.
+        Prefix of the figure's ids; unique on the page.
 
     Returns
     -------
     list of Drawing
-        One, or none where there are fewer than two parts of a turn to draw.
+        One, or none if the crank cycle has fewer than two intervals.
     """
     found = scene.reliability
     if found is None or not found.quantities or next(iter(found.quantities.values())).curve.size < 2:
@@ -55,7 +55,9 @@ def drawings(scene: SceneComparison, key: str) -> list[Drawing]:
     smallest = ", ".join(
         f"{name} {rounded(of.a.minimum)} and {rounded(of.b.minimum)}" for name, of in found.quantities.items()
     )
-    caption = f"each point at the upper end of its part of the turn; smallest: {smallest}; {scene.tier} tier"
+    caption = (
+        f"each point at the end of its interval of the crank cycle; smallest: {smallest}; {scene.tier} tier"
+    )
     alt = f"{heading}: {', '.join(found.quantities)}, {scene.labels[0]} solid and {scene.labels[1]} dashed. "
     figure = against_angle(found.quantities, scene.labels)
     return [

@@ -1,4 +1,4 @@
-"""The rule behind the verdicts, in words and as the curve that a difference is held against."""
+"""The rule of the verdicts: its description, and the threshold curve of a difference."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from comparison.tables.arrays import Array, BoolArray
 
 
 def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
-    """Return how the verdicts of these scenes are made, one step a line."""
+    """Return the definition of the verdicts of these scenes, one step per line."""
     tiers = {tier.tier: thresholds(tier.tier) for scene in comparisons for tier in scene.tiers}
     fixed = thresholds()
     alpha = _by_tier({name: f"{limits.alpha:g}" for name, limits in tiers.items()})
@@ -29,45 +29,46 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
     shift = number(TWIN_SHIFT, 1).removeprefix("1·")
     lines = [
         f"Uncertainty u(t) of one model: {SAFETY_FACTOR:g} times the largest distance of its run to its "
-        "refined run, to its coarser run (divided by what a level should gain) "
-        f"and of that to its twins (start moved by {shift} of the clearance, offset and angle with equal and "
-        "with opposite signs) "
-        f"within ±{WINDOW:.0%} of a crank turn; where the three levels show the method's order, "
-        f"{SAFETY_FACTOR_IN_ORDER:g} times the error they extrapolate to; never below round-off. "
+        "refined run, to its coarser run (divided by the error ratio expected between two levels) "
+        f"and of the coarser run to its perturbed runs (start moved by {shift} of the clearance, offset and "
+        "angle with equal and with opposite signs) "
+        f"within ±{WINDOW:.0%} of a crank cycle; where the three levels show the method's order, "
+        f"{SAFETY_FACTOR_IN_ORDER:g} times the extrapolated error; never below round-off. "
         "Of both models: u = √(u₁² + u₂²).",
         f"Predictable: the samples with u ≤ {alpha} of the channel's scale; of a force or an "
-        "acceleration only where the position that decides about it is predictable too. "
+        "acceleration only where the position that it depends on is predictable too. "
         f"Coverage is their share; below {floor} the channel is indeterminate.",
         f"Agree: |difference| ≤ {fixed.k:g} u on at least {fixed.share:.0%} of the predictable samples "
-        "(explained); samples at which both models are exactly zero count for nothing. Differ: on fewer. "
+        "(explained); samples at which both models are exactly zero are not counted. Differ: on fewer. "
         "A scene differs if one channel does; else its coverage, the mean over its excited channels (one "
-        "without a sample to judge counts as zero), is held against the same floor: below it is "
+        "without a sample to judge counts as zero), is compared with the same floor: below it is "
         "indeterminate, at or above it agrees.",
     ]
     if any(channel.u is not None for scene in comparisons for channel in scene.channels.values()):
         lines.append(
-            "Differ is confirmed before it is reported: each model runs anew from at least "
-            f"{OTHER_MEMBERS} starts (the reference {MEMBERS['reference']}) that are moved by what its own "
-            "error is worth there, and the other model's run is ranked in that ensemble by its largest "
-            "distance from the centre. It is confirmed where this is larger than that of every run left out "
-            "of the ensemble, in both. Else the uncertainty had been underestimated: "
+            "Differ is confirmed before it is reported: each model is rerun from at least "
+            f"{OTHER_MEMBERS} starts (the reference {MEMBERS['reference']}) that are moved by the initial "
+            "perturbation equivalent to its own error, and the other model's run is ranked in that "
+            "ensemble by its largest "
+            "distance from the centre. It is confirmed if this exceeds, in both ensembles, the distance of "
+            "every member left out. Otherwise the uncertainty was underestimated: "
             f"{ENSEMBLE_FACTOR:g} times the largest distance in the ensemble replaces it, and the runs are "
-            "judged anew. Five bodies are ranked in an ensemble of the other model. With fewer than "
+            "judged again. Exudyn's full formulation (five bodies) is ranked in an ensemble of the other "
+            "model. With fewer than "
             f"{ENOUGH} runs the difference stays unconfirmed."
         )
     if any(tier.attribution and tier.attribution.cause for scene in comparisons for tier in scene.tiers):
         lines.append(
-            "Where a difference comes from: one model's run is replaced by its refined one, the other's is "
-            "kept. A setting whose refinement removes the difference explains it; what no refinement removes "
-            "and is beyond the threshold is a difference of models."
+            "Attribution of a difference: one model's run is replaced by its refined run, the other's is "
+            "kept. A setting whose refinement removes the difference explains it; a difference above the "
+            "threshold that no refinement removes is a difference of models."
         )
     if "tight" in tiers:
         lines.insert(
             0,
-            "Each scene is judged at two tiers. Standard: the scene's settings, what a user runs. Tight: "
-            "the closest look, the reference at its strict setting and Exudyn on what the drive leaves free, "
-            "with error control; a scene that needs all five bodies (no clearance, reactions) runs them as "
-            "it says.",
+            "Each scene is judged at two tiers. Standard: the scene's settings, as a user runs it. Tight: "
+            "the reference at its strict setting and Exudyn's tree of free bodies with error control; a "
+            "scene that requires the full formulation (no clearance, reactions) runs with its own settings.",
         )
     if any(channel.u is None for scene in comparisons for channel in scene.channels.values()):
         lines.append(
@@ -78,14 +79,14 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
 
 
 def _by_tier(numbers: Mapping[str, str]) -> str:
-    """Return "0.01 (standard tier) or 5e-05 (tight tier)", of one tier the number alone."""
+    """Return "0.01 (standard tier) or 5e-05 (tight tier)"; for a single tier the number alone."""
     if len(numbers) < 2:
         return next(iter(numbers.values()), "")
     return " or ".join(f"{text} ({tier} tier)" for tier, text in numbers.items())
 
 
 def threshold(channel: ChannelComparison) -> tuple[Array | None, str]:
-    """Return what |difference| is held against, shape (n,), and its name.
+    """Return the threshold of |difference|, shape (n,), and its name.
 
     k u where the tables carry an uncertainty, else the fixed tolerance; None without either.
     """
@@ -103,7 +104,7 @@ def limit_of_predictability(channel: ChannelComparison) -> float:
 
 
 def beyond(channel: ChannelComparison) -> BoolArray:
-    """Return where predictable samples are beyond the threshold, shape (n,)."""
+    """Return where predictable samples exceed the threshold, shape (n,)."""
     held_against, _ = threshold(channel)
     if held_against is None:
         return np.zeros(channel.difference.shape, dtype=np.bool_)

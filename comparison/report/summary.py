@@ -1,4 +1,4 @@
-"""The verdict of all scenes at both tiers in one sentence, and the channel that decides a scene."""
+"""Verdict of all scenes at both tiers in one sentence, and the decisive channel of a scene."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _COUNTED = {
 
 
 def rank(verdict: str) -> int:
-    """Return how bad a verdict is; an unknown one is the worst, lest it be overlooked."""
+    """Return the severity of a verdict; an unknown one is the worst."""
     return _RANK.get(verdict, len(_RANK))
 
 
@@ -84,7 +84,7 @@ def _of_tier(comparisons: Sequence[SceneComparison]) -> str:
 
 
 def worst_channel(scene: SceneComparison) -> ChannelComparison | None:
-    """Return the channel with the worst verdict and, of several, the one that is furthest on the wrong side.
+    """Return the channel with the worst verdict; of several, the one with the smallest margin.
 
     Of channels that differ this is the one with the largest |difference| / threshold at its worst
     predictable sample, of indeterminate ones that with the least coverage, of agreeing ones that with the

@@ -1,4 +1,4 @@
-"""A matplotlib figure as SVG for inlining: unique ids, colours of the page, few bytes."""
+"""Conversion of matplotlib figures to inline SVG: unique ids, colours of the page, small size."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STYLE = Path(__file__).with_name("assets") / "sixbar.mplstyle"
 
 HEIGHT = 3.0
 """Inches, of a figure with one panel."""
-# What a colour of the drawing means; the page's style sheet says what it looks like, light and dark.
+# Roles of the colours; the page's style sheet defines them for light and dark mode.
 INK, GRID, FIRST, SECOND = "#111111", "#222222", "#333333", "#444444"
 DIFFERENCE, THRESHOLD, SHADE, BEYOND, LIMIT = "#555555", "#666666", "#777777", "#888888", "#999999"
 _ROLES = {
@@ -44,7 +44,7 @@ _REFERENCE = re.compile(r"(url\(#|href=\"#)([^\")]*)")
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Draw with the report's own settings, whatever the user's matplotlibrc says; settings are restored."""
+    """Use the report's settings instead of the user's matplotlibrc; settings are restored on exit."""
     with mpl.rc_context():
         mpl.rc_file(STYLE)
         yield
@@ -54,7 +54,7 @@ def style() -> Iterator[None]:
 def panels(
     path: Path, rows: int = 1, columns: int = 1, *, height: float = HEIGHT, **options: Any
 ) -> Iterator[list[Axes]]:
-    """Draw a figure of some panels and write it as a file of its own.
+    """Draw a figure of panels and write it to a file.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def panels(
     Yields
     ------
     axes
-        Row by row. What lies above them (`legend_above`) is given room.
+        Row by row. Room is left for a legend above them (`legend_above`).
     """
     with style():
         figure = Figure(layout="constrained")
@@ -81,7 +81,7 @@ def panels(
 
 
 def legend_above(axes: Axes, columns: int = 4) -> None:
-    """Put the legend of a panel above its figure."""
+    """Place the legend of a panel above its figure."""
     figure = axes.get_figure(root=True)
     assert figure is not None
     figure.legend(
@@ -90,7 +90,7 @@ def legend_above(axes: Axes, columns: int = 4) -> None:
 
 
 def _rounded(match: re.Match[str]) -> str:
-    """Return a path with tenths of a point, relative to nothing, without needless blanks."""
+    """Return a path with absolute coordinates in tenths of a point, without redundant blanks."""
     path = _NUMBER.sub(
         lambda m: f"{float(m.group()):.1f}".removesuffix(".0").replace("-0.", "-."), match.group(1)
     )
@@ -98,7 +98,7 @@ def _rounded(match: re.Match[str]) -> str:
 
 
 def standalone(svg: str) -> str:
-    """Return an inline drawing as a file of its own, on white: the colours of the light page go into it."""
+    """Return an inline figure as a standalone file on white, with the colours of the light page."""
     css = STYLE.with_name("report.css").read_text("utf-8")
     colours = css[css.index(":root") : css.index("}") + 1]  # its first rule
     block = f"<style>{colours} svg{{color:#222;background:#fff}}</style>"
@@ -112,16 +112,16 @@ def inline_svg(figure: Figure, key: str) -> str:
     Parameters
     ----------
     figure
-        Made inside `style`, drawn with the colours of this module.
+        Created inside `style`, drawn with the colours of this module.
     key
-        Unique on the page, letters, digits and hyphens; it starts every id. Matplotlib numbers the
-        parts of every figure alike and clip paths of equal rectangles get equal ids, so two
-        drawings on one page would otherwise use each other's.
+        Unique on the page, letters, digits and hyphens; prefix of every id. Matplotlib numbers the parts of
+        every figure alike and clip paths of equal rectangles get equal ids, so two figures on one page would
+        otherwise use each other's.
 
     Returns
     -------
     svg
-        The same text for the same drawing, at any time and place: no date, no random id.
+        Reproducible text: no date, no random ids.
     """
     text = StringIO()
     figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
@@ -136,6 +136,6 @@ def inline_svg(figure: Figure, key: str) -> str:
 
 
 def write_svg(figure: Figure, path: Path) -> None:
-    """Write a figure, made inside `style`, as a file of its own."""
+    """Write a figure, created inside `style`, to a file."""
     with replacing(path) as part:
         part.write_text(standalone(inline_svg(figure, path.stem)), "utf-8")

@@ -1,4 +1,4 @@
-"""Rows of the report's tables, as text: channels, contacts, runs, the scene's numbers."""
+"""Rows of the report's tables as text: channels, contacts, runs, the scene's numbers."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def channel_row(channel: ChannelComparison, time: Array, beyond: BoolArray) -> d
     Parameters
     ----------
     time, beyond
-        s and whether the sample is predictable and beyond its threshold; shape (n,).
+        s and whether the sample is predictable and exceeds its threshold; shape (n,).
     """
     unit = channel.unit
     within = largest_predictable(channel)
@@ -79,7 +79,7 @@ def channel_row(channel: ChannelComparison, time: Array, beyond: BoolArray) -> d
 
 
 def contact_rows(scene: SceneComparison) -> list[dict[str, Any]]:
-    """Return one row a corner (or pin) and one for all; nothing where there is no contact at all."""
+    """Return one row per corner (or pin) and one for all; empty without contacts."""
     if all(events is None or events.empty for events in scene.events):
         return []
     met = [set(events["corner"]) for events in scene.events if events is not None]
@@ -93,7 +93,7 @@ def contact_rows(scene: SceneComparison) -> list[dict[str, Any]]:
 
 
 def impact_rows(scene: SceneComparison) -> list[dict[str, Any]]:
-    """Return one row for all contacts and one for the predictable part; nothing where there is no contact."""
+    """Return one row for all contacts and one for the predictable part; empty without contacts."""
     words = {"all": "all", "predictable": "predictable part"}
     if scene.impacts is None or not (scene.impacts["all"].count_a or scene.impacts["all"].count_b):
         return []
@@ -119,7 +119,7 @@ def impact_rows(scene: SceneComparison) -> list[dict[str, Any]]:
 
 
 def information_rows(scene: SceneComparison) -> list[dict[str, Any]]:
-    """Return one row a channel that is excited, with cells under `INFORMATION_HEADINGS`."""
+    """Return one row per excited channel, with cells under `INFORMATION_HEADINGS`."""
     return [
         {"name": name, "cells": [number(channel.metrics[key]) for key in INFORMATION_HEADINGS]}
         for name, channel in scene.channels.items()
@@ -128,9 +128,9 @@ def information_rows(scene: SceneComparison) -> list[dict[str, Any]]:
 
 
 def situation_rows(scene: SceneComparison) -> list[dict[str, Any]]:
-    """Return one row a situation with its share of the time in both models, and one for a loose crank pin.
+    """Return one row per situation with its time share in both models, and one for the crank pin.
 
-    None of those of which neither model has any.
+    Situations that occur in neither model are omitted.
     """
     both, pins = of_scene(scene), pin_of_scene(scene)
     rows = []
@@ -146,7 +146,7 @@ def situation_rows(scene: SceneComparison) -> list[dict[str, Any]]:
 
 
 def run_rows(provenance: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]]:
-    """Return one row a run; what a run does not state is "n/a"."""
+    """Return one row per run; missing entries are "n/a"."""
     return [
         {
             "name": name,
@@ -188,7 +188,7 @@ def _flat(mapping: Mapping[str, Any], start: str = "") -> Iterable[str]:
 
 
 def _strip(mask: BoolArray, time: Array) -> str:
-    """Return the stretches of a mask as an SVG path, 1000 wide (the run) and 10 high."""
+    """Return the intervals of a mask as an SVG path, 1000 wide (the run) and 10 high."""
     start, per_second = float(time[0]), 1000 / float(time[-1] - time[0])
     boxes = spans(mask, time, columns=200)
     scaled = [(per_second * (low - start), per_second * (high - low)) for low, high in boxes]
@@ -220,7 +220,7 @@ def _of_scale(scaled: float) -> str:
 
 
 def _of_whole(share: float) -> str:
-    """Return percent with three digits: a situation that is seldom is not one that never occurs."""
+    """Return percent with three digits, so that rare situations do not appear as zero."""
     return MISSING if np.isnan(share) else f"{number(100 * share)}{NO_BREAK}%"
 
 

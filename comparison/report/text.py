@@ -1,4 +1,4 @@
-"""A comparison in numbers (for JSON) and in a few lines (for the terminal)."""
+"""Comparisons as numbers (for JSON) and as lines (for the terminal)."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def exit_code(codes: Sequence[int], *, allow_indeterminate: bool = False) -> int
 
 
 def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
-    """Everything but the curves, for JSON; numbers that do not exist are nan (null once written)."""
+    """Return all results without curves, for JSON; undefined numbers are nan (written as null)."""
     return {
         "name": comparison.name,
         "tier": comparison.tier,
@@ -68,10 +68,10 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
 
 
 def scene_lines(comparisons: Sequence[SceneComparison]) -> list[str]:
-    """One line a scene and tier: name, tier, verdict, reason; below it what the difference is attributed to.
+    """Return one line per scene and tier (name, tier, verdict, reason), then the attribution.
 
-    Between them, of a difference, how it was confirmed or taken back. Then the reliability of the motion; the
-    scene's warnings come last.
+    For a difference the confirmation stands between them. The reliability of the motion follows; the scene's
+    warnings come last.
     """
     name_width = max(len(comparison.name) for comparison in comparisons)
     lines = []
@@ -104,7 +104,7 @@ def attribution_words(attribution: Attribution) -> list[str]:
 
 
 def channel_lines(comparison: SceneComparison) -> list[str]:
-    """One line a channel: verdict, largest and RMS difference, both over its scale, coverage."""
+    """Return one line per channel: verdict, largest and RMS difference, both over its scale, coverage."""
     heading = ("channel", "verdict", "max", "rms", "unit", "max/scale", "rms/scale", "coverage")
     rows = [
         (
@@ -127,7 +127,7 @@ def channel_lines(comparison: SceneComparison) -> list[str]:
 
 
 def shift_line(comparison: SceneComparison) -> str:
-    """Say how much later one result is than the other, if that can be told."""
+    """Return the estimated time shift between the two results, if any, as a sentence."""
     return "" if comparison.shift is None else comparison.shift.sentence(comparison.labels)
 
 

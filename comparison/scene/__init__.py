@@ -1,8 +1,7 @@
-"""What is simulated: scenes read from TOML, checked, and laid out as the mapping that a model takes.
+"""Scenes: read from TOML, validated, and converted to the mapping that a model takes.
 
-`loading` reads and merges them, `schema` with `fields` and `criteria` holds what may stand in one,
-`error_messages` says in one line what is wrong, `formulation` which equations a scene needs. `shipped` are
-ours.
+`loading` reads and merges them; `schema`, `fields` and `criteria` define their keys; `error_messages` phrases
+validation errors; `formulation` selects the equations that a scene needs. `shipped` holds the shipped scenes.
 """
 
 from comparison.scene.loading import (

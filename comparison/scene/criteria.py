@@ -1,4 +1,4 @@
-"""Keys of a scene by which results are judged, and on which no run depends."""
+"""Keys of a scene that set acceptance criteria; no run depends on them."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from comparison.scene.fields import M_S, M, Positive, Real, Section, Unit, rule
 
 
 class Compare(Section):
-    """What two tables without uncertainties are measured by: a share of each channel's scale."""
+    """Tolerance for two tables without uncertainties: a share of each channel's scale."""
 
     tolerance: Positive | None = None
 
 
 class Limits(Section):
-    """Limits of an error that is permitted, for `comparison.reliability`: Delta_nu and Delta_mu of Eq. 38."""
+    """Limits of the permitted error, for `comparison.reliability`: Delta_nu and Delta_mu of Eq. 38."""
 
     lower: Real = 0.0
     upper: Positive
@@ -52,9 +52,9 @@ class AccelerationLimits(Limits):
 
 
 class Reliability(Section):
-    """By what the slider's errors are judged, see `comparison.reliability`.
+    """Criteria for the slider's errors, see `comparison.reliability`.
 
-    bins: parts of the crank's turn. errors: whether mean and deviation are those of e or of |e|.
+    bins: intervals of the crank cycle. errors: whether mean and deviation are those of e or of |e|.
     """
 
     bins: Annotated[int, Field(ge=1)] = 10
@@ -65,10 +65,10 @@ class Reliability(Section):
 
 
 class RandomInput(Section):
-    """A number of the scene that scatters about the scene's value, for the study random-inputs.
+    """Random variable about the scene's value of a key, for the study random-inputs.
 
-    ``deviation`` is the standard deviation in the unit of the key; of a lognormal one it is small beside the
-    value, which is its median. ``element`` counts from 0 where the key holds a list.
+    ``deviation`` is the standard deviation in the unit of the key; for a lognormal variable it must be small
+    against the value, which is the median. ``element`` counts from 0 where the key holds a list.
     """
 
     key: Annotated[str, Field(min_length=1)]

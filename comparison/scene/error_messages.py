@@ -1,4 +1,4 @@
-"""What pydantic finds wrong with a scene, said in one line: key, value, unit, rule."""
+"""One-line messages for pydantic's validation errors: key, value, unit, rule."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _RULES = {
     "less_than_equal": "must be <= {le:g}",
     "finite_number": "must be finite",
     "float_type": "must be a number",
-    "int_type": "must be a whole number",
-    "int_from_float": "must be a whole number",
-    "string_type": "must be a text",
+    "int_type": "must be an integer",
+    "int_from_float": "must be an integer",
+    "string_type": "must be a string",
     "list_type": "must be a list",
     "literal_error": "must be {expected}",
     "too_short": "must hold {min_length} values, not {actual_length}",
@@ -48,8 +48,8 @@ def explain(error: ValidationError) -> str:
         return f'{key} is missing (scene.extends = "paper" takes over the paper\'s numbers)'
     if kind == "not_installed":
         steps += [str(context["key"])]
-        told = "is not a known key: no model of this name is installed"
-        return f"{'.'.join(steps)} {told}{_suggestion(steps)}"
+        message = "is not a known key: no model of this name is installed"
+        return f"{'.'.join(steps)} {message}{_suggestion(steps)}"
     if kind == "extra_forbidden":
         return f"{key} is not a known key{_suggestion(steps)}"
     text = _RULES[kind].format(**context) if kind in _RULES else " ".join(first["msg"].split())

@@ -1,4 +1,4 @@
-"""What the keys of a scene are made of: numbers with units and bounds, sections, broken rules."""
+"""Field types of a scene: numbers with units and bounds, sections, errors of violated rules."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ M, KG, KGM2, S, M_S = Unit("m"), Unit("kg"), Unit("kg m^2"), Unit("s"), Unit("m/
 
 
 class Section(BaseModel):
-    """A table of the scene file; a key that is not listed is refused."""
+    """Section of the scene file; unknown keys are rejected."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
 
 def rule(key: str, value: object, text: str, unit: str = "") -> PydanticCustomError:
-    """Build an error about ``key`` (relative to the section that raises it) for `scene.py` to phrase."""
+    """Build an error about ``key`` (relative to the section that raises it) for `error_messages`."""
     return PydanticCustomError("rule", "{text}", {"key": key, "value": value, "text": text, "unit": unit})

@@ -1,9 +1,9 @@
-"""The smallest formulation in which a model of ours gives what a scene asks for.
+"""Selection of the smallest formulation of each built-in model that yields the requested channels.
 
-A driven crank and ideal joints leave nothing free; every clearance frees two coordinates, and only what is
-free has to be integrated. The other bodies matter where forces in joints or energies are asked for: then
-Exudyn needs all five of them with their constraints, while the reference finds both from the motion of the
-few by balance of forces. A larger formulation runs only where a scene names it.
+A driven crank and ideal joints leave no degree of freedom; every clearance adds two coordinates, and only
+these are integrated. The other bodies matter where joint forces or energies are requested: Exudyn then needs
+all five bodies with their constraints, while the reference obtains both by force balance from the reduced
+motion. A larger formulation runs only where a scene names it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import Any
 
 FORCES = ("joints", "energy")
-"""Groups of channels that need the motion of all bodies."""
+"""Channel groups that require the motion of all bodies."""
 
 
 def loose(scene: Mapping[str, Any]) -> tuple[str, ...]:
@@ -23,15 +23,15 @@ def loose(scene: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def forces(scene: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the groups of channels that a scene asks for and that need all bodies."""
+    """Return the requested channel groups that require the motion of all bodies."""
     groups = scene.get("output", {}).get("groups", ())
     return tuple(group for group in FORCES if isinstance(groups, list) and group in groups)
 
 
 def smallest_in_exudyn(scene: Mapping[str, Any]) -> str:
-    """Return "tree", what the drive leaves free with error control, or "full", the five bodies.
+    """Return "tree" (the free bodies alone, with error control) or "full" (five bodies).
 
-    A method of fixed steps that the scene names needs the latter.
+    A fixed-step method named by the scene requires "full".
     """
     method = scene.get("solver", {}).get("exudyn", {}).get("method", "auto")
     explicit = method in ("auto", "dopri5")

@@ -1,7 +1,7 @@
-"""Scenes: read, extended, overridden, checked, hashed.
+"""Loading of scenes: reading, extension, overrides, validation, hashing.
 
-A scene is a TOML file (`schema.py` lists its keys). What comes out is a plain nested mapping with every
-default filled; it is all that the two models ever see of this package.
+A scene is a TOML file (`schema.py` lists its keys). The result is a plain nested mapping with all defaults
+filled in, the models' only input from this package.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ ASYMPTOTIC_STEP = 2e-5
 
 
 class SceneError(ValueError):
-    """A scene that cannot be used; the message is one line: where, value, rule."""
+    """Invalid scene; the message is one line: location, value, rule."""
 
 
 @dataclass(frozen=True)
@@ -43,10 +43,10 @@ class Scene:
     title: str
     description: str
     data: dict[str, Any]
-    """All keys but [compare] and [reliability], all defaults filled; what a model is given."""
+    """All keys but [compare] and [reliability], with defaults filled in; the input of a model."""
     warnings: tuple[str, ...]
     given: dict[str, Any]
-    """The keys as files and overrides gave them, without defaults: what `with_values` starts from."""
+    """The keys as given by files and overrides, without defaults; `with_values` starts from these."""
     source: str
     """The shipped name or the path that it was read from."""
     tolerance: float | None = None
@@ -54,26 +54,26 @@ class Scene:
     reliability: Reliability = field(default_factory=Reliability)
     """[reliability]: limits of the errors, bins."""
     random: tuple[RandomInput, ...] = ()
-    """[[random]]: which numbers scatter, and how; no run depends on it."""
+    """[[random]]: random variables and their distributions; no run depends on them."""
 
     @property
     def period(self) -> float:
-        """Time of one crank turn, s."""
+        """Period of one crank cycle, s."""
         return 60.0 / abs(float(self.data["drive"]["speed_rpm"]))
 
     @property
     def duration(self) -> float:
-        """Simulated time, s: the last sample's, which rounds the cycles to whole samples."""
+        """Simulated time, s: that of the last sample, the cycles rounded to whole samples."""
         per_cycle = self.data["output"]["samples_per_cycle"]
         return float(round(self.data["drive"]["cycles"] * per_cycle) * (self.period / per_cycle))
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 (hex) of everything that can change a result: no texts, nor [compare] or [reliability]."""
+        """SHA-256 (hex) of all keys that can change a result: without texts, [compare] and [reliability]."""
         return digest({key: part for key, part in self.data.items() if key != "scene"})
 
     def with_values(self, values: Mapping[str, object]) -> Scene:
-        """Return this scene with dotted keys changed, e.g. ``{"drive.speed_rpm": 210}``; checked again.
+        """Return this scene with dotted keys changed, e.g. ``{"drive.speed_rpm": 210}``, and validate it.
 
         Raises
         ------
@@ -101,7 +101,7 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
     Raises
     ------
     SceneError
-        With one line that says where, which value and which rule.
+        One line with location, value and violated rule.
     """
     path = _locate(str(name_or_path), Path(), str(name_or_path))
     given = _changed(_read(path, ()), overrides or {})
@@ -109,18 +109,18 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
 
 
 def scene_from_mapping(data: Mapping[str, Any]) -> Scene:
-    """Check a mapping that already holds everything, such as the one recorded beside a table.
+    """Validate a complete mapping, such as the one recorded beside a table.
 
     Raises
     ------
     SceneError
-        As `load_scene`.
+        As for `load_scene`.
     """
     return _checked(dict(data), "scene", "")
 
 
 def parse_set(assignments: Sequence[str]) -> dict[str, object]:
-    """Read ``key=value`` pairs of the command line: TOML values; what is not TOML is a string.
+    """Parse ``key=value`` pairs of the command line; a value that is not valid TOML is a string.
 
     >>> parse_set(["drive.speed_rpm=210", "joints.slider=ideal"])
     {'drive.speed_rpm': 210, 'joints.slider': 'ideal'}
@@ -134,7 +134,7 @@ def parse_set(assignments: Sequence[str]) -> dict[str, object]:
             parsed = tomllib.loads(f"value = {text.strip()}")
         except tomllib.TOMLDecodeError:
             parsed = {}
-        # More than one key means that the text held a line break: then it is no TOML value.
+        # More than one key means that the text contains a line break and is not a TOML value.
         values[key.strip()] = parsed["value"] if parsed.keys() == {"value"} else text.strip()
     return values
 
@@ -158,12 +158,12 @@ def _locate(name: str, folder: Path, asked_by: str) -> Path:
 
 
 def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
-    """Read a file and everything it extends, without the texts of what it extends."""
+    """Read a file and the files it extends, without the texts of the latter."""
     where = f"scene {path.stem!r}"
     path = path.resolve()
     if path in chain:
         loop = " -> ".join(p.name for p in (*chain[chain.index(path) :], path))
-        raise SceneError(f"{where}: scene.extends runs in a circle: {loop}")
+        raise SceneError(f"{where}: scene.extends is circular: {loop}")
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -184,7 +184,7 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
 
 
 def _checked(given: dict[str, Any], default_name: str, source: str) -> Scene:
-    """Fill the texts and defaults, check, warn."""
+    """Fill in texts and defaults, validate, collect warnings."""
     texts = given.get("scene", {})
     if isinstance(texts, dict):
         texts = {"name": default_name} | texts
@@ -216,23 +216,23 @@ def _warnings(data: dict[str, Any]) -> tuple[str, ...]:
     offset, clearance = data["initial"]["slider_offset"], data["clearance"]["slider"]
     if data["joints"]["slider"] == "clearance" and abs(offset) > clearance:
         told.append(
-            f"initial.slider_offset = {offset:g} m is beyond clearance.slider = {clearance:g} m: "
+            f"initial.slider_offset = {offset:g} m exceeds clearance.slider = {clearance:g} m: "
             "the slider starts inside the wall"
         )
     exudyn = data["solver"]["exudyn"]
     if exudyn["formulation"] != "tree" and loose(data) and exudyn["step"] > ASYMPTOTIC_STEP:
         told.append(
-            f"solver.exudyn.step = {exudyn['step']:g} s is too long for its error to fall with the step: of "
-            f"contacts that last 2e-4 s at most {ASYMPTOTIC_STEP:g} s is a tenth"
+            f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
+            f"contacts of 2e-4 s require at most {ASYMPTOTIC_STEP:g} s, a tenth"
         )
     return tuple(told)
 
 
 def _changed(given: Mapping[str, Any], values: Mapping[str, object]) -> dict[str, Any]:
-    """Put dotted keys over a scene.
+    """Apply dotted keys to a scene.
 
-    What a scene says of Exudyn's step and tolerance is meant for its formulation: to another, chosen here,
-    they mean something else, and a step for five bodies lets the tree take a hundred times its steps.
+    Exudyn's step and tolerance in a scene are meant for the scene's formulation. They have another meaning in
+    another formulation chosen here: a step for the five bodies makes the tree take a hundred times its steps.
     """
     solver, wanted = given.get("solver", {}), values.get("solver.exudyn.formulation")
     if wanted is not None and isinstance(solver, Mapping):
@@ -244,7 +244,7 @@ def _changed(given: Mapping[str, Any], values: Mapping[str, object]) -> dict[str
 
 
 def _nested(values: Mapping[str, object]) -> dict[str, Any]:
-    """Turn dotted keys into nested mappings."""
+    """Convert dotted keys to nested mappings."""
     nested: dict[str, Any] = {}
     for dotted, value in values.items():
         inner: Any = value
@@ -255,7 +255,7 @@ def _nested(values: Mapping[str, object]) -> dict[str, Any]:
 
 
 def _merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Put ``changes`` over ``base``, section by section."""
+    """Merge ``changes`` into ``base``, section by section."""
     merged = dict(base)
     for key, value in changes.items():
         below = merged.get(key)

@@ -1,8 +1,7 @@
-"""Every key of a scene: its type, its unit, the rule its value must meet, and its default where it has one.
+"""Keys of a scene: type, unit, rule for the value, and default where there is one.
 
-Numbers of the mechanism have no defaults here: they stand with their sources in ``scenes/paper.toml``,
-which a scene extends. Defaults exist only for what a scene may leave open (the start, the joints, the
-output, the solvers).
+Numbers of the mechanism have no defaults here; they are given with their sources in ``shipped/paper.toml``,
+which a scene extends. Defaults exist only for optional keys (initial state, joints, output, solvers).
 """
 
 from __future__ import annotations
@@ -18,11 +17,11 @@ from comparison.scene.criteria import Compare, RandomInput, Reliability
 from comparison.scene.fields import KG, KGM2, M_S, M, NotNegative, Positive, Real, S, Section, Unit, rule
 from comparison.scene.formulation import smallest_in_exudyn
 
-MAX_SAMPLES = 100_000_000  # beyond it a table would not fit into the memory of an ordinary machine
+MAX_SAMPLES = 100_000_000  # a larger table would not fit into the memory of an ordinary machine
 
 
 class Texts(Section):
-    """What the scene is called."""
+    """Name and title of the scene."""
 
     name: Annotated[str, Field(min_length=1, pattern=r"^[A-Za-z0-9][A-Za-z0-9._+-]*$")]
     title: str
@@ -30,7 +29,7 @@ class Texts(Section):
 
 
 class Rod(Section):
-    """A slender body between two pins; the centroid is measured from the first."""
+    """Slender body between two pins; the centroid is measured from the first pin."""
 
     length: Annotated[Positive, M]
     centroid: Annotated[Real, M]
@@ -49,7 +48,7 @@ class Slider(Section):
 
 
 class Mechanism(Section):
-    """Bodies and where they are assembled."""
+    """Bodies and their assembly positions."""
 
     crank: Rod
     rod2: Rod
@@ -65,7 +64,7 @@ class Mechanism(Section):
 
 
 class Drive(Section):
-    """The crank's constant speed, counter-clockwise positive, and how long it turns."""
+    """Constant speed of the crank, counter-clockwise positive, and number of cycles."""
 
     speed_rpm: Annotated[Real, Unit("rpm")]
     cycles: Positive
@@ -78,7 +77,7 @@ class Drive(Section):
 
 
 class Initial(Section):
-    """The slider's start relative to the guide's centre line; None: on the ideal slider's line."""
+    """Initial state of the slider relative to the guide's centre line; None: on the ideal slider's line."""
 
     slider_offset: Annotated[Real | None, M] = None
     slider_angle: Annotated[Real, Unit("rad")] = 0.0
@@ -87,14 +86,14 @@ class Initial(Section):
 
 
 class Joints(Section):
-    """Which joints have clearance."""
+    """Type of the joints that may have clearance."""
 
     slider: Literal["clearance", "ideal"] = "clearance"
     crank_pin: Literal["ideal", "clearance"] = "ideal"
 
 
 class Clearance(Section):
-    """Clearances: of the slider per side, of the crank pin radial."""
+    """Clearances: per side for the slider, radial for the crank pin."""
 
     slider: Annotated[NotNegative, M]
     crank_pin: Annotated[NotNegative, M]
@@ -102,7 +101,7 @@ class Clearance(Section):
 
 
 class Contact(Section):
-    """The contact law and its material."""
+    """Contact law and material."""
 
     law: Literal["hertz-corners", "paper-switching", "strip"]
     youngs_modulus: Annotated[Positive, Unit("Pa")]
@@ -114,7 +113,7 @@ class Contact(Section):
 
 
 class Friction(Section):
-    """Modified Coulomb friction, Eqs. 12-13: none below the static speed, full above the transition speed."""
+    """Modified Coulomb friction, Eqs. 12-13: zero below the static speed, full above the transition speed."""
 
     coefficient: NotNegative
     static_speed: Annotated[NotNegative, M_S]
@@ -142,7 +141,7 @@ def _usual_groups() -> list[Group]:
 
 
 class Output(Section):
-    """Which groups of channels are recorded, and how densely."""
+    """Recorded channel groups and sampling density."""
 
     groups: list[Group] = Field(default_factory=_usual_groups)
     samples_per_cycle: Annotated[int, Field(ge=2)] = 1000
@@ -150,12 +149,12 @@ class Output(Section):
     @model_validator(mode="after")
     def _distinct(self) -> Self:
         if len(set(self.groups)) < len(self.groups):
-            raise rule("groups", self.groups, "must not name a group twice")
+            raise rule("groups", self.groups, "must not contain a group twice")
         return self
 
 
 class ReferenceSolver(Section):
-    """Raw settings of the reference model; tolerance: absolute local error of the positions (m and rad)."""
+    """Settings of the reference model; tolerance: absolute local error of the positions (m and rad)."""
 
     formulation: str = "auto"
     method: str = "dop853"
@@ -165,14 +164,14 @@ class ReferenceSolver(Section):
 
 
 class ExudynSolver(Section):
-    """Raw settings of the Exudyn model; step and tolerance mean what its formulation makes of them.
+    """Settings of the Exudyn model; the meaning of step and tolerance depends on the formulation.
 
-    With five bodies the step is fixed and the tolerance is Newton's; for the tree, which controls its error,
-    the step is the largest and the tolerance that of a step's error.
+    For the full formulation (five bodies) the step is fixed and the tolerance is Newton's; for the
+    tree, which has error control, they are the largest step and the local error tolerance.
     """
 
     formulation: str = "auto"
-    """"auto", the smallest that gives what the scene asks for, becomes the name of that."""
+    """"auto" is replaced by the name of the smallest formulation that yields the requested channels."""
     method: str = "auto"
     step: Annotated[Positive, S] = 2e-6
     tolerance: Positive = 1e-7
@@ -186,7 +185,7 @@ class ExudynSolver(Section):
 
 
 class Solver(Section):
-    """Settings of the two models, and of installed ones as these may please: names and single values."""
+    """Settings of the two models; those of other installed models are names with scalar values."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -202,12 +201,12 @@ class Solver(Section):
                 raise rule(name, settings, "must be a section with keys of its own")
             for key, value in settings.items():
                 if not (isinstance(value, str | int) or (isinstance(value, float) and isfinite(value))):
-                    raise rule(f"{name}.{key}", value, "must be a text, a truth value or a finite number")
+                    raise rule(f"{name}.{key}", value, "must be a string, a boolean or a finite number")
         return self
 
 
 class SceneKeys(Section):
-    """A whole scene."""
+    """Complete scene."""
 
     scene: Texts
     mechanism: Mechanism
@@ -227,12 +226,12 @@ class SceneKeys(Section):
     @model_validator(mode="before")
     @classmethod
     def _smallest(cls, given: Any) -> Any:
-        """Put the smallest formulation of Exudyn where the scene leaves it open: its defaults hang on it."""
+        """Insert Exudyn's smallest formulation where the scene leaves it open: its defaults depend on it."""
         if not isinstance(given, dict):
             return given
         solver, joints, output = (given.get(section, {}) for section in ("solver", "joints", "output"))
         if not all(isinstance(section, dict) for section in (solver, joints, output)):
-            return given  # which is refused for that
+            return given  # validation rejects it
         settings = solver.get("exudyn", {})
         if not isinstance(settings, dict) or settings.get("formulation", "auto") != "auto":
             return given

@@ -1,1 +1,1 @@
-"""What a run gives: channels over time with events and extrema; read, checked, brought to equal times."""
+"""Result tables: channels over time with events and extrema; reading, validation, alignment in time."""

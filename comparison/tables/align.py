@@ -1,4 +1,4 @@
-"""Two tables on one time grid."""
+"""Alignment of two tables on a common time grid."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from comparison.tables.time_shift import SAME_GRID, Shift, estimate
 
 @dataclass(frozen=True)
 class Aligned:
-    """Both tables' channels on a common grid.
+    """Channels of both tables on a common grid.
 
     Attributes
     ----------
@@ -24,12 +24,12 @@ class Aligned:
     a, b
         Channel -> values, shape (n,).
     interpolated
-        Which of the two was interpolated: ``""``, ``"a"`` or ``"b"``.
+        The interpolated table: ``""``, ``"a"`` or ``"b"``.
     unknown
-        Channel -> where its value follows from no samples, since a contact starts or ends beside it: shape
-        (n,); only channels that have such samples. The number that stands there is a bridge for drawings.
+        Channel -> where no samples determine its value, because a contact starts or ends nearby: shape (n,);
+        only channels with such samples. The values there serve plotting only.
     shift
-        Estimated time shift between the two; not applied.
+        Estimated time shift between the tables; not applied.
     """
 
     time: Array
@@ -41,19 +41,19 @@ class Aligned:
 
 
 def align(a: Table, b: Table, names: list[str]) -> Aligned:
-    """Bring two checked tables onto a common time grid.
+    """Align two checked tables on a common time grid.
 
-    Identical grids are used as they are. Otherwise the times of the table with the longer mean interval are
-    taken, as far as both tables reach, and the other is interpolated (`comparison.tables.resample`), cut at
-    its own contacts, or at the other's if it has no events. Angles are unwrapped first, and a whole number of
-    turns between the two is taken out of ``b``.
+    Identical grids are used unchanged. Otherwise the grid is that of the table with the longer mean interval,
+    within the common span, and the other table is interpolated (`comparison.tables.resample`), piecewise
+    between its own contact events, or the other table's if it has none. Angles are unwrapped first, and a
+    whole number of revolutions between the two is removed from ``b``.
 
     Parameters
     ----------
     a, b
         Tables that passed `comparison.tables.table.check` for the channels ``names``.
     names
-        The channels to align.
+        Channels to align.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
                 f"the tables have {time.size} common times: "
                 f"{time_a[0]:g} to {time_a[-1]:g} s against {time_b[0]:g} to {time_b[-1]:g} s"
             )
-        # The table whose times were taken is merely cut, at its own samples.
+        # The table that provides the grid is only truncated, at its own samples.
         if interpolated == "a":
             columns_a, unknown = resample(time_a, columns_a, time, b.events if a.events is None else a.events)
             columns_b = {name: np.interp(time, time_b, own) for name, own in columns_b.items()}
@@ -101,7 +101,7 @@ def _interval(time: Array) -> float:
 
 
 def _is_coarser(time: Array, other: Array) -> bool:
-    """Whether a grid has the longer mean interval; of two with the same, the one that is earlier first."""
+    """Whether a grid has the longer mean interval; of equal ones, whether it starts earlier."""
     if _interval(time) != _interval(other):
         return _interval(time) > _interval(other)
     common = min(time.size, other.size)
@@ -110,14 +110,14 @@ def _is_coarser(time: Array, other: Array) -> bool:
 
 
 def _continuous(values: Array, channel: Channel | None) -> Array:
-    """Take the jumps by a turn out of an angle; leave it untouched (bit for bit) where it has none."""
+    """Unwrap an angle; one without jumps is returned unchanged (bit for bit)."""
     if channel is None or not channel.angle or np.abs(np.diff(values)).max() <= np.pi:
         return values
     return np.unwrap(values)
 
 
 def _within(time: Array, other: Array) -> Array:
-    """Return the times inside the other's span; an end that sticks out by round-off is moved onto its end."""
+    """Return the times inside the other's span; an end outside by round-off is moved onto its end."""
     slack = SAME_GRID * _interval(time)
     inside = time[(time >= other[0] - slack) & (time <= other[-1] + slack)]
     clipped: Array = np.clip(inside, other[0], other[-1])

@@ -1,4 +1,4 @@
-"""Types of the arrays that results and what follows from them are made of."""
+"""Array types of results and derived quantities."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The channels of a result: what each is, its scale for differences, and which of them a scene asks for."""
+"""Channels of a result: definition, scale for differences, and selection by a scene."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ JOINTS = "OABHCF"
 CORNERS = {"ll": "lower left", "lr": "lower right", "ul": "upper left", "ur": "upper right"}
 PIN = "pin"
 CONTACTS = CORNERS | {PIN: "crank pin"}
-"""Every contact that an event table may name, with its words: the slider's corners and the journal at A."""
+"""Contacts of an event table and their display names: the slider's corners and the journal at A."""
 
 
 @dataclass(frozen=True)
 class Channel:
-    """One channel; the fields are explained at the top of ``channels.toml``."""
+    """Channel; the fields are explained at the top of ``channels.toml``."""
 
     name: str
     label: str
@@ -38,16 +38,16 @@ class Channel:
         Parameters
         ----------
         scene
-            The scene mapping; without one, or without clearance, the scale is the range.
+            Scene mapping; if None, or without clearance, the scale is the range.
         both_ranges
-            Distance from the smallest to the largest value in both results together.
+            Range (largest minus smallest value) over both results.
 
         Notes
         -----
         Where only the crank pin has clearance, "clearance" is the pin's, along the guide as well. The linkage
-        turns a shift c of the pin into one of the slider by 0 to 2.83 c, depending on the crank angle, so c
-        is what a loose pin means to the slider; c * tan_beta of the guide would be 13 times less than its
-        reach. With both clearances the guide's scales stand: the smaller ones.
+        transmits a shift c of the pin to the slider as 0 to 2.83 c, depending on the crank angle, so c is the
+        effect of the pin's clearance on the slider; c * tan_beta of the guide would be 13 times smaller. With
+        both clearances the guide's scales, the smaller ones, apply.
         """
         loose_pin = scene is not None and (
             scene["joints"]["slider"] == "ideal" and scene["joints"]["crank_pin"] == "clearance"
@@ -68,7 +68,7 @@ class Channel:
 
 @cache
 def channels() -> dict[str, Channel]:
-    """Every channel by its name, in the order of a table's columns."""
+    """Return all channels by name, in the order of a table's columns."""
     known = {name: Channel(name=name, **keys) for name, keys in _file()["channel"].items()}
     for corner, words in CORNERS.items():
         for quantity, keys in _file()["corner"].items():
@@ -88,9 +88,9 @@ def channels() -> dict[str, Channel]:
 
 
 def expected(scene: Mapping[str, Any]) -> list[str]:
-    """Name the channels that a scene asks for, without ``time``.
+    """Return the names of the channels that a scene requests, without ``time``.
 
-    An ideal slider has no corner channels, and only an ideal slider has reactions of its guide.
+    An ideal slider has no corner channels; only an ideal slider has guide reactions.
     """
     groups = {"motion", *scene["output"]["groups"]}
     ideal = scene["joints"]["slider"] == "ideal"

@@ -1,4 +1,4 @@
-"""What a table must be for a comparison to mean something."""
+"""Validation of tables before a comparison."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ _EVENTS = ("corner", "start", "end", "normal_speed", "impulse", "peak_force", "l
 def check(
     table: Table, channels: Sequence[str], span: tuple[float, float] | None = None, *, name: str = "table"
 ) -> None:
-    """Refuse a table that could not give a meaningful comparison.
+    """Reject a table that does not permit a meaningful comparison.
 
     Parameters
     ----------
     table
-        What to check.
+        Table to check.
     channels
-        Exactly the channels it must hold, in any order, without ``time``.
+        Required channels (no others are allowed), in any order, without ``time``.
     span
-        First and last time (s) it must reach, within half a sample; None: any.
+        First and last time (s) that it must reach, within half a sample; None: any.
     name
-        What the message calls the table.
+        Name of the table in messages.
 
     Raises
     ------
     TableError
-        Naming the channel and the first bad row (data rows are counted from 1, without the header), or the
+        With the channel and the first invalid row (data rows are counted from 1, without the header), or the
         contact.
     """
     missing = [channel for channel in ("time", *channels) if channel not in table.frame]
@@ -56,7 +56,7 @@ def check(
             )
     time = table.time
     if time.size < 2:
-        raise TableError(f"{name}: {time.size} data rows; at least 2 are needed")
+        raise TableError(f"{name}: {time.size} data rows; at least 2 are required")
     steps = np.diff(time)
     back = np.flatnonzero(steps <= 0)
     if back.size:
@@ -77,7 +77,7 @@ def check(
 
 def _check_events(events: pd.DataFrame, name: str) -> None:
     if missing := [column for column in _EVENTS if column not in events]:
-        raise TableError(f"{name}: its contacts have no {missing[0]}{_and_more(missing)}")
+        raise TableError(f"{name}: its events have no column {missing[0]}{_and_more(missing)}")
     if unknown := [place for place in events["corner"].unique() if place not in CONTACTS]:
         raise TableError(f"{name}: contact at {unknown[0]!r}, which is none of {', '.join(CONTACTS)}")
     for column in _EVENTS[1:]:
@@ -88,7 +88,7 @@ def _check_events(events: pd.DataFrame, name: str) -> None:
 
 
 def _numbers(column: pd.Series) -> Array:
-    """Return the values of a column, nan where one is no number."""
+    """Return the values of a column, nan where one is not a number."""
     numbers = column if column.dtype.kind in "fiu" else pd.to_numeric(column, errors="coerce")
     return numbers.to_numpy(dtype=np.float64)
 

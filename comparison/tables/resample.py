@@ -1,4 +1,4 @@
-"""One table's channels at other times."""
+"""Interpolation of a table's channels at other times."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ def resample(
 ) -> tuple[dict[str, Array], dict[str, BoolArray]]:
     """Interpolate channels.
 
-    A position whose velocity is among the channels: by the cubic Hermite polynomial of both (error of order
-    h^4). Everything else: linearly (h^2). Forces and accelerations jump at the start and the end of a
-    contact, and a line from one side to the other would make up values that neither side has. So each
-    stretch between two such instants is interpolated by itself, if it holds two samples; up to its ends
-    their line is continued. An instant itself belongs to what follows it.
+    Positions whose velocity is among the channels use the cubic Hermite polynomial of both (error of order
+    h^4), all other channels linear interpolation (h^2). Forces and accelerations jump at the start and end of
+    a contact, and interpolation across a jump would produce values that occur on neither side. Each interval
+    between two such instants is therefore interpolated separately, if it holds two samples, with linear
+    extrapolation to its ends. An instant itself belongs to the following interval.
 
     Parameters
     ----------
     time, columns
-        s, strictly increasing, and the channels there; shape (n,), n >= 2.
+        Times, s, strictly increasing, and the channels at these; shape (n,), n >= 2.
     at
-        s, inside the span of ``time``, shape (m,).
+        Times of the interpolation, s, inside the span of ``time``, shape (m,).
     events
-        The contacts with ``corner``, ``start`` and ``end``; None: nothing is known of any.
+        Contacts with ``corner``, ``start`` and ``end``; None: unknown.
 
     Returns
     -------
     columns
         Shape (m,) each.
     unknown
-        Channel -> where it follows from no samples, because its stretch has fewer than two: shape (m,). The
-        line across the event stands there, for drawings. Only channels that have such instants.
+        Channel -> where no samples determine it, because its interval has fewer than two: shape (m,). The
+        values there, interpolated across the event, serve plotting only. Only channels with such instants.
     """
     known = channels()
     stretches: dict[str, tuple[NDArray[np.intp], BoolArray] | None] = {}
@@ -63,10 +63,10 @@ def resample(
 
 
 def hermite(time: Array, values: Array, slopes: Array, at: Array) -> tuple[Array, Array]:
-    """Evaluate the piecewise cubic that has given values and slopes at its nodes, and its slope.
+    """Evaluate the piecewise cubic with given nodal values and slopes, and its derivative.
 
-    The same as `scipy.interpolate.CubicHermiteSpline`, of which a test holds it to be, without its
-    coefficients: four times the table, and the time to import them is longer than most comparisons.
+    Equal to `scipy.interpolate.CubicHermiteSpline` (verified by a test), without its coefficients, which take
+    four times the memory of the table, and without its import, which takes longer than most comparisons.
 
     Parameters
     ----------
@@ -83,7 +83,8 @@ def hermite(time: Array, values: Array, slopes: Array, at: Array) -> tuple[Array
     left = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
     width = time[left + 1] - time[left]
     s = (at - time[left]) / width
-    # In the form v0 + s (...), so that a node gives its own value, as does the last one by itself.
+    # In the form v0 + s (...), so that the values at nodes are reproduced exactly; the last node is set
+    # separately.
     rise = (values[left + 1] - values[left]) / width
     second = 3 * rise - 2 * slopes[left] - slopes[left + 1]
     third = slopes[left] + slopes[left + 1] - 2 * rise
@@ -93,7 +94,7 @@ def hermite(time: Array, values: Array, slopes: Array, at: Array) -> tuple[Array
 
 
 def _jumps_with(channel: Channel) -> str | None:
-    """Return the contact at whose events a channel jumps, "all" for those of any; None: it does not jump."""
+    """Return the contact at whose events a channel jumps, "all" for any contact; None: it is continuous."""
     if channel.group == "corners":
         _, corner, quantity = channel.name.split("_")
         return corner if quantity in {"normal", "friction"} else None
@@ -110,7 +111,7 @@ def _edges(events: pd.DataFrame | None, place: str, time: Array) -> Array:
 
 
 def _stretches(time: Array, at: Array, edges: Array) -> tuple[NDArray[np.intp], BoolArray]:
-    """Return the first of the two samples that speak for each instant, and where there are none."""
+    """Return the first of the two samples that determine each instant, and where there are none."""
     own, wanted = (np.searchsorted(edges, instants, side="right") for instants in (time, at))
     last = time.size - 2
     here = np.clip(np.searchsorted(time, at, side="right") - 1, 0, last)
@@ -120,6 +121,6 @@ def _stretches(time: Array, at: Array, edges: Array) -> tuple[NDArray[np.intp], 
         fits = (first < 0) & (own[pair] == wanted) & (own[pair + 1] == wanted)
         first[fits] = pair[fits]
     outside: BoolArray = (first < 0) & (time[here] != at) & (at != time[-1])
-    # At a sample its own value is known, whatever lies around it.
+    # At a sample the value is known regardless of its neighbours.
     first = np.where((time[here] == at) | (first < 0), here, first)
     return first, outside

@@ -1,7 +1,7 @@
-"""Result tables: read, written, with events, extrema and provenance beside them.
+"""Reading and writing of result tables with events, extrema and provenance.
 
-``run.csv`` (or ``run.parquet``) holds the channels, ``run.events.csv`` one row a contact, ``run.json`` the
-provenance and the extrema over integration steps. Only the first is needed to compare.
+``run.csv`` (or ``run.parquet``) holds the channels, ``run.events.csv`` one row per contact, ``run.json`` the
+provenance and the extrema over integration steps. A comparison requires only the first.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ FORMATS = (".csv", ".parquet")
 
 
 class TableError(ValueError):
-    """A table that cannot be used; the message is one line that names file, channel and row."""
+    """Unusable table; the message is one line with file, channel and row."""
 
 
 class Result(Protocol):
-    """What a model hands back; each model has a class of its own."""
+    """Interface of a model's result; each model has its own class."""
 
     @property
     def columns(self) -> dict[str, NDArray[np.float64]]: ...  # noqa: D102
@@ -51,18 +51,18 @@ _RESULT = {
 
 @dataclass(frozen=True)
 class Table:
-    """A run's results.
+    """Results of a run.
 
     Attributes
     ----------
     frame
-        ``time`` (s) first, then one column a channel.
+        ``time`` (s) first, then one column per channel.
     events
-        One row a contact, or None where the source has none.
+        One row per contact, or None where the source has no events.
     extrema
         Channel -> min, time_of_min, max, time_of_max over integration steps.
     provenance
-        What produced it.
+        Model, settings and versions that produced the results.
     """
 
     frame: pd.DataFrame
@@ -72,12 +72,12 @@ class Table:
 
     @classmethod
     def from_result(cls, result: Result) -> Table:
-        """Take over what a model's ``simulate`` returned, whatever its status.
+        """Convert the result of a model's ``simulate``, whatever its status.
 
         Raises
         ------
         TableError
-            If it has not the attributes of a `Result`, or its columns are not of one length.
+            If it lacks attributes of a `Result`, or its columns differ in length.
         """
         for name, kind in _RESULT.items():
             part = getattr(result, name, None)
@@ -89,7 +89,7 @@ class Table:
             frame = pd.DataFrame(result.columns)
             events = pd.DataFrame(result.events) if result.events else None
         except ValueError as error:
-            raise TableError(f"the model's columns do not fit together: {error}") from error
+            raise TableError(f"the model's columns are inconsistent: {error}") from error
         record = {"extrema": result.extrema, "provenance": result.provenance}
         try:
             json.dumps(plain(record))
@@ -105,21 +105,21 @@ class Table:
 
     @property
     def channels(self) -> list[str]:
-        """Column names but ``time``."""
+        """Column names without ``time``."""
         return [str(name) for name in self.frame.columns if name != "time"]
 
     def values(self, channel: str) -> NDArray[np.float64]:
-        """One column, shape (n,)."""
+        """Return one column, shape (n,)."""
         return self.frame[channel].to_numpy(dtype=np.float64)
 
 
 def read(path: str | Path) -> Table:
-    """Read a table and what lies beside it. Its contents are checked by `comparison.tables.check`.
+    """Read a table with its companion files; `comparison.tables.check` validates the contents.
 
     Raises
     ------
     TableError
-        If it is no CSV or Parquet file of columns, one of them ``time``.
+        If it is not a CSV or Parquet file with a column ``time``.
     """
     path = Path(path)
     check_format(path)
@@ -130,20 +130,20 @@ def read(path: str | Path) -> Table:
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
     if not isinstance(record, dict):
-        raise TableError(f"{record_path}: must hold one JSON object")
+        raise TableError(f"{record_path}: must contain one JSON object")
     frame.insert(0, "time", frame.pop("time"))
     return Table(frame, read_events(path), record.pop("extrema", {}), record)
 
 
 def read_frame(path: Path, **layout: Any) -> pd.DataFrame:
-    """Read the columns of one file, Parquet by its ending and else text.
+    """Read the columns of one file: Parquet by its extension, else text.
 
     Parameters
     ----------
     path
         The file.
     layout
-        How the text is written, as `pandas.read_csv` takes it; default: commas and one line of names.
+        Text format, as arguments of `pandas.read_csv`; default: commas and one header line.
 
     Raises
     ------
@@ -156,15 +156,15 @@ def read_frame(path: Path, **layout: Any) -> pd.DataFrame:
             import pyarrow as pa
 
             frame = pd.read_parquet(path, engine="pyarrow")
-            pa.default_memory_pool().release_unused()  # it keeps what decoding took, as much as the table
+            pa.default_memory_pool().release_unused()  # it retains the memory of decoding
             return frame
-        # Rows longer than the header: pandas would drop what is over, with a warning.
+        # Rows longer than the header: pandas would drop the excess, with a warning.
         warnings.simplefilter("error", pd.errors.ParserWarning)
         options: dict[str, Any] = {"skipinitialspace": True, "index_col": False, "encoding": "utf-8-sig"}
         try:
             frame = pd.read_csv(path, **(options | layout))
         except pd.errors.ParserWarning as warning:
-            raise ValueError("its rows hold more values than its header") from warning
+            raise ValueError("its rows have more values than its header") from warning
     return frame
 
 
@@ -181,9 +181,10 @@ def read_events(path: Path) -> pd.DataFrame | None:
 
 
 def write(table: Table, path: str | Path) -> Path:
-    """Write a table with its events and provenance; the table itself last, so that it is never half there.
+    """Write a table with its events and provenance; the table itself last, atomically.
 
-    Doubles are written in full: reading them back gives the same bits. Missing folders are made.
+    Doubles are written with full precision: reading them back gives the same bits. Missing folders are
+    created.
 
     Raises
     ------
@@ -212,7 +213,7 @@ def write(table: Table, path: str | Path) -> Path:
 
 
 def check_format(path: Path) -> None:
-    """Refuse a file name whose ending names no format.
+    """Reject a file name with an unknown extension.
 
     Raises
     ------
@@ -228,7 +229,7 @@ _NO_PARQUET = "Parquet needs pyarrow: pip install 'sixbar-crossval[parquet]', or
 
 @contextmanager
 def _readable(path: Path) -> Iterator[None]:
-    """Say in one line why a file cannot be read."""
+    """Convert errors of reading a file to one-line messages."""
     try:
         yield
     except ImportError as error:

@@ -1,4 +1,4 @@
-"""How much later one table is than the other: estimated from the motion, reported, never applied."""
+"""Time shift between two tables, estimated from the motion; reported, never applied."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
 from comparison.tables.resample import hermite
 
-# Two grids are the same where their times differ by less than this share of a sample interval: what a text
-# file of ten digits loses. At 2 m/s and 0.4 ms samples it is 1e-12 m.
+# Two grids are equal if their times differ by less than this share of a sample interval: the precision of a
+# text file with ten digits. At 2 m/s and 0.4 ms samples it is 1e-12 m.
 SAME_GRID = 1e-9
 
 _BLOCKS = 20
-_WINDOW = 2048  # samples of each block at most
+_WINDOW = 2048  # largest number of samples of each block
 _COARSE = 4096  # points of the search over all lags
-_REACH = 0.25  # share of the span that is searched, to either side
+_REACH = 0.25  # searched share of the span, to either side
 _ROUNDS = 20
 
 
@@ -30,12 +30,12 @@ class Shift:
     Attributes
     ----------
     value
-        s; positive: b is later. nan where the signals cannot tell.
+        s; positive: b is later. nan if it cannot be estimated.
     uncertainty
-        s, half of the 95 % interval: two standard errors by the jackknife over stretches of time; at
-        least the difference of times that counts for none.
+        s, half of the 95 % interval: two standard errors by the jackknife over blocks of time; at least the
+        difference of times that is regarded as zero.
     reason
-        Why the signals cannot tell; else empty.
+        Why it cannot be estimated; else empty.
     """
 
     value: float
@@ -44,16 +44,16 @@ class Shift:
 
     @property
     def seen(self) -> bool:
-        """Whether there is a shift beyond its uncertainty."""
+        """Whether the shift exceeds its uncertainty."""
         return abs(self.value) > self.uncertainty
 
     def sentence(self, labels: tuple[str, str]) -> str:
-        """Say it in one sentence."""
+        """Return the estimate as one sentence."""
         if self.reason:
-            return f"A time shift between the two cannot be told: {self.reason}."
+            return f"A time shift between the two cannot be estimated: {self.reason}."
         size = f"{abs(self.value):.3g} s ± {self.uncertainty:.2g} s"
         if not self.seen:
-            return f"No time shift is seen: {size}."
+            return f"No significant time shift: {size}."
         late, early = labels[::-1] if self.value > 0 else labels
         return f"{late} is later than {early} by {size} (estimated, not applied)."
 
@@ -61,21 +61,21 @@ class Shift:
 def estimate(time: Array, a: Mapping[str, Array], b: Mapping[str, Array]) -> Shift:
     r"""Estimate the time shift between two results on a common grid.
 
-    A search over whole lags finds the lag with the least variance of the difference; of several that do
-    (periodic motion), the one nearest to zero. From there Gauss-Newton steps minimise
+    A search over integer lags finds the lag with the least variance of the difference; of several (periodic
+    motion), the one nearest to zero. From there Gauss-Newton steps minimise
 
     .. math:: \sum_c w_c \sum_i (b_c(t_i) - a_c(t_i - s) - o_c)^2
 
-    with a free offset :math:`o_c` of each channel: where a channel moves at a constant rate, offset and
-    shift are one. Only positions are used (velocities where there are none), since forces jump; each weighs
-    by the inverse variance of what remains, so that the channel on which the two agree best decides. ``a``
-    between its samples is the cubic Hermite polynomial of the channel and its rate (or its differences). Of
-    long results 20 windows are used.
+    with a free offset :math:`o_c` of each channel: for a channel with a constant rate, offset and shift are
+    not separable. Only positions are used (velocities where there are none), since forces jump; each is
+    weighted by the inverse variance of its residual, so that the channel with the best agreement dominates.
+    Between its samples ``a`` is the cubic Hermite polynomial of the channel and its rate (or its
+    differences). For long results 20 windows are used.
 
     Notes
     -----
-    The uncertainty is that of the delete-one jackknife over stretches of time (Kuensch 1989), which needs
-    no assumption on how the differences within a stretch hang together.
+    The uncertainty is that of the delete-one jackknife over blocks of time (Kuensch 1989), which requires no
+    assumption on the correlation of the differences within a block.
 
     Parameters
     ----------
@@ -90,16 +90,16 @@ def estimate(time: Array, a: Mapping[str, Array], b: Mapping[str, Array]) -> Shi
         for name in a
         if known[name].group == "motion" and min(np.ptp(a[name]), np.ptp(b[name])) >= known[name].floor
     ]
-    # Velocities jump nearly, at impacts; positions only have kinks.
+    # Velocities almost jump at impacts; positions only have kinks.
     names = [name for name in moving if known[name].rate is not None] or moving
     if not names:
         return _cannot_tell("no channel of motion is excited in both")
     if time.size < 2 * _BLOCKS:
-        return _cannot_tell(f"{time.size} common samples, of which {2 * _BLOCKS} are needed")
+        return _cannot_tell(f"{time.size} common samples; required: at least {2 * _BLOCKS}")
     scales = {name: float(max(np.ptp(a[name]), np.ptp(b[name]))) for name in names}
     lag = _search(time, a, b, scales)
     if lag is None:
-        return _cannot_tell("the two do not follow each other closely enough at any lag")
+        return _cannot_tell("the two are not correlated closely enough at any lag")
     blocks = [
         slice(start, min(start + _WINDOW, stop)) for start, stop in zip(*_edges(time.size), strict=True)
     ]
@@ -119,7 +119,7 @@ def estimate(time: Array, a: Mapping[str, Array], b: Mapping[str, Array]) -> Shi
     interval = float(time[-1] - time[0]) / time.size
     uncertainty = max(2 * spread, abs(step), SAME_GRID * interval)
     if not np.isfinite(value) or not uncertainty < 0.05 * (time[-1] - time[0]):
-        return _cannot_tell("the motion is too even, or the difference too irregular")
+        return _cannot_tell("the motion is too uniform, or the difference too irregular")
     return Shift(value, uncertainty)
 
 
@@ -147,7 +147,7 @@ def _search(
     for name, scale in scales.items():
         first, second = (np.interp(even, time, side[name]) / scale for side in (a, b))
         first, second = first - first.mean(), second - second.mean()
-        # The correlation by the Fourier transform, with zeros against its going round.
+        # Correlation by the Fourier transform, zero-padded against wrap-around.
         spectrum = np.fft.rfft(second, 2 * n) * np.conj(np.fft.rfft(first, 2 * n))
         products = np.fft.irfft(spectrum, 2 * n)[lags]
         of_first, of_second = _overlap(first, lags), _overlap(second, -lags)
@@ -155,7 +155,7 @@ def _search(
         cost += squares / count - ((of_second - of_first) / count) ** 2
         total += float(np.var(first) + np.var(second)) / 2
     inner = np.flatnonzero((cost[1:-1] <= cost[:-2]) & (cost[1:-1] <= cost[2:])) + 1
-    # A lag between two steps costs some 1e-6 of a motion's variance; unrelated signals keep twice theirs.
+    # A lag between two steps leaves some 1e-6 of a motion's variance; unrelated signals keep twice theirs.
     good = inner[cost[inner] <= 2 * cost.min() + 1e-6 * total]
     if not good.size or cost[good].min() > total:
         return None
@@ -163,7 +163,7 @@ def _search(
 
 
 def _overlap(values: Array, lags: NDArray[np.int_]) -> Array:
-    """Sum the values that overlap with the other signal: the first n - lag of them, or the last n + lag."""
+    """Sum the values that overlap with the other signal: the first n - lag, or the last n + lag."""
     sums = np.concatenate([[0.0], np.cumsum(values)])
     n = values.size
     overlap: Array = np.where(lags >= 0, sums[n - np.maximum(lags, 0)], sums[n] - sums[np.maximum(-lags, 0)])
@@ -200,11 +200,11 @@ def _sums(
 
 
 def _solve(sums: Array, weights: Array) -> tuple[float, Array]:
-    """Return the step of the lag, and the variance that each channel keeps after it, shape (channels,)."""
+    """Return the step of the lag and the residual variance of each channel, shape (channels,)."""
     n, r, g, rg, gg, rr = sums.T
     n = np.maximum(n, 1)
     rg, gg, rr = rg - r * g / n, gg - g * g / n, rr - r * r / n
-    # What is left of an even rate is round-off.
+    # The residual of a uniform rate is round-off.
     gg = np.where(gg > 1e-12 * sums[:, 4], gg, 0.0)
     whole = float(weights @ gg)
     step = -float(weights @ rg) / whole if whole > 0 else float("nan")

@@ -69,7 +69,7 @@ def test_the_numbers_in_its_sentences_are_those_of_the_code():
 
 def test_a_readme_without_marks_is_refused():
     assert with_table(f"a {BEGIN} old {END} b", "new") == f"a {BEGIN}\n\nnew\n\n{END} b"
-    with pytest.raises(ValueError, match="marks"):
+    with pytest.raises(ValueError, match="markers"):
         with_table("no marks", "new")
 
 

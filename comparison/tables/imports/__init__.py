@@ -1,4 +1,5 @@
-"""Tables of other programs: any column names, any units, with a mapping to our channels.
+"""Import of tables of other programs: any column names and units, with a mapping to the channels.
 
-`units` and `mapping` say what is meant, `exports` and `matlab` how a file is laid out, `tables` joins them.
+`units` and `mapping` define the meaning of columns, `exports` and `matlab` the file layout; `text` combines
+them.
 """

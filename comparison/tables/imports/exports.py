@@ -1,7 +1,7 @@
-"""Text tables as other programs export them: how a file is laid out, and its columns.
+"""Text tables as exported by other programs: layout detection and reading of columns.
 
-The layout is found from the first rows: what separates the numbers, whether the decimal sign is a comma, and
-which of the lines above them holds the names and which the units. Titles above those are passed over.
+The layout is detected from the first rows: the separator, the decimal sign, and the lines of names and units
+above the numbers. Titles above those are skipped.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from numpy.typing import NDArray
 from comparison.tables.imports.units import parse
 from comparison.tables.table import TableError, read_frame
 
-_HEAD = 1 << 18  # bytes in which the first row of numbers must stand
+_HEAD = 1 << 18  # bytes that must contain the first row of numbers
 _SPACES = r"\s+"
 _SEPARATORS = (";", "\t", ",", _SPACES)
-# Of names separated by spaces: a quoted one, or one word, either with a unit in brackets.
+# Names separated by spaces: quoted or a single word, either with a unit in brackets.
 _WORD = re.compile(r'(?:"[^"]*"|[^\s"\[(]+)(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?')
 _BRACKETS = re.compile(r"(?P<name>.*\S)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))")
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of another program's table, as it stands there.
+    """Unconverted column of another program's table.
 
     Attributes
     ----------
     name, unit
-        Without quotes and brackets; no unit where the table names none.
+        Without quotes and brackets; None where the table has no unit.
     numbers
         Shape (n,).
     """
@@ -45,7 +45,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Layout:
-    """How a text table is written.
+    """Layout of a text table.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Layout:
     above
         Lines above the numbers.
     separator, decimal, encoding
-        As `pandas.read_csv` takes them.
+        As arguments of `pandas.read_csv`.
     """
 
     names: list[str]
@@ -66,17 +66,17 @@ class Layout:
 
     @property
     def plain(self) -> bool:
-        """Whether it is that of our own tables: commas, one line of names, no units."""
+        """Whether it is the layout of this package's tables: commas, one header line, no units."""
         return self.separator == "," and self.above == 1 and not any(self.units)
 
 
 def layout(path: Path) -> Layout | None:
-    """Find out how a text table is laid out; None where there is no row of numbers.
+    """Detect the layout of a text table; None if it has no row of numbers.
 
     Raises
     ------
     TableError
-        If it cannot be opened, or the line above the numbers does not name every column.
+        If it cannot be opened, or the line above the numbers lacks names of columns.
     """
     lines, encoding = _head(path)
     found = next(((n, s) for n, line in enumerate(lines) for s in _SEPARATORS if _is_row(line, s)), None)
@@ -116,11 +116,11 @@ def read_columns(path: Path, how: Layout) -> list[Column]:
     Raises
     ------
     TableError
-        Naming the column and the row, if something in it is no number, or two columns have one name.
+        With column and row, if a value is not a number or two columns have the same name.
     """
     for name in how.names:
         if how.names.count(name) > 1:
-            raise TableError(f"{path}: column {name!r} stands twice: it is not known which one is meant")
+            raise TableError(f"{path}: column {name!r} occurs twice: which one is meant is ambiguous")
     frame = read_frame(
         path,
         sep=how.separator,
@@ -139,7 +139,7 @@ def read_columns(path: Path, how: Layout) -> list[Column]:
 
 
 def _head(path: Path) -> tuple[list[str], str]:
-    """Return the first complete lines and their encoding: UTF-8, or what older Windows programs write."""
+    """Return the first complete lines and their encoding: UTF-8, or that of older Windows programs."""
     try:
         with path.open("rb") as file:
             start = file.read(_HEAD)
@@ -163,7 +163,7 @@ def _fields(line: str, separator: str, *, names: bool = False) -> list[str]:
 
 
 def _is_row(line: str, separator: str) -> bool:
-    """Whether a line holds two or more numbers, or empty places, and nothing else."""
+    """Whether a line consists of two or more numbers or empty fields."""
     fields = _fields(line if separator == "," else line.replace(",", "."), separator)
     return len(fields) > 1 and any(fields) and all(not field or _is_number(field) for field in fields)
 
@@ -177,7 +177,7 @@ def _is_number(field: str) -> bool:
 
 
 def _bare(field: str) -> str | None:
-    """Return a unit without its brackets; None where the place is empty."""
+    """Return a unit without its brackets; None for an empty field."""
     return field.strip().strip("[]()").strip() or None
 
 
@@ -190,7 +190,7 @@ def _split(field: str) -> tuple[str, str | None]:
 
 
 def _are_units(fields: list[str]) -> bool:
-    """Whether a line below names holds units: all in brackets, or one of them known."""
+    """Whether a line below the names holds units: all in brackets, or at least one known."""
     if all(field[:1] in "[(" and field[-1:] in "])" for field in fields if field):
         return True
     return any(parse(field) is not None for field in fields)
@@ -199,7 +199,7 @@ def _are_units(fields: list[str]) -> bool:
 def _numbers(path: Path, frame: pd.DataFrame, n: int, name: str, decimal: str) -> NDArray[np.float64]:
     if frame[n].dtype.kind in "fiu":
         return frame[n].to_numpy(dtype=np.float64)
-    # A text somewhere in the column makes texts of all its numbers.
+    # A single text in a column turns all its numbers into texts.
     plain = frame[n].map(lambda field: field.replace(decimal, ".") if isinstance(field, str) else field)
     numbers = pd.to_numeric(plain, errors="coerce")
     bad = np.flatnonzero(numbers.isna() & frame[n].notna())
@@ -208,5 +208,5 @@ def _numbers(path: Path, frame: pd.DataFrame, n: int, name: str, decimal: str) -
     row = int(bad[0])
     told = f"{path}: column {name!r} is not a number in data row {row + 1}: {frame[n].iloc[row]!r}"
     if pd.to_numeric(frame.iloc[row], errors="coerce").isna().all():
-        told = f"{path}: text after data row {row}: save one block of columns a file"
+        told = f"{path}: text after data row {row}: save one block of columns per file"
     raise TableError(told)

@@ -1,4 +1,4 @@
-"""The mapping file: which column of another program's table is which channel, in which unit and direction."""
+"""Mapping file: channel, unit and sign of each column of another program's table."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ class _Keys(BaseModel):
 
 
 class Rule(_Keys):
-    """What a column is: ``channel = (sign * column + offset) * unit``."""
+    """Conversion of a column: ``channel = (sign * column + offset) * unit``."""
 
     channel: str
     unit: str | None = None
-    """None: as the table itself says."""
+    """None: as stated in the table."""
     sign: Literal[1, -1] = 1
     offset: Annotated[float, Field(allow_inf_nan=False)] = 0.0
     """In the column's unit."""
 
 
 class Mapping(_Keys):
-    """A mapping file.
+    """Contents of a mapping file.
 
     Attributes
     ----------
     compare
-        The channels to compare; None: all, and both tables must hold the same.
+        Channels to compare; None: all, and both tables must hold the same.
     columns
-        Column name -> rule, for whichever of the two tables holds the column.
+        Column name -> rule, for either table.
     a, b
-        The same for the first or the second table only; goes before ``columns``.
+        The same for the first or the second table only; takes precedence over ``columns``.
     """
 
     compare: Annotated[list[str], Field(min_length=1)] | None = None
@@ -50,7 +50,7 @@ class Mapping(_Keys):
     b: dict[str, Rule] = {}
 
     def of(self, side: Literal["a", "b"]) -> Pairs[str, Rule]:
-        """Return the rules for one of the tables."""
+        """Return the rules that apply to one of the tables."""
         return self.columns | (self.a if side == "a" else self.b)
 
 
@@ -60,24 +60,24 @@ def load_mapping(path: Path) -> Mapping:
     Raises
     ------
     TableError
-        One line: the key, its value and the rule.
+        One line with key, value and violated rule.
     """
     try:
         mapping = Mapping.model_validate(tomllib.loads(path.read_text("utf-8")))
     except OSError as error:
         raise TableError(f"{path}: {error.strerror or error}") from error
-    except ValidationError as error:  # before ValueError, of which it is one
+    except ValidationError as error:  # before its base class ValueError
         raise TableError(f"{path}: {_explain(error)}") from error
     except ValueError as error:  # TOML's and UnicodeDecodeError
         raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
     for name in mapping.compare or ():
         if name not in channels():
-            raise TableError(f"{path}: compare: {name!r} is no channel")
+            raise TableError(f"{path}: compare: {name!r} is not a channel")
     for part, rules in (("columns", mapping.columns), ("a", mapping.a), ("b", mapping.b)):
         for column, rule in rules.items():
             where = f"{path}: {part}.{column!r}"
             if rule.channel != TIME and rule.channel not in channels():
-                raise TableError(f"{where}: channel = {rule.channel!r} is no channel")
+                raise TableError(f"{where}: channel = {rule.channel!r} is not a channel")
             if rule.unit is not None and parse(rule.unit) is None:
                 raise TableError(f"{where}: unit = {rule.unit!r} is not known")
     if not (mapping.columns or mapping.a or mapping.b or mapping.compare):
@@ -88,7 +88,7 @@ def load_mapping(path: Path) -> Mapping:
 _RULES = {
     "extra_forbidden": "is not a known key",
     "missing": "is missing",
-    "string_type": "must be a text",
+    "string_type": "must be a string",
     "float_type": "must be a number",
     "finite_number": "must be finite",
     "literal_error": "must be 1 or -1",

@@ -1,8 +1,8 @@
-"""MATLAB's .mat files: vectors of equal length, by themselves or as the fields of one structure.
+"""MATLAB .mat files: vectors of equal length, as variables or as the fields of one structure.
 
-scipy's parser trusts what a file says of itself: one wrong byte can make it read beyond its memory, which
-ends the process. Files of other people are therefore read in a process of their own, ``python -m`` this
-module, which hands on the vectors as .npz (numbers alone, no pickle).
+scipy's parser trusts the sizes stated in a file: one wrong byte can make it read outside its memory, which
+ends the process. Untrusted files are therefore read in a separate process, ``python -m`` this module, which
+returns the vectors as .npz (numbers only, no pickle).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from comparison.tables.table import TableError
 
 _OTHERS, _REFUSED = "others", "refused"
 _VECTOR = "vector "
-"""Before the names of vectors: apart from the two keys above, and from the names of numpy's own arguments."""
+"""Prefix of the names of vectors, to avoid collisions with the two keys above and numpy's arguments."""
 
 
 def read_mat(path: Path) -> tuple[list[Column], list[str]]:
@@ -35,23 +35,23 @@ def read_mat(path: Path) -> tuple[list[Column], list[str]]:
     Returns
     -------
     columns
-        Of real numbers. Fields of a structure are called by their own names if it is the only one, else
+        Real vectors. The fields of a single structure keep their names; of several, they are
         ``structure.field``.
     others
-        What else the file holds, each with its kind.
+        Other contents of the file, each with its type.
 
     Raises
     ------
     TableError
-        If it cannot be read, or the vectors are not of one length.
+        If it cannot be read, or the vectors differ in length.
     """
     if not path.is_file():
         raise TableError(f"{path}: {'is a folder' if path.is_dir() else 'No such file or directory'}")
-    # -P: not what happens to lie in the present folder under our name.
+    # -P: do not import a module of the same name from the working directory.
     reader = [sys.executable, "-P", "-m", __spec__.name, str(path)]
     done = subprocess.run(reader, capture_output=True, check=False)
     if done.returncode != 0:
-        raise TableError(f"{path}: is no .mat file that can be read")
+        raise TableError(f"{path}: is not a readable .mat file")
     content = dict(np.load(BytesIO(done.stdout), allow_pickle=False))
     others, refused = (content.pop(key).tolist() for key in (_OTHERS, _REFUSED))
     if refused:
@@ -71,13 +71,13 @@ def _two_lengths(lengths: Mapping[str, int]) -> list[tuple[str, int]]:
 
 
 def _load(path: str) -> tuple[dict[str, Any], str]:
-    """Return the variables of a file, and why there are none."""
+    """Return the variables of a file, and the reason if there are none."""
     from scipy.io import loadmat
 
     try:
         return loadmat(path, appendmat=False, squeeze_me=True), ""
     except OSError as error:
-        if error.strerror is None:  # scipy's, of a file that ends too soon
+        if error.strerror is None:  # scipy's, for a truncated file
             raise
         return {}, error.strerror
     except NotImplementedError:
@@ -85,7 +85,7 @@ def _load(path: str) -> tuple[dict[str, Any], str]:
 
 
 def _vectors(content: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
-    """Return the vectors of real numbers, and what else there is."""
+    """Return the real vectors, and descriptions of the other contents."""
     variables = {name: value for name, value in content.items() if not name.startswith("__")}
     structures = [name for name, value in variables.items() if _is_structure(value)]
     for name in structures:
@@ -107,19 +107,19 @@ def _is_vector(value: Any) -> bool:
 
 
 def _kind(value: Any) -> str:
-    """Say what a variable is instead of a vector of real numbers."""
+    """Describe a variable that is not a real vector."""
     value = np.asarray(value)
     if value.dtype.names is not None:
         return "structure"
     if value.dtype.kind not in "fiu":
-        return {"c": "complex numbers", "U": "text", "b": "truth values"}.get(
+        return {"c": "complex numbers", "U": "text", "b": "booleans"}.get(
             value.dtype.kind, "objects or cells"
         )
     return "single number" if value.ndim == 0 else f"matrix of {' x '.join(map(str, value.shape))}"
 
 
 def main() -> None:
-    """Write the vectors of the file that is named to standard output; whatever fails ends this process."""
+    """Write the vectors of the given file to standard output; any failure ends this process."""
     content, refused = _load(sys.argv[1])
     vectors, others = _vectors(content)
     packed = BytesIO()

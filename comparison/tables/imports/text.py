@@ -1,6 +1,6 @@
-"""Tables of other programs: any column names, any units, with a mapping to our channels.
+"""Conversion of other programs' tables to `Table`.
 
-Everything is converted here, once: what leaves this module is a `Table` in SI units with our names and signs.
+All conversions happen here: the result has SI units and the names and signs of the channels.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ from comparison.tables.table import FORMATS, Table, TableError, read, read_event
 
 _TEXT = (".csv", ".txt", ".tab", ".tsv", ".dat")
 _NO_RULES = Mapping()
-_HINT = "a mapping file (--mapping) says which column is which channel"
+_HINT = "a mapping file (--mapping) assigns columns to channels"
 
 
 def read_pair(a: Path, b: Path, mapping: Mapping | None = None) -> tuple[Table, Table, tuple[str, ...]]:
-    """Read two tables, each of them ours or another program's.
+    """Read two tables, each native or from another program.
 
     Parameters
     ----------
     a, b
         CSV, text, Parquet or .mat files.
     mapping
-        For those that are not ours. None: every column must have the name of a channel.
+        For tables that are not native. None: every column must have the name of a channel.
 
     Returns
     -------
     a, b
         In SI units; not yet checked.
     warnings
-        What was left out.
+        Columns that were left out.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def read_pair(a: Path, b: Path, mapping: Mapping | None = None) -> tuple[Table, 
 
 
 def _read(path: Path, rules: Pairs[str, Rule]) -> tuple[Table, set[str], list[str]]:
-    """Return a table, the names of its columns as they stand there, and those that are left out."""
+    """Return a table, the names of its columns in the file, and those that are left out."""
     ending = path.suffix.lower()
     others: list[str] = []
     if ending == ".mat":
@@ -85,7 +85,7 @@ def _read(path: Path, rules: Pairs[str, Rule]) -> tuple[Table, set[str], list[st
             if ending in FORMATS:
                 table = read(path)
                 return table, {TIME, *table.channels}, []
-            raise TableError(f"{path}: holds no row of two or more numbers")
+            raise TableError(f"{path}: contains no row of two or more numbers")
         columns = read_columns(path, how)
     else:
         raise TableError(f"{path}: the name must end in {', '.join((*_TEXT, '.parquet'))} or .mat")
@@ -102,9 +102,9 @@ def _read(path: Path, rules: Pairs[str, Rule]) -> tuple[Table, set[str], list[st
         else:
             taken[channel] = column
     if others and not mapped:
-        raise TableError(f"{path}: {others[0]!r} is unexpected: it is no channel; {_HINT}")
+        raise TableError(f"{path}: {others[0]!r} is not a channel; {_HINT}")
     if TIME not in taken:
-        raise TableError(f"{path}: channel time is missing; there are {', '.join(sorted(names))}; {_HINT}")
+        raise TableError(f"{path}: channel time is missing; columns: {', '.join(sorted(names))}; {_HINT}")
     converted, settings = {}, {}
     for channel in (TIME, *(name for name in taken if name != TIME)):
         column = taken[channel]
@@ -114,25 +114,25 @@ def _read(path: Path, rules: Pairs[str, Rule]) -> tuple[Table, set[str], list[st
 
 
 def _channel(name: str) -> str | None:
-    """Return the channel that a column without a rule is, if any; nobody writes TIME and means another."""
+    """Return the channel of a column without a rule, if any; case is ignored for ``time``."""
     if name.lower() == TIME:
         return TIME
     return name if name in channels() else None
 
 
 def _convert(path: Path, column: Column, channel: str, rule: Rule | None) -> tuple[NDArray[np.float64], str]:
-    """Return a column in SI units, and in words what was done to it.
+    """Return a column in SI units, and a description of the conversion.
 
     Raises
     ------
     TableError
-        If its unit is not known, is none of the channel's kind, or is not stated for a column with a rule.
+        If its unit is unknown, has the wrong dimension, or is missing for a column with a rule.
     """
     where = f"{path}: column {column.name!r}"
     wanted = "s" if channel == TIME else channels()[channel].unit
     stated = column.unit if rule is None or rule.unit is None else rule.unit
     if stated is None and rule is not None:
-        raise TableError(f"{where} has no unit: neither the table nor the mapping names one")
+        raise TableError(f"{where} has no unit, neither in the table nor in the mapping")
     stated = wanted if stated is None else stated
     unit, kind = parse(stated), parse(wanted)
     if unit is None:
@@ -141,7 +141,7 @@ def _convert(path: Path, column: Column, channel: str, rule: Rule | None) -> tup
         raise TableError(f"{where}: unit {stated!r} does not fit the channel {channel}, which is in {wanted}")
     other = parse(column.unit) if column.unit is not None else None
     if other is not None and other != unit:
-        raise TableError(f"{where}: the table says {column.unit!r}, the mapping {stated!r}")
+        raise TableError(f"{where}: the unit is {column.unit!r} in the table and {stated!r} in the mapping")
     values = column.numbers
     told = f"{column.name} in {stated}"
     if rule is not None:
@@ -152,9 +152,9 @@ def _convert(path: Path, column: Column, channel: str, rule: Rule | None) -> tup
 
 
 def _refuse_missing(where: str, rules: Pairs[str, Rule], names: Sequence[str] | set[str]) -> None:
-    """Refuse rules for columns that are not there: a slip of the pen would leave a channel out."""
+    """Reject rules for missing columns: a misspelt name would leave a channel out."""
     for name in rules:
         if name not in names:
             close = difflib.get_close_matches(name, list(names), n=1)
-            meant = f"; did you mean {close[0]!r}?" if close else f"; there are {', '.join(sorted(names))}"
+            meant = f"; did you mean {close[0]!r}?" if close else f"; columns: {', '.join(sorted(names))}"
             raise TableError(f"mapping: column {name!r} is not in {where}{meant}")

@@ -1,7 +1,7 @@
-"""Units of other programs, read once and left at the door: everything behind it is SI.
+"""Conversion of units of other programs to SI.
 
-A table of exact factors and a rule for products and powers. A units library would bring four packages, a
-third of a second, and readings that are wrong here (``newton-mm`` as a difference).
+A table of exact factors and a rule for products and powers. A units library would add four packages, a third
+of a second, and misinterpretations (``newton-mm`` as a difference).
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit as a multiple of SI.
+    """Unit as a multiple of SI.
 
     Attributes
     ----------
     factor
-        SI units in one of it, exact; of degrees and turns the double next to it.
+        SI units per unit, exact; for degrees and revolutions the nearest double.
     powers
-        Exponents of kg, m, s and rad. An angle has a dimension of its own: millimetres are no radians.
+        Exponents of kg, m, s and rad. An angle has its own dimension, so that millimetres are not radians.
     """
 
     factor: Fraction
@@ -39,9 +39,9 @@ class Unit:
         return Unit(self.factor**exponent, powers)  # type: ignore[arg-type]
 
     def to_si(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the values in SI, untouched if they are so already.
+        """Return the values in SI, unchanged if they already are.
 
-        A unit that is a whole part of SI divides: 12.5 mm is then exactly the double 0.0125.
+        A unit that is an integer fraction of SI divides: 12.5 mm is then exactly the double 0.0125.
         """
         if self.factor == 1:
             return values
@@ -55,7 +55,7 @@ _N, _J = (1, 1, -2, 0), (1, 2, -2, 0)
 _DEGREE = Fraction(math.pi) / 180
 _TURN = Fraction(2 * math.pi)
 
-# Names, SI units in one, dimension. Lengths, times and forces of the inch system are exact by definition.
+# Names, SI units per unit, dimension. Lengths, times and forces of the inch system are exact by definition.
 _TABLE: tuple[tuple[str, Fraction | str, tuple[int, int, int, int]], ...] = (
     ("m meter meters metre metres", "1", _M),
     ("mm millimeter millimeters millimetre millimetres", "1e-3", _M),
@@ -89,7 +89,7 @@ _SUPERSCRIPT = {"⁻¹": "^-1", "⁻²": "^-2", "²": "^2", "³": "^3"}
 
 
 def parse(text: str) -> Unit | None:
-    """Return the unit that a text means, None if it means none.
+    """Return the unit that a text denotes, None if it denotes none.
 
     Factors are separated by a space, ``*``, ``·``, ``.`` or ``-`` and may carry a power (``s^2``, ``s**2``,
     ``s2``); what follows a ``/`` divides: ``mm/s^2``, ``newton-mm``, ``N·m``, ``deg/sec**2``.
@@ -108,7 +108,7 @@ def parse(text: str) -> Unit | None:
 
 
 def _product(text: str) -> Unit | None:
-    # A minus joins two names, but belongs to the number after a power sign.
+    # A hyphen joins two names, but after a power sign it is the sign of the number.
     parts = [part for part in re.split(r"[\s*·.]+|(?<=[^\W\d])-(?=[^\W\d])", text.strip()) if part]
     if not parts:
         return None

@@ -75,7 +75,7 @@ def test_more_than_there_is_names_the_smallest_possible(model, changes):
     for name in ("150rpm-0.2mm", "90rpm-0.5mm"):
         scene = load_scene(name, changes)
         best = min(row.error for row in front(scene, model).rows)
-        with pytest.raises(AccuracyError, match=f"smallest possible is {best:g} m, measured on {name}$"):
+        with pytest.raises(AccuracyError, match=f"smallest error bound is {best:g} m, measured on {name}$"):
             solver_values(model, best * 0.99, scene)
         assert setting(model, best, scene) in [row.setting for row in front(scene, model).rows]
 
@@ -83,11 +83,11 @@ def test_more_than_there_is_names_the_smallest_possible(model, changes):
 def test_a_formulation_that_nobody_measured_has_names_only():
     pin = load_scene("crank-pin", NATIVE)
     assert solver_values("exudyn", "standard", pin) == {"solver.exudyn.step": 2e-6}
-    with pytest.raises(AccuracyError, match="'native' is not on record with these joints; take draft"):
+    with pytest.raises(AccuracyError, match="'native' is not recorded for these joints; use draft"):
         solver_values("exudyn", 1e-6, pin)
     word = load_scene("150rpm-0.2mm", {"solver.exudyn.formulation": "rows"})
     assert solver_values("exudyn", "standard", word) == {"solver.exudyn.step": 2e-6}
-    with pytest.raises(AccuracyError, match="not on record"):
+    with pytest.raises(AccuracyError, match="not recorded"):
         solver_values("exudyn", 1e-6, word)
 
 

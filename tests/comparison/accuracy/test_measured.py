@@ -120,7 +120,7 @@ def test_another_method_is_told():
 
 def test_the_part_of_a_cycle_that_was_measured_is_told():
     assert "slider_x over the first cycle, and" in expectation(load_scene("69GPa"), "reference")
-    assert "slider_x over the first 0.06 turns, and" in expectation(load_scene("both-clearances"), "exudyn")
+    assert "slider_x over the first 0.06 cycles, and" in expectation(load_scene("both-clearances"), "exudyn")
     assert "for y choose by a name" in expectation(load_scene("crank-pin"), "reference")
 
 
@@ -154,6 +154,6 @@ def test_a_setting_without_result_is_told_and_never_chosen(monkeypatch):
     monkeypatch.setattr("comparison.accuracy.measured._file", lambda: broken)
     scene = load_scene("wedge", {"solver.exudyn.step": 8e-6})
     assert isnan(expected(scene, "exudyn").error)
-    assert "expected are nothing on record" in expectation(scene, "exudyn")
+    assert "expected: nothing recorded" in expectation(scene, "exudyn")
     assert "no result at this setting: step-too-small" in expectation(scene, "exudyn")
     assert solver_values("exudyn", 1.0, scene) == {"solver.exudyn.step": 4e-6}

@@ -62,18 +62,18 @@ def test_a_refinement_that_does_less_than_half_of_what_it_should_explains_nothin
     result = compared(scene, a, replace(b, finer=make_table(0.8e-6)))
     assert (result.verdict, result.attribution.cause) == ("agree", "neither")
     (told,) = result.attribution.sentences
-    assert "refinement does not settle it" in told
+    assert "not resolved by refinement" in told
     assert "rounding" not in told
     # An error that is larger in the refined run is no error of the step: with it go more steps to add up.
     grown = compared(scene, a, replace(b, finer=make_table(1.4e-6))).attribution
     assert grown.cause == "neither"
-    assert "both together changes it by +40.0%; it grows, as rounding does" in grown.sentences[0]
+    assert "both together changes it by +40.0%; it grows, as accumulated round-off does" in grown.sentences[0]
 
 
 def test_equal_tables_are_at_round_off(scene, make_table):
     result = compared(scene, runs(make_table, 0.0), runs(make_table, 1e-16))
     assert (result.attribution.cause, result.attribution.explained) == ("round-off", 1.0)
-    assert result.attribution.sentences == ("at round-off: no setting matters",)
+    assert result.attribution.sentences == ("at round-off: no setting has an effect",)
 
 
 def with_events(table_runs: Runs, *contacts: tuple[str, float, float]) -> Runs:
@@ -94,7 +94,7 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
     assert (result.verdict, found.cause) == ("differ", "models")
     assert (found.beyond_in, found.beyond_from) == ("slider_x", pytest.approx(0.014))
     assert found.sentences[1] == (
-        "first beyond the band: slider_x at 0.014 s (turn 1, crank at 124°), "
+        "first outside the band: slider_x at 0.014 s (cycle 1, crank at 124°), "
         "during the first contact of the upper left corner"
     )
     # Errors of 1e-6 and 2e-6 of 2e-4 m beside 1e-7 m: what refinement removes is below 3/4 * 2 * 2 * 4e-10.
@@ -135,7 +135,7 @@ def test_an_uncertainty_that_is_small_by_chance_is_suspected(scene, make_table):
     assert (result.verdict, found.cause) == ("differ", "models")
     assert found.still_moves["a"] == 0.0
     assert found.still_moves["b"] > 0.9
-    assert "exudyn still moves under refinement" in found.sentences[-1]
+    assert "exudyn still changes under refinement" in found.sentences[-1]
     assert "its uncertainty may be underestimated" in found.sentences[-1]
 
 
@@ -187,12 +187,14 @@ def test_of_foreign_tables_only_the_first_sample_beyond_the_tolerance_is_told(sc
     assert isnan(found.explained)
     assert (found.cause, found.remaining, found.unpredictable) == ("", {}, {})
     # x grows by 1e-3 of its amplitude; the scale is its range, twice that: beyond from sin(phase) > 0.2 on.
-    assert found.sentences == (f"first beyond the tolerance: {found.beyond_in} at {found.beyond_from:.4g} s",)
+    assert found.sentences == (
+        f"first outside the tolerance: {found.beyond_in} at {found.beyond_from:.4g} s",
+    )
     assert compare(a, b, tolerance=1.0).attribution.sentences == ()
     assert compare(a, b).attribution.sentences == ()
     told = compare(a, b, scene=scene, tolerance=1e-4).attribution.sentences
     assert len(told) == 1
-    assert "(turn 1, crank at " in told[0]
+    assert "(cycle 1, crank at " in told[0]
 
 
 def test_it_stands_in_the_numbers_and_on_the_terminal(scene, make_table):

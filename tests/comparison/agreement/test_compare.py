@@ -93,7 +93,7 @@ def test_a_truncated_table_is_refused_with_and_without_a_scene(scene, make_table
 def test_runs_of_one_model_must_share_their_times(scene, make_table):
     a = runs(make_table, 1e-6)
     a.finer.frame["time"] *= 1 + 1e-12
-    with pytest.raises(TableError, match="reference finer: its times are not those of reference"):
+    with pytest.raises(TableError, match="reference finer: its times differ from those of reference"):
         compare(a, runs(make_table, 1e-6), scene=scene, labels=LABELS)
 
 

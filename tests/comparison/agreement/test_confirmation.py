@@ -59,7 +59,7 @@ def test_an_underestimated_uncertainty_is_taken_back_and_called_so(fake):
     # The farthest of 99 draws over four decades is close to their end, 1e-4; u is some 2e-7.
     assert 1e-4 / 2.5e-7 / 2 < found.factor < 2 * 1e-4 / 1.5e-7
     assert found.since == pytest.approx(LATE * 0.8, abs=0.01)
-    assert "no difference of models, the uncertainty had been underestimated by a factor" in found.sentence
+    assert "no difference of models, the uncertainty was underestimated by a factor" in found.sentence
     # The corrected uncertainty is in the channels, and holds only where it was wrong.
     x, old = after.channels["slider_x"], before.channels["slider_x"]
     late = x.time > LATE * 0.8 + 0.02
@@ -94,9 +94,9 @@ def test_an_ensemble_in_clusters_names_the_contact_that_decides(fake):
     assert (after.verdict, found.outcome) == ("agree", "underestimated")
     assert found.clustered
     assert found.suspicious
-    assert found.contact.startswith("the contact of the upper left corner at 0.3 s, had by ")
+    assert found.contact.startswith("the contact of the upper left corner at 0.3 s, which occurs in ")
     assert found.contact in found.sentence
-    assert "something discontinuous decides" in found.sentence
+    assert "indicates a discontinuous event" in found.sentence
 
 
 def test_an_intermittent_fault_of_the_judged_run_is_marked_although_its_ensemble_explains_it(fake):
@@ -107,7 +107,10 @@ def test_an_intermittent_fault_of_the_judged_run_is_marked_although_its_ensemble
     found = after.confirmation
     assert found.outcome == "underestimated"
     assert found.suspicious
-    assert "the contact of the upper left corner at 0.3 s, had by 99 of 100 reference runs" in found.sentence
+    assert (
+        "the contact of the upper left corner at 0.3 s, which occurs in 99 of 100 reference runs"
+        in found.sentence
+    )
 
 
 @pytest.mark.parametrize("count", [0, 12, 18])
@@ -150,12 +153,14 @@ def test_without_a_start_to_move_or_with_a_tolerance_nothing_is_run(fake, make_t
     assert judged.verdict == "differ"
     after = confirm(judged, (a, b), scene=scene, models=MODELS, run=model.run)
     assert after.verdict == "differ"
-    assert after.confirmation.sentence.endswith("a tolerance judges, of which an ensemble says nothing")
+    assert after.confirmation.sentence.endswith(
+        "the verdict uses a tolerance, to which ensembles do not apply"
+    )
     still = load_scene("ideal", COARSE)
     rigid = fake(narrow, of=still, bias=(0.0, 1e-3))
     _, after = rigid.confirmed()
     assert after.verdict == "differ"
-    assert "nothing has clearance" in after.confirmation.sentence
+    assert "no joint has clearance" in after.confirmation.sentence
     assert model.asked == rigid.asked == []
 
 

@@ -68,6 +68,6 @@ def test_turn_and_angle_of_the_crank_follow_the_scene():
     forwards = load_scene("150rpm-0.2mm", start).data
     backwards = load_scene("150rpm-0.2mm", start | {"drive.speed_rpm": -150.0}).data
     # 0.42 s at 0.4 s a turn: 18 degrees into the second.
-    assert describe(0.42, {}, period=0.4, scene=forwards) == "0.42 s (turn 2, crank at 8°)"
-    assert describe(0.42, {}, period=0.4, scene=backwards) == "0.42 s (turn 2, crank at 332°)"
-    assert describe(0.42, {}, period=0.4, scene=None) == "0.42 s (turn 2, crank at 18°)"
+    assert describe(0.42, {}, period=0.4, scene=forwards) == "0.42 s (cycle 2, crank at 8°)"
+    assert describe(0.42, {}, period=0.4, scene=backwards) == "0.42 s (cycle 2, crank at 332°)"
+    assert describe(0.42, {}, period=0.4, scene=None) == "0.42 s (cycle 2, crank at 18°)"

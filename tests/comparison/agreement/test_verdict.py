@@ -235,7 +235,7 @@ def test_the_scene_takes_the_worst_verdict_and_nothing_excited_is_not_agreement(
     assert scene_verdict({"a": agree, "o": open_, "d": differ}, 0.5)[0] == "differ"
     verdict, reason = scene_verdict({"a": agree, "b": agree, "o": open_}, 0.5)
     assert verdict == "agree"
-    assert "by itself indeterminate" in reason
+    assert "; indeterminate: " in reason
     # The third has no uncertainty to judge by: it covers nothing.
     assert "66.66% of all samples are predictable" in reason
     assert scene_coverage({"a": agree, "b": agree, "o": open_, "q": quiet}) == pytest.approx(2 / 3)

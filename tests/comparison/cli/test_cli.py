@@ -38,7 +38,7 @@ def test_version(capsys):
         (["run", "ideal"], "Missing option '--model'"),
         (
             ["run", "ideal", "--model", "adams", "--out", "a.csv"],
-            "model 'adams' is not known; there are reference, exudyn",
+            "model 'adams' is not known; available: reference, exudyn",
         ),
         (["run", "ideal", "--model", "reference", "--out", "a.xls"], "must end in .csv or .parquet"),
         (["run", "idael", "--model", "reference", "--out", "a.csv"], "did you mean 'ideal'"),
@@ -48,7 +48,7 @@ def test_version(capsys):
         ),
         (
             ["run", "ideal", "--model", "reference", "--out", "a.csv", "--accuracy", "1e-30"],
-            "smallest possible",
+            "smallest error bound",
         ),
         (["validate", "--jobs", "0"], "--jobs"),
         (["validate", "nowhere.toml"], "neither a shipped scene nor a file"),
@@ -118,7 +118,7 @@ def test_accuracy_and_set_reach_the_model(scene_file, capsys):
         assert main(["run", path, "--model", "exudyn", "--out", "a.csv", *options]) == 0
         assert read("a.csv").provenance["scene"]["solver"]["exudyn"]["step"] == 5e-7
         told = capsys.readouterr().out
-        assert (f"solver.exudyn.step = 5e-07: expected are {float(metres):.2g} m of slider_x" in told) == (
+        assert (f"solver.exudyn.step = 5e-07: expected: {float(metres):.2g} m of slider_x" in told) == (
             "--accuracy" in options
         )
 
@@ -224,7 +224,7 @@ def test_two_scenes_of_one_name_are_refused(scene_file, tmp_path, capsys):
     twin = tmp_path / "other" / "one.toml"
     twin.write_text(Path(scene_file("one")).read_text())
     assert main(["validate", scene_file("one"), str(twin)]) == 2
-    assert "two of the scenes have this name" in capsys.readouterr().err
+    assert "two scenes have this name" in capsys.readouterr().err
 
 
 def test_the_order_of_the_exit_codes():

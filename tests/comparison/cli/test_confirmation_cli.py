@@ -54,7 +54,7 @@ def test_an_uncertainty_that_was_too_small_by_chance_is_no_difference(scene_file
     assert summary["exit_code"] == 0
     page, job = Path("v/report.html").read_text(), Path("v/summary.md").read_text()
     for tier, sentence in zip((scene, scene["tight"]), told, strict=True):
-        assert sentence.startswith("no difference of models, the uncertainty had been underestimated by a ")
+        assert sentence.startswith("no difference of models, the uncertainty was underestimated by a ")
         assert (tier["verdict"], tier["confirmation"]["outcome"]) == ("agree", "underestimated")
         assert sentence in page
         assert sentence in job

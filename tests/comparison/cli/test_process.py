@@ -64,7 +64,7 @@ def test_an_interruption_ends_with_130_in_one_line_and_leaves_no_process(fake_mo
     out, err = running.communicate(timeout=PATIENCE)
     assert running.returncode == 130
     assert out == ""
-    assert err.splitlines() == ["sixbar: interrupted; finished runs are kept for the next time"]
+    assert err.splitlines() == ["sixbar: interrupted; finished runs are cached"]
     # multiprocessing's own bookkeeping process ends when it notices that the others have.
     deadline = time.monotonic() + PATIENCE
     while _group_lives(running.pid) and time.monotonic() < deadline:
@@ -97,12 +97,12 @@ def test_help_imports_nothing_heavy():
 def test_plan_tells_what_is_integrated_and_what_is_left_out(capsys):
     assert main(["plan", "150rpm-0.2mm", "--set", "solver.exudyn.formulation=auto"]) == 0
     out = capsys.readouterr().out
-    assert out.startswith("150rpm-0.2mm: 2 turns at 150 rpm, 21 channels (motion, accelerations, corners)\n")
+    assert out.startswith("150rpm-0.2mm: 2 cycles at 150 rpm, 21 channels (motion, accelerations, corners)\n")
     assert "reference: minimal: rod 4 and slider (2 coordinates)\n" in out
     assert "exudyn: rod 4 and slider tree\n" in out
     assert out.count("  left out    contact at the crank pin: joints.crank_pin is ideal\n") == 2
     assert "  instead     solver.exudyn.formulation = 'full': all five bodies" in out
     assert main(["plan", "ideal"]) == 0
-    assert "  integrates  nothing: the drive leaves nothing free\n" in capsys.readouterr().out
+    assert "  integrates  nothing: no degree of freedom besides the drive\n" in capsys.readouterr().out
     assert main(["plan", "nowhere"]) == 2
     assert capsys.readouterr().err.count("\n") == 1

@@ -93,9 +93,9 @@ def test_without_anything_to_refine_the_tolerance_of_the_scene_decides():
         ("no channel", 2, "the odd run: channel slider_vy is missing"),
         ("one more", 2, "channel slider_z is unexpected"),
         ("not finite", 2, "slider_y is nan in data row 6"),
-        ("uneven", 2, "columns do not fit together: All arrays must be of the same length"),
+        ("uneven", 2, "columns are inconsistent: All arrays must be of the same length"),
         ("short", 2, "truncated: it spans 0 to 0.388 s and must span 0 to 0.4 s"),
-        ("no contacts' end", 2, "its contacts have no end"),
+        ("no contacts' end", 2, "its events have no column end"),
         ("elsewhere", 2, "contact at 'roof', which is none of ll, lr, ul, ur, pin"),
         ("nan contact", 2, "impulse of contact 1 is not a number: nan"),
         ("no events", 2, "events must be a dict, not NoneType"),
@@ -136,12 +136,12 @@ def test_what_a_model_does_to_its_scene_is_not_recorded():
             {"mine": "thing:absent"},
             "'mine' cannot be imported from 'thing:absent': module 'thing' has",
         ),
-        ({"mine": "thing:number"}, "'mine': 'thing:number' is no function but a int"),
+        ({"mine": "thing:number"}, "'mine': 'thing:number' is not a function but a int"),
         (
             {"mine": "thing:f", "reference": "thing:f"},
             "twice: reference_model:simulate and thing:f",
         ),
-        ({"yours": "thing:f"}, "model 'mine' is not known; there are reference, exudyn, yours"),
+        ({"yours": "thing:f"}, "model 'mine' is not known; available: reference, exudyn, yours"),
     ],
 )
 def test_a_model_that_cannot_be_had_is_one_line(install, points, told, capfd):
@@ -213,7 +213,7 @@ def test_settings_of_an_installed_model_are_single_values():
     for changes, told in (
         (
             {"solver.odd.tolerance": float("inf")},
-            "odd.tolerance = inf must be a text, a truth value or a",
+            "odd.tolerance = inf must be a string, a boolean or a",
         ),
         ({"solver.odd.list": [1]}, r"solver.odd.list = \[1\] must be"),
         ({"solver.odd": 3}, "solver.odd = 3 must be a section"),
@@ -236,7 +236,7 @@ def test_a_table_is_compared_where_its_model_is_not_installed(odd):
 
 @pytest.mark.usefixtures("odd")
 def test_nobody_has_measured_the_accuracy_of_an_installed_model(capsys):
-    with pytest.raises(AccuracyError, match="that of the model 'odd' is not on record"):
+    with pytest.raises(AccuracyError, match="that of the model 'odd' is not recorded"):
         solver_values("odd", "strict", load_scene("ideal"))
     assert main(["validate", "ideal", "--models", "reference,odd", "--accuracy", "strict"]) == 2
     assert capsys.readouterr().err.count("\n") == 1

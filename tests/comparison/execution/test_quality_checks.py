@@ -47,7 +47,7 @@ def test_energy_from_nowhere_counts_by_the_dissipated_or_else_the_kinetic():
     ("run", "words"),
     [
         (made([1e-4] * 3, step=1.1e-5), "last less than 9.1 steps"),
-        (made(residual=0.011), "energy from nowhere is 1.10"),
+        (made(residual=0.011), "spurious energy is 1.10"),
         (made([1e-4], depth=1.01e-3), "deeper than its radius"),
     ],
 )

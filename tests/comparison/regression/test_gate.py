@@ -25,9 +25,7 @@ def test_an_unchanged_tree_passes_with_one_worker_and_with_two(tmp_path, monkeyp
     assert records[0] == records[1]
     out, err = capsys.readouterr()
     assert err == ""
-    assert re.fullmatch(
-        r"All \d+ checks passed: both models are what their baseline says", out.splitlines()[-2]
-    )
+    assert re.fullmatch(r"All \d+ checks passed: both models match their baseline", out.splitlines()[-2])
     assert out.splitlines()[-1] == "reports/out/gate/summary.md"
     assert {path.name for path in Path("reports/out/gate").iterdir()} == {
         "gate.json",

@@ -58,7 +58,7 @@ def test_update_keeps_the_scenes_of_the_baseline_and_drops_those_that_are_gone(m
     Path("own.toml").unlink()
     assert gate("--update") == 0
     assert list(tomllib.loads(made.read_text())["scenes"]) == ["another"]
-    assert "scene 'own' of the old baseline is not found any more" in capsys.readouterr().err
+    assert "scene 'own' of the old baseline no longer exists" in capsys.readouterr().err
 
 
 def test_a_scene_is_found_from_the_folder_of_the_baseline(scene_file):
@@ -101,7 +101,7 @@ def test_thresholds_change_only_together_with_rates_measured_anew(made, monkeypa
     assert gate() == 1
     assert "thresholds.toml is not what the baseline was made with" in capsys.readouterr().out
     assert gate("--update") == 2
-    assert "is needed, with rates measured anew" in capsys.readouterr().err
+    assert "is required, with newly measured rates" in capsys.readouterr().err
     rates()
     assert gate("--update") == 2
     assert "measured with other thresholds" in capsys.readouterr().err

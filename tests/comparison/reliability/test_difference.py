@@ -118,7 +118,7 @@ def test_smallest_values_in_different_parts_of_the_turn_have_no_pairs(press):
 
 def test_results_of_other_grids_are_refused(press):
     ideals = (Runs(press()), Runs(press(per_turn=500)))
-    with pytest.raises(TableError, match="other samples a turn"):
+    with pytest.raises(TableError, match="other samples per cycle"):
         compared(press(), press(per_turn=500), ideals)
 
 

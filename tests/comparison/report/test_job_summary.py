@@ -31,7 +31,7 @@ def test_verdicts_first_then_only_what_did_not_pass(tmp_path):
     assert lines[0] == "# A &amp; B"
     assert lines[2] == "It &lt;b&gt;is&lt;/b&gt;"
     assert lines[4:7] == ["| scene | verdict |", "|---|---|", "| slow | differ |"]
-    assert lines[8] == "## What did not pass"
+    assert lines[8] == "## Failed checks"
     assert lines[12:] == [
         r"| slow | tight | slider_x | ✗ a\|b &lt;c&gt; d |",
         "| slow | tight | run | ! died |",
@@ -48,12 +48,12 @@ def test_what_is_longer_than_a_job_page_is_cut_between_rows_and_says_so(tmp_path
     cases = [Case("slow", "tight", f"c{n}", "failed", "µ&|" * 100) for n in range(3000)]
     text = page(tmp_path, [("slow", "differ")], cases)
     shown = re.findall(r"^\| slow \| tight \| c\d+ \| .* \|$", text, re.MULTILINE)
-    (left,) = re.findall(r"^(\d+) more are left out: the page would be too long.$", text, re.MULTILINE)
+    (left,) = re.findall(r"^(\d+) more are omitted: the page would be too long.$", text, re.MULTILINE)
     assert len(shown) + int(left) == 3000
     assert len(text.encode()) > 0.99 * LIMIT  # and no more is left out than must be
 
 
 def test_a_table_of_verdicts_that_is_too_long_by_itself_is_cut_too(tmp_path):
     text = page(tmp_path, [("x" * 5000, "agree")] * 300, [Case("a", "b", "c", "failed", "told")])
-    (left,) = re.findall(r"^(\d+) more rows and all details are left out", text, re.MULTILINE)
+    (left,) = re.findall(r"^(\d+) more rows and all details are omitted", text, re.MULTILINE)
     assert text.count("| agree |") + int(left) == 300

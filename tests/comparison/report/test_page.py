@@ -19,8 +19,10 @@ from comparison.report.page import render
 
 def test_the_verdict_comes_first_and_names_every_scene(html: str) -> None:
     text = words(html)
-    assert text.index("✗ differ Of 2 scenes 1 differs and 1 agrees.") < text.index("How the verdict is made")
-    assert text.index("stiff") < text.index("How the verdict is made")
+    assert text.index("✗ differ Of 2 scenes 1 differs and 1 agrees.") < text.index(
+        "Definition of the verdict"
+    )
+    assert text.index("stiff") < text.index("Definition of the verdict")
     assert "not a validation against a machine" in text
     assert "|difference| ≤ 2 u on at least 99% of the predictable samples" in text
 
@@ -134,7 +136,7 @@ def test_foreign_tables_without_uncertainty_events_or_provenance(
     text = words(html)
     assert "Tables without a refined run carry no uncertainty" in text
     assert name in text
-    assert ">crank turns<" not in html
+    assert ">crank cycles<" not in html
     assert "Contacts</h3>" not in html
     assert "Contact situations" not in html
     assert "Runs</h3>" not in html
@@ -151,7 +153,7 @@ def test_the_worst_sample_stands_on_the_right_side_of_its_threshold(
     scene: SceneComparison, differing: SceneComparison
 ) -> None:
     for comparison in (scene, differing):
-        table, _, _ = page(comparison).partition("Other measures of likeness")
+        table, _, _ = page(comparison).partition("Other measures of similarity")
         rows = re.findall(r'<th scope="row"><code>(\w+)</code>(.*?)</tr>', table, re.DOTALL)
         signs = {name: re.findall(r"<small>(&gt;|≤) ", row) for name, row in rows}
         for channel in comparison.channels.values():

@@ -73,9 +73,9 @@ def test_impacts_that_cannot_be_matched_are_said_to_be_so(scene: SceneComparison
 def test_other_measures_are_closed_and_said_to_be_information(scene: SceneComparison) -> None:
     shown = ("slider_x", "corner_ll_normal", "corner_ul_normal")
     scene = replace(scene, channels={name: scene.channels[name] for name in shown})
-    part = page(scene).partition('<details class="more"><summary>Other measures of likeness')[2]
+    part = page(scene).partition('<details class="more"><summary>Other measures of similarity')[2]
     part = part.partition("</details>")[0]
-    assert "no verdict rests on them" in part
+    assert "no verdict depends on them" in part
     rows = re.findall(r'<th scope="row"><code>(\w+)</code></th>(.*?)</tr>', part)
     # Nothing ever touches the upper left corner.
     assert [name for name, _ in rows] == ["slider_x", "corner_ll_normal"]

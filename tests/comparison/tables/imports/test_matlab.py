@@ -69,7 +69,7 @@ def test_of_several_structures_the_name_counts():
 )
 def test_what_is_no_vector_is_refused_or_listed(extra, kind):
     savemat(FILE, COLUMNS | {"more": extra})
-    with pytest.raises(TableError, match=rf"'more \({kind}\)' is unexpected"):
+    with pytest.raises(TableError, match=rf"'more \({kind}\)' is not a channel"):
         read()
     table, warnings = read('[columns.slider_y]\nchannel = "slider_y"\nunit = "m"')
     same(table)
@@ -78,7 +78,7 @@ def test_what_is_no_vector_is_refused_or_listed(extra, kind):
 
 def test_a_variable_may_have_the_name_of_an_argument():
     savemat(FILE, COLUMNS | {"file": 3.0, "others": np.zeros(11)})
-    with pytest.raises(TableError, match=r"'file \(single number\)' is unexpected"):
+    with pytest.raises(TableError, match=r"'file \(single number\)' is not a channel"):
         read()
 
 
@@ -116,5 +116,5 @@ def test_a_file_that_is_not_there_is_one_line():
 def test_a_broken_file_is_one_line(broken):
     savemat("good.mat", COLUMNS)
     FILE.write_bytes(broken(Path("good.mat").read_bytes()))
-    with pytest.raises(TableError, match=r"^a\.mat: is no \.mat file that can be read$"):
+    with pytest.raises(TableError, match=r"^a\.mat: is not a readable \.mat file$"):
         read()
