@@ -40,7 +40,7 @@ def test_accuracy_sets_both_models_and_stands_in_the_command(scene):
     solver = result.comparison.scene["solver"]
     assert (solver["reference"]["tolerance"], solver["exudyn"]["step"]) == (1e-12, 5e-7)
     assert result.comparison.command == f"sixbar validate {scene.name} --accuracy strict"
-    with pytest.raises(AccuracyError, match="beyond the exudyn model"):
+    with pytest.raises(AccuracyError, match="out of reach of the exudyn model"):
         validate([scene], accuracy=1e-10)
 
 
