@@ -177,7 +177,7 @@ def test_a_run_that_ended_and_means_little_is_written_with_a_warning(capfd):
     assert main(command("exudyn", {"drive.cycles": 0.2, "solver.exudyn.step": 5e-5})) == 0
     out, err = capfd.readouterr()
     assert out == "a.csv\n"
-    assert "sixbar: warning: half of its contacts, by their forces, last less than" in err
+    assert "sixbar: warning: half of its contacts, weighted by force, last less than" in err
 
 
 @pytest.mark.parametrize("model", ["reference", "exudyn"])
