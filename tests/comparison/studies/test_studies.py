@@ -94,7 +94,7 @@ def test_all_studies_their_list_and_the_table_of_the_readme(tmp_path):
 def test_an_unknown_study_is_refused_with_the_known_ones(small, capsys):
     assert main(["study", "contact_laws"]) == 2
     err = capsys.readouterr().err
-    assert "study 'contact_laws' is not known; there are verdicts, paper, reliability" in err
+    assert "study 'contact_laws' is not known; available: verdicts, paper, reliability" in err
     assert err.count("\n") == 1
     assert not Path("reports").exists()
     assert small.read_text() == ""
