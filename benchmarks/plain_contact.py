@@ -157,15 +157,3 @@ def journal_force(
     moment1 = -(arm1.conjugate() * force).imag
     moment2 = (arm2.conjugate() * force).imag
     return -force.real, -force.imag, moment1, force.real, force.imag, moment2
-
-
-def journal_user_function(
-    journal: Journal, mechanism: Mechanism, step: float, contacts: NDArray[np.void]
-) -> ForceUserFunction:
-    """``forceUserFunction`` of an ``ObjectGenericODE2`` on the nodes of crank and rod 2."""
-
-    def force(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
-        del mbs, t, number
-        return journal_force(q, v, journal, mechanism, step, contacts)
-
-    return force

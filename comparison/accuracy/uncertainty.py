@@ -229,7 +229,8 @@ def spread(original: Array, twins: Sequence[Array], half_width: int) -> Array:
 
     Parameters
     ----------
-    original, twins One channel of a run and of its perturbed runs, shape (n,) each; zero without any.
+    original, twins
+        One channel of a run and of its perturbed runs, shape (n,) each; zero without any.
     half_width
         Of the window, samples.
     """

@@ -104,9 +104,9 @@ def measure_all(
     -------
     rows
         In the order of the tasks. ``"status"`` is `SUCCESS` if the measure returned, else the kind of
-        failure, with one line in ``"message"``; ``"seconds"`` of processor time. The row of a process that
-        died is not stored: results of tasks are final, but failures of processes are retried at the next
-        call.
+        failure, with one line in ``"message"``; ``"seconds"`` of processor time, but where the process died
+        or was stopped. The row of a process that died is not stored: results of tasks are final, but
+        failures of processes are retried at the next call.
 
     Raises
     ------

@@ -52,17 +52,6 @@ def scaled(value: float, scale: float) -> float:
     return value / scale if scale > 0 else float("nan")
 
 
-def time_of_worst(time: Array, difference: Array) -> float:
-    """First time at which the absolute difference is largest, s.
-
-    Parameters
-    ----------
-    time, difference
-        Shape (n,), n >= 1.
-    """
-    return float(time[np.abs(difference).argmax()])
-
-
 class SpragueGeers(NamedTuple):
     """Errors of a signal against a reference; pure numbers, 0 for equal signals."""
 

@@ -44,7 +44,9 @@ def modules() -> Iterator[str]:
 
 def test_every_task_is_looked_at():
     abstract = {"comparison.studies.detection.tasks"}
-    assert set(modules()) - abstract <= set(MEASURES)
+    found = set(modules()) - abstract
+    assert len(found) >= 8
+    assert found <= set(MEASURES)
 
 
 def edited(source: str) -> str:

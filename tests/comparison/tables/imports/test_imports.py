@@ -2,44 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.io import savemat
+from foreign_tables import FRAME, ROWS, put, text
 
-from comparison.cli import main
 from comparison.tables.check import check
 from comparison.tables.imports.mapping import load_mapping
 from comparison.tables.imports.text import read_pair
 from comparison.tables.table import Table, TableError, write
-
-GUIDE = (Path(__file__).parents[4] / "docs" / "foreign-tables.md").read_text("utf-8")
-TIME = np.arange(0, 11) / 1000
-FRAME = pd.DataFrame(
-    {"time": TIME, "slider_y": 0.1 * np.cos(400 * TIME), "slider_angle": 1e-3 * np.sin(400 * TIME)}
-)
-ROWS = [(t * 1e3, y * 1e3, np.degrees(angle)) for t, y, angle in FRAME.to_numpy()]
-
-
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
-def text(header: str, separator: str = ",", decimal: str = ".", end: str = "\n") -> str:
-    """The frame in ms, mm and deg."""
-    lines = [separator.join(repr(float(v)).replace(".", decimal) for v in row) for row in ROWS]
-    return header + "\n" + end.join(lines) + end
-
-
-def put(name: str, content: str | bytes, encoding: str = "utf-8") -> Path:
-    path = Path(name)
-    path.write_bytes(content if isinstance(content, bytes) else content.encode(encoding))
-    return path
 
 
 def one(path: Path, mapping: str | None = None) -> Table:
@@ -65,6 +39,8 @@ unit = "mm"
 channel = "slider_angle"
 unit = "deg"
 """
+
+
 NAMES = "time,slider_y,slider_angle"
 
 
@@ -227,78 +203,3 @@ def test_a_text_without_numbers_is_refused():
         one(put("a.tab", "nothing\nhere\n"))
     with pytest.raises(TableError, match="No such file"):
         one(Path("none.tab"))
-
-
-# The command line
-
-
-@pytest.fixture
-def documented(make_table) -> str:
-    """The files of the guide; its command."""
-    put("adams.toml", re.search(r"```toml\n(.*?)```", GUIDE, re.DOTALL)[1])
-    header = re.search(r"```text\n(.*?)\n```", GUIDE, re.DOTALL)[1]
-    frame = make_table().frame
-    write(Table(frame), Path("ours.csv"))
-    t, x, y, angle, vx = (frame[n] for n in ("time", "slider_x", "slider_y", "slider_angle", "slider_vx"))
-    rows = np.column_stack([t * 1e3, -(x + 0.55) * 1e3, y * 1e3, -np.degrees(angle), -vx * 1e3, 0 * t])
-    lines = ("\t".join(f"{value:.10e}" for value in row) for row in rows)
-    put("adams.tab", header + "\n" + "\n".join(lines) + "\n")
-    return re.search(r"```sh\nsixbar (.*?)\n```", GUIDE, re.DOTALL)[1]
-
-
-def test_the_guide_works(documented, capsys):
-    assert main([*documented.split(), "--json", "numbers.json"]) == 0
-    out = capsys.readouterr().out
-    assert (
-        "adams.tab: not compared, since the mapping leaves it out: .press.slider.VX, .press.crank.TQ" in out
-    )
-    assert "No significant time shift" in out
-    html = Path(out.splitlines()[-1]).read_text("utf-8")
-    assert "No significant time shift" in html
-    assert "crank cycles" in html
-    assert "--mapping adams.toml" in html
-    assert "-.press.slider.X in mm -550" in html.replace("−", "-")
-    numbers = json.loads(Path("numbers.json").read_text())
-    assert list(numbers["channels"]) == ["slider_x", "slider_y", "slider_angle"]
-    assert numbers["time_shift"]["reason"] == ""
-    # Ten digits after the point of 0.2 mm and 100 mm.
-    assert numbers["channels"]["slider_x"]["max_difference"] < 1e-13
-
-
-@pytest.mark.parametrize(
-    ("was", "becomes"),
-    [("sign = -1        #", "sign = 1  #"), ("-550.0", "-550.01"), ('unit = "deg"', 'unit = "rad"')],
-)
-def test_a_wrong_mapping_differs(documented, was, becomes):
-    path = Path("adams.toml")
-    path.write_text(path.read_text().replace(was, becomes))
-    assert main(documented.split()) == 1
-
-
-def test_a_channel_that_one_side_lacks_is_refused_unless_the_mapping_chooses(documented, capsys):
-    path = Path("adams.toml")
-    path.write_text(re.sub("compare = .*", "", path.read_text()))
-    assert main(documented.split()) == 2
-    err = capsys.readouterr().err
-    assert err.count("\n") == 1
-    assert "adams: channel slider_vx is missing" in err
-
-
-def test_two_foreign_tables_make_a_report(capsys):
-    put("one.csv", text("time [ms];slider_y [mm];slider_angle [deg]", ";", ","))
-    savemat("two.mat", {"run": {name: FRAME[name].to_numpy() for name in FRAME}})
-    assert main(["compare", "one.csv", "two.mat", "--tolerance", "1e-12", "--out", "r"]) == 0
-    assert "cannot be estimated: 11 common samples" in capsys.readouterr().out
-    html = Path("r/report.html").read_text("utf-8")
-    assert html.startswith("<!DOCTYPE html>")
-    assert "taken from two.mat" in html
-
-
-def test_names_of_another_program_are_escaped_in_the_report(capsys):
-    put("a.csv", text("time,<b>y</b>,slider_angle\nms,mm,deg"))
-    put("map.toml", '[columns."<b>y</b>"]\nchannel = "slider_y"\n')
-    assert main(["compare", "a.csv", "a.csv", "--mapping", "map.toml", "--out", "r"]) == 3
-    capsys.readouterr()
-    html = Path("r/report.html").read_text("utf-8")
-    assert "<b>y</b>" not in html
-    assert "&lt;b&gt;y&lt;/b&gt;" in html

@@ -17,11 +17,6 @@ COLUMNS = {"time": TIME, "slider_y": 0.1 * np.cos(400 * TIME), "slider_angle": 1
 FILE = Path("a.mat")
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
 def read(mapping: str | None = None) -> tuple[Table, tuple[str, ...]]:
     """Read the file beside itself."""
     rules = None
