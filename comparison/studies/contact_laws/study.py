@@ -119,7 +119,7 @@ RUN_HEADINGS = (
     "status",
     "steps",
     "switches to or from two corners of a side",
-    "energy from nowhere",
+    "spurious energy",
     "largest speed of x",
     "largest rate of turn",
     "largest force",

@@ -158,7 +158,7 @@ def _answer(of: Ensemble, tests: Sequence[Distance]) -> dict[str, str]:
         "ensembles": of.words,
         "expected": of.expected,
         "tests": str(len(tests)),
-        f"p <= {RATE:g} by itself": str(sum(test.p <= RATE for test in tests)),
+        f"unadjusted p <= {RATE:g}": str(sum(test.p <= RATE for test in tests)),
         "found": f"**{sum(test.found for test in tests)}**",
         "smallest adjusted p": f"{min(test.adjusted for test in tests):.2g}",
         "largest distance": f"{least.statistic:.2f} ({least.quantity}, {least.where})",
