@@ -73,7 +73,7 @@ def test_forces_of_the_corners_agree(presses, states, law) -> None:
 
 
 def test_hertz_force_is_the_paper_s(presses, states) -> None:
-    """A third opinion: Eqs. 9-14 from the scene's printed numbers, for each corner by itself."""
+    """A third opinion: Eqs. 9-13 from the scene's printed numbers, for each corner by itself."""
     press = presses()
     data = press.data
     contact, friction = data["contact"], data["friction"]

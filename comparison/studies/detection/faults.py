@@ -50,7 +50,7 @@ class Fault:
     unexcited: str = ""
     """A channel that must be called unexcited instead."""
     missed: str = ""
-    """Why it is not told from nothing, where that is so."""
+    """Why it is not detected, where that is so."""
 
     def given(self, scene: Scene) -> Scene:
         """Return the scene as a model with a wrong number is given it."""
@@ -82,7 +82,7 @@ class Trial:
         return Pair(scene, Side(scene, other), faulty, self.tier, self.fault.spoil)
 
     def detected(self, found: Found) -> bool:
-        """Return whether the gate tells this fault."""
+        """Return whether this fault is detected."""
         if self.fault.unexcited:
             verdict, _ = found["channels"].get(self.fault.unexcited, ("", 0.0))
             return bool(verdict == "unexcited")
