@@ -56,9 +56,11 @@ _LEAST = 1e-6
 
 
 def draw(runs: pd.DataFrame, laws: Sequence[str], folder: Path) -> None:
-    """Write axes.svg, hypercube.svg and errors.svg."""
-    _axes(runs[runs["axis"] != HYPERCUBE], laws, folder / "axes.svg")
-    _hypercube(runs[runs["axis"] == HYPERCUBE], folder / "hypercube.svg")
+    """Write axes.svg, errors.svg and, where points of the hypercube were run, hypercube.svg."""
+    on_axes = runs["axis"] != HYPERCUBE
+    _axes(runs[on_axes], laws, folder / "axes.svg")
+    if not on_axes.all():
+        _hypercube(runs[~on_axes], folder / "hypercube.svg")
     _errors(runs, folder / "errors.svg")
 
 
