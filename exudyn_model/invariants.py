@@ -120,10 +120,10 @@ def scales(
     """
     force, slip = float(np.max(contacts["strongest"])), float(np.max(contacts["fastest_slip"]))
     omega, duration = parameters.drive.omega, parameters.samples * parameters.sample_interval
-    impulse = float(np.sum(events["impulse"]))
-    length = (
-        float(events["impulse"] @ (events["end"] - events["start"])) / impulse if impulse > 0.0 else math.inf
-    )
+    impulse = np.asarray(events["impulse"], dtype=float)
+    # A mean of the squared inverse: a long rest beside short impacts says nothing of the steps in those
+    shortness = (events["end"] - events["start"]) ** -2.0
+    inverse_square = float(impulse @ shortness) / float(impulse.sum()) if impulse.sum() > 0.0 else 0.0
     found = {
         "one": 1.0,
         "newton": tolerance,
@@ -142,15 +142,15 @@ def scales(
             "crank_speed_order": abs(omega) * parameters.mechanism.crank.length * (1e-4 + 10 * squared)
             + rounded_speed,
             "drift_order": 1e-7 + 10 * squared * (1 + cycles),
-            "energy_order": _energy_order(parameters, step, length),
+            "energy_order": _energy_order(parameters, step, inverse_square * step**2),
         }
     return found
 
 
-def _energy_order(parameters: Parameters, step: float, length: float) -> float:
-    """Bound the energy's residual for contacts of this length (s): an error of second order in the step."""
+def _energy_order(parameters: Parameters, step: float, squared_share: float) -> float:
+    """Bound the energy's residual, an error of second order in the step's share of a contact."""
     # The friction of a pin with clearance reverses within a step: measured 4e-6
-    order = (1e-6 if parameters.journal is None else 1e-4) + 10 * (step / length) ** 2
+    order = (1e-6 if parameters.journal is None else 1e-4) + 10 * squared_share
     if parameters.contact.law == "strip":
         # A surface of steel is stiffer than the steps resolve: measured 3e-3
         squared = step**2 * parameters.contact.side_stiffness / parameters.mechanism.slider.mass

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import exudyn_model
@@ -68,6 +68,7 @@ def test_a_law_without_a_potential_owes_no_energy(make_scene):
     restitution=st.floats(0.0, 1.0),
     friction=st.sampled_from([0.0, 0.15, 1.0]),
 )
+@example("index 2", 1.0, False, 0.0, 0.0, 0.25, "ideal", "strip", 7.0, 0.0, 0.15)  # a rest beside an impact
 def test_no_healthy_run_breaks_one(
     make_scene, formulation, speed, backwards, crank, offset, vx, pin, law, modulus, restitution, friction
 ):
