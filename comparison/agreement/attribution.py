@@ -209,7 +209,7 @@ def _large(channel: ChannelComparison, u: Array | None) -> BoolArray:
 
 def _spread(of: Runs, channel: ChannelComparison, half_width: int) -> Array:
     name = channel.channel
-    return spread(of.original.values(name), [twin.values(name) for twin in of.twins], half_width)
+    return spread(of.original.values(name), [run.values(name) for run in of.perturbed_runs], half_width)
 
 
 def _finer(of: Runs, channel: ChannelComparison) -> Array:

@@ -169,7 +169,7 @@ class SceneComparison:
     channels: dict[str, ChannelComparison]
     events: tuple[pd.DataFrame | None, pd.DataFrame | None]
     provenance: dict[str, dict[str, Any]] = field(default_factory=dict)
-    """Of every run used: "reference", "reference finer", "reference twin", "exudyn", ..."""
+    """Of every run used: "reference", "reference finer", "reference perturbed", "exudyn", ..."""
     scene: dict[str, Any] | None = None
     """The scene mapping."""
     command: str = ""

@@ -9,9 +9,9 @@ import numpy as np
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.uncertainty import (
     ENSEMBLE_FACTOR,
+    PERTURBATION,
     SAFETY_FACTOR,
     SAFETY_FACTOR_IN_ORDER,
-    TWIN_SHIFT,
     WINDOW,
 )
 from comparison.agreement.confirmation_starts import ENOUGH, MEMBERS, OTHER_MEMBERS
@@ -26,7 +26,7 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
     fixed = thresholds()
     alpha = _by_tier({name: f"{limits.alpha:g}" for name, limits in tiers.items()})
     floor = _by_tier({name: f"{limits.coverage:.0%}" for name, limits in tiers.items()})
-    shift = number(TWIN_SHIFT, 1).removeprefix("1·")
+    shift = number(PERTURBATION, 1).removeprefix("1·")
     lines = [
         f"Uncertainty u(t) of one model: {SAFETY_FACTOR:g} times the largest distance of its run to its "
         "refined run, to its coarser run (divided by the error ratio expected between two levels) "

@@ -1,4 +1,4 @@
-"""Scenes beside the paper's: both models agree within what their own refinement and twins leave open."""
+"""Scenes beside the paper's: both models agree within what their refinement and perturbed runs leave open."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ ALL = {"output.groups": ["accelerations", "corners", "joints", "energy"]}
 
 
 def compared(name: str, changes: dict) -> SceneComparison:
-    """What `comparison.agreement.cross_check` does with a scene: three levels and two twins of each model."""
+    """As `comparison.agreement.cross_check`: three levels and two perturbed runs of each model."""
     scene = load_scene(name, changes)
     runs = {}
     for model, package in MODELS.items():

@@ -1,7 +1,7 @@
 """False alarms: each model against itself, with its settings and its start moved by what means nothing.
 
 Of a scene drawn at random, one side runs as the tier has it. The other starts elsewhere in the ball of the
-twin's shift, a billionth of the clearance, and has its tolerance (five bodies: its step) multiplied by a
+perturbed runs, a billionth of the clearance, and has its tolerance (five bodies: its step) multiplied by a
 random factor: numerically another run of the same model. Whatever is called a difference is a false alarm.
 """
 
@@ -14,7 +14,7 @@ from math import cos, pi, sin, sqrt
 import numpy as np
 
 from comparison.accuracy.tiers import tight
-from comparison.accuracy.uncertainty import TWIN_SHIFT
+from comparison.accuracy.uncertainty import PERTURBATION
 from comparison.execution.run import MODELS
 from comparison.scene import Scene, load_scene
 from comparison.studies.detection.pairs import Pair
@@ -90,7 +90,7 @@ def scene(rng: np.random.Generator, turns: tuple[float, float]) -> Scene:
 def moved(drawn: Scene, kind: Kind, rng: np.random.Generator) -> Scene:
     """Return the scene with its start moved within the ball and its setting multiplied."""
     start, settings = drawn.data["initial"], drawn.data["solver"][kind.model]
-    shift = TWIN_SHIFT * drawn.data["clearance"]["slider"] * sqrt(rng.uniform())
+    shift = PERTURBATION * drawn.data["clearance"]["slider"] * sqrt(rng.uniform())
     direction = rng.uniform(0.0, 2.0 * pi)
     length = drawn.data["mechanism"]["slider"]["length"]
     return drawn.with_values(

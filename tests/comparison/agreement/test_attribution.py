@@ -12,7 +12,7 @@ from comparison.agreement.compare import Runs, compare
 from comparison.report.text import as_mapping, scene_lines
 
 LABELS = ("reference", "exudyn")
-KINDS = ("base", "finer", "twin", "coarser", "other_twin")
+KINDS = ("base", "finer", "perturbed", "coarser", "other_perturbed")
 PARTS = (1.0, 0.25, 4.0, 4.0, 4.0)  # of the error in these runs at second order
 
 
@@ -162,7 +162,7 @@ def test_the_model_that_limits_the_coverage_is_named_with_the_time_and_the_remed
 
 def test_no_setting_is_advised_where_neighbouring_starts_spread_too_far(scene, make_table):
     a, b = runs(make_table, 1e-6), runs(make_table, 1e-6)
-    result = compared(scene, a, replace(b, other_twin=make_table(0.2)))
+    result = compared(scene, a, replace(b, other_perturbed=make_table(0.2)))
     assert result.verdict == "indeterminate"
     assert result.attribution.unpredictable["neighbours"] == 1.0
     assert result.attribution.sentences[-1].endswith("neighbouring starts suffices, whatever the setting")
@@ -170,7 +170,7 @@ def test_no_setting_is_advised_where_neighbouring_starts_spread_too_far(scene, m
 
 def test_a_force_is_not_predictable_because_its_corner_is_not(scene, make_table):
     a, b = runs(make_table, 0.1), runs(make_table, 1e-6)
-    for part in (a.base, a.finer, a.coarser, *a.twins):
+    for part in (a.base, a.finer, a.coarser, *a.perturbed_runs):
         for name in part.channels:
             if name != "corner_ll_gap":
                 part.frame[name] = b.base.frame[name]

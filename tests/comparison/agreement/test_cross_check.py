@@ -14,11 +14,11 @@ from comparison.scene import load_scene
 
 
 @pytest.mark.usefixtures("fake_models")
-def test_each_model_runs_three_levels_and_two_twins_and_the_ideal_scene_no_twin(scene, fake_models):
+def test_each_model_runs_three_levels_and_two_perturbed_runs_and_the_ideal_scene_none(scene, fake_models):
     ideal = load_scene("ideal", {"output.samples_per_cycle": 50})
     with_clearance, without = validate([scene, ideal], n_jobs=2)
-    assert len(with_clearance.runs["exudyn"].twins) == 2
-    assert without.runs["exudyn"].twins == ()
+    assert len(with_clearance.runs["exudyn"].perturbed_runs) == 2
+    assert without.runs["exudyn"].perturbed_runs == ()
     # At the tight tier the tree's five; the ideal scene's five bodies run as at the standard one. Of the
     # reference's, the coarser run of the strict level is the finer one of the standard level. The ideal
     # mechanism runs at two levels; by the reference the ideal scene's are these already.
@@ -27,10 +27,10 @@ def test_each_model_runs_three_levels_and_two_twins_and_the_ideal_scene_no_twin(
     assert finer["exudyn"]["step"] == 1e-6
     coarser = with_clearance.comparison.provenance["exudyn coarser"]["scene"]["solver"]
     assert coarser["exudyn"]["step"] == 4e-6
-    for kind in ("twin", "other twin"):
-        twin = with_clearance.comparison.provenance[f"exudyn {kind}"]["scene"]
-        assert twin["solver"]["exudyn"] == coarser["exudyn"]
-        assert twin["initial"] != scene.data["initial"]
+    for kind in ("perturbed", "other perturbed"):
+        perturbed = with_clearance.comparison.provenance[f"exudyn {kind}"]["scene"]
+        assert perturbed["solver"]["exudyn"] == coarser["exudyn"]
+        assert perturbed["initial"] != scene.data["initial"]
     assert finer["reference"]["tolerance"] == 1e-10
 
 

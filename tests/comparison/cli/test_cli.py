@@ -172,7 +172,7 @@ def test_validate_writes_report_summary_and_tables(scene_file, capsys):
     assert set(summary["scenes"][0]["provenance"]) == {
         f"{model}{kind}"
         for model in ("reference", "exudyn")
-        for kind in ("", " finer", " twin", " other twin", " coarser")
+        for kind in ("", " finer", " perturbed", " other perturbed", " coarser")
     }
     assert {path.name for path in Path("v/tables").glob("*.csv") if "events" not in path.name} == {
         "one-reference.csv", "one-exudyn.csv", "two-reference.csv", "two-exudyn.csv",
@@ -221,9 +221,9 @@ def test_indeterminate_is_3_unless_it_is_allowed(scene_file, capsys):
 
 def test_two_scenes_of_one_name_are_refused(scene_file, tmp_path, capsys):
     (tmp_path / "other").mkdir()
-    twin = tmp_path / "other" / "one.toml"
-    twin.write_text(Path(scene_file("one")).read_text())
-    assert main(["validate", scene_file("one"), str(twin)]) == 2
+    namesake = tmp_path / "other" / "one.toml"
+    namesake.write_text(Path(scene_file("one")).read_text())
+    assert main(["validate", scene_file("one"), str(namesake)]) == 2
     assert "two scenes have this name" in capsys.readouterr().err
 
 

@@ -49,12 +49,12 @@ def test_the_numerical_part_is_that_of_the_refined_runs_and_of_the_ideal_mechani
     finer = compared(Runs(base, press(8.01)), Runs(base, base), press())
     # Two levels that show no order: three times their distance, k = 2.
     assert finer.numerical == pytest.approx(K * 3 * (exact(8.0) - exact(8.01)), rel=1e-9)
-    twin = compared(Runs(base, base, twin=press(8.2), coarser=base), Runs(base, base), press())
-    assert twin.numerical == pytest.approx(K * 3 * (exact(8.0) - exact(8.2)), rel=1e-9)
-    assert twin.verdict == "undecided"
-    assert twin.half_width > MARGIN
-    # Of two twins the farther one counts.
-    both = Runs(base, base, twin=press(8.2), other_twin=press(7.7), coarser=base)
+    perturbed = compared(Runs(base, base, perturbed=press(8.2), coarser=base), Runs(base, base), press())
+    assert perturbed.numerical == pytest.approx(K * 3 * (exact(8.0) - exact(8.2)), rel=1e-9)
+    assert perturbed.verdict == "undecided"
+    assert perturbed.half_width > MARGIN
+    # Of two perturbed runs the farther one counts.
+    both = Runs(base, base, perturbed=press(8.2), other_perturbed=press(7.7), coarser=base)
     farther = compared(both, Runs(base, base), press())
     assert farther.numerical == pytest.approx(K * 3 * (exact(7.7) - exact(8.0)), rel=1e-9)
     # Of the ideal there is the coarser level, of second order: a quarter of its distance.
