@@ -91,7 +91,7 @@ def errors(scene: Scene, formulation: str) -> Found:
 
 
 def seconds(scene: Scene, formulation: str, rounds: int) -> Found:
-    """Return what a start costs and, at each setting, a turn or a step, s."""
+    """Return what a start costs and, at each setting, a cycle or a step, s."""
     model, stepped = model_of(formulation), key_of(formulation).endswith("step")
     if stepped:
         scene = scene.with_values({"drive.cycles": min(1.0, scene.data["drive"]["cycles"])})

@@ -43,10 +43,10 @@ ROUND_OFF = 1e-15
 HEAD = """\
 # What every setting promises on the shipped scenes and what it costs. Written by benchmarks/promises.py.
 #
-# A scene: `physics`, the hash of what errors depend on beside the setting; `turns` of the crank over which
+# A scene: `physics`, the hash of what errors depend on beside the setting; `cycles` of the crank over which
 # errors were measured; `unsure`, how far the other model's most accurate run is from the one that counts as
 # exact (m): nothing closer is confirmed.
-# A row: `measured`, the largest error of slider_x (m) over these turns, of starts 10 nm apart; `error`, what
+# A row: `measured`, the largest error of slider_x (m) over these cycles, of starts 10 nm apart; `error`, what
 # is promised (m): three times that, for other starts, at least three times `unsure`, rounded up, of a coarser
 # setting no less than of a finer one; `seconds`, processor time of each `unit`, after `start` (s), of steps
 # finer than were timed that of the finest timed one.
@@ -94,11 +94,11 @@ def measure_errors() -> None:
         finest = f"{runs.SETTINGS['tree'][-1]:g}"
         unsure = rounded_up(max((row["errors"][finest] for row in found.get("tree", ())), default=ROUND_OFF))
         scene = runs.first_cycle(name)
-        head = {"physics": physics(scene), "turns": scene.data["drive"]["cycles"], "unsure": unsure}
+        head = {"physics": physics(scene), "cycles": scene.data["drive"]["cycles"], "unsure": unsure}
         old[name] = old.get(name, {}) | head
         for formulation, rows in found.items():
             entry = old[name].setdefault(runs.model_of(formulation), {}).setdefault(formulation, {})
-            entry["unit"] = "step" if runs.key_of(formulation).endswith("step") else "turn"
+            entry["unit"] = "step" if runs.key_of(formulation).endswith("step") else "cycle"
             entry["rows"] = promised(formulation, rows, unsure, entry.get("rows", []))
     write(old)
 

@@ -26,7 +26,7 @@ from reference_model.observation import (
     NAMES,
 )
 from reference_model.parameters import Parameters
-from reference_model.progress import BUFFERED, SAMPLES, Progress, begin, reached, turn_time
+from reference_model.progress import BUFFERED, SAMPLES, Progress, begin, cycle_time, reached
 from reference_model.reactions import REACTIONS
 from reference_model.reading import read_parameters
 from reference_model.recording import Samples, finish, samples_of
@@ -157,9 +157,9 @@ def _simulated(
     events = []
     t_end, t_stop, told = samples.times[-1], 0.0, 0.0
     code = integrate.REACHED
-    turn = turn_time(c)
-    while not reached(turn, state, t_end):
-        now = state.clock[3] * turn + state.clock[0]
+    period = cycle_time(c)
+    while not reached(period, state, t_end):
+        now = state.clock[3] * period + state.clock[0]
         t_stop = min(t_end, max(now, t_stop) + min(0.02 * t_end, 0.5 * p.period))
         if by_scipy is not None:
             code = by_scipy.advance(t_stop, round(SCIPY_STEPS_PER_CYCLE_LIMIT * cycles))

@@ -195,8 +195,8 @@ def expectation(scene: Scene, model: str) -> str:
 def channels_line(scene: Scene) -> str:
     """Return a one-line summary of the scene's requests."""
     groups = ", ".join(["motion", *scene.data["output"]["groups"]])
-    turns = scene.duration / scene.period
+    cycles = scene.duration / scene.period
     return (
-        f"{scene.name}: {turns:g} cycles at {scene.data['drive']['speed_rpm']:g} rpm, "
+        f"{scene.name}: {cycles:g} cycles at {scene.data['drive']['speed_rpm']:g} rpm, "
         f"{len(channels.expected(scene.data))} channels ({groups})"
     )

@@ -133,7 +133,7 @@ def compare_reliability(
     """
     pairs = list(zip(runs, ideals, strict=True))
     errors = [slider_errors(of.base, ideal.base, period) for of, ideal in pairs]
-    if len({(of.per_turn, of.samples, *of.by_quantity) for of in errors}) > 1:
+    if len({(of.per_cycle, of.samples, *of.by_quantity) for of in errors}) > 1:
         raise TableError("the two results: have other samples per cycle, or other channels")
     assessed = [assess(of, settings) for of in errors]
     numerical = [_numerical(of, ideal, period, settings) for of, ideal in pairs]

@@ -74,7 +74,7 @@ def _of_sampling(of: Assessment) -> str:
     if cycles == 1:
         return (
             "Of one cycle nothing is known about others: for the intervals, what varies within a part of the "
-            "turn is taken for what varies between cycles."
+            "cycle is taken for what varies between cycles."
         )
     few = "" if cycles >= ENOUGH else ", few for an interval, and the first one still remembers its start"
     return f"Cycles sampled: {cycles}{few}."

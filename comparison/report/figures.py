@@ -112,7 +112,7 @@ class ChannelFigure:
             axes.add_patch(shade)
             self._shades.append(shade)
         self._shades[1].set_label("not predictable")
-        self._turns = figure.text(_RIGHT, 0.955, "crank cycles", ha="right", va="bottom")
+        self._cycles = figure.text(_RIGHT, 0.955, "crank cycles", ha="right", va="bottom")
         self._legends = [
             axes.legend(
                 handles=handles,
@@ -207,9 +207,9 @@ class ChannelFigure:
         """Set the time span of both axes, in seconds below and in crank cycles above."""
         start, end = float(curves.time[0]), float(curves.time[-1])
         self._lower.set_xticks(_ticks(start, end))
-        self._turns.set_visible(curves.period is not None)
-        turns = _ticks(start / curves.period, end / curves.period) if curves.period else np.array([])
-        self._upper.set_xticks(turns * (curves.period or 1.0), [f"{turn:g}" for turn in turns])
+        self._cycles.set_visible(curves.period is not None)
+        cycles = _ticks(start / curves.period, end / curves.period) if curves.period else np.array([])
+        self._upper.set_xticks(cycles * (curves.period or 1.0), [f"{cycle:g}" for cycle in cycles])
         for axes in (self._upper, self._lower):
             axes.set_xlim(start, end)
 

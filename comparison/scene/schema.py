@@ -70,7 +70,7 @@ class Drive(Section):
     cycles: Positive
 
     @model_validator(mode="after")
-    def _turns(self) -> Self:
+    def _rotates(self) -> Self:
         if self.speed_rpm == 0:
             raise rule("speed_rpm", self.speed_rpm, "must not be zero", "rpm")
         return self

@@ -74,7 +74,7 @@ def test_reactions_and_torque_of_the_ideal_mechanism_agree(scene) -> None:
         elif name.startswith(("reaction", "crank", "guide_force")):
             assert difference <= 1e-6 * np.ptp(a[name]), name
         elif name != "time":
-            # Of second order in the step of 2e-5 s: (2e-5 * 16 / s)^2 / 12 times harmonics and a whole turn.
+            # Of second order in the step of 2e-5 s: (2e-5 * 16 / s)^2 / 12 times harmonics and a whole cycle.
             assert difference <= 1e-5 * np.ptp(a[name]), name
 
 

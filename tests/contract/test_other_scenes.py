@@ -85,7 +85,7 @@ STRIP = {"contact.law": "strip", "output.groups": []}
     [
         # Rests on one side, hits of single corners, the first of two corners at once.
         pytest.param(0.12, 1e-9),
-        # A touch at 0.14 turns magnifies what is left to 1.5e-8 m, which then stays: runs of the reference at
+        # A touch at 0.14 cycles magnifies the rest to 1.5e-8 m, which then stays: runs of the reference at
         # tolerances from 1e-11 to 1e-13 are 6e-8 to 1e-8 m apart there, two of the tree 2.5e-9 m.
         pytest.param(0.9, 1e-7, marks=pytest.mark.slow),
     ],

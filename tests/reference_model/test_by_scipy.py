@@ -17,7 +17,7 @@ from reference_model.switching import PULL
 
 MULTIPLIER = {"solver.reference.formulation": "multiplier"}
 QUARTER = {"drive.cycles": 0.25}
-"""The first quarter turn: twelve contacts, among them some of two corners at once."""
+"""The first quarter cycle: twelve contacts, among them some of two corners at once."""
 
 
 def by(method, tolerance=1e-12):

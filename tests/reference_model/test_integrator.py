@@ -20,18 +20,18 @@ from reference_model.recording import samples_of
 from reference_model.start import start
 from reference_model.switching import contact_state
 
-HALF_TURN = 0.2
+HALF_CYCLE = 0.2
 """s, at 150 rpm."""
 EXACT_STEPS = 400
 
 
 def free_flight(scene, steps):
-    """Integrate half a turn without walls in equal steps.
+    """Integrate half a cycle without walls in equal steps.
 
     Returns the states at the steps' ends and, by dense output, in their middles: shapes (steps, 4).
     """
     c, y0 = start(read_parameters(scene()), Formulation.SLIDER)
-    size, h = state_size(c), HALF_TURN / steps
+    size, h = state_size(c), HALF_CYCLE / steps
     y, (y1, scratch, state) = np.zeros(size), np.empty((3, size))
     y[:4] = y0
     k, f, modes, contacts = (

@@ -90,11 +90,11 @@ def _beside_shipped(rng: np.random.Generator) -> Scene:
     base = _shipped(str(rng.choice(SHIPPED)))
     start, clearance = base.data["initial"], base.data["clearance"]["slider"]
     length = base.data["mechanism"]["slider"]["length"]
-    shift, turn = MOVED * clearance * rng.uniform(-1.0, 1.0, 2)
+    shift, rotation = MOVED * clearance * rng.uniform(-1.0, 1.0, 2)
     return base.with_values(
         {
             "initial.slider_offset": float(start["slider_offset"] + shift),
-            "initial.slider_angle": float(start["slider_angle"] + 2.0 * turn / length),
+            "initial.slider_angle": float(start["slider_angle"] + 2.0 * rotation / length),
         }
     )
 

@@ -121,7 +121,7 @@ RUN_HEADINGS = (
     "switches to or from two corners of a side",
     "spurious energy",
     "largest speed of x",
-    "largest rate of turn",
+    "largest rate of rotation",
     "largest force",
     "deepest",
 )

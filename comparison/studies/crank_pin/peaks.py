@@ -21,7 +21,7 @@ PRINTED = {
 }
 WORDS = {"slider_y": "displacement", "slider_vy": "velocity", "slider_ay": "acceleration"}
 REACH = 0.01
-"""s; a peak this close to the published instant (2.5 % of a crank turn) counts as the same passage."""
+"""s; a peak this close to the published instant (2.5 % of a crank cycle) counts as the same passage."""
 
 
 @dataclass(frozen=True)

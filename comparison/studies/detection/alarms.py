@@ -37,7 +37,7 @@ class Kind:
     model: str
     tier: str
     setting: str
-    turns: tuple[float, float]
+    cycles: tuple[float, float]
     """Of the crank, from and to; five bodies are slow."""
     draws: int
 
@@ -58,13 +58,13 @@ def pairs(kind: Kind) -> list[Pair]:
 
 def pair(kind: Kind, rng: np.random.Generator) -> Pair:
     """Draw a scene and its two sides."""
-    drawn = scene(rng, kind.turns)
+    drawn = scene(rng, kind.cycles)
     if kind.tier == "tight":
         drawn = tight(drawn, MODELS) or drawn
     return Pair(drawn, Side(drawn, kind.model), Side(moved(drawn, kind, rng), kind.model), kind.tier)
 
 
-def scene(rng: np.random.Generator, turns: tuple[float, float]) -> Scene:
+def scene(rng: np.random.Generator, cycles: tuple[float, float]) -> Scene:
     """Draw speed, clearance, material and a start between the walls."""
     clearance = _log_uniform(rng, CLEARANCE)
     # A corner is as far out as |offset| + |angle| L / 2.
@@ -76,7 +76,7 @@ def scene(rng: np.random.Generator, turns: tuple[float, float]) -> Scene:
     return base.with_values(
         {
             "drive.speed_rpm": _log_uniform(rng, SPEED_RPM),
-            "drive.cycles": round(float(rng.uniform(*turns)), 3),
+            "drive.cycles": round(float(rng.uniform(*cycles)), 3),
             "clearance.slider": clearance,
             "initial.slider_offset": float(offset * clearance),
             "initial.slider_angle": float(corner * clearance * 2.0 / length),

@@ -37,7 +37,7 @@ def test_every_shipped_scene_is_there_as_it_is_now():
     for name in shipped_scenes():
         scene = load_scene(name)
         assert FILE[name]["physics"] == physics(scene), f"{name} has changed: measure it again"
-        assert FILE[name]["turns"] == min(1.0, scene.data["drive"]["cycles"])
+        assert FILE[name]["cycles"] == min(1.0, scene.data["drive"]["cycles"])
 
 
 @pytest.mark.parametrize("name", shipped_scenes())
@@ -68,7 +68,7 @@ def test_a_promise_is_more_than_was_measured_and_less_for_a_finer_setting(name, 
         assert row["error"] >= least
         assert row["seconds"] > 0
     assert table["start"] >= 0
-    assert table["unit"] == ("step" if formulation in ("full", "native") else "turn")
+    assert table["unit"] == ("step" if formulation in ("full", "native") else "cycle")
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def test_the_part_of_a_cycle_that_was_measured_is_told():
     assert "for y choose by a name" in expectation(load_scene("crank-pin"), "reference")
 
 
-def test_time_goes_with_the_turns_and_the_steps():
+def test_time_goes_with_the_cycles_and_the_steps():
     scene = load_scene("69GPa")
     for model, changes in (
         ("reference", {}),
@@ -132,8 +132,8 @@ def test_time_goes_with_the_turns_and_the_steps():
         ("exudyn", {"solver.exudyn.formulation": "tree"}),
     ):
         one, three, five = (
-            expected(scene.with_values(changes | {"drive.cycles": turns}), model).seconds
-            for turns in (1.0, 3.0, 5.0)
+            expected(scene.with_values(changes | {"drive.cycles": cycles}), model).seconds
+            for cycles in (1.0, 3.0, 5.0)
         )
         assert five - three == pytest.approx(three - one, rel=1e-9)
         assert three > 1.5 * one

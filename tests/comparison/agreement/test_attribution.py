@@ -110,7 +110,7 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
 
 def test_a_small_difference_of_models_is_told_apart_from_larger_ones_within_the_numerics(scene, make_table):
     a, b = runs(make_table, 0.0), runs(make_table, 1e-5)
-    # In the first turn no error and 1e-10 m between the models; in the second up to 4e-9 m by coarse steps.
+    # In the first cycle no error and 1e-10 m between the models; in the second up to 4e-9 m by coarse steps.
     for kind in KINDS:
         frame = getattr(b, kind).frame
         frame.loc[frame["time"] < 0.4] = a.base.frame[frame["time"] < 0.4]
@@ -141,7 +141,7 @@ def test_an_uncertainty_that_is_small_by_chance_is_suspected(scene, make_table):
 
 def test_the_model_that_limits_the_coverage_is_named_with_the_time_and_the_remedy(scene, make_table):
     a, b = runs(make_table, 1e-6), runs(make_table, 1e-6)
-    # 0.2 of the clearance from half a turn on, and not at all in the reference.
+    # 0.2 of the clearance from half a cycle on, and not at all in the reference.
     for kind, part in zip(KINDS, PARTS, strict=True):
         frame = getattr(b, kind).frame
         late = frame["time"] > 0.2

@@ -16,15 +16,15 @@ LABELS = ("reference", "exudyn")
 
 def slider(time: np.ndarray, names: tuple[str, ...]) -> Table:
     """y driven by the crank, x flying from wall to wall of 0.2 mm clearance, as at 150 rpm."""
-    turn = 2 * np.pi * time / 0.4
-    beats = 12 * time / 0.4 + 1.5 * np.sin(turn)
+    phase = 2 * np.pi * time / 0.4
+    beats = 12 * time / 0.4 + 1.5 * np.sin(phase)
     x = 2e-4 * (2 * np.abs(2 * (beats % 1) - 1) - 1)
-    vx = 8e-4 * (12 + 3 * np.pi * np.cos(turn)) / 0.4 * np.where(beats % 1 < 0.5, -1.0, 1.0)
+    vx = 8e-4 * (12 + 3 * np.pi * np.cos(phase)) / 0.4 * np.where(beats % 1 < 0.5, -1.0, 1.0)
     columns = {
         "slider_x": x - 0.55,
-        "slider_y": 0.112 * np.cos(turn) - 0.3 + 0.2 * x,
+        "slider_y": 0.112 * np.cos(phase) - 0.3 + 0.2 * x,
         "slider_vx": vx,
-        "slider_vy": -0.112 * 2 * np.pi / 0.4 * np.sin(turn) + 0.2 * vx,
+        "slider_vy": -0.112 * 2 * np.pi / 0.4 * np.sin(phase) + 0.2 * vx,
     }
     return Table(pd.DataFrame({"time": time} | {name: columns[name] for name in names}))
 

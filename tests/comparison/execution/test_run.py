@@ -12,7 +12,7 @@ import pytest
 import comparison.execution.run
 from comparison.execution.cache import cache_folder, run_key
 from comparison.execution.run import Job, RunError, describe, run_all, run_one
-from comparison.execution.workers import in_turn, work
+from comparison.execution.workers import execution_order, work
 from comparison.scene import SceneError
 
 pytestmark = pytest.mark.usefixtures("fake_models")
@@ -79,7 +79,7 @@ def test_of_each_kind_of_kernels_one_run_starts_before_all_others(scene):
         )
         for cycles in (2.0, 3.0)
     }
-    order = in_turn(planned)
+    order = execution_order(planned)
     assert sorted(order) == sorted(planned)
     assert {name.rpartition(" ")[0] for name in order[:4]} == {
         "exudyn 0", "exudyn 1", "reference 2", "reference 3"
@@ -98,7 +98,7 @@ def test_what_needs_two_kinds_of_kernels_waits_for_those_that_need_one():
 
     a, b, c = ("a",), ("b",), ("c",)
     tasks = {"abc": (9, {a, b, c}), "ab": (5, {a, b}), "a": (1, {a}), "b": (2, {b}), "a too": (3, {a})}
-    order = in_turn({name: Needs(cost, frozenset(needs)) for name, (cost, needs) in tasks.items()})
+    order = execution_order({name: Needs(cost, frozenset(needs)) for name, (cost, needs) in tasks.items()})
     assert order == ["a too", "b", "abc", "ab", "a"]
 
 

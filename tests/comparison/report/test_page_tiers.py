@@ -52,7 +52,7 @@ def test_impacts_stand_below_the_contacts_for_all_and_for_the_predictable_part(
         assert len(row) == 11
     assert scene.impacts["predictable"].count_a < scene.impacts["all"].count_a
     assert rows["predictable part"][3].endswith("%")
-    # A turn takes 0.4 s.
+    # A cycle takes 0.4 s.
     assert "within 80.0\u00a0µs" in part
 
 

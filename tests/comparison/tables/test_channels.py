@@ -28,7 +28,7 @@ def scale(name: str, scene: Scene) -> float:
 )
 def test_a_position_is_measured_by_the_clearance_that_moves_it(joints, x, y):
     scene = load_scene("paper", SIZES | joints)
-    hundredth = 0.004  # s, of a turn at 150 rpm
+    hundredth = 0.004  # s, of a cycle at 150 rpm
     # Products and quotients of a few numbers: some units of the last place.
     exact = {"rel": 1e-14, "abs": 0.0}
     assert scale("slider_x", scene) == pytest.approx(x, **exact)

@@ -84,14 +84,14 @@ def test_a_distribution_or_deviation_that_is_none_is_refused_with_the_scene(tmp_
 
 def test_the_largest_errors_are_those_of_the_second_cycle(scene, make_table):
     run, ideal, nominal = make_table(), make_table(), make_table()
-    turn = scene.data["output"]["samples_per_cycle"]
+    per_cycle = scene.data["output"]["samples_per_cycle"]
     for channel, first, second in (
         ("slider_y", 9.0, -2.0),
         ("slider_vy", 9.0, 3.0),
         ("slider_ay", 9.0, -4.0),
     ):
         run.frame.loc[10, channel] += first
-        run.frame.loc[turn + 10, channel] += second
+        run.frame.loc[per_cycle + 10, channel] += second
     nominal.frame["slider_y"] += 1.0
     assert respond(run, ideal, nominal, scene.period) == pytest.approx([2.0, 3.0, 4.0, 3.0], rel=1e-9)
     assert len(RESPONSES) == 4
