@@ -7,7 +7,7 @@ import numpy as np
 
 from comparison.execution.run import RunError, run_one
 from comparison.scene import Scene, load_scene
-from comparison.scene.formulation import loose
+from comparison.scene.formulation import joints_with_clearance
 
 TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 STEPS = (8e-6, 4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)
@@ -44,7 +44,7 @@ def key_of(formulation: str) -> str:
 
 def formulations(scene: Scene) -> list[str]:
     """Return those that can run a scene."""
-    free = loose(scene.data)
+    free = joints_with_clearance(scene.data)
     there = ["minimal"] + ([] if "crank_pin" in free else ["multiplier"])
     return there + (["tree"] if free else []) + ["full"] + (["native"] if free == ("slider",) else [])
 

@@ -110,7 +110,7 @@ def advance(
     max_step
         s.
     step_limit
-        Attempted steps and switches since t = 0 after which the work is given up.
+        Attempted steps and switches since t = 0 after which the run is stopped.
     samples
         Written when their times are passed; one at `t_end` is left to `finish`.
 

@@ -37,8 +37,8 @@ _WHAT = {
     "constraint-velocity": "the constraints' rates are violated",
 }
 LEAVING = 1e-3
-"""m/s. A touch so slow that its location, 2e-12 m, takes longer than the approach lasts may be past the turning
-point: at a relative acceleration of 1e5 m/s^2 that is 6e-4 m/s."""
+"""m/s. A touch so slow that its location, 2e-12 m, takes longer than the approach lasts may be past the
+turning point: at a relative acceleration of 1e5 m/s^2 that is 6e-4 m/s."""
 ENERGY_BOUND = 1e-4
 """At a usual tolerance, proportional to it beyond."""
 USUAL_TOLERANCE = 1e-8

@@ -103,7 +103,7 @@ class Parameters:
     formulation: str
     """"auto" (the smallest that gives what the scene asks for), "minimal" or "multiplier"."""
     method: str
-    """Integrator: "dop853", compiled, or one of `reference_model.by_scipy.SOLVERS`."""
+    """Integrator: "dop853", compiled, or one of `reference_model.scipy_solvers.SOLVERS`."""
     tolerance: float
     """Absolute local error of the positions, m and rad."""
     alpha: float

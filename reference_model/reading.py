@@ -4,8 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from reference_model.by_scipy import SOLVERS
 from reference_model.parameters import LAWS, Parameters, Rod, Slider
+from reference_model.scipy_solvers import SOLVERS
 
 GROUPS = ("accelerations", "corners", "joints", "energy")
 FORMULATIONS = ("auto", "minimal", "multiplier")

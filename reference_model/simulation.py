@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_model import integrate
-from reference_model.by_scipy import RTOL, SOLVERS, ByScipy
 from reference_model.constants import Formulation, as_record
 from reference_model.energy import ENERGIES
 from reference_model.forces import Array
@@ -30,11 +29,12 @@ from reference_model.progress import BUFFERED, SAMPLES, Progress, begin, cycle_t
 from reference_model.reactions import REACTIONS
 from reference_model.reading import read_parameters
 from reference_model.recording import Samples, finish, samples_of
+from reference_model.scipy_solvers import RTOL, SOLVERS, ScipySolver
 from reference_model.start import NAMES as FORMULATION_NAMES
 from reference_model.start import formulation, start
 
 STEPS_PER_CYCLE_LIMIT = 5_000_000
-"""Attempted steps and switches after which a run is given up; the shipped scenes need some 2e3 a cycle at
+"""Attempted steps and switches after which a run is stopped; the shipped scenes need some 2e3 a cycle at
 tolerance 1e-9, those with a clearance at the crank pin 6e3."""
 SCIPY_STEPS_PER_CYCLE_LIMIT = 2_000_000
 """The same for scipy's solvers, which take 0.1 (LSODA) to 0.5 ms (scipy-DOP853) a step: 3 to 17 minutes."""
@@ -151,9 +151,9 @@ def _simulated(
     largest = p.period * LARGEST_STEP_PER_CYCLE
     state = begin(c, y0, 1.0e-3 * largest)
     cycles = max(1.0, p.cycles)
-    by_scipy = None
+    scipy_solver = None
     if p.method in SOLVERS:
-        by_scipy = ByScipy(p.method, c, state, samples.times[-1], largest, p.tolerance, samples)
+        scipy_solver = ScipySolver(p.method, c, state, samples.times[-1], largest, p.tolerance, samples)
     events = []
     t_end, t_stop, told = samples.times[-1], 0.0, 0.0
     code = integrate.REACHED
@@ -161,8 +161,8 @@ def _simulated(
     while not reached(period, state, t_end):
         now = state.clock[3] * period + state.clock[0]
         t_stop = min(t_end, max(now, t_stop) + min(0.02 * t_end, 0.5 * p.period))
-        if by_scipy is not None:
-            code = by_scipy.advance(t_stop, round(SCIPY_STEPS_PER_CYCLE_LIMIT * cycles))
+        if scipy_solver is not None:
+            code = scipy_solver.advance(t_stop, round(SCIPY_STEPS_PER_CYCLE_LIMIT * cycles))
         else:
             limit = round(STEPS_PER_CYCLE_LIMIT * cycles)
             code = integrate.advance(c, state, t_stop, t_end, p.tolerance, largest, limit, samples)
@@ -183,13 +183,13 @@ def _simulated(
         "counters": {name: int(state.counters[i]) for i, name in enumerate(counted)},
     }
     status, remedy = _FAILURES.get(code, ("success", ""))
-    if by_scipy is None and code == integrate.STEP_LIMIT:
+    if scipy_solver is None and code == integrate.STEP_LIMIT:
         # Damping over the frozen impact speed: of depths that no such impact reaches, it is stiff.
         remedy += "; where a corner stays pressed deep into a wall, take solver.reference.method = 'LSODA'"
-    if by_scipy is not None:
+    if scipy_solver is not None:
         provenance["integrator"] = f"scipy {p.method.removeprefix('scipy-')} with located events"
         provenance["settings"] = settings | {"relative_tolerance": RTOL}
-        provenance["counters"] = by_scipy.counters
+        provenance["counters"] = scipy_solver.counters
         remedy = remedy and f"{remedy}; or take solver.reference.method = 'dop853'"
     if kind in (Formulation.MULTIPLIER, Formulation.MULTIPLIER_IDEAL):
         provenance["constraints"] = _largest_drift(state.extrema)

@@ -16,7 +16,7 @@ from math import inf, isclose, log, nan
 from typing import Any
 
 from comparison.scene import Scene, digest
-from comparison.scene.formulation import forces, loose
+from comparison.scene.formulation import forces, joints_with_clearance
 
 USUAL = {
     (): "ideal",
@@ -132,7 +132,7 @@ def front(scene: Scene, model: str) -> Front | None:
     """
     mark = physics(scene)
     equal = next((name for name, found in _file().items() if found["physics"] == mark), None)
-    free = loose(scene.data)
+    free = joints_with_clearance(scene.data)
     found = _file()[equal or USUAL[free]]
     table = found.get(model, {}).get(formulation(scene, model))
     if table is None:

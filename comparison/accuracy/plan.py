@@ -12,7 +12,7 @@ from math import isfinite
 from comparison.accuracy.levels import Expected, expected
 from comparison.engines.registry import OWN
 from comparison.scene import Scene
-from comparison.scene.formulation import forces, loose
+from comparison.scene.formulation import forces, joints_with_clearance
 from comparison.tables import channels
 
 _CHAIN = {  # coordinates of the equations, by the joints with clearance
@@ -78,7 +78,7 @@ def plan(scene: Scene, model: str) -> Plan:
 
 
 def _reference(scene: Scene) -> Plan:
-    free, ideal_slider = loose(scene.data), scene.data["joints"]["slider"] == "ideal"
+    free, ideal_slider = joints_with_clearance(scene.data), scene.data["joints"]["slider"] == "ideal"
     rows = 15 if ideal_slider else 13
     whole = f"multiplier (15 coordinates, {rows} multipliers)"
     if scene.data["solver"]["reference"]["formulation"] == "multiplier":
@@ -91,7 +91,7 @@ def _reference(scene: Scene) -> Plan:
 
 
 def _exudyn(scene: Scene) -> Plan:
-    free, ideal_slider = loose(scene.data), scene.data["joints"]["slider"] == "ideal"
+    free, ideal_slider = joints_with_clearance(scene.data), scene.data["joints"]["slider"] == "ideal"
     chosen = scene.data["solver"]["exudyn"]["formulation"]
     bodies = "all five bodies with their joints, in fixed steps"
     integrated: tuple[str, ...]
@@ -120,7 +120,7 @@ def _of(
     constraints: int,
     instead: tuple[tuple[str, str], ...],
 ) -> Plan:
-    free = loose(scene.data)
+    free = joints_with_clearance(scene.data)
     contacts = ("journal and bearing at the crank pin",) if "crank_pin" in free else ()
     if "slider" in free:
         contacts = (f"four corners of the slider ({scene.data['contact']['law']})", *contacts)

@@ -21,7 +21,7 @@ from pydantic import ValidationError
 
 from comparison.scene.criteria import RandomInput, Reliability
 from comparison.scene.error_messages import explain
-from comparison.scene.formulation import loose
+from comparison.scene.formulation import joints_with_clearance
 from comparison.scene.schema import SceneKeys
 
 SCENES = Path(str(files("comparison.scene.shipped")))
@@ -220,7 +220,7 @@ def _warnings(data: dict[str, Any]) -> tuple[str, ...]:
             "the slider starts inside the wall"
         )
     exudyn = data["solver"]["exudyn"]
-    if exudyn["formulation"] != "tree" and loose(data) and exudyn["step"] > ASYMPTOTIC_STEP:
+    if exudyn["formulation"] != "tree" and joints_with_clearance(data) and exudyn["step"] > ASYMPTOTIC_STEP:
         told.append(
             f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
             f"contacts of 2e-4 s require at most {ASYMPTOTIC_STEP:g} s, a tenth"

@@ -1,4 +1,4 @@
-"""A model with a known answer and a known error, in place of a simulation; what it does hangs on the gravity.
+"""A model with a known answer and error, in place of a simulation; what it does depends on the gravity.
 
 The tests copy this file to a folder as ``reference_model`` and as ``exudyn_model``, so that worker processes
 import it under these names.

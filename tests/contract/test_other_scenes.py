@@ -53,7 +53,7 @@ def test_models_agree_within_their_uncertainty(name, changes) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["crank-pin", "both-clearances"])
-def test_models_agree_behind_a_loose_crank_pin_at_shorter_steps(name) -> None:
+def test_models_agree_with_clearance_at_the_crank_pin_at_shorter_steps(name) -> None:
     """A sixteenth of the step leaves enough predictable samples for a verdict, and it is agreement."""
     found = compared(name, {"solver.exudyn.step": 1.25e-7, "solver.reference.tolerance": 1e-12})
     assert found.verdict == "agree", found.reason
@@ -63,7 +63,7 @@ def test_models_agree_behind_a_loose_crank_pin_at_shorter_steps(name) -> None:
 
 
 @pytest.mark.parametrize("name", ["crank-pin", "both-clearances"])
-def test_models_agree_behind_a_loose_crank_pin_without_joints(name) -> None:
+def test_models_agree_with_clearance_at_the_crank_pin_without_joints(name) -> None:
     """Exudyn's tree ends its steps at the bounces: nearly all of the scene is predictable, to 1e-9 m."""
     settings = {"formulation": "tree", "step": 1e-4, "tolerance": 1e-11}
     changes = {f"solver.exudyn.{key}": value for key, value in settings.items()}

@@ -30,15 +30,15 @@ def test_the_model_records_the_formulation_that_was_planned(model, joints, group
     assert result.provenance["formulation"] == made.formulation
     assert set(made.integrated) | set(made.prescribed) == {"crank", "rod 2", "rocker", "rod 4", "slider"}
     # Two coordinates for every clearance; one less where an ideal slider does not turn with rod 4.
-    loose = {"slider": 1, "pin": 1, "both": 2, "none": 0}[joints]
+    clearances = {"slider": 1, "pin": 1, "both": 2, "none": 0}[joints]
     if model == "reference":
-        assert made.coordinates == 2 * loose
+        assert made.coordinates == 2 * clearances
     elif groups or joints == "none":
         # What the constraints leave of 15 coordinates: two for each clearance.
-        assert made.coordinates - made.constraints == 2 * loose
+        assert made.coordinates - made.constraints == 2 * clearances
     else:
         assert made.coordinates == {"slider": 2, "pin": 3, "both": 4}[joints]
-    assert bool(made.contacts) == bool(loose)
+    assert bool(made.contacts) == bool(clearances)
     left = " ".join(what for what, _ in made.left_out)
     assert ("reactions" in left) == (groups == [])
     assert not any(name.startswith("reaction") for name in result.columns) or groups

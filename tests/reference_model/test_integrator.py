@@ -126,7 +126,7 @@ def test_a_gap_rounded_to_the_wrong_side_does_not_chatter(scene, side, speed) ->
     assert progress.counters[ENDED] < 40
 
 
-def test_endless_switching_at_one_instant_is_given_up(scene, monkeypatch) -> None:
+def test_endless_switching_at_one_instant_is_stopped(scene, monkeypatch) -> None:
     """Forced in the uncompiled kernel: every step is said to end a mode at its very start."""
     monkeypatch.setattr(integrate, "step_may_switch", lambda *_: True)
     monkeypatch.setattr(integrate, "first_switch", lambda *_: (0.0, 0, 0))

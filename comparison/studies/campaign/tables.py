@@ -37,8 +37,10 @@ def counts(found: Found) -> str:
 
 def _joints(case: Case) -> str:
     joints = case.scene.data["joints"]
-    loose = [name.replace("_", " ") for name in ("slider", "crank_pin") if joints[name] == "clearance"]
-    return " and ".join(loose)
+    with_clearance = [
+        name.replace("_", " ") for name in ("slider", "crank_pin") if joints[name] == "clearance"
+    ]
+    return " and ".join(with_clearance)
 
 
 def differences(found: Found) -> str:

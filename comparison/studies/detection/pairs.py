@@ -15,7 +15,7 @@ from comparison.execution.run import RunError, runner
 from comparison.scene import Scene, SceneError
 from comparison.studies.detection.copies import load_copy
 from comparison.studies.detection.tables import SPOILS
-from comparison.studies.detection.tasks import Comparison, Found, Side, kept_runs, refusal
+from comparison.studies.detection.tasks import Comparison, Found, Side, cached_runs, refusal
 from comparison.tables.table import Table, TableError
 
 _MOVED = ("initial.slider_offset", "initial.slider_angle", "mechanism.crank_angle_deg")
@@ -59,7 +59,7 @@ class Pair(Comparison):
     def find(self) -> Found:
         """Run what has not run yet in this process, judge, and have a difference confirmed."""
         try:
-            runs = self.spoiled(kept_runs(self.a), kept_runs(self.b))
+            runs = self.spoiled(cached_runs(self.a), cached_runs(self.b))
             found = summary(self.judged(runs))
         except (RunError, SceneError, TableError) as error:
             found = refusal(str(error))

@@ -38,7 +38,7 @@ def test_names_are_ordered_from_coarse_to_fine(model, changes):
 
 
 def test_names_stand_for_the_same_settings_on_every_scene():
-    """The verdicts of both tiers hang on them."""
+    """The verdicts of both tiers depend on them."""
     for name in shipped_scenes():
         scene = load_scene(name)
         assert [setting("reference", of, scene) for of in NAMES] == [1e-7, 1e-10, 1e-12]

@@ -12,7 +12,7 @@ from comparison.accuracy.levels import NAMES, expected, solver_values
 from comparison.accuracy.measured import front, physics
 from comparison.accuracy.plan import expectation, lines, plan
 from comparison.scene import load_scene, shipped_scenes
-from comparison.scene.formulation import loose
+from comparison.scene.formulation import joints_with_clearance
 
 FILE = tomllib.loads(files("comparison.accuracy").joinpath("measured.toml").read_text("utf-8"))
 SAFETY, ROUND_OFF = 3.0, 1e-15  # as benchmarks/promises.py, which says why
@@ -27,8 +27,8 @@ OTHER = "measured on {}; this scene may magnify errors: check with one finer run
 
 
 def formulations(name):
-    """Those of which an accuracy is promised: the tree where something is loose."""
-    free = loose(load_scene(name).data)
+    """Those of which an accuracy is promised: the tree where a joint has clearance."""
+    free = joints_with_clearance(load_scene(name).data)
     return [("reference", "minimal"), ("exudyn", "full"), *([("exudyn", "tree")] if free else [])]
 
 

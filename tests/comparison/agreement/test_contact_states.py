@@ -128,7 +128,7 @@ def test_the_pins_share_of_hand_made_tables(rows, eighths):
     assert pin_share(contacts(*rows), (0.0, 8.0)) == pytest.approx(eighths / 8, **EXACT)
 
 
-def test_a_loose_pin_has_a_share_beside_the_situations_of_a_slider_that_may_have_none():
+def test_a_pin_with_clearance_has_a_share_beside_the_situations_of_a_slider_that_may_have_none():
     for name, situations in (("crank-pin", False), ("both-clearances", True)):
         scene = load_scene(name)
         runs = Runs(run_one(scene, "reference"))

@@ -71,11 +71,11 @@ def test_the_longest_job_starts_first_and_workers_are_kept(scene, fake_models):
 def test_of_each_kind_of_kernels_one_run_starts_before_all_others(scene):
     """Longest first would start two of the five bodies at once, and both workers would compile the same."""
     closer = scene.with_values({"solver.exudyn.formulation": "tree"})
-    loose = scene.with_values({"joints.crank_pin": "clearance"})
+    with_clearance = scene.with_values({"joints.crank_pin": "clearance"})
     planned = {
         f"{model} {place} {cycles}": Job(each.with_values({"drive.cycles": cycles}), model)
         for place, (each, model) in enumerate(
-            [(scene, "exudyn"), (closer, "exudyn"), (scene, "reference"), (loose, "reference")]
+            [(scene, "exudyn"), (closer, "exudyn"), (scene, "reference"), (with_clearance, "reference")]
         )
         for cycles in (2.0, 3.0)
     }

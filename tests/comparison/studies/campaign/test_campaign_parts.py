@@ -109,7 +109,7 @@ def test_a_scene_that_begins_in_flight_goes_on_as_the_whole_one():
     assert np.abs(dense.values("slider_x")[::20] - whole.values("slider_x")[:51]).max() < 1e-14
 
 
-def test_with_a_loose_crank_pin_opinions_begin_at_the_start():
+def test_with_clearance_at_the_crank_pin_opinions_begin_at_the_start():
     scene = load_scene("both-clearances")
     table = table_with(np.full(11, 1e-5), contacts_of())
     assert restart_sample(scene, (table, table), 9) == 0

@@ -50,7 +50,7 @@ _PEAK_SHARE = 1e-4
 wave, this makes it short by (pi 1e-4)^2 / 2 = 5e-8 of itself."""
 
 
-class ByScipy:
+class ScipySolver:
     """One run by one of scipy's solvers.
 
     Parameters
