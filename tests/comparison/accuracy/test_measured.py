@@ -15,7 +15,7 @@ from comparison.scene import load_scene, shipped_scenes
 from comparison.scene.formulation import joints_with_clearance
 
 FILE = tomllib.loads(files("comparison.accuracy").joinpath("measured.toml").read_text("utf-8"))
-SAFETY, ROUND_OFF = 3.0, 1e-15  # as benchmarks/promises.py, which says why
+SAFETY, ROUND_OFF = 3.0, 1e-15  # as benchmarks/error_bounds.py, which says why
 TABLES = [
     pytest.param(name, model, formulation, id=f"{name} {formulation}")
     for name, found in FILE.items()
@@ -27,7 +27,7 @@ OTHER = "measured on {}; this scene may magnify errors: check with one finer run
 
 
 def formulations(name):
-    """Those of which an accuracy is promised: the tree where a joint has clearance."""
+    """Those with a bound for a named accuracy: the tree where a joint has clearance."""
     free = joints_with_clearance(load_scene(name).data)
     return [("reference", "minimal"), ("exudyn", "full"), *([("exudyn", "tree")] if free else [])]
 
@@ -55,7 +55,7 @@ def test_every_name_of_an_accuracy_is_there(name):
 
 
 @EACH
-def test_a_promise_is_more_than_was_measured_and_less_for_a_finer_setting(name, model, formulation):
+def test_an_error_bound_is_more_than_was_measured_and_less_for_a_finer_setting(name, model, formulation):
     table = FILE[name][model][formulation]
     rows = [row for row in table["rows"] if "failed" not in row]
     assert [row["setting"] for row in table["rows"]] == sorted(

@@ -105,15 +105,15 @@ def test_validate_says_last_where_a_verdict_is_not_the_one_on_record(options, sa
     assert (before == "not on record: ideal") == said
 
 
-def promised(path, **solver):
-    """Return what is promised of Exudyn at these settings, as text for --accuracy."""
+def error_bound(path, **solver):
+    """Return the error bound of Exudyn at these settings, as text for --accuracy."""
     scene = load_scene(path, {f"solver.exudyn.{key}": value for key, value in solver.items()})
     return str(expected(scene, "exudyn").error)
 
 
 def test_accuracy_and_set_reach_the_model(scene_file, capsys):
     path = scene_file("own")
-    metres = promised(path, step=5e-7)
+    metres = error_bound(path, step=5e-7)
     for options in (["--accuracy", "strict"], ["--accuracy", metres], ["--set", "solver.exudyn.step=5e-7"]):
         assert main(["run", path, "--model", "exudyn", "--out", "a.csv", *options]) == 0
         assert read("a.csv").provenance["scene"]["solver"]["exudyn"]["step"] == 5e-7
@@ -125,7 +125,7 @@ def test_accuracy_and_set_reach_the_model(scene_file, capsys):
 
 def test_accuracy_is_that_of_the_formulation(scene_file):
     path = scene_file("own")
-    options = ["--formulation", "tree", "--accuracy", promised(path, formulation="tree", tolerance=1e-9)]
+    options = ["--formulation", "tree", "--accuracy", error_bound(path, formulation="tree", tolerance=1e-9)]
     assert main(["run", path, "--model", "exudyn", "--out", "a.csv", *options]) == 0
     solver = read("a.csv").provenance["scene"]["solver"]["exudyn"]
     assert (solver["formulation"], solver["tolerance"], solver["step"]) == ("tree", 1e-9, 1e-4)

@@ -23,7 +23,7 @@ STARTS = {"minimal": 60, "multiplier": 10, "tree": 20, "full": 2, "native": 1}
 30 s.
 """
 APART = 1e-8
-"""m; between starts: far below what is known of any press, far above every promise that starts could hide."""
+"""m; between starts: far below what is known of any press, far above every error bound a start could hide."""
 EXACT = 1e-14
 """Tolerance of the reference's run that counts as exact."""
 MOST_STEPS = 400_000
@@ -104,7 +104,7 @@ def seconds(scene: Scene, formulation: str, rounds: int) -> Found:
             try:
                 whole = least(at(scene, formulation, setting), model, rounds)
             except RunError:
-                continue  # `failed` tells it
+                continue  # `failed` reports it
             rate = max(whole - start, 0.0) / (steps if stepped else scene.duration / scene.period)
         found["seconds"][f"{setting:g}"] = rate
     return found
