@@ -19,8 +19,7 @@ SETTINGS = {
     "native": STEPS[:-2],
 }
 STARTS = {"minimal": 60, "multiplier": 10, "tree": 20, "full": 2, "native": 1}
-"""As many as a few minutes allow: a cycle takes the reference 10 ms, the full formulation (five bodies) up to
-30 s.
+"""As many as a few minutes allow: a cycle takes the reference 10 ms, the five bodies up to 30 s.
 """
 APART = 1e-8
 """m; between starts: far below what is known of any press, far above every error bound a start could hide."""

@@ -155,7 +155,7 @@ def _simulated(
     if p.method in SOLVERS:
         scipy_solver = ScipySolver(p.method, c, state, samples.times[-1], largest, p.tolerance, samples)
     events = []
-    t_end, t_stop, told = samples.times[-1], 0.0, 0.0
+    t_end, t_stop, reported = samples.times[-1], 0.0, 0.0
     code = integrate.REACHED
     period = cycle_time(c)
     while not reached(period, state, t_end):
@@ -169,9 +169,9 @@ def _simulated(
         events.append(_empty_buffer(state))
         if code not in (integrate.REACHED, integrate.BUFFER_FULL):
             break
-        if progress is not None and t_stop - told >= 0.02 * t_end:
+        if progress is not None and t_stop - reported >= 0.02 * t_end:
             progress(t_stop / t_end)
-            told = t_stop
+            reported = t_stop
     finish(c, state, samples)
     events.append(_empty_buffer(state))
     settings = {"tolerance": p.tolerance, "largest_step_s": largest}

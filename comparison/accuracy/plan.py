@@ -164,24 +164,28 @@ def lines(made: Plan) -> list[str]:
     """Return a plan as lines for a terminal."""
     integrated = ", ".join(made.integrated) or "nothing: no degree of freedom besides the drive"
     size = f"{made.coordinates} coordinates, {made.constraints} constraints"
-    told = [
+    reported = [
         f"{made.model}: {made.formulation}",
         f"  integrates  {integrated}" + (f" ({size})" if made.integrated else ""),
     ]
     if made.prescribed:
-        told.append(f"  follows     {', '.join(made.prescribed)}: determined by these and by the crank angle")
-    told.append(f"  contacts    {', '.join(made.contacts) or 'none'}")
-    told += [f"  left out    {what}: {why}" for what, why in made.left_out]
+        reported.append(
+            f"  follows     {', '.join(made.prescribed)}: determined by these and by the crank angle"
+        )
+    reported.append(f"  contacts    {', '.join(made.contacts) or 'none'}")
+    reported += [f"  left out    {what}: {why}" for what, why in made.left_out]
     found = made.expected
     if isfinite(found.error):
-        told.append(f"  error       {found.error:.2g} m of slider_x over {found.span}")
+        reported.append(f"  error       {found.error:.2g} m of slider_x over {found.span}")
     if isfinite(found.seconds):
-        told.append(f"  time        about {found.seconds:.2g} s on a processor like that of the measurement")
-    told += [f"  beware      {caution}" for caution in found.cautions]
+        reported.append(
+            f"  time        about {found.seconds:.2g} s on a processor like that of the measurement"
+        )
+    reported += [f"  beware      {caution}" for caution in found.cautions]
     for setting, words, ratio in made.instead:
         cost = f", {ratio:.2g} times the time" if isfinite(ratio) else ""
-        told.append(f"  instead     {setting}: {words}{cost}")
-    return told
+        reported.append(f"  instead     {setting}: {words}{cost}")
+    return reported
 
 
 def expectation(scene: Scene, model: str) -> str:

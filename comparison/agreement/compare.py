@@ -106,8 +106,8 @@ def compare(
             limits=limits,
         )
     verdict, reason = scene_verdict(results, limits.coverage)
-    if (told := _too_late(results, aligned, labels, tolerance)) and verdict != "differ":
-        verdict, reason = "differ", told
+    if (reported := _too_late(results, aligned, labels, tolerance)) and verdict != "differ":
+        verdict, reason = "differ", reported
     return SceneComparison(
         name=name if scene is None else scene.name,
         title="Two tables" if scene is None else scene.title,

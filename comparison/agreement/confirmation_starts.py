@@ -6,7 +6,7 @@ The starts lie apart by the median over x, and the angle times the slider's leng
 first unpredictable one. Moved by |S - S_f| itself, an ensemble would spread G times as far as the model errs
 (measured: median 6 in x, 90 in the angle, in the first cycle of poisson-0.33) and hide what differs.
 
-But an integration error is not present from the start: that of the full formulation (five bodies) is
+But an integration error is not present from the start: that of the five bodies is
 7e-4 (90rpm-0.5mm) and 2e-3 (90rpm-0.1mm) of what it becomes, before the first contact. Until t its equivalent
 is
 

@@ -98,8 +98,8 @@ def describe(job: Job, outcome: Outcome) -> str:
     where = f"scene {job.scene.name!r}"
     if outcome.status == "bad input":
         return f"{where}: {outcome.message}"
-    told = f"; {outcome.message}" if outcome.message else ""
-    return f"{where}: the {job.model} run did not succeed: {outcome.status}{told}"
+    reported = f"; {outcome.message}" if outcome.message else ""
+    return f"{where}: the {job.model} run did not succeed: {outcome.status}{reported}"
 
 
 def successful(outcome: Outcome, job: Job) -> Table:

@@ -24,7 +24,7 @@ class Finding(NamedTuple):
 
     name: str
     status: Status
-    told: str = ""
+    reported: str = ""
 
 
 def changes(record: RunRecord, table: Table, settings: Mapping[str, Any], *, exact: bool) -> list[Finding]:
@@ -48,23 +48,23 @@ def changes(record: RunRecord, table: Table, settings: Mapping[str, Any], *, exa
     recorded = [*record.channels, *record.unexcited, *record.unpredictable]
     for name in dict.fromkeys([*recorded, *table.channels]):
         if name not in table.channels:
-            told = f"the channel {name} is in the baseline and not in the run"
+            reported = f"the channel {name} is in the baseline and not in the run"
         elif name not in recorded:
-            told = f"the channel {name} has no baseline; sixbar gate --update makes one"
+            reported = f"the channel {name} has no baseline; sixbar gate --update makes one"
         elif name in record.unpredictable:
-            told = f"{name} has no predictable sample at which something happens"
-            findings.append(Finding(name, "skipped", told))
+            reported = f"{name} has no predictable sample at which something happens"
+            findings.append(Finding(name, "skipped", reported))
             continue
         elif name in record.unexcited:
-            told = _excited(name, table)
+            reported = _excited(name, table)
         else:
-            told = _moved(name, record.channels[name], table)
-        findings.append(_finding(name, told))
+            reported = _moved(name, record.channels[name], table)
+        findings.append(_finding(name, reported))
     return findings
 
 
-def _finding(name: str, told: str) -> Finding:
-    return Finding(name, "failed" if told else "passed", told)
+def _finding(name: str, reported: str) -> Finding:
+    return Finding(name, "failed" if reported else "passed", reported)
 
 
 def _differing(before: Mapping[str, object], now: Mapping[str, object], what: str) -> str:

@@ -53,7 +53,7 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
             "distance from the centre. It is confirmed if this exceeds, in both ensembles, the distance of "
             "every member left out. Otherwise the uncertainty was underestimated: "
             f"{ENSEMBLE_FACTOR:g} times the largest distance in the ensemble replaces it, and the runs are "
-            "judged again. Exudyn's full formulation (five bodies) is ranked in an ensemble of the other "
+            "judged again. Exudyn's run of five bodies is ranked in an ensemble of the other "
             "model. With fewer than "
             f"{ENOUGH} runs the difference stays unconfirmed."
         )
@@ -68,7 +68,7 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
             0,
             "Each scene is judged at two tiers. Standard: the scene's settings, as a user runs it. Tight: "
             "the reference at its strict setting and Exudyn's tree of free bodies with error control; a "
-            "scene that requires the full formulation (no clearance, reactions) runs with its own settings.",
+            "scene that requires five bodies (no clearance, reactions) runs with its own settings.",
         )
     if any(channel.u is None for scene in comparisons for channel in scene.channels.values()):
         lines.append(

@@ -166,7 +166,7 @@ class ReferenceSolver(Section):
 class ExudynSolver(Section):
     """Settings of the Exudyn model; the meaning of step and tolerance depends on the formulation.
 
-    For the full formulation (five bodies) the step is fixed and the tolerance is Newton's; for the
+    For five bodies the step is fixed and the tolerance is Newton's; for the
     tree, which has error control, they are the largest step and the local error tolerance.
     """
 

@@ -46,8 +46,8 @@ def test_the_verdicts_on_record_are_those_of_the_reports():
     for name, known in recorded.items():
         scene = load_scene(name)
         assert known["hash"] == scene.hash
-        told = re.findall(r"\*\*(.+?)\*\*", rows[scene.title])
-        assert told == [known[tier] for tier in TIERS]
+        reported = re.findall(r"\*\*(.+?)\*\*", rows[scene.title])
+        assert reported == [known[tier] for tier in TIERS]
 
 
 def test_the_list_of_the_studies_is_that_of_their_reports():

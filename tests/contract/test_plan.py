@@ -60,7 +60,7 @@ def test_a_larger_formulation_runs_on_request_and_costs_more(joints):
     assert ratio == pytest.approx(many.expected.seconds / few.expected.seconds, rel=1e-12)
 
 
-def test_five_bodies_and_the_tree_are_told_beside_each_other():
+def test_five_bodies_and_the_tree_are_reported_beside_each_other():
     full, tree = load_scene("150rpm-0.2mm"), load_scene("150rpm-0.2mm", AUTO)
     of_full, of_tree = plan(full, "exudyn"), plan(tree, "exudyn")
     assert (of_full.coordinates, of_full.constraints) == (15, 13)
@@ -78,7 +78,7 @@ def test_five_bodies_and_the_tree_are_told_beside_each_other():
     assert plan(full.with_values({"output.groups": ["joints"]}), "exudyn").instead == ()
 
 
-def test_what_is_not_on_record_is_not_told():
+def test_what_is_not_on_record_is_not_reported():
     coarse = load_scene("150rpm-0.2mm", {"solver.reference.tolerance": 1e-3})
     assert isnan(plan(coarse, "reference").expected.error)
     assert isfinite(plan(coarse, "reference").expected.seconds)

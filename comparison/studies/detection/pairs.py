@@ -151,7 +151,7 @@ def summary(result: SceneComparison) -> Found:
         threshold = channel.limits.k * channel.u
         beyond = np.flatnonzero(judged & (np.abs(channel.difference) > threshold))
         if not beyond.size:
-            # Told apart by the largest uncertainty of all times, though no sample is predictable.
+            # Separated by the largest uncertainty of all times, though no sample is predictable.
             threshold = np.full(threshold.shape, channel.worst_threshold)
             beyond = np.flatnonzero(np.abs(channel.difference) > threshold)
         at = int(beyond[0])

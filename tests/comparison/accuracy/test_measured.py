@@ -110,7 +110,7 @@ def test_any_other_scene_takes_those_of_the_usual_one_and_says_so(shipped, chang
     assert not any("magnify" in words for words in expected(load_scene(shipped), "exudyn").cautions)
 
 
-def test_another_method_is_told():
+def test_another_method_is_reported():
     implicit = load_scene("150rpm-0.2mm", {"solver.reference.method": "Radau"})
     forces = load_scene("150rpm-0.2mm", {"output.groups": ["joints"]})
     for model, scene in (("reference", implicit), ("exudyn", forces)):
@@ -118,7 +118,7 @@ def test_another_method_is_told():
     assert "another method" not in expectation(forces, "reference")
 
 
-def test_the_part_of_a_cycle_that_was_measured_is_told():
+def test_the_part_of_a_cycle_that_was_measured_is_reported():
     assert "slider_x over the first cycle, and" in expectation(load_scene("69GPa"), "reference")
     assert "slider_x over the first 0.06 cycles, and" in expectation(load_scene("both-clearances"), "exudyn")
     assert "for y choose by a name" in expectation(load_scene("crank-pin"), "reference")
@@ -142,7 +142,7 @@ def test_time_goes_with_the_cycles_and_the_steps():
     assert expected(finest, "exudyn").seconds / expected(fine, "exudyn").seconds == pytest.approx(2, rel=0.01)
 
 
-def test_a_setting_without_result_is_told_and_never_chosen(monkeypatch):
+def test_a_setting_without_result_is_reported_and_never_chosen(monkeypatch):
     table = {**FILE["wedge"]["exudyn"]["full"]}
     table["rows"] = [
         {"setting": row["setting"], "failed": "step-too-small", "seconds": row["seconds"]}

@@ -44,16 +44,16 @@ def test_the_side_whose_refinement_removes_the_difference_is_its_cause(scene, ma
 
 def test_the_sentence_names_the_setting_its_value_and_what_was_expected_of_it(scene, make_table):
     reference = runs(make_table, 1e-10, refinement=(10.0, 1.0))
-    (told,) = compared(scene, reference, runs(make_table, 1e-6)).attribution.sentences
-    assert told == (
+    (reported,) = compared(scene, reference, runs(make_table, 1e-6)).attribution.sentences
+    assert reported == (
         "explained by exudyn's step (2e-06 s; with its tolerance, 1e-07): halving it divides the difference "
         "by 4 (4 expected); dividing reference's tolerance (1e-10) by 10 changes it by less than 0.1%"
     )
-    (told,) = compared(scene, runs(make_table, 1e-6), runs(make_table, -1e-6)).attribution.sentences
-    assert told.startswith(
+    (reported,) = compared(scene, runs(make_table, 1e-6), runs(make_table, -1e-6)).attribution.sentences
+    assert reported.startswith(
         "both contribute: halving reference's tolerance (1e-10) divides it by 1.6 (4 expected), "
     )
-    assert told.endswith("both together divides it by 4 (4 expected)")
+    assert reported.endswith("both together divides it by 4 (4 expected)")
 
 
 def test_a_refinement_that_does_less_than_half_of_what_it_should_explains_nothing(scene, make_table):
@@ -61,9 +61,9 @@ def test_a_refinement_that_does_less_than_half_of_what_it_should_explains_nothin
     # It removes 20 % where 75 % are expected; 3 times that distance is u, within which the error still is.
     result = compared(scene, a, replace(b, finer=make_table(0.8e-6)))
     assert (result.verdict, result.attribution.cause) == ("agree", "neither")
-    (told,) = result.attribution.sentences
-    assert "not resolved by refinement" in told
-    assert "rounding" not in told
+    (reported,) = result.attribution.sentences
+    assert "not resolved by refinement" in reported
+    assert "rounding" not in reported
     # An error that is larger in the refined run is no error of the step: with it go more steps to add up.
     grown = compared(scene, a, replace(b, finer=make_table(1.4e-6))).attribution
     assert grown.cause == "neither"
@@ -108,7 +108,9 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
     assert 1 - 2 / 21 < found.explained < 1 - 0.9 / 21
 
 
-def test_a_small_difference_of_models_is_told_apart_from_larger_ones_within_the_numerics(scene, make_table):
+def test_a_small_difference_of_models_is_reported_apart_from_larger_ones_within_the_numerics(
+    scene, make_table
+):
     a, b = runs(make_table, 0.0), runs(make_table, 1e-5)
     # In the first cycle no error and 1e-10 m between the models; in the second up to 4e-9 m by coarse steps.
     for kind in KINDS:
@@ -152,8 +154,8 @@ def test_the_model_that_limits_the_coverage_is_named_with_the_time_and_the_remed
     assert (found.unpredictable["b"], found.unpredictable["a"]) == (1.0, 0.0)
     # The window of u begins 1 % of 0.4 s before 0.202 s.
     assert found.unpredictable_from == pytest.approx(0.198)
-    told = found.sentences[-1]
-    assert "the uncertainty of exudyn alone makes 100% so, from 0.198 s on; try --accuracy strict" in told
+    reported = found.sentences[-1]
+    assert "the uncertainty of exudyn alone makes 100% so, from 0.198 s on; try --accuracy strict" in reported
     # At strict settings, and at the tight tier, there is nothing left to try.
     strict = scene.with_values({"solver.exudyn.step": 5e-7})
     assert "try" not in compared(strict, a, b).attribution.sentences[-1]
@@ -181,7 +183,7 @@ def test_a_force_is_not_predictable_because_its_corner_is_not(scene, make_table)
     assert result.attribution.unpredictable["together"] == 0.0
 
 
-def test_of_foreign_tables_only_the_first_sample_beyond_the_tolerance_is_told(scene, make_table):
+def test_of_foreign_tables_only_the_first_sample_beyond_the_tolerance_is_reported(scene, make_table):
     a, b = Runs(make_table()), Runs(make_table(stretch=1e-3))
     found = compare(a, b, tolerance=1e-4).attribution
     assert isnan(found.explained)
@@ -192,9 +194,9 @@ def test_of_foreign_tables_only_the_first_sample_beyond_the_tolerance_is_told(sc
     )
     assert compare(a, b, tolerance=1.0).attribution.sentences == ()
     assert compare(a, b).attribution.sentences == ()
-    told = compare(a, b, scene=scene, tolerance=1e-4).attribution.sentences
-    assert len(told) == 1
-    assert "(cycle 1, crank at " in told[0]
+    reported = compare(a, b, scene=scene, tolerance=1e-4).attribution.sentences
+    assert len(reported) == 1
+    assert "(cycle 1, crank at " in reported[0]
 
 
 def test_it_stands_in_the_numbers_and_on_the_terminal(scene, make_table):

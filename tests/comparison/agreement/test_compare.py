@@ -106,7 +106,7 @@ def test_a_table_against_itself(make_table):
     assert all(channel.max_difference == 0 for channel in result.channels.values())
 
 
-def test_another_grid_is_interpolated_and_the_reader_is_told(scene, make_table):
+def test_another_grid_is_interpolated_and_the_reader_is_informed(scene, make_table):
     denser = scene.with_values({"output.samples_per_cycle": 1000})
     result = compare(Runs(make_table()), Runs(make_table(of=denser)), scene=scene, tolerance=1e-2)
     assert result.time.size == 401

@@ -83,7 +83,7 @@ def test_a_shift_beyond_the_tolerance_is_the_reason():
 # Contacts between samples
 
 
-def test_samples_that_follow_from_nothing_are_not_judged_and_the_reader_is_told():
+def test_samples_that_follow_from_nothing_are_not_judged_and_the_reader_is_informed():
     coarse, fine = np.linspace(0, 1, 51), np.linspace(0, 1, 151)
     hits = np.arange(5, 46, 5)  # each within one fine interval, at a coarse sample
 

@@ -20,7 +20,7 @@ from comparison.scene import load_scene
 from comparison.tables.table import Table
 
 
-def test_models_that_are_one_are_hardly_ever_told_apart(fake, small):
+def test_models_that_are_one_are_hardly_ever_distinguished(fake, small):
     """Bases and members drawn alike: whatever is confirmed is a false alarm, once in 100 by the ranks."""
     outcomes = []
     for seed in range(25):

@@ -45,7 +45,7 @@ def test_accuracy_sets_both_models_and_stands_in_the_command(scene):
 
 
 @pytest.mark.usefixtures("fake_models")
-def test_the_reliability_is_a_finding_of_its_own_and_a_failed_ideal_run_only_told_of(scene, gravity):
+def test_the_reliability_is_a_finding_of_its_own_and_a_failed_ideal_run_only_reported(scene, gravity):
     good, differing = (
         scene.with_values({"environment.gravity": g}) for g in (gravity.normal, gravity.differ)
     )
@@ -76,8 +76,8 @@ def test_where_the_ideal_mechanism_cannot_be_run_the_verdict_stands(scene, gravi
     assert not result.crashed
     assert result.comparison.reliability.quantities == {}
     assert "newton-failed; try a smaller step" in result.comparison.reliability.missing
-    *_, told = scene_lines([result.comparison])
-    assert told.split()[:3] == ["reliability", "not", "available:"]
+    *_, reported = scene_lines([result.comparison])
+    assert reported.split()[:3] == ["reliability", "not", "available:"]
 
 
 @pytest.mark.slow

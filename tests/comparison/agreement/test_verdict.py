@@ -71,7 +71,7 @@ def test_the_unpredictable_part_neither_helps_nor_hurts():
     b = WAVE + np.where(TIME < 0.3, 0.0, 0.7)
     result = judge(WAVE, b, u)
     assert result.verdict == "agree"
-    assert result.max_difference == pytest.approx(0.7)  # but it is told
+    assert result.max_difference == pytest.approx(0.7)  # but it is reported
     assert judge(WAVE, WAVE + np.where(TIME < 0.3, 1e-3, 0.0), u).verdict == "differ"
 
 

@@ -117,8 +117,8 @@ def test_accuracy_and_set_reach_the_model(scene_file, capsys):
     for options in (["--accuracy", "strict"], ["--accuracy", metres], ["--set", "solver.exudyn.step=5e-7"]):
         assert main(["run", path, "--model", "exudyn", "--out", "a.csv", *options]) == 0
         assert read("a.csv").provenance["scene"]["solver"]["exudyn"]["step"] == 5e-7
-        told = capsys.readouterr().out
-        assert (f"solver.exudyn.step = 5e-07: expected: {float(metres):.2g} m of slider_x" in told) == (
+        reported = capsys.readouterr().out
+        assert (f"solver.exudyn.step = 5e-07: expected: {float(metres):.2g} m of slider_x" in reported) == (
             "--accuracy" in options
         )
 
@@ -132,7 +132,7 @@ def test_accuracy_is_that_of_the_formulation(scene_file):
 
 
 @pytest.mark.parametrize(
-    ("what", "code", "told"),
+    ("what", "code", "reported"),
     [
         ("refuse", 2, "contact.law = 'strip' is not simulated yet"),
         ("nan", 2, "slider_vy is nan in data row 8"),
@@ -140,12 +140,12 @@ def test_accuracy_is_that_of_the_formulation(scene_file):
         ("bug", 70, "RuntimeError: index out of range"),
     ],
 )
-def test_a_run_that_fails_writes_nothing(scene_file, gravity, capsys, what, code, told):
+def test_a_run_that_fails_writes_nothing(scene_file, gravity, capsys, what, code, reported):
     path = scene_file("own", getattr(gravity, what))
     assert main(["run", path, "--model", "exudyn", "--out", "a.csv"]) == code
     out, err = capsys.readouterr()
     assert out == ""
-    assert told in err
+    assert reported in err
     assert err.count("\n") == 1
     assert list(Path.cwd().iterdir()) == []
 

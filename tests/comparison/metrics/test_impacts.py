@@ -227,9 +227,9 @@ def test_a_comparison_of_scenes_tells_the_impacts(scene, make_table):
     # Without uncertainties nothing tells which part is predictable.
     assert list(result.impacts) == ["all"]
     assert result.impacts["all"].recall == 1.0
-    told = as_mapping(result)["impacts"]["all"]
-    assert (told["matched"], told["count_a"], told["precision"]) == (20, 20, 1.0)
-    assert "pairs" not in told
+    reported = as_mapping(result)["impacts"]["all"]
+    assert (reported["matched"], reported["count_a"], reported["precision"]) == (20, 20, 1.0)
+    assert "pairs" not in reported
     late = a.assign(start=a["start"] + 1.1 * window)
     result = compare(with_events(make_table(), a), with_events(make_table(), late), scene=scene)
     assert result.impacts["all"].recall == 0.0

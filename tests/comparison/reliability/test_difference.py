@@ -71,7 +71,7 @@ def test_without_a_refined_run_nothing_is_decided(press):
     assert found.verdict == "undecided"
 
 
-def test_results_that_follow_one_course_are_told_apart_better_than_their_cycles_scatter(press):
+def test_results_that_follow_one_course_are_distinguished_better_than_their_cycles_scatter(press):
     """The pairing: cycles that scatter by 2 m/s^2 in both alike leave a difference of 0.1 m/s^2 visible."""
     scatter = np.repeat(np.random.default_rng(1).normal(0.0, 2.0, 5), 1000)
     course = 8.0 + np.append(0.0, scatter)

@@ -14,12 +14,14 @@ def test_the_crank_pins_contacts_stand_beside_the_corners_and_its_share_by_itsel
     scene: SceneComparison,
 ) -> None:
     seconds = scene.time[-1]
-    told = scene.events[0].head(3)
-    told = told.assign(corner=["ll", "pin", "pin"], start=[0.0, 0.25 * seconds, 0.75 * seconds])
-    told = told.assign(end=[0.5 * seconds, 0.5 * seconds, seconds])
+    contacts = scene.events[0].head(3)
+    contacts = contacts.assign(corner=["ll", "pin", "pin"], start=[0.0, 0.25 * seconds, 0.75 * seconds])
+    contacts = contacts.assign(end=[0.5 * seconds, 0.5 * seconds, seconds])
     for slider in ("clearance", "ideal"):
         joints = {"slider": slider, "crank_pin": "clearance"}
-        html = page(replace(scene, events=(told, told.iloc[:2]), scene=scene.scene | {"joints": joints}))
+        html = page(
+            replace(scene, events=(contacts, contacts.iloc[:2]), scene=scene.scene | {"joints": joints})
+        )
         table = html[html.index("Contacts</h3>") : html.index("Impacts</h3>")]
         rows = dict(re.findall(r'<th scope="row">([^<]*)</th><td class="number">(\d+)</td>', table))
         assert rows == {"lower left": "1", "crank pin": "2", "all": "3"}
@@ -33,7 +35,7 @@ def test_the_crank_pins_contacts_stand_beside_the_corners_and_its_share_by_itsel
         assert [row[:2] for row in cells if row[0] == "free"] == (
             [("free", "50.0\u00a0%")] if slider == "clearance" else []
         )
-    assert ">crank pin" not in page(replace(scene, events=(told.iloc[:1], None)))
+    assert ">crank pin" not in page(replace(scene, events=(contacts.iloc[:1], None)))
 
 
 def test_impacts_stand_below_the_contacts_for_all_and_for_the_predictable_part(
@@ -177,4 +179,4 @@ def test_how_a_difference_was_confirmed_or_taken_back_stands_beside_its_verdict(
     assert "Of 2 scenes 1 differs and 1 agrees. 1 of these verdicts rests on a corrected uncertainty." in said
     harmless = page(replace(scene, confirmation=replace(taken_back, clustered=False)))
     assert "<p><b>no difference after all</b></p>" in harmless
-    assert "Differ is confirmed before it is reported" in words(harmless)
+    assert "Differ is confirmed before it is contacts" in words(harmless)
