@@ -53,7 +53,7 @@ OUTSIDE, TOUCHING, INSIDE = 0, 1, 2
 """Rows of what is found: of open contacts the depth in the wall, in the step that their touch ends by itself
 (there it says how well the touch is located); of closed contacts the distance from the wall."""
 VIOLATIONS, WORST, TIME, CONTACT = 0, 1, 2, 3
-"""Columns: steps beyond the bound, the largest (m), when (s), and which contact."""
+"""Columns: steps outside the bound, the largest (m), when (s), and which contact."""
 
 
 class Geometry(NamedTuple):

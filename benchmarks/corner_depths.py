@@ -78,7 +78,7 @@ class Draw(NamedTuple):
 
 
 class Worst(NamedTuple):
-    """Steps beyond the bound, the largest value of all (m), and when (s)."""
+    """Steps outside the bound, the largest value of all (m), and when (s)."""
 
     steps: int = 0
     value: float = 0.0

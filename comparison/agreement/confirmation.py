@@ -187,7 +187,7 @@ def _underestimated(
 
 
 def _since(result: SceneComparison) -> float:
-    return nan if result.attribution is None else result.attribution.beyond_from
+    return nan if result.attribution is None else result.attribution.outside_from
 
 
 def _reported(result: SceneComparison, found: Confirmation, why: str = "") -> SceneComparison:

@@ -16,7 +16,7 @@ from comparison.tables.table import Table
 COUNTERS_ELSEWHERE = 0.05  # by which the counters may differ on another platform or with other versions
 # Or by so many times what they differ between starts next to each other: the steps of the strict reference at
 # 90 rpm do by 6 % if the start moves by 2e-15 m, which is what rounding does.
-BEYOND_SPREAD = 2.0
+SPREAD_FACTOR = 2.0
 
 
 class Finding(NamedTuple):
@@ -81,7 +81,7 @@ def _counters(record: RunRecord, table: Table, *, exact: bool) -> str:
     before, now = record.counters, checkpoints.counters(table)
     if not exact:
         for key in before.keys() & now.keys():
-            spread = BEYOND_SPREAD * record.spread.get(key, 0)
+            spread = SPREAD_FACTOR * record.spread.get(key, 0)
             if abs(now[key] - before[key]) <= max(1.0, COUNTERS_ELSEWHERE * before[key], spread):
                 now[key] = before[key]
     return _differing(before, now, "the counter")
@@ -99,7 +99,7 @@ def _excited(name: str, table: Table) -> str:
 
 
 def _moved(name: str, points: list[Checkpoint], table: Table) -> str:
-    """Say which checkpoint is furthest beyond its threshold; nothing where none is."""
+    """Say which checkpoint is furthest outside its threshold; nothing where none is."""
     unit, values = channels()[name].unit, table.values(name)
     interval = float(table.time[-1] - table.time[0]) / (table.time.size - 1)
     off = []

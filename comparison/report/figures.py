@@ -47,7 +47,7 @@ class Curves:
     """|difference|."""
     threshold: Array | None
     predictable: BoolArray
-    beyond: BoolArray
+    outside: BoolArray
 
     def between(self, start: float, end: float) -> Curves:
         """Return the samples from start to end (s), and one more on either side."""
@@ -61,7 +61,7 @@ class Curves:
             size=self.size[part],
             threshold=None if self.threshold is None else self.threshold[part],
             predictable=self.predictable[part],
-            beyond=self.beyond[part],
+            outside=self.outside[part],
         )
 
 
@@ -105,7 +105,7 @@ class ChannelFigure:
         )
         (self._size,) = lower.plot([], [], color=svg.DIFFERENCE, label="|difference|")
         self._limit = lower.axhline(1.0, color=svg.LIMIT, lw=0.8, dashes=(1, 2))
-        (self._beyond,) = lower.plot([], [], "x", color=svg.BEYOND, ms=4, label="beyond")
+        (self._outside,) = lower.plot([], [], "x", color=svg.OUTSIDE, ms=4, label="outside")
         self._shades = []
         for axes in (upper, lower):
             shade = PathPatch(_EMPTY, fc=svg.SHADE, lw=0, zorder=0, transform=axes.get_xaxis_transform())
@@ -126,7 +126,7 @@ class ChannelFigure:
                 (
                     lower,
                     _LOWER[0] + _LOWER[1] + 0.012,
-                    [self._size, self._threshold, self._shades[1], self._beyond],
+                    [self._size, self._threshold, self._shades[1], self._outside],
                 ),
             )
         ]
@@ -146,7 +146,7 @@ class ChannelFigure:
         self._say(0, 2, said=curves.walls is not None)
         self._say(1, 1, said=curves.threshold is not None)
         self._say(1, 2, said=bool(edges))
-        self._say(1, 3, said=bool(curves.beyond.any()))
+        self._say(1, 3, said=bool(curves.outside.any()))
         boxes = [
             Path([(low, 0), (low, 1), (high, 1), (high, 0), (low, 0)], closed=True) for low, high in edges
         ]
@@ -188,9 +188,9 @@ class ChannelFigure:
             edge = envelope(curves.threshold)
             self._threshold.set_data(curves.time[edge], curves.threshold[edge])
             shown = np.concatenate([shown, curves.threshold[edge]])
-        marks = upper_envelope(np.where(curves.beyond, curves.size, 0.0), _CROSSES)
-        marks = marks[curves.beyond[marks]]
-        self._beyond.set_data(curves.time[marks], curves.size[marks])
+        marks = upper_envelope(np.where(curves.outside, curves.size, 0.0), _CROSSES)
+        marks = marks[curves.outside[marks]]
+        self._outside.set_data(curves.time[marks], curves.size[marks])
         limited = bool(curves.predictable_below > 0.0)
         self._limit.set_visible(limited)
         if limited:

@@ -103,7 +103,7 @@ def limit_of_predictability(channel: ChannelComparison) -> float:
     return fixed.k * fixed.alpha * channel.scale if channel.u is not None else float("nan")
 
 
-def beyond(channel: ChannelComparison) -> BoolArray:
+def outside(channel: ChannelComparison) -> BoolArray:
     """Return where predictable samples exceed the threshold, shape (n,)."""
     held_against, _ = threshold(channel)
     if held_against is None:

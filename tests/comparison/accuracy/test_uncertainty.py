@@ -53,7 +53,7 @@ def test_a_third_level_covers_two_with_the_same_error_by_chance():
     assert np.all(uncertainty(Levels(base, base), 3, 1e-15) < error)
 
 
-def test_the_spread_counts_within_the_window_and_not_beyond():
+def test_the_spread_counts_within_the_window_and_not_outside():
     base = np.zeros(50)
     finer = base.copy()
     finer[20] = 1.0

@@ -39,7 +39,7 @@ def test_the_side_whose_refinement_removes_the_difference_is_its_cause(scene, ma
     assert found.remaining == expected
     assert found.channels["slider_x"] == expected
     assert set(found.channels) == {name for name, c in result.channels.items() if c.verdict == "agree"}
-    assert (found.still_moves, found.unpredictable, found.beyond_in) == ({}, {}, "")
+    assert (found.still_moves, found.unpredictable, found.outside_in) == ({}, {}, "")
 
 
 def test_the_sentence_names_the_setting_its_value_and_what_was_expected_of_it(scene, make_table):
@@ -92,7 +92,7 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
     result = compared(scene, a, b)
     found = result.attribution
     assert (result.verdict, found.cause) == ("differ", "models")
-    assert (found.beyond_in, found.beyond_from) == ("slider_x", pytest.approx(0.014))
+    assert (found.outside_in, found.outside_from) == ("slider_x", pytest.approx(0.014))
     assert found.sentences[1] == (
         "first outside the band: slider_x at 0.014 s (cycle 1, crank at 124°), "
         "during the first contact of the upper left corner"
@@ -118,7 +118,7 @@ def test_a_small_difference_of_models_is_reported_apart_from_larger_ones_within_
         frame.loc[frame["time"] < 0.4] = a.base.frame[frame["time"] < 0.4]
         frame.loc[frame["time"].between(0.05, 0.2), "slider_x"] += 1e-10
     found = compared(scene, a, b).attribution
-    assert (found.cause, found.beyond_in) == ("models", "slider_x")
+    assert (found.cause, found.outside_in) == ("models", "slider_x")
     # All of it is left, to the rounding of x: 1e-16 of 1e-10 m.
     assert found.remaining == {key: pytest.approx(1.0, rel=1e-5) for key in ("a", "b", "both")}
     assert found.still_moves == {"a": 0.0, "b": 0.0}
@@ -183,14 +183,14 @@ def test_a_force_is_not_predictable_because_its_corner_is_not(scene, make_table)
     assert result.attribution.unpredictable["together"] == 0.0
 
 
-def test_of_foreign_tables_only_the_first_sample_beyond_the_tolerance_is_reported(scene, make_table):
+def test_of_foreign_tables_only_the_first_sample_outside_the_tolerance_is_reported(scene, make_table):
     a, b = Runs(make_table()), Runs(make_table(stretch=1e-3))
     found = compare(a, b, tolerance=1e-4).attribution
     assert isnan(found.explained)
     assert (found.cause, found.remaining, found.unpredictable) == ("", {}, {})
-    # x grows by 1e-3 of its amplitude; the scale is its range, twice that: beyond from sin(phase) > 0.2 on.
+    # x grows by 1e-3 of its amplitude; the scale is its range, twice that: outside from sin(phase) > 0.2 on.
     assert found.sentences == (
-        f"first outside the tolerance: {found.beyond_in} at {found.beyond_from:.4g} s",
+        f"first outside the tolerance: {found.outside_in} at {found.outside_from:.4g} s",
     )
     assert compare(a, b, tolerance=1.0).attribution.sentences == ()
     assert compare(a, b).attribution.sentences == ()

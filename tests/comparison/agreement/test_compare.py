@@ -33,7 +33,7 @@ def test_two_models_whose_errors_explain_their_difference_agree(scene, make_tabl
     assert result.channels["slider_x"].max_scaled < 6e-6
 
 
-def test_a_difference_of_models_beyond_the_numerics_is_found_in_every_channel_it_touches(scene, make_table):
+def test_a_difference_of_models_outside_the_numerics_is_found_in_every_channel_it_touches(scene, make_table):
     result = compare(runs(make_table, 1e-6), runs(make_table, 2e-6, stretch=1e-3), scene=scene, labels=LABELS)
     assert result.verdict == "differ"
     assert {name for name, c in result.channels.items() if c.verdict == "differ"} == set(result.channels)

@@ -70,7 +70,7 @@ def test_a_shift_is_held_against_the_tolerance_and_a_scene_sharpens_it(scene):
     assert (verdict(1e-7, scene=scene), verdict(1e-4, scene=scene)) == ("agree", "differ")
 
 
-def test_a_shift_beyond_the_tolerance_is_the_reason():
+def test_a_shift_outside_the_tolerance_is_the_reason():
     time = np.arange(401) * 2e-3
     b = slider(time - 8e-4, ("slider_y",))
     b.frame["time"] = time

@@ -68,7 +68,7 @@ def test_two_installed_models_are_refined_and_judged_by_their_uncertainty():
     tolerances = [run.provenance["scene"]["solver"]["odd"]["tolerance"] for run in (
         same.runs["odd"].base, same.runs["odd"].finer, same.runs["odd"].coarser)]  # fmt: skip
     assert tolerances == pytest.approx([1e-8, 1e-9, 1e-7], rel=1e-14)
-    # Ten times the error of either, and so beyond what 1.25 * 10/9 of both explain.
+    # Ten times the error of either, and so outside what 1.25 * 10/9 of both explain.
     (other,) = validate([scene.with_values({"solver.odd.bias": 1e-6})], models=("odd", "even"))
     assert other.comparison.verdict == "differ"
 

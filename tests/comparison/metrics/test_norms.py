@@ -145,11 +145,11 @@ def test_the_tube_passes_a_contact_force_that_is_missing_altogether():
     assert tube_share(np.zeros(TIME.shape), force) < 1.0  # the other way round it is seen
 
 
-@pytest.mark.parametrize(("beyond", "share"), [(0.99, 1.0), (1.01, 0.0)])
-def test_the_tube_of_a_signal_is_as_high_as_its_share_of_the_range(beyond, share):
+@pytest.mark.parametrize(("excess", "share"), [(0.99, 1.0), (1.01, 0.0)])
+def test_the_tube_of_a_signal_is_as_high_as_its_share_of_the_range(excess, share):
     # Steps are as wide as they are high: away from them only the height counts.
     step = np.repeat([0.0, 1.0], 200)
-    assert tube_share(step, step + beyond * TUBE) == share
+    assert tube_share(step, step + excess * TUBE) == share
 
 
 @pytest.mark.parametrize(("late", "share"), [(4, 1.0), (5, 2000 / 2001)])

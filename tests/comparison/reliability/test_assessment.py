@@ -54,7 +54,7 @@ def test_an_error_within_one_bin_is_found_at_its_angle_with_its_share(press):
     assert found.deviation[found.worst] == pytest.approx(90 * np.sqrt(share * (1 - share)), rel=1e-12)
 
 
-def test_an_error_to_either_side_is_beyond_the_limit(press):
+def test_an_error_to_either_side_is_outside_the_limit(press):
     for error in (90.0, -90.0):
         found = assess(slider_errors(press(error), press(), PERIOD), SETTINGS)["acceleration"]
         assert found.within.tolist() == [0.0] * 10

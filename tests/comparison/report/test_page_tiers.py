@@ -179,4 +179,4 @@ def test_how_a_difference_was_confirmed_or_taken_back_stands_beside_its_verdict(
     assert "Of 2 scenes 1 differs and 1 agrees. 1 of these verdicts rests on a corrected uncertainty." in said
     harmless = page(replace(scene, confirmation=replace(taken_back, clustered=False)))
     assert "<p><b>no difference after all</b></p>" in harmless
-    assert "Differ is confirmed before it is contacts" in words(harmless)
+    assert "Differ is confirmed before it is reported" in words(harmless)
