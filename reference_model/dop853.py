@@ -1,34 +1,21 @@
 """One step of the eighth-order Dormand-Prince method with its seventh-order dense output.
 
 E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", 2nd ed., Sec. II.5-II.6.
-The coefficients are scipy's. The stages need only the free coordinates: the integrals behind them are
-quadratures, which the method's weights give at the same order without further evaluations.
+The stages need only the free coordinates: the integrals behind them are quadratures, which the method's
+weights give at the same order without further evaluations.
 """
 
 import math
 
-import numpy as np
-from scipy.integrate import DOP853
-
 from reference_model.compiled import bare, kernel
 from reference_model.constants import Constants
+from reference_model.dop853_coefficients import A_EXTRA, C_EXTRA, E3, E5, STAGE_SHARES, A, D
 from reference_model.forces import Array
 from reference_model.formulations import derivative, driven_of, free, right_hand_side, tabulate_driven
 
 STAGES = 12
 """Of the step; row 12 of the stage array is the derivative at its end, rows 13-15 serve the dense output."""
 ROWS = 16
-
-# The weights are the last row: the derivative at the step's end is the next step's first stage.
-_A = np.zeros((STAGES + 1, STAGES))
-_A[:STAGES], _A[STAGES] = DOP853.A, DOP853.B
-STAGE_SHARES = np.append(DOP853.C, 1.0)
-"""Shares of the step at which the stages lie, its end last."""
-_A_EXTRA = np.array(DOP853.A_EXTRA)
-_C_EXTRA = np.array(DOP853.C_EXTRA)
-_D = np.array(DOP853.D)
-_E3 = np.array(DOP853.E3)
-_E5 = np.array(DOP853.E5)
 
 
 @kernel
@@ -58,7 +45,7 @@ def take_step(
         for m in range(n if i < STAGES else y.size):
             s = 0.0
             for j in range(i):
-                s += _A[i, j] * k[j, m]
+                s += A[i, j] * k[j, m]
             y1[m] = y[m] + h * s
         derivative(c, t + STAGE_SHARES[i] * h, driven_of(c, table, i - 1), y1, modes, k[i], stages[i])
 
@@ -74,8 +61,8 @@ def error_norm(h: float, k: Array, weights: Array) -> float:
     for m in range(n):
         s5 = s3 = 0.0
         for j in range(STAGES + 1):
-            s5 += _E5[j] * k[j, m]
-            s3 += _E3[j] * k[j, m]
+            s5 += E5[j] * k[j, m]
+            s3 += E3[j] * k[j, m]
         e5 += (s5 * weights[m]) ** 2
         e3 += (s3 * weights[m]) ** 2
     if e5 == 0.0:
@@ -107,9 +94,9 @@ def prepare_dense(
         for m in range(n):
             s = 0.0
             for j in range(STAGES + 1 + i):
-                s += _A_EXTRA[i, j] * k[j, m]
+                s += A_EXTRA[i, j] * k[j, m]
             scratch[m] = y[m] + h * s
-        right_hand_side(c, t + _C_EXTRA[i] * h, scratch, modes, k[STAGES + 1 + i], contacts)
+        right_hand_side(c, t + C_EXTRA[i] * h, scratch, modes, k[STAGES + 1 + i], contacts)
     for m in range(count):
         change = y1[m] - y[m]
         f[0, m] = change
@@ -118,7 +105,7 @@ def prepare_dense(
         for i in range(4):
             s = 0.0
             for j in range(ROWS):
-                s += _D[i, j] * k[j, m]
+                s += D[i, j] * k[j, m]
             f[3 + i, m] = h * s
 
 

@@ -6,9 +6,10 @@ their changes of sign bound the number of its zeros (Descartes' rule; G. Farin, 
 CAGD", 5th ed., Sec. 5.2-5.3). An interval on which that settles nothing is to be halved.
 """
 
+from math import comb
+
 import numpy as np
 from numpy.polynomial import chebyshev
-from scipy.special import comb
 
 from reference_model.compiled import bare
 from reference_model.forces import Array
@@ -28,7 +29,8 @@ SETTLED, CROSSES, BELOW, UNCLEAR = range(4)
 """Not negative; turns negative exactly once; nowhere positive; nothing is certain."""
 
 _POWERS = np.arange(POINTS)
-_BERNSTEIN = comb(DEGREE, _POWERS) * NODES[:, None] ** _POWERS * (1.0 - NODES[:, None]) ** (DEGREE - _POWERS)
+_BINOMIALS = np.array([float(comb(DEGREE, power)) for power in _POWERS])
+_BERNSTEIN = _BINOMIALS * NODES[:, None] ** _POWERS * (1.0 - NODES[:, None]) ** (DEGREE - _POWERS)
 _TO_BERNSTEIN = np.linalg.inv(_BERNSTEIN)
 _WEIGHTS = (-1.0) ** _POWERS * np.where(_POWERS % DEGREE == 0, 0.5, 1.0)
 _TO_LAST = np.linalg.inv(chebyshev.chebvander(2.0 * NODES - 1.0, DEGREE))[-2:]

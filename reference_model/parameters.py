@@ -8,6 +8,9 @@ from reference_model.constants import Constants
 LAWS = ("hertz-corners", "paper-switching", "strip")
 """Contact laws of the slider, by their number in `Constants.law`."""
 
+SCIPY_METHODS = ("BDF", "Radau", "LSODA", "scipy-DOP853")
+"""Integrators of `reference_model.scipy_solvers`: scipy's names, except the one with a compiled namesake."""
+
 
 @dataclass(frozen=True)
 class Rod:
@@ -103,7 +106,7 @@ class Parameters:
     formulation: str
     """"auto" (the smallest that gives what the scene asks for), "minimal" or "multiplier"."""
     method: str
-    """Integrator: "dop853", compiled, or one of `reference_model.scipy_solvers.SOLVERS`."""
+    """Integrator: "dop853", compiled, or one of `SCIPY_METHODS`."""
     tolerance: float
     """Absolute local error of the positions, m and rad."""
     alpha: float

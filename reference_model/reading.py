@@ -4,12 +4,11 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from reference_model.parameters import LAWS, Parameters, Rod, Slider
-from reference_model.scipy_solvers import SOLVERS
+from reference_model.parameters import LAWS, SCIPY_METHODS, Parameters, Rod, Slider
 
 GROUPS = ("accelerations", "corners", "joints", "energy")
 FORMULATIONS = ("auto", "minimal", "multiplier")
-METHODS = ("dop853", *SOLVERS)
+METHODS = ("dop853", *SCIPY_METHODS)
 SMALLEST_TOLERANCE = 1e-14
 """Of solver.reference.tolerance, rad."""
 _LARGEST_SHARE = 0.01

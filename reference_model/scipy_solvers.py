@@ -30,12 +30,13 @@ from reference_model.integrate import (
 )
 from reference_model.jacobian import jacobian
 from reference_model.observation import CHANNELS, audit, note_forces, observe, widen
+from reference_model.parameters import SCIPY_METHODS
 from reference_model.progress import BUFFERED, ENDED, EVENT_BUFFER, SAMPLES, STEPS, SWITCHES, Progress, switch
 from reference_model.recording import Samples, force_peak, has_peak, keep
 from reference_model.watch import watch_contacts, watch_energy
 
-SOLVERS: dict[str, type[OdeSolver]] = {"BDF": BDF, "Radau": Radau, "LSODA": LSODA, "scipy-DOP853": DOP853}
-"""By the name of the method in a scene: scipy's, but for the one that has a compiled namesake."""
+SOLVERS: dict[str, type[OdeSolver]] = dict(zip(SCIPY_METHODS, (BDF, Radau, LSODA, DOP853), strict=True))
+"""By the name of the method in a scene."""
 
 RTOL = 100.0 * float(np.finfo(np.float64).eps)
 """The smallest that scipy takes. The tolerance of a scene is absolute: that a coordinate is 0.55 m long makes
@@ -77,7 +78,7 @@ class ScipySolver:
         tolerance: float,
         samples: Samples,
     ) -> None:
-        self._class = SOLVERS[method]
+        self._class, self.rtol = SOLVERS[method], RTOL
         self._c, self._p, self._samples = c, progress, samples
         self._t_end, self._max_step, self._tolerance = t_end, max_step, tolerance
         self._atol = np.full(state_size(c), _UNCONTROLLED)
@@ -162,7 +163,7 @@ class ScipySolver:
             right_hand_side(c, t, y, p.modes, dy, contacts)
             return dy
 
-        options: dict[str, Any] = {"rtol": RTOL, "atol": self._atol, "max_step": self._max_step}
+        options: dict[str, Any] = {"rtol": self.rtol, "atol": self._atol, "max_step": self._max_step}
         if self._class is not DOP853:
             # Where it overflows Newton's method fails with any matrix, and the solver halves its step.
             options["jac"] = lambda t, y: np.nan_to_num(jacobian(c, t, y, p.modes), posinf=0.0, neginf=0.0)

@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.metadata import version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from reference_model import integrate
-from reference_model.constants import Formulation, as_record
+from reference_model.constants import Constants, Formulation, as_record
 from reference_model.energy import ENERGIES
 from reference_model.forces import Array
 from reference_model.ideal import observe_ideal
@@ -24,14 +24,16 @@ from reference_model.observation import (
     MOTION,
     NAMES,
 )
-from reference_model.parameters import Parameters
+from reference_model.parameters import SCIPY_METHODS, Parameters
 from reference_model.progress import BUFFERED, SAMPLES, Progress, begin, cycle_time, reached
 from reference_model.reactions import REACTIONS
 from reference_model.reading import read_parameters
 from reference_model.recording import Samples, finish, samples_of
-from reference_model.scipy_solvers import RTOL, SOLVERS, ScipySolver
 from reference_model.start import NAMES as FORMULATION_NAMES
 from reference_model.start import formulation, start
+
+if TYPE_CHECKING:
+    from reference_model.scipy_solvers import ScipySolver
 
 STEPS_PER_CYCLE_LIMIT = 5_000_000
 """Attempted steps and switches after which a run is stopped; the shipped scenes need some 2e3 a cycle at
@@ -151,9 +153,7 @@ def _simulated(
     largest = p.period * LARGEST_STEP_PER_CYCLE
     state = begin(c, y0, 1.0e-3 * largest)
     cycles = max(1.0, p.cycles)
-    scipy_solver = None
-    if p.method in SOLVERS:
-        scipy_solver = ScipySolver(p.method, c, state, samples.times[-1], largest, p.tolerance, samples)
+    scipy_solver = None if p.method not in SCIPY_METHODS else _scipy_solver(p, c, state, samples)
     events = []
     t_end, t_stop, reported = samples.times[-1], 0.0, 0.0
     code = integrate.REACHED
@@ -188,7 +188,7 @@ def _simulated(
         remedy += "; where a corner stays pressed deep into a wall, take solver.reference.method = 'LSODA'"
     if scipy_solver is not None:
         provenance["integrator"] = f"scipy {p.method.removeprefix('scipy-')} with located events"
-        provenance["settings"] = settings | {"relative_tolerance": RTOL}
+        provenance["settings"] = settings | {"relative_tolerance": scipy_solver.rtol}
         provenance["counters"] = scipy_solver.counters
         remedy = remedy and f"{remedy}; or take solver.reference.method = 'dop853'"
     if kind in (Formulation.MULTIPLIER, Formulation.MULTIPLIER_IDEAL):
@@ -200,6 +200,14 @@ def _simulated(
         status, remedy = VIOLATED, broken
     result = _result(samples, int(state.counters[SAMPLES]), rows, state.extrema, provenance)
     return replace(result, status=status, remedy=remedy)
+
+
+def _scipy_solver(p: Parameters, c: Constants, state: Progress, samples: Samples) -> "ScipySolver":
+    # Imported only where it is used: with scipy it takes longer than a short run.
+    from reference_model.scipy_solvers import ScipySolver
+
+    largest = p.period * LARGEST_STEP_PER_CYCLE
+    return ScipySolver(p.method, c, state, samples.times[-1], largest, p.tolerance, samples)
 
 
 def _largest_drift(extrema: Array) -> dict[str, float]:

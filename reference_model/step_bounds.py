@@ -11,7 +11,8 @@ import numpy as np
 
 from reference_model.compiled import bare, inlined
 from reference_model.constants import Constants
-from reference_model.dop853 import STAGE_SHARES, STAGES
+from reference_model.dop853 import STAGES
+from reference_model.dop853_coefficients import STAGE_SHARES
 from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array
 from reference_model.journal import JOURNAL
 from reference_model.switching import MARGINS, NONE, margin_at, margin_of, smooth_gap, smooth_rate

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 import typer
 
+BETWEEN_LINES = 60.0
+"""s; between two lines of progress in a log."""
+
 
 @contextmanager
-def progress(text: str) -> Iterator[Callable[[float], None] | None]:
-    """Show a progress bar on a terminal; nothing in a pipe."""
+def progress(text: str) -> Iterator[Callable[[float], None]]:
+    """Show a progress bar on a terminal, and a line a minute in a log."""
     if not sys.stderr.isatty():
-        yield None
+        yield _lines(text)
         return
     from rich.console import Console
     from rich.progress import Progress
@@ -22,6 +26,22 @@ def progress(text: str) -> Iterator[Callable[[float], None] | None]:
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(text, total=1.0)
         yield lambda share: bar.update(task, completed=share)
+
+
+def _lines(text: str) -> Callable[[float], None]:
+    """Return what prints the finished share to stderr, at most once in `BETWEEN_LINES`."""
+    started = printed = time.monotonic()
+
+    def report(share: float) -> None:
+        nonlocal printed
+        now = time.monotonic()
+        if now - printed < BETWEEN_LINES or share >= 1.0:
+            return
+        printed = now
+        left = f", about {(now - started) * (1.0 / share - 1.0) / 60.0:.0f} min left" if share > 0.0 else ""
+        typer.echo(f"sixbar: {text}: {share:.0%}{left}", err=True)
+
+    return report
 
 
 def warn(warnings: Sequence[str]) -> None:

@@ -102,7 +102,7 @@ def run(
     from comparison.accuracy.plan import expectation
     from comparison.engines.registry import find
     from comparison.execution.quality_checks import doubts
-    from comparison.execution.run import VIOLATED, Job, RunError, run_all, successful
+    from comparison.execution.run import VIOLATED, Job, RunError, run_uncached, successful
     from comparison.files import check_folder
     from comparison.scene import load_scene, parse_set
     from comparison.tables.table import check_format, write
@@ -120,7 +120,7 @@ def run(
     warn(loaded.warnings)
     job = Job(loaded, model)
     with progress(f"{loaded.name} by {model}") as report:
-        (outcome,) = run_all([job], 1, report, cached=False)
+        outcome = run_uncached(job, report)
     if outcome.partial is not None:
         kept = write(outcome.partial, out.with_name(f"{out.stem}.partial{out.suffix}"))
         count = len(outcome.partial.frame)

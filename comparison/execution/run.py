@@ -142,6 +142,30 @@ def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table
     return _of_scene(successful(_attempt(job, progress), job), scene)
 
 
+def run_uncached(job: Job, on_progress: Progress | None = None) -> Outcome:
+    """Run one job without the cache: the reference in this process, any other model in a worker.
+
+    The reference has no code of its own that could end its process, and a second interpreter takes longer to
+    start than most of its runs.
+
+    Raises
+    ------
+    EngineError
+        If the model is unknown.
+    """
+    if job.model == "reference":
+        return _outcome_of_scene(_attempt(job, on_progress), job.scene)
+    with closing(work(_attempt, [("", job)], 1)) as events:
+        for _, event in events:
+            if isinstance(event, Outcome):
+                return _outcome_of_scene(event, job.scene)
+            if isinstance(event, Died):
+                return Outcome("crashed", event.words)
+            if on_progress:
+                on_progress(event.value)
+    raise AssertionError("a worker's last event is an outcome or its death")
+
+
 def runner(model: str) -> Callable[[Scene], Table]:
     """Return `run_one` of a model for many short runs: it is looked up once, which takes as long as one.
 
@@ -163,10 +187,8 @@ def run_all(
     jobs: Sequence[Job],
     n_jobs: int,
     on_progress: Progress | None = None,
-    *,
-    cached: bool = True,
 ) -> list[Outcome]:
-    """Run many scenes, equal ones once.
+    """Run many scenes, equal ones once; cached runs are used, and each successful one is cached as it ends.
 
     Parameters
     ----------
@@ -176,8 +198,6 @@ def run_all(
         Number of parallel worker processes.
     on_progress
         Called with the finished share of the expected work, 0 to 1.
-    cached
-        Whether cached runs are used. Successful runs are always cached, each as soon as it ends.
 
     Returns
     -------
@@ -198,7 +218,7 @@ def run_all(
     todo = dict(zip(keys, jobs, strict=True))
     outcomes: dict[str, Outcome] = {}
     for key, job in todo.items():
-        kept = fetch(key, *_demands(job)) if cached else None
+        kept = fetch(key, *_demands(job))
         if kept is not None:
             outcomes[key] = Outcome("success", table=kept)
     shares = {key: float(key in outcomes) for key in todo}

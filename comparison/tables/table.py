@@ -16,7 +16,9 @@ from typing import Any, Protocol
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 from numpy.typing import NDArray
+from pyarrow import csv
 
 from comparison.files import plain, replacing, write_json
 
@@ -153,8 +155,6 @@ def read_frame(path: Path, **layout: Any) -> pd.DataFrame:
     frame: pd.DataFrame
     with _readable(path), warnings.catch_warnings():
         if path.suffix.lower() == ".parquet":
-            import pyarrow as pa
-
             frame = pd.read_parquet(path, engine="pyarrow")
             pa.default_memory_pool().release_unused()  # it retains the memory of decoding
             return frame
@@ -183,8 +183,8 @@ def read_events(path: Path) -> pd.DataFrame | None:
 def write(table: Table, path: str | Path) -> Path:
     """Write a table with its events and provenance; the table itself last, atomically.
 
-    Doubles are written with full precision: reading them back gives the same bits. Missing folders are
-    created.
+    Doubles are written with full precision: reading them back gives the same bits, but for the sign of zeros
+    in a column of integers. Missing folders are created.
 
     Raises
     ------
@@ -202,14 +202,23 @@ def write(table: Table, path: str | Path) -> Path:
         write_json({**table.provenance, "extrema": table.extrema}, record_path)
         with replacing(path) as part:
             if path.suffix.lower() == ".csv":
-                table.frame.to_csv(part, index=False)
+                _write_csv(table.frame, part)
             else:
                 table.frame.to_parquet(part, index=False)
-    except ImportError as error:
-        raise TableError(f"{path}: {_NO_PARQUET}") from error
     except OSError as error:
         raise TableError(f"{path}: cannot be written: {error.strerror or error}") from error
     return path
+
+
+def _write_csv(frame: pd.DataFrame, path: Path) -> None:
+    """Write numbers by pyarrow, which takes an eighth of the time of pandas.
+
+    Its own header line would be quoted.
+    """
+    with path.open("wb") as file:
+        file.write(frame.head(0).to_csv(index=False).encode())
+        rows = pa.Table.from_pandas(frame, preserve_index=False)
+        csv.write_csv(rows, file, csv.WriteOptions(include_header=False))
 
 
 def check_format(path: Path) -> None:
@@ -224,16 +233,11 @@ def check_format(path: Path) -> None:
         raise TableError(f"{path}: the name must end in {' or '.join(FORMATS)}")
 
 
-_NO_PARQUET = "Parquet needs pyarrow: pip install 'sixbar-crossval[parquet]', or use .csv"
-
-
 @contextmanager
 def _readable(path: Path) -> Iterator[None]:
     """Convert errors of reading a file to one-line messages."""
     try:
         yield
-    except ImportError as error:
-        raise TableError(f"{path}: {_NO_PARQUET}") from error
     except OSError as error:
         raise TableError(f"{path}: {error.strerror or error}") from error
     # pandas' parser errors, pyarrow's, JSON's and UnicodeDecodeError are ValueErrors

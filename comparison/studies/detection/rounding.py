@@ -38,8 +38,8 @@ REARRANGED = (
         "reference_rearranged",
         "reference",
         "dop853.py",
-        "            for j in range(i):\n                s += _A[i, j]",
-        "            for j in range(i - 1, -1, -1):\n                s += _A[i, j]",
+        "            for j in range(i):\n                s += A[i, j]",
+        "            for j in range(i - 1, -1, -1):\n                s += A[i, j]",
     ),
     # The damped force as a sum of two forces: of every contact, in both formulations.
     Rearranged(

@@ -85,7 +85,6 @@ def test_faulty_tables_never_pass(fault, capsys):
 
 
 def test_parquet_and_text_give_the_same_verdict(make_table):
-    pytest.importorskip("pyarrow")
     write(make_table(), Path("a.parquet"))
     write(make_table(), Path("b.csv"))
     assert main(["compare", "a.parquet", "b.csv", "--tolerance", "1e-12"]) == 0

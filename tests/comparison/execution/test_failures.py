@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from comparison.cli import main
-from comparison.execution.run import Job, run_all
+from comparison.execution.run import Job, run_all, run_uncached
 from comparison.scene import load_scene
 from comparison.tables.table import read
 
@@ -131,7 +131,7 @@ def test_an_exception_inside_exudyns_user_function_is_one_line(capfd):
     found, sound = run_all(jobs, 1)
     assert (found.status, found.message) == ("crashed", "ArithmeticError: the wall is gone")
     assert sound.status == "success"
-    (alone,) = run_all(jobs[1:], 1, cached=False)
+    alone = run_uncached(jobs[1])
     assert sound.table.frame.equals(alone.table.frame)
     assert main(command("faulty", SHORT)) == 70
     out, err = capfd.readouterr()

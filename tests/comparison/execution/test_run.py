@@ -11,7 +11,7 @@ import pytest
 
 import comparison.execution.run
 from comparison.execution.cache import cache_folder, run_key
-from comparison.execution.run import Job, RunError, describe, run_all, run_one
+from comparison.execution.run import Job, RunError, describe, run_all, run_one, run_uncached
 from comparison.execution.workers import execution_order, work
 from comparison.scene import SceneError
 
@@ -148,7 +148,7 @@ def test_equal_runs_are_made_once_and_kept_and_the_other_models_settings_do_not_
     assert len(log_of(fake_models)) == 1
     assert third.table.frame.to_numpy().tobytes() == first.table.frame.to_numpy().tobytes()
     assert third.table.provenance == first.table.provenance
-    run_all([Job(scene, "reference")], 1, cached=False)
+    run_uncached(Job(scene, "exudyn"))
     assert len(log_of(fake_models)) == 2
 
 

@@ -21,8 +21,6 @@ EVENTS = pd.DataFrame({"corner": ["ll", "ur"], "start": [0.0, 0.1], "end": [0.01
 
 @pytest.mark.parametrize("ending", ["csv", "parquet", "CSV"])
 def test_what_is_written_is_read_bit_for_bit(tmp_path, make_table, ending):
-    if ending == "parquet":
-        pytest.importorskip("pyarrow")
     extrema = {"slider_x": {"min": -1.0, "time_of_min": 0.1, "max": 1.0, "time_of_max": 0.2}}
     table = Table(make_table().frame, EVENTS, extrema, {"model": "reference", "status": "success"})
     again = read(write(table, tmp_path / "deep" / f"run.{ending}"))

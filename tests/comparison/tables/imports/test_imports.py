@@ -81,7 +81,6 @@ def test_our_own_tables_arrive_bit_for_bit(make_table):
 
 
 def test_parquet_with_other_names():
-    pytest.importorskip("pyarrow")
     frame = pd.DataFrame(ROWS, columns=["TIME", ".press.Y", ".press.ROT"])
     frame.to_parquet("a.parquet", index=False)
     same(one(Path("a.parquet"), ADAMS))
