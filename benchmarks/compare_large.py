@@ -1,6 +1,6 @@
 """`sixbar compare` on two tables of a million rows and nine channels: time and peak memory.
 
-The tables are the slider's motion and accelerations of a made-up run of 25 crank turns with noise of 1e-9 of
+The tables are the slider's motion and accelerations of a made-up run of 25 crank cycles with noise of 1e-9 of
 each channel's size, in 17 digits. They are compared with a tolerance, once on the same times and once on
 others (the second table is interpolated), as text and as Parquet. The report is written each time. Each call
 is a process of its own, started `--rounds` times: the least wall time, the least processor time (both
@@ -23,13 +23,13 @@ import pandas as pd
 from comparison.tables.channels import channels
 from comparison.tables.table import Table, write
 
-PERIOD, TURNS = 0.4, 25
+PERIOD, CYCLES = 0.4, 25
 NAMES = [name for name, channel in channels().items() if channel.group in {"motion", "accelerations"}]
 
 
 def table(rows: int, seed: int) -> Table:
     rng = np.random.default_rng(seed)
-    t = np.linspace(0.0, PERIOD * TURNS, rows)
+    t = np.linspace(0.0, PERIOD * CYCLES, rows)
     w = 2 * np.pi / PERIOD
     columns = {"time": t}
     for n, (position, velocity, acceleration) in enumerate(

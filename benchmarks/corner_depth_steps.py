@@ -27,8 +27,8 @@ from reference_model.progress import (
     SWITCHES,
     Progress,
     begin,
-    begin_turn,
-    turn_start,
+    begin_cycle,
+    cycle_start,
 )
 from reference_model.reading import read_parameters
 from reference_model.recording import Samples, samples_of
@@ -53,7 +53,7 @@ OUTSIDE, TOUCHING, INSIDE = 0, 1, 2
 """Rows of what is found: of open contacts the depth in the wall, in the step that their touch ends by itself
 (there it says how well the touch is located); of closed contacts the distance from the wall."""
 VIOLATIONS, WORST, TIME, CONTACT = 0, 1, 2, 3
-"""Columns: steps beyond the bound, the largest (m), when (s), and which contact."""
+"""Columns: steps outside the bound, the largest (m), when (s), and which contact."""
 
 
 class Geometry(NamedTuple):
@@ -176,9 +176,9 @@ def follow(
     switched = p.counters[SWITCHES]
     found[:] = 0.0
     while True:
-        begin_turn(c, p)
-        turn, t = turn_start(c, p), p.clock[0]
-        if t_end - turn - t <= 1e-12 * t_end:
+        begin_cycle(c, p)
+        cycle, t = cycle_start(c, p), p.clock[0]
+        if t_end - cycle - t <= 1e-12 * t_end:
             return REACHED
         attempts = p.counters[STEPS] + p.counters[REJECTED] + p.counters[SWITCHES]
         if attempts >= limit:
@@ -223,7 +223,7 @@ def follow(
                     if wrong > found[row, WORST]:
                         found[row, WORST], found[row, TIME], found[row, CONTACT] = (
                             wrong,
-                            turn + t + share * h,
+                            cycle + t + share * h,
                             j,
                         )
             found[:, VIOLATIONS] += broken

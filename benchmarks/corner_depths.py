@@ -78,7 +78,7 @@ class Draw(NamedTuple):
 
 
 class Worst(NamedTuple):
-    """Steps beyond the bound, the largest value of all (m), and when (s)."""
+    """Steps outside the bound, the largest value of all (m), and when (s)."""
 
     steps: int = 0
     value: float = 0.0
@@ -241,13 +241,13 @@ def work(
         for draw, one in zip(draws, pool.map(judge, draws), strict=True):
             found.append((draw, one))
             if one.too_deep or len(found) % max(1, len(draws) // 20) == 0:
-                told = f"{what}: {len(found)}/{len(draws)}, {time.monotonic() - begun:.0f} s"
+                reported = f"{what}: {len(found)}/{len(draws)}, {time.monotonic() - begun:.0f} s"
                 if one.too_deep:
                     deepest = max(one.missed, one.late, key=lambda worst: worst.value)
-                    told += (
+                    reported += (
                         f"; run {draw.number}: {deepest.value:.1e} m at {deepest.time:.6f} s, {draw.labels}"
                     )
-                print(told, file=sys.stderr, flush=True)
+                print(reported, file=sys.stderr, flush=True)
     return found
 
 

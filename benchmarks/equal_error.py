@@ -90,7 +90,7 @@ def minimal_at(error: float, exact: np.ndarray) -> tuple[float, float]:
 
 def compare(name: str, other: Run, exact: np.ndarray, known: float, rounds: int) -> str:
     """Time a run against the minimal form at no larger error; return a row of the table."""
-    # An error below that of the exact solution cannot be told from it.
+    # An error below that of the exact solution cannot be distinguished from it.
     error = max(error_of(other(), exact), known)
     tolerance, reached = minimal_at(error, exact)
     minimal = reference(tolerance)

@@ -40,10 +40,10 @@ SPREAD = 1e-9
 """m."""
 
 
-def run(tolerance: float, twin: bool = False) -> Any:
+def run(tolerance: float, perturbed: bool = False) -> Any:
     data = SCENE.data
     changes: dict[str, Any] = {"solver.reference.tolerance": tolerance}
-    if twin:
+    if perturbed:
         clearance = data["clearance"]["slider"]
         changes["initial.slider_offset"] = data["initial"]["slider_offset"] + 1e-9 * clearance
         changes["initial.slider_angle"] = 1e-9 * clearance / data["mechanism"]["slider"]["length"]
@@ -52,7 +52,9 @@ def run(tolerance: float, twin: bool = False) -> Any:
 
 def accuracy(strict: float) -> None:
     """Print, for each tolerance, the share of the meaningful samples that are right, and the worst."""
-    runs = [run(t, twin).columns["slider_x"] for t in (strict, strict / 10.0) for twin in (False, True)]
+    runs = [
+        run(t, perturbed).columns["slider_x"] for t in (strict, strict / 10.0) for perturbed in (False, True)
+    ]
     meaningful = np.ptp(runs, axis=0) < SPREAD
     share = meaningful.mean()
     print(

@@ -11,7 +11,7 @@
 | Figs. 7, 8 | clearance at the crank pin A | `journal` |
 | Eqs. 14-21 | coordinates and multipliers, Baumgarte | `multiplier` |
 | their projections | the fewest coordinates | `minimal` (slider), `chain` (crank pin, both) |
-| the paper's ode15s | scipy's BDF and others, same equations and events | `by_scipy`, `dense_events` |
+| the paper's ode15s | scipy's BDF and others, same equations and events | `scipy_solvers`, `dense_events` |
 | - | where a mode ends | `switching`; most steps hold no end: `step_bounds`; search: `isolation`, `events` |
 | - | what no correct run can show | `watch`, judged by `invariants` |
 

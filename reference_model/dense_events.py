@@ -33,7 +33,7 @@ from reference_model.switching import MARGINS, NONE, contact_state, margin_at, m
 Dense = Callable[[Array | float], Array]
 """Times (s), shape () or (n,) -> states, shape (size,) or (size, n)."""
 Margin = Callable[[float], float]
-"""Time (s) -> what is positive before an end or a turn, and negative after it: m or m/s."""
+"""Time (s) -> what is positive before an end or a turning point, and negative after it: m or m/s."""
 
 HALVINGS = 50
 """Down to the rounding of a step."""

@@ -28,10 +28,10 @@ from reference_model.progress import (
     STEPS,
     SWITCHES,
     Progress,
-    begin_turn,
+    begin_cycle,
+    cycle_start,
     nothing_touches,
     switch,
-    turn_start,
 )
 from reference_model.recording import Samples, note_step
 from reference_model.step_bounds import has_ended, step_may_switch
@@ -110,7 +110,7 @@ def advance(
     max_step
         s.
     step_limit
-        Attempted steps and switches since t = 0 after which the work is given up.
+        Attempted steps and switches since t = 0 after which the run is stopped.
     samples
         Written when their times are passed; one at `t_end` is left to `finish`.
 
@@ -119,11 +119,11 @@ def advance(
     int
         REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT or CHATTER.
     """
-    begin_turn(c, p)
-    turn = turn_start(c, p)
+    begin_cycle(c, p)
+    cycle = cycle_start(c, p)
     t, h = p.clock[0], p.clock[1]
-    t_stop -= turn
-    t_end -= turn
+    t_stop -= cycle
+    t_end -= cycle
     size = state_size(c)
     k, f = np.zeros((ROWS, size)), np.empty((7, size))
     y1, state, dy = np.empty(size), np.empty(size), np.empty(size)
@@ -217,7 +217,7 @@ def advance(
         if contact != NONE:
             kind, _, _ = margin_of(c, p.modes, contact, number)
             was_free = nothing_touches(p.modes)
-            switch(c, turn + t, kind, contact, before, p)
+            switch(c, cycle + t, kind, contact, before, p)
             if kind == GAP:
                 if nothing_touches(p.modes) and not was_free:
                     h = max(h, p.clock[2])
@@ -228,5 +228,5 @@ def advance(
     p.clock[0], p.clock[1] = t, h
     energies = observed[: len(ENERGIES)]
     audit(c, t, p.y, p.modes, k[0], before, p.start, energies)
-    watch_energy(c, energies, p.start, turn + t, p.watch)
+    watch_energy(c, energies, p.start, cycle + t, p.watch)
     return status

@@ -37,8 +37,8 @@ _WHAT = {
     "constraint-velocity": "the constraints' rates are violated",
 }
 LEAVING = 1e-3
-"""m/s. A touch so slow that its location, 2e-12 m, takes longer than the approach lasts may be past the turn:
-at a relative acceleration of 1e5 m/s^2 that is 6e-4 m/s."""
+"""m/s. A touch so slow that its location, 2e-12 m, takes longer than the approach lasts may be past the
+turning point: at a relative acceleration of 1e5 m/s^2 that is 6e-4 m/s."""
 ENERGY_BOUND = 1e-4
 """At a usual tolerance, proportional to it beyond."""
 USUAL_TOLERANCE = 1e-8
@@ -81,18 +81,18 @@ def check(p: Parameters, watch: Array, events: Array, drift: dict[str, float] | 
     """
     force = float(watch[LARGEST_FORCE, WORST])
     scipy = p.method != "dop853"
-    # What a speed may be beyond where a mode ends, m/s: located to that, or as far as the dense output of
-    # scipy's LSODA is from the ends of its steps.
-    beyond = 10.0 * (p.tolerance / VELOCITY_TIME if scipy else LOCATED_SPEED)
+    # By which a speed may exceed its limit where a mode ends, m/s: located to that, or as far as the dense
+    # output of LSODA is from the ends of its steps.
+    excess = 10.0 * (p.tolerance / VELOCITY_TIME if scipy else LOCATED_SPEED)
     c = p.constants
-    ramp = c.c_f * force * beyond / (c.v1 - c.v0)
+    ramp = c.c_f * force * excess / (c.v1 - c.v0)
     bounds = {
         # Located to 2e-12 m; by scipy's solvers as accurately as they end their steps.
         "open-depth": (OPEN_DEPTH, max(1e-11, 10.0 * p.tolerance if scipy else 0.0), "m"),
         # The share of the force by which the damping factor 1 + C d'/v is then below zero.
-        "pull": (PULL, force * c.C * beyond / c.speed_floor, "N"),
+        "pull": (PULL, force * c.C * excess / c.speed_floor, "N"),
         # Friction rises from zero at v0; beyond it, it would drive with that much force.
-        "driving-friction": (DRIVING_FRICTION, ramp * (c.v0 + beyond), "W"),
+        "driving-friction": (DRIVING_FRICTION, ramp * (c.v0 + excess), "W"),
         "leaving-start": (
             LEAVING_START,
             LEAVING * (max(1.0, np.sqrt(p.tolerance / 1e-9)) if scipy else 1.0),

@@ -9,7 +9,7 @@ LAWS = ("hertz-corners", "paper-switching", "strip")
 """Contact laws of the slider, by their number in `Constants.law`."""
 
 SCIPY_METHODS = ("BDF", "Radau", "LSODA", "scipy-DOP853")
-"""Integrators of `reference_model.by_scipy`: scipy's names, but for the one that has a compiled namesake."""
+"""Integrators of `reference_model.scipy_solvers`: scipy's names, except the one with a compiled namesake."""
 
 
 @dataclass(frozen=True)

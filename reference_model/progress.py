@@ -74,32 +74,32 @@ def begin(c: Constants, y0: Array, first_step: float) -> Progress:
 
 
 @kernel
-def turn_time(c: Constants) -> float:
+def cycle_time(c: Constants) -> float:
     """Return the period of a crank cycle, s."""
     return 2.0 * math.pi / abs(c.omega)
 
 
 @kernel
-def turn_start(c: Constants, p: Progress) -> float:
+def cycle_start(c: Constants, p: Progress) -> float:
     """Return the start time of the present crank cycle, s."""
-    return float(p.clock[3]) * turn_time(c)
+    return float(p.clock[3]) * cycle_time(c)
 
 
 @kernel
-def begin_turn(c: Constants, p: Progress) -> None:
+def begin_cycle(c: Constants, p: Progress) -> None:
     """Count time from the start of the present cycle, where the crank's angle is not a coordinate."""
     if not crank_coordinate(c):
-        turns = math.floor(p.clock[0] / turn_time(c))
-        p.clock[0] -= turns * turn_time(c)
-        p.clock[3] += turns
+        cycles = math.floor(p.clock[0] / cycle_time(c))
+        p.clock[0] -= cycles * cycle_time(c)
+        p.clock[3] += cycles
 
 
-def reached(turn: float, p: Progress, t: float) -> bool:
-    """Return whether a run with cycles of `turn` (s) has reached time `t` (s), up to round-off.
+def reached(period: float, p: Progress, t: float) -> bool:
+    """Return whether a run with cycles of `period` (s) has reached time `t` (s), up to round-off.
 
     Not compiled: asked from Python alone, where a call of compiled code takes longer than this.
     """
-    return bool(t - p.clock[3] * turn - p.clock[0] <= 1e-12 * t)
+    return bool(t - p.clock[3] * period - p.clock[0] <= 1e-12 * t)
 
 
 @kernel

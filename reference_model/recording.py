@@ -32,10 +32,10 @@ from reference_model.progress import (
     EVALUATIONS,
     SAMPLES,
     Progress,
+    cycle_start,
+    cycle_time,
     end_contact,
     reached,
-    turn_start,
-    turn_time,
 )
 from reference_model.reactions import REACTIONS
 from reference_model.switching import contact_state
@@ -78,7 +78,7 @@ def keep(samples: Samples, i: int, channels: Array) -> None:
 
 
 @inlined
-def force_turn(c: Constants, contact: int, speed: float, h: float, before: Array, after: Array) -> float:
+def force_peak(c: Constants, contact: int, speed: float, h: float, before: Array, after: Array) -> float:
     """Return about where in a step of `h` (s) the force of a closed contact peaks, as a share; -1: nowhere.
 
     From the zero of d/dt [d^n (1 + C d' / v)], times d, with the mean d'' of the step; v is `speed`. A peak
@@ -135,7 +135,7 @@ def has_peak(c: Constants, modes: Array, h: float, before: Array, after: Array) 
         if modes[MEMORY, i] > 0.0:
             if before[RATE, i] < 0.0 < after[RATE, i]:
                 return True
-            if force_turn(c, i, modes[MEMORY, i], h, before, after) > 0.0:
+            if force_peak(c, i, modes[MEMORY, i], h, before, after) > 0.0:
                 return True
     return False
 
@@ -177,18 +177,18 @@ def note_step(
 
     `t` counts from the start of the cycle.
     """
-    turn = turn_start(c, p)
+    cycle = cycle_start(c, p)
     # The integrals behind the coordinates are only read for the energies.
     size = p.y.size if samples.what & WITH_ENERGY else free(c)
     count = p.counters[SAMPLES]
     times = samples.times
     peak = has_peak(c, p.modes, h, before, after)
-    if peak or (count < times.size and times[count] - turn < t + h):
+    if peak or (count < times.size and times[count] - cycle < t + h):
         prepare_dense(c, t, h, p.y, y1, p.modes, k, size, state, contacts, f)
         p.counters[EVALUATIONS] += 3
-    while count < times.size and times[count] - turn < t + h:
+    while count < times.size and times[count] - cycle < t + h:
         # A sample on a step's end belongs to the next step: the right limit at a jump.
-        share = (times[count] - turn - t) / h
+        share = (times[count] - cycle - t) / h
         note_inside(c, p, share, t, h, f, samples, False, size, state, dy, contacts, observed)
         keep(samples, count, observed)
         count += 1
@@ -202,15 +202,15 @@ def note_step(
                 share = deepest(c, i, t, h, p.y, f, before, after, state)
                 note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
                 note_forces(p.modes, contacts, p.open_contacts)
-            share = force_turn(c, i, speed, h, before, after)
+            share = force_peak(c, i, speed, h, before, after)
             if share > 0.0:
                 share = strongest(c, p, i, share, t, h, f, state, dy, contacts)
                 note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
                 note_forces(p.modes, contacts, p.open_contacts)
     note_forces(p.modes, after, p.open_contacts)
-    watch_contacts(p.modes, after, turn + t + h, p.watch)
+    watch_contacts(p.modes, after, cycle + t + h, p.watch)
     observe(c, t + h, y1, p.modes, k[STAGES], after, samples.what, p.start, observed)
-    widen(p.extrema, samples.wanted, turn + t + h, observed)
+    widen(p.extrema, samples.wanted, cycle + t + h, observed)
 
 
 @bare
@@ -227,18 +227,18 @@ def note_inside(
     if forces or samples.what != MOTION_ONLY:
         right_hand_side(c, at, state, p.modes, dy, contacts)
     observe(c, at, state, p.modes, dy, contacts, samples.what, p.start, observed)
-    widen(p.extrema, samples.wanted, turn_start(c, p) + at, observed)
+    widen(p.extrema, samples.wanted, cycle_start(c, p) + at, observed)
 
 
 def finish(c: Constants, p: Progress, samples: Samples) -> None:
     """Record the last sample and close the contacts that still touch."""
     t, dy, contacts = p.clock[0], np.empty(state_size(c)), no_contacts()
     last, observed = samples.times.size - 1, np.zeros(CHANNELS)
-    if p.counters[SAMPLES] == last and reached(turn_time(c), p, samples.times[last]):
+    if p.counters[SAMPLES] == last and reached(cycle_time(c), p, samples.times[last]):
         right_hand_side(c, t, p.y, p.modes, dy, contacts)
         observe(c, t, p.y, p.modes, dy, contacts, samples.what, p.start, observed)
         keep(samples, last, observed)
         p.counters[SAMPLES] += 1
     for k in range(CONTACTS):
         if p.modes[MEMORY, k] > 0.0:
-            end_contact(c, k, turn_start(c, p) + t, p)
+            end_contact(c, k, cycle_start(c, p) + t, p)

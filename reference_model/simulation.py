@@ -25,7 +25,7 @@ from reference_model.observation import (
     NAMES,
 )
 from reference_model.parameters import SCIPY_METHODS, Parameters
-from reference_model.progress import BUFFERED, SAMPLES, Progress, begin, reached, turn_time
+from reference_model.progress import BUFFERED, SAMPLES, Progress, begin, cycle_time, reached
 from reference_model.reactions import REACTIONS
 from reference_model.reading import read_parameters
 from reference_model.recording import Samples, finish, samples_of
@@ -33,10 +33,10 @@ from reference_model.start import NAMES as FORMULATION_NAMES
 from reference_model.start import formulation, start
 
 if TYPE_CHECKING:
-    from reference_model.by_scipy import ByScipy
+    from reference_model.scipy_solvers import ScipySolver
 
 STEPS_PER_CYCLE_LIMIT = 5_000_000
-"""Attempted steps and switches after which a run is given up; the shipped scenes need some 2e3 a cycle at
+"""Attempted steps and switches after which a run is stopped; the shipped scenes need some 2e3 a cycle at
 tolerance 1e-9, those with a clearance at the crank pin 6e3."""
 SCIPY_STEPS_PER_CYCLE_LIMIT = 2_000_000
 """The same for scipy's solvers, which take 0.1 (LSODA) to 0.5 ms (scipy-DOP853) a step: 3 to 17 minutes."""
@@ -153,25 +153,25 @@ def _simulated(
     largest = p.period * LARGEST_STEP_PER_CYCLE
     state = begin(c, y0, 1.0e-3 * largest)
     cycles = max(1.0, p.cycles)
-    by_scipy = None if p.method not in SCIPY_METHODS else _by_scipy(p, c, state, samples)
+    scipy_solver = None if p.method not in SCIPY_METHODS else _scipy_solver(p, c, state, samples)
     events = []
-    t_end, t_stop, told = samples.times[-1], 0.0, 0.0
+    t_end, t_stop, reported = samples.times[-1], 0.0, 0.0
     code = integrate.REACHED
-    turn = turn_time(c)
-    while not reached(turn, state, t_end):
-        now = state.clock[3] * turn + state.clock[0]
+    period = cycle_time(c)
+    while not reached(period, state, t_end):
+        now = state.clock[3] * period + state.clock[0]
         t_stop = min(t_end, max(now, t_stop) + min(0.02 * t_end, 0.5 * p.period))
-        if by_scipy is not None:
-            code = by_scipy.advance(t_stop, round(SCIPY_STEPS_PER_CYCLE_LIMIT * cycles))
+        if scipy_solver is not None:
+            code = scipy_solver.advance(t_stop, round(SCIPY_STEPS_PER_CYCLE_LIMIT * cycles))
         else:
             limit = round(STEPS_PER_CYCLE_LIMIT * cycles)
             code = integrate.advance(c, state, t_stop, t_end, p.tolerance, largest, limit, samples)
         events.append(_empty_buffer(state))
         if code not in (integrate.REACHED, integrate.BUFFER_FULL):
             break
-        if progress is not None and t_stop - told >= 0.02 * t_end:
+        if progress is not None and t_stop - reported >= 0.02 * t_end:
             progress(t_stop / t_end)
-            told = t_stop
+            reported = t_stop
     finish(c, state, samples)
     events.append(_empty_buffer(state))
     settings = {"tolerance": p.tolerance, "largest_step_s": largest}
@@ -183,13 +183,13 @@ def _simulated(
         "counters": {name: int(state.counters[i]) for i, name in enumerate(counted)},
     }
     status, remedy = _FAILURES.get(code, ("success", ""))
-    if by_scipy is None and code == integrate.STEP_LIMIT:
+    if scipy_solver is None and code == integrate.STEP_LIMIT:
         # Damping over the frozen impact speed: of depths that no such impact reaches, it is stiff.
         remedy += "; where a corner stays pressed deep into a wall, take solver.reference.method = 'LSODA'"
-    if by_scipy is not None:
+    if scipy_solver is not None:
         provenance["integrator"] = f"scipy {p.method.removeprefix('scipy-')} with located events"
-        provenance["settings"] = settings | {"relative_tolerance": by_scipy.rtol}
-        provenance["counters"] = by_scipy.counters
+        provenance["settings"] = settings | {"relative_tolerance": scipy_solver.rtol}
+        provenance["counters"] = scipy_solver.counters
         remedy = remedy and f"{remedy}; or take solver.reference.method = 'dop853'"
     if kind in (Formulation.MULTIPLIER, Formulation.MULTIPLIER_IDEAL):
         provenance["constraints"] = _largest_drift(state.extrema)
@@ -202,12 +202,12 @@ def _simulated(
     return replace(result, status=status, remedy=remedy)
 
 
-def _by_scipy(p: Parameters, c: Constants, state: Progress, samples: Samples) -> "ByScipy":
+def _scipy_solver(p: Parameters, c: Constants, state: Progress, samples: Samples) -> "ScipySolver":
     # Imported only where it is used: with scipy it takes longer than a short run.
-    from reference_model.by_scipy import ByScipy
+    from reference_model.scipy_solvers import ScipySolver
 
     largest = p.period * LARGEST_STEP_PER_CYCLE
-    return ByScipy(p.method, c, state, samples.times[-1], largest, p.tolerance, samples)
+    return ScipySolver(p.method, c, state, samples.times[-1], largest, p.tolerance, samples)
 
 
 def _largest_drift(extrema: Array) -> dict[str, float]:

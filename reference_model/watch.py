@@ -1,7 +1,7 @@
 """What no correct run can show, watched in every run: each invariant's worst value, its time and its bound.
 
 The values are taken from the contacts' states at the ends of accepted steps, not from what located the
-events. A run in which one is beyond its bound gets the status `invariant-violated`.
+events. A run in which one is outside its bound gets the status `invariant-violated`.
 """
 
 from reference_model.compiled import bare, kernel

@@ -16,7 +16,7 @@ from math import inf, isclose, log, nan
 from typing import Any
 
 from comparison.scene import Scene, digest
-from comparison.scene.formulation import forces, loose
+from comparison.scene.formulation import forces, joints_with_clearance
 
 USUAL = {
     (): "ideal",
@@ -63,10 +63,10 @@ class Front:
     ----------
     scene
         Where they were measured.
-    turns
+    cycles
         Number of first crank cycles over which errors were measured: one, or all of the scene.
     unit
-        Unit of the processor time of the rows: ``"turn"`` (cycle) or ``"step"``.
+        Unit of the processor time of the rows: ``"cycle"`` or ``"step"``.
     start
         Processor time of a run before its first step, s.
     rows
@@ -76,7 +76,7 @@ class Front:
     """
 
     scene: str
-    turns: float
+    cycles: float
     unit: str
     start: float
     rows: tuple[Row, ...]
@@ -90,7 +90,7 @@ class Front:
     @property
     def span(self) -> str:
         """Time span of the errors, in words."""
-        return "the first cycle" if self.turns == 1 else f"the first {self.turns:g} cycles"
+        return "the first cycle" if self.cycles == 1 else f"the first {self.cycles:g} cycles"
 
     def error(self, setting: float) -> float:
         """Return the error bound of a setting, m; nan if no recorded setting is as coarse."""
@@ -132,7 +132,7 @@ def front(scene: Scene, model: str) -> Front | None:
     """
     mark = physics(scene)
     equal = next((name for name, found in _file().items() if found["physics"] == mark), None)
-    free = loose(scene.data)
+    free = joints_with_clearance(scene.data)
     found = _file()[equal or USUAL[free]]
     table = found.get(model, {}).get(formulation(scene, model))
     if table is None:
@@ -148,7 +148,7 @@ def front(scene: Scene, model: str) -> Front | None:
         cautions.append("x of an ideal slider is right at any setting: for y choose by a name")
     return Front(
         scene=equal or USUAL[free],
-        turns=found["turns"],
+        cycles=found["cycles"],
         unit=table["unit"],
         start=table.get("start", nan),
         rows=tuple(Row(**row) for row in table["rows"]),

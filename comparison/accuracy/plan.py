@@ -12,7 +12,7 @@ from math import isfinite
 from comparison.accuracy.levels import Expected, expected
 from comparison.engines.registry import OWN
 from comparison.scene import Scene
-from comparison.scene.formulation import forces, loose
+from comparison.scene.formulation import forces, joints_with_clearance
 from comparison.tables import channels
 
 _CHAIN = {  # coordinates of the equations, by the joints with clearance
@@ -78,7 +78,7 @@ def plan(scene: Scene, model: str) -> Plan:
 
 
 def _reference(scene: Scene) -> Plan:
-    free, ideal_slider = loose(scene.data), scene.data["joints"]["slider"] == "ideal"
+    free, ideal_slider = joints_with_clearance(scene.data), scene.data["joints"]["slider"] == "ideal"
     rows = 15 if ideal_slider else 13
     whole = f"multiplier (15 coordinates, {rows} multipliers)"
     if scene.data["solver"]["reference"]["formulation"] == "multiplier":
@@ -91,7 +91,7 @@ def _reference(scene: Scene) -> Plan:
 
 
 def _exudyn(scene: Scene) -> Plan:
-    free, ideal_slider = loose(scene.data), scene.data["joints"]["slider"] == "ideal"
+    free, ideal_slider = joints_with_clearance(scene.data), scene.data["joints"]["slider"] == "ideal"
     chosen = scene.data["solver"]["exudyn"]["formulation"]
     bodies = "all five bodies with their joints, in fixed steps"
     integrated: tuple[str, ...]
@@ -105,7 +105,7 @@ def _exudyn(scene: Scene) -> Plan:
         return _of(scene, "exudyn", name, integrated, count, 0, (("full", bodies),))
     # Two rows for each of the pins O, A, B, H, C and F, the drive, and an ideal slider's two.
     rows = 2 * (5 if "crank_pin" in free else 6) + 1 + (2 if ideal_slider else 0)
-    name = "redundant-coordinates" + (", native contact" if chosen == "native" else "")
+    name = "five bodies" + (", native contact" if chosen == "native" else "")
     smaller = (("tree", "only the free bodies, with error control"),)
     instead = smaller if free and not forces(scene.data) else ()
     return _of(scene, "exudyn", name, _BODIES, 15, rows, instead)
@@ -120,7 +120,7 @@ def _of(
     constraints: int,
     instead: tuple[tuple[str, str], ...],
 ) -> Plan:
-    free = loose(scene.data)
+    free = joints_with_clearance(scene.data)
     contacts = ("journal and bearing at the crank pin",) if "crank_pin" in free else ()
     if "slider" in free:
         contacts = (f"four corners of the slider ({scene.data['contact']['law']})", *contacts)
@@ -164,24 +164,28 @@ def lines(made: Plan) -> list[str]:
     """Return a plan as lines for a terminal."""
     integrated = ", ".join(made.integrated) or "nothing: no degree of freedom besides the drive"
     size = f"{made.coordinates} coordinates, {made.constraints} constraints"
-    told = [
+    reported = [
         f"{made.model}: {made.formulation}",
         f"  integrates  {integrated}" + (f" ({size})" if made.integrated else ""),
     ]
     if made.prescribed:
-        told.append(f"  follows     {', '.join(made.prescribed)}: determined by these and by the crank angle")
-    told.append(f"  contacts    {', '.join(made.contacts) or 'none'}")
-    told += [f"  left out    {what}: {why}" for what, why in made.left_out]
+        reported.append(
+            f"  follows     {', '.join(made.prescribed)}: determined by these and by the crank angle"
+        )
+    reported.append(f"  contacts    {', '.join(made.contacts) or 'none'}")
+    reported += [f"  left out    {what}: {why}" for what, why in made.left_out]
     found = made.expected
     if isfinite(found.error):
-        told.append(f"  error       {found.error:.2g} m of slider_x over {found.span}")
+        reported.append(f"  error       {found.error:.2g} m of slider_x over {found.span}")
     if isfinite(found.seconds):
-        told.append(f"  time        about {found.seconds:.2g} s on a processor like that of the measurement")
-    told += [f"  beware      {caution}" for caution in found.cautions]
+        reported.append(
+            f"  time        about {found.seconds:.2g} s on a processor like that of the measurement"
+        )
+    reported += [f"  beware      {caution}" for caution in found.cautions]
     for setting, words, ratio in made.instead:
         cost = f", {ratio:.2g} times the time" if isfinite(ratio) else ""
-        told.append(f"  instead     {setting}: {words}{cost}")
-    return told
+        reported.append(f"  instead     {setting}: {words}{cost}")
+    return reported
 
 
 def expectation(scene: Scene, model: str) -> str:
@@ -195,8 +199,8 @@ def expectation(scene: Scene, model: str) -> str:
 def channels_line(scene: Scene) -> str:
     """Return a one-line summary of the scene's requests."""
     groups = ", ".join(["motion", *scene.data["output"]["groups"]])
-    turns = scene.duration / scene.period
+    cycles = scene.duration / scene.period
     return (
-        f"{scene.name}: {turns:g} cycles at {scene.data['drive']['speed_rpm']:g} rpm, "
+        f"{scene.name}: {cycles:g} cycles at {scene.data['drive']['speed_rpm']:g} rpm, "
         f"{len(channels.expected(scene.data))} channels ({groups})"
     )

@@ -2,7 +2,7 @@
 
 At the standard tier the models run with the scene's settings. At the tight tier the reference runs at
 ``strict`` and Exudyn integrates its tree of free bodies with its explicit solver (error bounds by scene:
-``measured.toml``); where a scene requires the full formulation (no clearance, reactions), it runs with the
+``measured.toml``); where a scene requires five bodies (no clearance, reactions), it runs with the
 scene's settings. The thresholds of a tier are in ``thresholds.toml``.
 """
 

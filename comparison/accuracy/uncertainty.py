@@ -44,14 +44,14 @@ ORDER_BAND = 0.25  # of the expected order, to either side
 # within 2 u / F_e of the centre, the run itself within u / F_e, and k u - u / F_e >= 2 u / F_e from 3 / k on.
 ENSEMBLE_FACTOR = 1.5
 WINDOW = 0.01  # of a crank cycle, to either side
-TWIN_SHIFT = 1e-9  # of the clearance, across the guide; of clearance / slider length in the angle
+PERTURBATION = 1e-9  # of the clearance, across the guide; of clearance / slider length in the angle
 ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: storing it and a few operations
 # Of the run's duration: N additions of a step may add up to N eps / 2, i.e. 4e-11 for the 4e5 steps of two
 # cycles at 1e-6 s; measured there (slider_y of the ideal mechanism, known in closed form) is 4e-12.
 TIME_ROUND_OFF = 1e-11
 
 
-def twins(scene: Scene, times: float = 1.0) -> dict[str, Scene]:
+def perturbed_scenes(scene: Scene, times: float = 1.0) -> dict[str, Scene]:
     """Return the scenes with their start moved by 1e-9 of the clearance, or a multiple of it.
 
     The slider in its guide, offset and angle with equal and with opposite signs; where only the crank pin has
@@ -65,8 +65,8 @@ def twins(scene: Scene, times: float = 1.0) -> dict[str, Scene]:
     joint = movable(scene)
     if joint is None:
         return {}
-    shift = times * twin_shift(scene)
-    signs = {"twin": 1.0, "other_twin": -1.0} if joint == "slider" else {"twin": 1.0}
+    shift = times * perturbation(scene)
+    signs = {"perturbed": 1.0, "other_perturbed": -1.0} if joint == "slider" else {"perturbed": 1.0}
     return {name: moved(scene, shift, sign * shift) for name, sign in signs.items()}
 
 
@@ -76,9 +76,9 @@ def movable(scene: Scene) -> str | None:
     return next((joint for joint in ("slider", "crank_pin") if joints[joint] == "clearance"), None)
 
 
-def twin_shift(scene: Scene) -> float:
+def perturbation(scene: Scene) -> float:
     """Return the shift of the start of a perturbed run, m; for a scene whose start is `movable`."""
-    return float(TWIN_SHIFT * scene.data["clearance"][movable(scene)])
+    return float(PERTURBATION * scene.data["clearance"][movable(scene)])
 
 
 def moved(scene: Scene, across: float, turned: float) -> Scene:
@@ -146,11 +146,11 @@ class Runs:
 
     base: Table
     finer: Table | None = None
-    twin: Table | None = None
+    perturbed: Table | None = None
     """The coarser run (without one: the base) with its start moved; None where it cannot be moved."""
     coarser: Table | None = None
-    other_twin: Table | None = None
-    """As ``twin``, with the angle moved the other way; None where a start has no two coordinates."""
+    other_perturbed: Table | None = None
+    """As ``perturbed``, with the angle moved the other way; None where a start has no two coordinates."""
     refinement: tuple[float, float] = (2.0, 2.0)
     """Factor between two levels and order of the error, see `comparison.accuracy.levels.refinement`."""
 
@@ -161,9 +161,9 @@ class Runs:
         return float(factor**order)
 
     @property
-    def twins(self) -> tuple[Table, ...]:
+    def perturbed_runs(self) -> tuple[Table, ...]:
         """The available perturbed runs."""
-        return tuple(run for run in (self.twin, self.other_twin) if run is not None)
+        return tuple(run for run in (self.perturbed, self.other_perturbed) if run is not None)
 
     @property
     def original(self) -> Table:
@@ -178,7 +178,7 @@ class Levels:
     base: Array
     finer: Array
     coarser: Array | None = None
-    twins: tuple[Array, ...] = ()
+    perturbed: tuple[Array, ...] = ()
     """Of the coarser run, or of the base where there is none; none where the start cannot be moved."""
     factor: float = 2.0
     """Between the settings of two levels."""
@@ -217,24 +217,24 @@ def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
         safety = np.where(in_order, SAFETY_FACTOR_IN_ORDER * gain / (gain - 1.0), SAFETY_FACTOR)
         u = safety * np.maximum(distance, coarse / gain)
     original = levels.base if levels.coarser is None else levels.coarser
-    u = np.maximum(np.maximum(u, spread(original, levels.twins, half_width)), floor)
+    u = np.maximum(np.maximum(u, spread(original, levels.perturbed, half_width)), floor)
     if not levels.ensemble:
         return u
     farthest = np.max([np.abs(run - levels.base) for run in levels.ensemble], axis=0)
     return np.maximum(u, ENSEMBLE_FACTOR * _widened(farthest, half_width))
 
 
-def spread(original: Array, twins: Sequence[Array], half_width: int) -> Array:
+def spread(original: Array, perturbed: Sequence[Array], half_width: int) -> Array:
     """Return the part of u due to neighbouring starts, which no setting removes, 3 d_t; shape (n,).
 
     Parameters
     ----------
-    original, twins
+    original, perturbed
         One channel of a run and of its perturbed runs, shape (n,) each; zero without any.
     half_width
         Of the window, samples.
     """
-    farthest = np.max([np.abs(original - twin) for twin in twins], axis=0, initial=0.0)
+    farthest = np.max([np.abs(original - run) for run in perturbed], axis=0, initial=0.0)
     return SAFETY_FACTOR * _widened(np.broadcast_to(farthest, original.shape), half_width)
 
 

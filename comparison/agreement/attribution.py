@@ -61,19 +61,19 @@ def attribute(
     """
     excited = {name: channel for name, channel in results.items() if channel.verdict != "unexcited"}
     judged = {name: c.predictable & ((c.a != 0) | (c.b != 0)) for name, c in excited.items()}
-    beyond = {name: judged[name] & (np.abs(c.difference) > _limit(c)) for name, c in excited.items()}
+    outside = {name: judged[name] & (np.abs(c.difference) > _limit(c)) for name, c in excited.items()}
     # A scene may differ by a time shift alone, which no channel shows: then all channels count.
     deciding = {name: c for name, c in excited.items() if c.verdict == verdict} or excited
-    found = _first(beyond, deciding if verdict == "differ" else excited, time)
+    found = _first(outside, deciding if verdict == "differ" else excited, time)
     if scene is not None and excited and all(channel.u is not None for channel in excited.values()):
         share = next(iter(excited.values())).limits.share
-        differs = _explained(judged, beyond, deciding) < share
+        differs = _explained(judged, outside, deciding) < share
         samples = window_samples(scene.period, float(time[-1] - time[0]) / (time.size - 1))
         found = replace(
             found,
-            explained=_explained(judged, beyond, excited),
-            still_moves=_still_moves(runs, deciding, beyond, _NEAR * samples) if differs else {},
-            **_causes(runs, deciding, beyond if differs else judged, differs=differs),
+            explained=_explained(judged, outside, excited),
+            still_moves=_still_moves(runs, deciding, outside, _NEAR * samples) if differs else {},
+            **_causes(runs, deciding, outside if differs else judged, differs=differs),
             **_unpredictable(runs, results, time, samples),
         )
     return replace(found, sentences=sentences(found, runs, labels=labels, scene=scene, tier=tier))
@@ -84,18 +84,18 @@ def _limit(channel: ChannelComparison) -> Array | float:
     return channel.worst_threshold if channel.u is None else channel.limits.k * channel.u
 
 
-def _first(beyond: Masks, names: Iterable[str], time: Array) -> Attribution:
+def _first(outside: Masks, names: Iterable[str], time: Array) -> Attribution:
     """Find the first sample outside; of several channels the first one in the table."""
-    starts = {name: int(beyond[name].argmax()) for name in names if beyond[name].any()}
+    starts = {name: int(outside[name].argmax()) for name in names if outside[name].any()}
     if not starts:
         return Attribution()
     name = min(starts, key=lambda name: starts[name])
-    return Attribution(beyond_from=float(time[starts[name]]), beyond_in=name)
+    return Attribution(outside_from=float(time[starts[name]]), outside_in=name)
 
 
-def _explained(judged: Masks, beyond: Masks, names: Iterable[str]) -> float:
+def _explained(judged: Masks, outside: Masks, names: Iterable[str]) -> float:
     total = sum(int(judged[name].sum()) for name in names)
-    return 1.0 - sum(int(beyond[name].sum()) for name in names) / total if total else nan
+    return 1.0 - sum(int(outside[name].sum()) for name in names) / total if total else nan
 
 
 def _causes(runs: tuple[Runs, Runs], deciding: Channels, masks: Masks, *, differs: bool) -> dict[str, Any]:
@@ -147,7 +147,7 @@ def _remaining(squares: Mapping[str, float]) -> dict[str, float]:
 
 
 def _still_moves(
-    runs: tuple[Runs, Runs], deciding: Channels, beyond: Masks, half_width: int
+    runs: tuple[Runs, Runs], deciding: Channels, outside: Masks, half_width: int
 ) -> dict[str, float]:
     """Return the share of outside samples near which refinement changes a run by as much as its error.
 
@@ -160,7 +160,7 @@ def _still_moves(
         for name, channel in deciding.items():
             moved = np.abs(_finer(of, channel) - of.base.values(name))
             widest = maximum_filter1d(moved, 2 * half_width + 1, mode="nearest")
-            far = (widest >= (1 - 1 / of.gain) * np.abs(channel.difference))[beyond[name]]
+            far = (widest >= (1 - 1 / of.gain) * np.abs(channel.difference))[outside[name]]
             count, total = count + int(far.sum()), total + far.size
         shares[side] = count / total if total else nan
     return shares
@@ -209,7 +209,7 @@ def _large(channel: ChannelComparison, u: Array | None) -> BoolArray:
 
 def _spread(of: Runs, channel: ChannelComparison, half_width: int) -> Array:
     name = channel.channel
-    return spread(of.original.values(name), [twin.values(name) for twin in of.twins], half_width)
+    return spread(of.original.values(name), [run.values(name) for run in of.perturbed_runs], half_width)
 
 
 def _finer(of: Runs, channel: ChannelComparison) -> Array:

@@ -12,7 +12,7 @@ from comparison.agreement.results import Attribution
 from comparison.scene import Scene
 
 _CHANGED = 0.1  # of the difference: less is reported as a percentage, more as a factor
-# Of the samples beyond, near which a run must still move as far. Where a stiffness of 0.1 % makes the
+# Of the samples outside, near which a run must still move as far. Where a stiffness of 0.1 % makes the
 # difference it is 65 % at the standard tier, whose band is not much narrower.
 _SUSPECT = 0.9
 _MOST = 0.5  # of the samples that are not predictable
@@ -51,18 +51,18 @@ def sentences(
     runs, labels, scene, tier
         As in `comparison.agreement.attribution.attribute`.
     """
-    beyond = ""
-    if found.beyond_in:
+    outside = ""
+    if found.outside_in:
         events = {label: of.base.events for label, of in zip(labels, runs, strict=True)}
         period, record = (None, None) if scene is None else (scene.period, scene.data)
-        instant = describe(found.beyond_from, events, period=period, scene=record)
-        beyond = f"{found.beyond_in} at {instant}"
+        instant = describe(found.outside_from, events, period=period, scene=record)
+        outside = f"{found.outside_in} at {instant}"
     if scene is None or isnan(found.explained):
-        return (f"first outside the tolerance: {beyond}",) if beyond else ()
+        return (f"first outside the tolerance: {outside}",) if outside else ()
     sides = [_refinement(label, of, scene) for label, of in zip(labels, runs, strict=True)]
     said = [_of_cause(found, sides)] if found.cause else []
-    if beyond:
-        said.append(f"first outside the band: {beyond}")
+    if outside:
+        said.append(f"first outside the band: {outside}")
     said += [
         f"but near {found.still_moves[key]:.0%} of the samples outside {side.label} still changes under "
         "refinement by as much as the difference: its uncertainty may be underestimated"

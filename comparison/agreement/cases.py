@@ -50,14 +50,16 @@ def of_comparisons(comparisons: Sequence[SceneComparison]) -> list[Case]:
         for comparison in comparisons
         for tier in comparison.tiers
         for case in (
-            Case(comparison.name, tier.tier, "verdict", _STATUS[tier.verdict], _told(tier.verdict, tier.why)),
+            Case(
+                comparison.name, tier.tier, "verdict", _STATUS[tier.verdict], _message(tier.verdict, tier.why)
+            ),
             *(
                 Case(
                     comparison.name,
                     tier.tier,
                     name,
                     _STATUS[channel.verdict],
-                    _told(channel.verdict, channel.reason),
+                    _message(channel.verdict, channel.reason),
                 )
                 for name, channel in tier.channels.items()
             ),
@@ -65,5 +67,5 @@ def of_comparisons(comparisons: Sequence[SceneComparison]) -> list[Case]:
     ]
 
 
-def _told(verdict: str, why: str) -> str:
+def _message(verdict: str, why: str) -> str:
     return f"{verdict}: {why}"

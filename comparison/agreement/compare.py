@@ -106,8 +106,8 @@ def compare(
             limits=limits,
         )
     verdict, reason = scene_verdict(results, limits.coverage)
-    if (told := _too_late(results, aligned, labels, tolerance)) and verdict != "differ":
-        verdict, reason = "differ", told
+    if (reported := _too_late(results, aligned, labels, tolerance)) and verdict != "differ":
+        verdict, reason = "differ", reported
     return SceneComparison(
         name=name if scene is None else scene.name,
         title="Two tables" if scene is None else scene.title,
@@ -160,10 +160,10 @@ def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
     yield "", runs.base
     if runs.finer is not None:
         yield " finer", runs.finer
-    if runs.twin is not None:
-        yield " twin", runs.twin
-    if runs.other_twin is not None:
-        yield " other twin", runs.other_twin
+    if runs.perturbed is not None:
+        yield " perturbed", runs.perturbed
+    if runs.other_perturbed is not None:
+        yield " other perturbed", runs.other_perturbed
     if runs.coarser is not None:
         yield " coarser", runs.coarser
 
@@ -242,7 +242,7 @@ def model_uncertainty(
         base=base,
         finer=runs.finer.values(name),
         coarser=None if runs.coarser is None else runs.coarser.values(name),
-        twins=tuple(twin.values(name) for twin in runs.twins),
+        perturbed=tuple(run.values(name) for run in runs.perturbed_runs),
         factor=factor,
         order=order,
         ensemble=tuple(run.values(name) for run in ensemble),

@@ -9,8 +9,8 @@ samples of all channels, in units of the ensemble's standard deviation or of u, 
 (`comparison.metrics.outliers`).
 
 A difference is confirmed if each model's run is farther from the other's ensemble than every member left out
-of it; the smallest rank with n members is 1 / (n + 1). Exudyn's full formulation (five bodies) is too slow
-for an ensemble: its run is ranked in one of the other model, perturbed by its error.
+of it; the smallest rank with n members is 1 / (n + 1). Exudyn's run of five bodies is too slow for an
+ensemble: it is ranked in one of the other model, perturbed by its error.
 
 If it is not confirmed, the uncertainty was too small. It is replaced by that of the ensembles, and the runs
 are judged again. By the choice of `comparison.accuracy.uncertainty.ENSEMBLE_FACTOR` they differ then only
@@ -80,9 +80,9 @@ def confirm(
         return result
     found = Confirmation("unconfirmed")
     if any(channel.u is None for channel in result.channels.values()):
-        return _told(result, found, "the verdict uses a tolerance, to which ensembles do not apply")
+        return _reported(result, found, "the verdict uses a tolerance, to which ensembles do not apply")
     if movable(scene) is None:
-        return _told(result, found, "no joint has clearance, so no start can be moved")
+        return _reported(result, found, "no joint has clearance, so no start can be moved")
     errors = ensemble_errors(result, runs, scene, models)
     ensembles = {}
     for side, error in errors.items():
@@ -104,15 +104,15 @@ def confirm(
         judged = _with_ensembles(result, runs, large, scene)
         if judged.verdict != "differ":
             found = replace(found, farther=(farther.get(0, 0), farther.get(1, 0)))
-            return _told(judged, _underestimated(found, result, judged, runs, large))
+            return _reported(judged, _underestimated(found, result, judged, runs, large))
         result, (farther, excess) = judged, ranks(judged, runs, large)
     if len(large) < len(ensembles):
-        return _told(result, found, f"fewer than {ENOUGH} runs from moved starts succeeded")
+        return _reported(result, found, f"fewer than {ENOUGH} runs from moved starts succeeded")
     found = replace(found, outcome="confirmed", since=_since(result), excess=min(excess.values()))
     parting = between_models(result, runs, large, until=found.since)
     if parting is not None:
         found = replace(found, contact=contact_words(parting, result.labels))
-    return _told(result, found)
+    return _reported(result, found)
 
 
 def ranks(
@@ -187,10 +187,10 @@ def _underestimated(
 
 
 def _since(result: SceneComparison) -> float:
-    return nan if result.attribution is None else result.attribution.beyond_from
+    return nan if result.attribution is None else result.attribution.outside_from
 
 
-def _told(result: SceneComparison, found: Confirmation, why: str = "") -> SceneComparison:
+def _reported(result: SceneComparison, found: Confirmation, why: str = "") -> SceneComparison:
     if found.outcome == "unconfirmed":
         found = replace(found, since=_since(result))
     return replace(result, confirmation=replace(found, sentence=sentence(found, result.labels, why)))

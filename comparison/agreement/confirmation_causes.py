@@ -39,7 +39,7 @@ def judged_samples(channel: ChannelComparison) -> tuple[BoolArray, Array]:
 def underestimation(before: SceneComparison, after: SceneComparison) -> tuple[float, str]:
     """Return the largest factor of underestimation, and its channel.
 
-    That is the ensembles' largest distance over u, at the samples at which the difference was beyond k u.
+    That is the ensembles' largest distance over u, at the samples at which the difference was outside k u.
     Elsewhere an ensemble may be wider without having made the difference; and of these samples the share
     that a verdict may leave unexplained does not count, such as one in which a contact begins.
 
@@ -53,8 +53,8 @@ def underestimation(before: SceneComparison, after: SceneComparison) -> tuple[fl
         if channel.verdict != "differ":
             continue
         mask, floor = judged_samples(channel)
-        beyond = np.abs(channel.difference[mask]) > channel.limits.k * floor
-        ratio = _u(after.channels[name])[mask][beyond] / (ENSEMBLE_FACTOR * floor[beyond])
+        outside = np.abs(channel.difference[mask]) > channel.limits.k * floor
+        ratio = _u(after.channels[name])[mask][outside] / (ENSEMBLE_FACTOR * floor[outside])
         factors[name] = float(np.quantile(ratio, channel.limits.share, method="lower"))
     worst = max(factors, key=lambda name: factors[name])
     return factors[worst], worst

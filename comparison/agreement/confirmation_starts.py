@@ -6,7 +6,7 @@ The starts lie apart by the median over x, and the angle times the slider's leng
 first unpredictable one. Moved by |S - S_f| itself, an ensemble would spread G times as far as the model errs
 (measured: median 6 in x, 90 in the angle, in the first cycle of poisson-0.33) and hide what differs.
 
-But an integration error is not present from the start: that of the full formulation (five bodies) is
+But an integration error is not present from the start: that of the five bodies is
 7e-4 (90rpm-0.5mm) and 2e-3 (90rpm-0.1mm) of what it becomes, before the first contact. Until t its equivalent
 is
 
@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from comparison.accuracy.uncertainty import Runs, movable, moved, twin_shift
+from comparison.accuracy.uncertainty import Runs, movable, moved, perturbation
 from comparison.agreement.results import SceneComparison
 from comparison.scene import Scene, digest
 from comparison.tables.arrays import Array
@@ -103,18 +103,18 @@ def starting_error(of: Runs, scene: Scene, before: int) -> StartingError:
     before
         Number of samples before the first unpredictable one; later ones add nothing.
     """
-    least = twin_shift(scene)
+    least = perturbation(scene)
     until = np.full(of.base.time.size, least)
     lengths = {"slider_x": 1.0}
     if movable(scene) == "slider":
         lengths["slider_angle"] = scene.data["mechanism"]["slider"]["length"]
     worth = [np.zeros(1)]
     for name, length in lengths.items():
-        if of.finer is None or not of.twins:
+        if of.finer is None or not of.perturbed_runs:
             continue
         error = length * np.abs(of.base.values(name) - of.finer.values(name))[:before]
         original = of.original.values(name)
-        apart = np.max([np.abs(original - twin.values(name)) for twin in of.twins], axis=0)
+        apart = np.max([np.abs(original - run.values(name)) for run in of.perturbed_runs], axis=0)
         response = length * apart[:before] / least
         known = response > _NO_RESPONSE / least
         worth.append(error[known] / response[known])

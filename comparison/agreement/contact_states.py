@@ -67,8 +67,8 @@ def time_shares(events: pd.DataFrame, span: tuple[float, float]) -> Shares:
 
 def of_scene(scene: SceneComparison) -> tuple[Shares | None, Shares | None]:
     """Return the shares in both results; None where there are no events, or no slider with corners."""
-    loose = scene.scene is None or scene.scene["joints"]["slider"] == "clearance"
-    return _of_both(scene, time_shares) if loose else (None, None)
+    has_clearance = scene.scene is None or scene.scene["joints"]["slider"] == "clearance"
+    return _of_both(scene, time_shares) if has_clearance else (None, None)
 
 
 def pin_share(events: pd.DataFrame, span: tuple[float, float]) -> float:
@@ -79,8 +79,8 @@ def pin_share(events: pd.DataFrame, span: tuple[float, float]) -> float:
 
 def pin_of_scene(scene: SceneComparison) -> tuple[float | None, float | None]:
     """Return the pin's share in both results; None where there are no events, or no clearance at the pin."""
-    loose = scene.scene is not None and scene.scene["joints"]["crank_pin"] == "clearance"
-    return _of_both(scene, pin_share) if loose else (None, None)
+    has_clearance = scene.scene is not None and scene.scene["joints"]["crank_pin"] == "clearance"
+    return _of_both(scene, pin_share) if has_clearance else (None, None)
 
 
 def _of_both(

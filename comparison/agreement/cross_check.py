@@ -14,7 +14,7 @@ from typing import Any
 from comparison.accuracy.levels import coarser, finer, refinement, solver_values
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.tiers import TIERS, tight
-from comparison.accuracy.uncertainty import twins
+from comparison.accuracy.uncertainty import perturbed_scenes
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.confirmation import Run, confirm
 from comparison.agreement.results import SceneComparison, no_comparison
@@ -182,7 +182,7 @@ def levels(scene: Scene, model: str) -> dict[str, Scene]:
     coarse = coarser(model, scene)
     variants = {"base": scene, "finer": finer(model, scene), "coarser": coarse}
     there = {kind: variant for kind, variant in variants.items() if variant is not None}
-    return there if coarse is None else there | twins(coarse)
+    return there if coarse is None else there | perturbed_scenes(coarse)
 
 
 def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:

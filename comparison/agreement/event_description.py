@@ -34,10 +34,10 @@ def describe(
     """
     where = f"{time:.4g} s"
     if period is not None:
-        turn = time / period
+        cycles = time / period
         start = 0.0 if scene is None else float(scene["mechanism"]["crank_angle_deg"])
         sense = -1.0 if scene is not None and scene["drive"]["speed_rpm"] < 0 else 1.0
-        where += f" (cycle {int(turn) + 1}, crank at {(start + sense * 360 * turn) % 360:.0f}°)"
+        where += f" (cycle {int(cycles) + 1}, crank at {(start + sense * 360 * cycles) % 360:.0f}°)"
     contacts = {label: contact(time, table) for label, table in events.items() if table is not None}
     if not contacts:
         return where

@@ -91,15 +91,15 @@ class Attribution:
     channels: dict[str, dict[str, float]] = field(default_factory=dict)
     """The same by channel."""
     still_moves: dict[str, float] = field(default_factory=dict)
-    """"a", "b": share of the samples beyond the band near which refinement moves the run by as much."""
+    """"a", "b": share of the samples outside the band near which refinement moves the run by as much."""
     unpredictable: dict[str, float] = field(default_factory=dict)
     """Why the samples of the indeterminate channels are not predictable: share by the u of "a" alone, of "b"
     alone, of "each" by itself, of the two only "together"; and that of "neighbours" whose spread suffices."""
     unpredictable_from: float = nan
     """First of the most frequent of these, s."""
-    beyond_from: float = nan
-    """First judged sample beyond the band or the tolerance, s; of the channels that differ, if any does."""
-    beyond_in: str = ""
+    outside_from: float = nan
+    """First judged sample outside the band or the tolerance, s; of the channels that differ, if any does."""
+    outside_in: str = ""
     """Its channel."""
     sentences: tuple[str, ...] = ()
     """Summary sentences."""
@@ -169,7 +169,7 @@ class SceneComparison:
     channels: dict[str, ChannelComparison]
     events: tuple[pd.DataFrame | None, pd.DataFrame | None]
     provenance: dict[str, dict[str, Any]] = field(default_factory=dict)
-    """Of every run used: "reference", "reference finer", "reference twin", "exudyn", ..."""
+    """Of every run used: "reference", "reference finer", "reference perturbed", "exudyn", ..."""
     scene: dict[str, Any] | None = None
     """The scene mapping."""
     command: str = ""

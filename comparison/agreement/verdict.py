@@ -80,7 +80,7 @@ def compare_channel(
     # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
     if u_both is not None and channel.follows is None and found.verdict == "indeterminate":
         found = (
-            _beyond_all(channel, time, difference, limits.k * float(u_both.max()), happens, limits) or found
+            _outside_all(channel, time, difference, limits.k * float(u_both.max()), happens, limits) or found
         )
     max_difference, rms_difference = maximum(difference), rms(difference)
     return ChannelComparison(
@@ -165,7 +165,7 @@ def _judge(
     return _Judgement("indeterminate", reason, *numbers)
 
 
-def _beyond_all(
+def _outside_all(
     channel: Channel,
     time: Array,
     difference: Array,

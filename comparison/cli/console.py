@@ -74,8 +74,10 @@ def fail(error: Exception) -> int:
     place = (
         f" at {Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno}" if trace is not None else ""
     )
-    told = f"internal error: {type(error).__name__}: {error}{place}"
-    return complain(f"{told}; please report this line, the command and the output of sixbar --version", 70)
+    reported = f"internal error: {type(error).__name__}: {error}{place}"
+    return complain(
+        f"{reported}; please report this line, the command and the output of sixbar --version", 70
+    )
 
 
 def complain(text: str, code: int) -> int:

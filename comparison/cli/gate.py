@@ -135,7 +135,11 @@ def _write(result: Gate, folder: Path, command: str) -> Path:
     return write_job_summary(
         folder / "summary.md",
         title="Has a model changed since its baseline?",
-        told=[f"{_sentence(result)}.", *(f"Note: {note}." for note in result.notes), f"Made by: {command}"],
+        reported=[
+            f"{_sentence(result)}.",
+            *(f"Note: {note}." for note in result.notes),
+            f"Made by: {command}",
+        ],
         headings=("scene", "run", "passed", "failed", "skipped"),
         rows=[(*group, *_counted(result.cases, group)) for group in groups],
         cases=result.cases,

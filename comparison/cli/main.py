@@ -125,8 +125,8 @@ def run(
         kept = write(outcome.partial, out.with_name(f"{out.stem}.partial{out.suffix}"))
         count = len(outcome.partial.frame)
         samples = f"all {count} samples" if outcome.status == VIOLATED else f"{count} samples until then"
-        told = f"{outcome.message}; {samples} are in {kept}"
-        raise RunError(replace(outcome, message=told), job)
+        reported = f"{outcome.message}; {samples} are in {kept}"
+        raise RunError(replace(outcome, message=reported), job)
     table = successful(outcome, job)
     path = write(table, out)
     warn(doubts(table))

@@ -83,8 +83,8 @@ def validate(
     _write_for_ci(comparisons, folder, command)
     for line in (*scene_lines(comparisons), *kept):
         typer.echo(line)
-    if both == MODELS and accuracy is None and (told := departures(loaded, comparisons)):
-        typer.echo(told)
+    if both == MODELS and accuracy is None and (reported := departures(loaded, comparisons)):
+        typer.echo(reported)
     typer.echo(str(page))
     return code
 
@@ -96,13 +96,13 @@ def _write_partial(results: Sequence[Validation], folder: Path) -> list[str]:
     for result in results:
         for path in folder.glob(f"{escape(result.comparison.name)}.*.partial.*"):
             path.unlink()
-    told = []
+    reported = []
     for result in results:
         for which, table in result.partial.items():
             name = f"{result.comparison.name}.{which.replace(' ', '-')}.partial.csv"
             kept = write(table, folder / name)
-            told.append(f"{len(table.frame)} samples of the {which} run are in {kept}")
-    return told
+            reported.append(f"{len(table.frame)} samples of the {which} run are in {kept}")
+    return reported
 
 
 def write_page(comparisons: Sequence[SceneComparison], folder: Path, command: str) -> Path:
@@ -125,7 +125,7 @@ def _write_for_ci(comparisons: Sequence[SceneComparison], folder: Path, command:
     write_job_summary(
         folder / "summary.md",
         title="Cross-validation of the two models",
-        told=[sentence(comparisons), f"Made by: {command}"],
+        reported=[sentence(comparisons), f"Made by: {command}"],
         headings=("scene", "tier", "verdict", "why"),
         rows=[(c.name, tier.tier, tier.verdict, tier.why) for c in comparisons for tier in c.tiers],
         cases=cases,

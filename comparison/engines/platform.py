@@ -19,12 +19,12 @@ def platform_name() -> str:
     Followed by the processor type set for OpenBLAS, if any.
     """
     library = " ".join(platform.libc_ver()).strip()
-    told = os.environ.get("OPENBLAS_CORETYPE", "")
+    core_type = os.environ.get("OPENBLAS_CORETYPE", "")
     parts = (
         f"{platform.system()} {platform.machine()}",
         library,
         _processor(Path("/proc/cpuinfo")),
-        told and f"OpenBLAS for {told}",
+        core_type and f"OpenBLAS for {core_type}",
     )
     return ", ".join(part for part in parts if part)
 

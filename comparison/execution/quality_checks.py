@@ -48,21 +48,21 @@ def energy_share(table: Table) -> float:
 
 def doubts(table: Table) -> list[str]:
     """Return one line for each quality check that a finished run fails."""
-    told = []
+    reported = []
     steps = steps_per_contact(table)
     if steps < FEW_STEPS:
-        told.append(
+        reported.append(
             f"half of its contacts, weighted by force, last less than {number(steps, 2)} steps; accurate "
             f"impulses require at least {FEW_STEPS:g}: reduce solver.exudyn.step, or use "
             "solver.exudyn.formulation = 'tree'"
         )
     share = energy_share(table)
     if share > MUCH_ENERGY:
-        told.append(f"spurious energy is {percent(share)} of the dissipated energy: refine the solver")
+        reported.append(f"spurious energy is {percent(share)} of the dissipated energy: refine the solver")
     drift = table.provenance.get("constraints", {})
     position, velocity = drift.get("position", 0.0), drift.get("velocity", 0.0)
     if position > MUCH_DRIFT or velocity > 1e3 * MUCH_DRIFT:
-        told.append(
+        reported.append(
             f"its constraints are violated by up to {quantity(position, 'm')}, {quantity(velocity, 'm/s')}: "
             "refine the solver, and keep Baumgarte's gains below a tenth of one over its largest step"
         )
@@ -71,8 +71,8 @@ def doubts(table: Table) -> list[str]:
         corners = table.events[table.events["corner"] != "pin"]
         depth = float(corners["largest_depth"].max()) if len(corners) else 0.0
         if depth > radius:
-            told.append(
+            reported.append(
                 f"a corner is pressed {quantity(depth, 'm')} into the wall, deeper than its radius "
                 f"contact.corner_radius = {radius:g} m: the contact law is not valid there"
             )
-    return told
+    return reported

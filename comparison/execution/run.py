@@ -11,7 +11,7 @@ from typing import Any
 
 from comparison.engines.registry import fingerprint, load
 from comparison.execution.cache import fetch, keep, run_key
-from comparison.execution.workers import Died, Kernels, Share, in_turn, work
+from comparison.execution.workers import Died, Kernels, Share, execution_order, work
 from comparison.scene import Scene, SceneError
 from comparison.tables.channels import expected
 from comparison.tables.check import check
@@ -98,8 +98,8 @@ def describe(job: Job, outcome: Outcome) -> str:
     where = f"scene {job.scene.name!r}"
     if outcome.status == "bad input":
         return f"{where}: {outcome.message}"
-    told = f"; {outcome.message}" if outcome.message else ""
-    return f"{where}: the {job.model} run did not succeed: {outcome.status}{told}"
+    reported = f"; {outcome.message}" if outcome.message else ""
+    return f"{where}: the {job.model} run did not succeed: {outcome.status}{reported}"
 
 
 def successful(outcome: Outcome, job: Job) -> Table:
@@ -229,7 +229,7 @@ def run_all(
         if on_progress:
             on_progress(sum(todo[key].cost * share for key, share in shares.items()) / total)
 
-    waiting = in_turn({key: job for key, job in todo.items() if key not in outcomes})
+    waiting = execution_order({key: job for key, job in todo.items() if key not in outcomes})
     with closing(work(_attempt, [(key, todo[key]) for key in waiting], n_jobs)) as events:
         for key, event in events:
             if isinstance(event, Share):

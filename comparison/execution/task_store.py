@@ -25,7 +25,7 @@ from comparison.engines.source_hash import code_hash
 from comparison.execution.cache import cache_folder
 from comparison.execution.ledger import Row, append_row, read_rows
 from comparison.execution.run import Progress, RunError
-from comparison.execution.workers import Attempt, Died, Kernels, Late, Share, in_turn, work
+from comparison.execution.workers import Attempt, Died, Kernels, Late, Share, execution_order, work
 from comparison.scene import SceneError, digest
 
 SUCCESS, CRASHED, LATE = "success", "crashed", "work-limit"
@@ -123,7 +123,9 @@ def measure_all(
     with suppress(OSError):  # `comparison.execution.cache` deletes what was not used for a month
         os.utime(ledger)
     rows = {key: kept[key] for key in by_key if key in kept}
-    waiting = {key: by_key[key] for key in in_turn({k: t for k, t in by_key.items() if k not in rows})}
+    waiting = {
+        key: by_key[key] for key in execution_order({k: t for k, t in by_key.items() if k not in rows})
+    }
     total = sum(task.cost for task in by_key.values()) or 1.0
     done = total - sum(task.cost for task in waiting.values())
     attempt = partial(_attempt, measure)

@@ -76,7 +76,7 @@ def cpus() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def in_turn(tasks: Mapping[str, Work]) -> list[str]:
+def execution_order(tasks: Mapping[str, Work]) -> list[str]:
     """Order tasks so that all workers are busy to the end, and none compiles what another one is compiling.
 
     Which takes longer than most tasks. So for each kind of kernels one task goes before all others, those

@@ -1,7 +1,7 @@
 """Baseline file: recorded results of each model, as a text file of few numbers.
 
-It holds three runs per scene: the reference at the tight tier, Exudyn's full formulation (five bodies) with
-the scene's settings, and its tree at the tight tier (`comparison.accuracy.tiers`). Of each: settings,
+It holds three runs per scene: the reference at the tight tier, Exudyn's five bodies with the scene's
+settings, and its tree at the tight tier (`comparison.accuracy.tiers`). Of each: settings,
 counters, and for every channel some checkpoints, see `comparison.regression.checkpoints`.
 """
 
@@ -113,8 +113,8 @@ def read(path: Path) -> Baseline:
     try:
         return Baseline.model_validate(tomllib.loads(path.read_text("utf-8")))
     except FileNotFoundError as error:
-        told = "there is no such baseline; sixbar gate --update makes one"
-        raise BaselineError(f"{path}: {told}") from error
+        reported = "there is no such baseline; sixbar gate --update makes one"
+        raise BaselineError(f"{path}: {reported}") from error
     except OSError as error:
         raise BaselineError(f"{path}: {error.strerror or error}") from error
     except ValidationError as error:

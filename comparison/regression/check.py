@@ -98,8 +98,8 @@ def gate(
     notes = list(elsewhere)
     cases = [_thresholds(baseline)]
     for name in gone:
-        told = f"{baseline.scenes[name].source!r} of the baseline is neither a shipped scene nor a file"
-        cases.append(_failed(name, told))
+        reported = f"{baseline.scenes[name].source!r} of the baseline is neither a shipped scene nor a file"
+        cases.append(_failed(name, reported))
     for scene in scenes:
         if scene.name not in ran:
             cases.append(
@@ -165,15 +165,15 @@ def _thresholds(baseline: Baseline) -> Case:
     """Check that the verdicts are judged by the numbers whose error rates the baseline holds."""
     if thresholds_record() == baseline.thresholds:
         return Case("thresholds", "comparison", "thresholds", "passed")
-    told = (
+    reported = (
         "comparison/accuracy/thresholds.toml is not what the baseline was made with: its numbers change only "
         "together with newly measured rates of false alarms and of detected faults"
     )
-    return Case("thresholds", "comparison", "thresholds", "failed", told)
+    return Case("thresholds", "comparison", "thresholds", "failed", reported)
 
 
-def _failed(scene: str, told: str) -> Case:
-    return Case(scene, "scene", "scene", "failed", f"scene {scene!r}: {told}")
+def _failed(scene: str, reported: str) -> Case:
+    return Case(scene, "scene", "scene", "failed", f"scene {scene!r}: {reported}")
 
 
 def _scene(
@@ -190,13 +190,19 @@ def _scene(
         if which not in ran:
             found = [Finding("run", "failed", "the baseline has this run, the scene does not any more")]
         elif which not in records:
-            told = "there is no baseline of this run; sixbar gate --update makes one"
-            found = [Finding("run", "failed", told)]
+            reported = "there is no baseline of this run; sixbar gate --update makes one"
+            found = [Finding("run", "failed", reported)]
         else:
             found = _outcome(*ran[which], records[which], exact=exact)
         cases += [
-            Case(scene, f"{model} {tier}", name, status, told and f"{model} {tier}, scene {scene!r}: {told}")
-            for name, status, told in found
+            Case(
+                scene,
+                f"{model} {tier}",
+                name,
+                status,
+                reported and f"{model} {tier}, scene {scene!r}: {reported}",
+            )
+            for name, status, reported in found
         ]
     return cases
 

@@ -97,7 +97,7 @@ def _spread(runs: Runs, neighbours: Sequence[Table]) -> dict[str, int]:
     family counts.
     """
     others = [counters(neighbour) for neighbour in neighbours]
-    family = [run for run in (runs.finer, runs.coarser, *runs.twins) if run is not None]
+    family = [run for run in (runs.finer, runs.coarser, *runs.perturbed_runs) if run is not None]
     others += [{"contacts": counters(run)["contacts"]} for run in family]
     largest = {
         name: max((abs(other.get(name, value) - value) for other in others), default=0)

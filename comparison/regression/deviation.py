@@ -16,7 +16,7 @@ from comparison.tables.table import Table
 COUNTERS_ELSEWHERE = 0.05  # by which the counters may differ on another platform or with other versions
 # Or by so many times what they differ between starts next to each other: the steps of the strict reference at
 # 90 rpm do by 6 % if the start moves by 2e-15 m, which is what rounding does.
-BEYOND_SPREAD = 2.0
+SPREAD_FACTOR = 2.0
 
 
 class Finding(NamedTuple):
@@ -24,7 +24,7 @@ class Finding(NamedTuple):
 
     name: str
     status: Status
-    told: str = ""
+    reported: str = ""
 
 
 def changes(record: RunRecord, table: Table, settings: Mapping[str, Any], *, exact: bool) -> list[Finding]:
@@ -48,23 +48,23 @@ def changes(record: RunRecord, table: Table, settings: Mapping[str, Any], *, exa
     recorded = [*record.channels, *record.unexcited, *record.unpredictable]
     for name in dict.fromkeys([*recorded, *table.channels]):
         if name not in table.channels:
-            told = f"the channel {name} is in the baseline and not in the run"
+            reported = f"the channel {name} is in the baseline and not in the run"
         elif name not in recorded:
-            told = f"the channel {name} has no baseline; sixbar gate --update makes one"
+            reported = f"the channel {name} has no baseline; sixbar gate --update makes one"
         elif name in record.unpredictable:
-            told = f"{name} has no predictable sample at which something happens"
-            findings.append(Finding(name, "skipped", told))
+            reported = f"{name} has no predictable sample at which something happens"
+            findings.append(Finding(name, "skipped", reported))
             continue
         elif name in record.unexcited:
-            told = _excited(name, table)
+            reported = _excited(name, table)
         else:
-            told = _moved(name, record.channels[name], table)
-        findings.append(_finding(name, told))
+            reported = _moved(name, record.channels[name], table)
+        findings.append(_finding(name, reported))
     return findings
 
 
-def _finding(name: str, told: str) -> Finding:
-    return Finding(name, "failed" if told else "passed", told)
+def _finding(name: str, reported: str) -> Finding:
+    return Finding(name, "failed" if reported else "passed", reported)
 
 
 def _differing(before: Mapping[str, object], now: Mapping[str, object], what: str) -> str:
@@ -81,7 +81,7 @@ def _counters(record: RunRecord, table: Table, *, exact: bool) -> str:
     before, now = record.counters, checkpoints.counters(table)
     if not exact:
         for key in before.keys() & now.keys():
-            spread = BEYOND_SPREAD * record.spread.get(key, 0)
+            spread = SPREAD_FACTOR * record.spread.get(key, 0)
             if abs(now[key] - before[key]) <= max(1.0, COUNTERS_ELSEWHERE * before[key], spread):
                 now[key] = before[key]
     return _differing(before, now, "the counter")
@@ -99,7 +99,7 @@ def _excited(name: str, table: Table) -> str:
 
 
 def _moved(name: str, points: list[Checkpoint], table: Table) -> str:
-    """Say which checkpoint is furthest beyond its threshold; nothing where none is."""
+    """Say which checkpoint is furthest outside its threshold; nothing where none is."""
     unit, values = channels()[name].unit, table.values(name)
     interval = float(table.time[-1] - table.time[0]) / (table.time.size - 1)
     off = []

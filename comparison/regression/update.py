@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from comparison.accuracy.levels import refinement
 from comparison.accuracy.thresholds import thresholds_record
-from comparison.accuracy.uncertainty import twins
+from comparison.accuracy.uncertainty import perturbed_scenes
 from comparison.agreement.compare import Runs
 from comparison.agreement.cross_check import family
 from comparison.engines.platform import platform_name, versions
@@ -110,7 +110,7 @@ def _neighbours(gated: Job, which: Which) -> list[tuple[str, Job]]:
     return [
         (f"{kind} {times:+g}", Job(scene, gated.model))
         for times in NEIGHBOURS
-        for kind, scene in twins(gated.scene, times).items()
+        for kind, scene in perturbed_scenes(gated.scene, times).items()
     ]
 
 

@@ -127,7 +127,7 @@ def assess(errors: SliderErrors, settings: Settings) -> dict[str, Assessment]:
 
 def divide(errors: SliderErrors, settings: Settings) -> list[Bin]:
     """Return the bins of a run."""
-    return bins(settings.bins, errors.per_turn, errors.samples)
+    return bins(settings.bins, errors.per_cycle, errors.samples)
 
 
 def stressing(values: Array, settings: Settings) -> Array:

@@ -29,24 +29,24 @@ class Bin:
     whole: bool
 
 
-def bins(count: int, per_turn: int, samples: int) -> list[Bin]:
+def bins(count: int, per_cycle: int, samples: int) -> list[Bin]:
     """Divide a run; bins in which it has no sample are left out.
 
     Parameters
     ----------
     count
         Number of equal bins of a cycle.
-    per_turn, samples
+    per_cycle, samples
         Samples in a cycle and in the run, the first of them one step after the start.
     """
     # Whole numbers: the edge 36 deg must be in the first bin, whichever way 36 / 360 * 1000 rounds.
-    part = ((np.arange(per_turn) + 1) * count - 1) // per_turn
+    part = ((np.arange(per_cycle) + 1) * count - 1) // per_cycle
     found = []
     for k in range(count):
         first = np.flatnonzero(part == k)
         if not first.size or first[0] >= samples:
             continue
-        cycles = (samples - 1 - first[-1]) // per_turn + 1
-        rows = first + per_turn * np.arange(cycles)[:, None] if cycles else first[None, first < samples]
+        cycles = (samples - 1 - first[-1]) // per_cycle + 1
+        rows = first + per_cycle * np.arange(cycles)[:, None] if cycles else first[None, first < samples]
         found.append(Bin(360.0 * (k + 1) / count, rows, whole=bool(cycles)))
     return found

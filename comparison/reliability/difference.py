@@ -133,7 +133,7 @@ def compare_reliability(
     """
     pairs = list(zip(runs, ideals, strict=True))
     errors = [slider_errors(of.base, ideal.base, period) for of, ideal in pairs]
-    if len({(of.per_turn, of.samples, *of.by_quantity) for of in errors}) > 1:
+    if len({(of.per_cycle, of.samples, *of.by_quantity) for of in errors}) > 1:
         raise TableError("the two results: have other samples per cycle, or other channels")
     assessed = [assess(of, settings) for of in errors]
     numerical = [_numerical(of, ideal, period, settings) for of, ideal in pairs]
@@ -182,7 +182,7 @@ def _numerical(runs: Runs, ideal: Runs, period: float, settings: Settings) -> di
 
 
 def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
-    for kind in ("base", "finer", "coarser", "twin", "other_twin"):
+    for kind in ("base", "finer", "coarser", "perturbed", "other_perturbed"):
         if (table := getattr(runs, kind)) is not None:
             yield kind, table
 
@@ -194,8 +194,8 @@ def _uncertainty(of: dict[str, dict[str, Array]], quantity: str, runs: Runs) -> 
     if len(known) == 1:
         return np.full(base.shape, np.nan)
     finer = known.get("finer", base)  # without one the coarser run decides alone
-    twins = tuple(known[kind] for kind in ("twin", "other_twin") if kind in known)
-    levels = Levels(base, finer, known.get("coarser"), twins, *runs.refinement)
+    perturbed = tuple(known[kind] for kind in ("perturbed", "other_perturbed") if kind in known)
+    levels = Levels(base, finer, known.get("coarser"), perturbed, *runs.refinement)
     return uncertainty(levels, half_width=0, floor=ROUND_OFF)
 
 

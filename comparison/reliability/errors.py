@@ -22,14 +22,14 @@ class SliderErrors:
 
     Attributes
     ----------
-    per_turn
+    per_cycle
         Samples in a crank cycle.
     by_quantity
-        Quantity -> actual - ideal in the channel's unit, shape (n,): sample i at (i + 1) 360 / per_turn deg.
+        Quantity -> actual - ideal in the channel's unit, shape (n,): sample i at (i + 1) 360 / per_cycle deg.
         The start itself is no part of it: there the slider is where it was put.
     """
 
-    per_turn: int
+    per_cycle: int
     by_quantity: dict[str, Array]
 
     @property
@@ -42,7 +42,7 @@ def slider_errors(actual: Table, ideal: Table, period: float) -> SliderErrors:
     """Return the errors of a result against the ideal mechanism's.
 
     Both may be any tables that start at the crank's start. Tables of the same times with whole samples a
-    turn, as both models make them, are taken as they are; others are interpolated to the coarser one's mean
+    cycle, as both models make them, are taken as they are; others are interpolated to the coarser one's mean
     interval (`comparison.tables.resample`: accelerations are cut at the contacts that the tables tell of).
 
     Parameters
@@ -66,18 +66,18 @@ def slider_errors(actual: Table, ideal: Table, period: float) -> SliderErrors:
         if table.time.size < 2 or abs(table.time[0]) > 0.5 * _interval(table):
             raise TableError(f"{name}: does not start at t = 0 s")
     interval = max(_interval(actual), _interval(ideal))
-    per_turn = max(1, round(period / interval))
+    per_cycle = max(1, round(period / interval))
     end = min(actual.time[-1], ideal.time[-1])
-    count = int(end / period * per_turn * (1 + 1e-12) + SAME_GRID)
+    count = int(end / period * per_cycle * (1 + 1e-12) + SAME_GRID)
     if count < 1:
         raise TableError(f"the result and the ideal mechanism's: have no step of {interval:g} s in common")
-    grid: Array = np.arange(1, count + 1) * np.float64(period / per_turn)
+    grid: Array = np.arange(1, count + 1) * np.float64(period / per_cycle)
     a, b = (_at(table, list(held.values()), grid, SAME_GRID * interval) for table in (actual, ideal))
-    return SliderErrors(per_turn, {name: a[channel] - b[channel] for name, channel in held.items()})
+    return SliderErrors(per_cycle, {name: a[channel] - b[channel] for name, channel in held.items()})
 
 
 def since(table: Table, start: float) -> Table:
-    """Return what a table holds from a sample on, with times counted from there: whole turns may be left out.
+    """Return what a table holds from a sample on, with times counted from there: to leave out whole cycles.
 
     Parameters
     ----------

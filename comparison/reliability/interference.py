@@ -23,7 +23,7 @@ from comparison.scene.criteria import Limits
 from comparison.tables.arrays import Array
 
 ROUNDING = 5e-6
-"""Half a unit in the fifth digit, to which the paper prints: nearer to the cap nothing can be told."""
+"""Half a unit in the fifth digit, to which the paper prints: nearer to the cap nothing can be concluded."""
 
 
 def reliability_index(limits: Limits, mean: Array | float, deviation: Array | float) -> Array:

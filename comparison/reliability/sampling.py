@@ -16,7 +16,7 @@ D. N. Politis (J. Nonparametr. Stat. 15, 2003, 453-467), the rule of the automat
 White (2004): m is the first lag after which the autocorrelation stays insignificant. Where it never does, all
 lags count in full and the sum is the variance of the cycles' averages. From `ENOUGH` cycles on these averages
 are the sample, and the same formula takes in what the cycles remember of each other. Of a part of one cycle
-nothing can be told about others: there the mean of the bin is subtracted, and what is locked to the crank
+nothing is known about others: there the mean of the bin is subtracted, and what is locked to the crank
 counts as scatter, which makes the interval wider.
 
 **How good it is.** Share of the 95 % intervals of P that hold the truth, measured on signals of which it is
@@ -159,7 +159,7 @@ def _memory(covariance: Array, count: int) -> NDArray[np.intp]:
     seldom = length / (length - np.arange(length))  # a lag has the fewer pairs, the longer it is
     with np.errstate(divide="ignore", invalid="ignore"):
         correlation = covariance * seldom / covariance[..., :1]
-    # Comparisons with nan are false: a constant has no memory that could be told.
+    # Comparisons with nan are false: a constant has no measurable memory.
     large = ~(np.abs(correlation) < 2.0 * np.sqrt(np.log10(max(count, 2)) / count))
     run = max(5, int(np.ceil(np.sqrt(np.log10(max(count, 2))))))
     if length <= run:

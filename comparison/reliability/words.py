@@ -62,10 +62,10 @@ def _of_cap(found: dict[str, Difference]) -> str:
     capped = {name: int(np.sum(of.a.capped & of.b.capped)) for name, of in found.items()}
     counted = [f"{name} in {n} of {found[name].a.angle.size} parts" for name, n in capped.items() if n]
     values = " or ".join(dict.fromkeys(f"{of.a.cap:.10f}" for of in found.values()))
-    told = "; ".join(counted) if counted else "none"
+    reported = "; ".join(counted) if counted else "none"
     return (
         f"Without any error R is {values}, the cap. Within {ROUNDING:g} of it, where R tells nothing of the "
-        f"mechanism but that the limit is wide: {told}."
+        f"mechanism but that the limit is wide: {reported}."
     )
 
 
@@ -74,7 +74,7 @@ def _of_sampling(of: Assessment) -> str:
     if cycles == 1:
         return (
             "Of one cycle nothing is known about others: for the intervals, what varies within a part of the "
-            "turn is taken for what varies between cycles."
+            "cycle is taken for what varies between cycles."
         )
     few = "" if cycles >= ENOUGH else ", few for an interval, and the first one still remembers its start"
     return f"Cycles sampled: {cycles}{few}."

@@ -47,7 +47,7 @@ class Curves:
     """|difference|."""
     threshold: Array | None
     predictable: BoolArray
-    beyond: BoolArray
+    outside: BoolArray
 
     def between(self, start: float, end: float) -> Curves:
         """Return the samples from start to end (s), and one more on either side."""
@@ -61,7 +61,7 @@ class Curves:
             size=self.size[part],
             threshold=None if self.threshold is None else self.threshold[part],
             predictable=self.predictable[part],
-            beyond=self.beyond[part],
+            outside=self.outside[part],
         )
 
 
@@ -105,14 +105,14 @@ class ChannelFigure:
         )
         (self._size,) = lower.plot([], [], color=svg.DIFFERENCE, label="|difference|")
         self._limit = lower.axhline(1.0, color=svg.LIMIT, lw=0.8, dashes=(1, 2))
-        (self._beyond,) = lower.plot([], [], "x", color=svg.BEYOND, ms=4, label="beyond")
+        (self._outside,) = lower.plot([], [], "x", color=svg.OUTSIDE, ms=4, label="outside")
         self._shades = []
         for axes in (upper, lower):
             shade = PathPatch(_EMPTY, fc=svg.SHADE, lw=0, zorder=0, transform=axes.get_xaxis_transform())
             axes.add_patch(shade)
             self._shades.append(shade)
         self._shades[1].set_label("not predictable")
-        self._turns = figure.text(_RIGHT, 0.955, "crank cycles", ha="right", va="bottom")
+        self._cycles = figure.text(_RIGHT, 0.955, "crank cycles", ha="right", va="bottom")
         self._legends = [
             axes.legend(
                 handles=handles,
@@ -126,7 +126,7 @@ class ChannelFigure:
                 (
                     lower,
                     _LOWER[0] + _LOWER[1] + 0.012,
-                    [self._size, self._threshold, self._shades[1], self._beyond],
+                    [self._size, self._threshold, self._shades[1], self._outside],
                 ),
             )
         ]
@@ -146,7 +146,7 @@ class ChannelFigure:
         self._say(0, 2, said=curves.walls is not None)
         self._say(1, 1, said=curves.threshold is not None)
         self._say(1, 2, said=bool(edges))
-        self._say(1, 3, said=bool(curves.beyond.any()))
+        self._say(1, 3, said=bool(curves.outside.any()))
         boxes = [
             Path([(low, 0), (low, 1), (high, 1), (high, 0), (low, 0)], closed=True) for low, high in edges
         ]
@@ -188,9 +188,9 @@ class ChannelFigure:
             edge = envelope(curves.threshold)
             self._threshold.set_data(curves.time[edge], curves.threshold[edge])
             shown = np.concatenate([shown, curves.threshold[edge]])
-        marks = upper_envelope(np.where(curves.beyond, curves.size, 0.0), _CROSSES)
-        marks = marks[curves.beyond[marks]]
-        self._beyond.set_data(curves.time[marks], curves.size[marks])
+        marks = upper_envelope(np.where(curves.outside, curves.size, 0.0), _CROSSES)
+        marks = marks[curves.outside[marks]]
+        self._outside.set_data(curves.time[marks], curves.size[marks])
         limited = bool(curves.predictable_below > 0.0)
         self._limit.set_visible(limited)
         if limited:
@@ -207,9 +207,9 @@ class ChannelFigure:
         """Set the time span of both axes, in seconds below and in crank cycles above."""
         start, end = float(curves.time[0]), float(curves.time[-1])
         self._lower.set_xticks(_ticks(start, end))
-        self._turns.set_visible(curves.period is not None)
-        turns = _ticks(start / curves.period, end / curves.period) if curves.period else np.array([])
-        self._upper.set_xticks(turns * (curves.period or 1.0), [f"{turn:g}" for turn in turns])
+        self._cycles.set_visible(curves.period is not None)
+        cycles = _ticks(start / curves.period, end / curves.period) if curves.period else np.array([])
+        self._upper.set_xticks(cycles * (curves.period or 1.0), [f"{cycle:g}" for cycle in cycles])
         for axes in (self._upper, self._lower):
             axes.set_xlim(start, end)
 

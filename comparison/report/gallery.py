@@ -109,7 +109,7 @@ def _curves(scene: SceneComparison, channel: ChannelComparison, limit: Array | N
         threshold=limit,
         predictable_below=rule.limit_of_predictability(channel),
         predictable=channel.predictable,
-        beyond=rule.beyond(channel),
+        outside=rule.outside(channel),
     )
     if channel.channel != "slider_x" or scene.scene is None:
         return curves

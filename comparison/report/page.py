@@ -147,7 +147,7 @@ def _tier(scene: SceneComparison) -> dict[str, Any]:
         "coverage": percent(scene.coverage),
         "explained": percent(explained),
         "channels": [
-            tables.channel_row(channel, scene.time, rule.beyond(channel))
+            tables.channel_row(channel, scene.time, rule.outside(channel))
             for channel in scene.channels.values()
         ],
         "runs": tables.run_rows(scene.provenance),

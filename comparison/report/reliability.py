@@ -30,7 +30,7 @@ def section(scene: SceneComparison) -> dict[str, Any] | None:
         return None
     return {
         "verdict": found.verdict,
-        "told": particulars(found),
+        "reported": particulars(found),
         "rows": [_row(name, difference) for name, difference in found.quantities.items()],
     }
 

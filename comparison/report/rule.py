@@ -9,9 +9,9 @@ import numpy as np
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.uncertainty import (
     ENSEMBLE_FACTOR,
+    PERTURBATION,
     SAFETY_FACTOR,
     SAFETY_FACTOR_IN_ORDER,
-    TWIN_SHIFT,
     WINDOW,
 )
 from comparison.agreement.confirmation_starts import ENOUGH, MEMBERS, OTHER_MEMBERS
@@ -26,7 +26,7 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
     fixed = thresholds()
     alpha = _by_tier({name: f"{limits.alpha:g}" for name, limits in tiers.items()})
     floor = _by_tier({name: f"{limits.coverage:.0%}" for name, limits in tiers.items()})
-    shift = number(TWIN_SHIFT, 1).removeprefix("1·")
+    shift = number(PERTURBATION, 1).removeprefix("1·")
     lines = [
         f"Uncertainty u(t) of one model: {SAFETY_FACTOR:g} times the largest distance of its run to its "
         "refined run, to its coarser run (divided by the error ratio expected between two levels) "
@@ -53,7 +53,7 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
             "distance from the centre. It is confirmed if this exceeds, in both ensembles, the distance of "
             "every member left out. Otherwise the uncertainty was underestimated: "
             f"{ENSEMBLE_FACTOR:g} times the largest distance in the ensemble replaces it, and the runs are "
-            "judged again. Exudyn's full formulation (five bodies) is ranked in an ensemble of the other "
+            "judged again. Exudyn's run of five bodies is ranked in an ensemble of the other "
             "model. With fewer than "
             f"{ENOUGH} runs the difference stays unconfirmed."
         )
@@ -68,7 +68,7 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
             0,
             "Each scene is judged at two tiers. Standard: the scene's settings, as a user runs it. Tight: "
             "the reference at its strict setting and Exudyn's tree of free bodies with error control; a "
-            "scene that requires the full formulation (no clearance, reactions) runs with its own settings.",
+            "scene that requires five bodies (no clearance, reactions) runs with its own settings.",
         )
     if any(channel.u is None for scene in comparisons for channel in scene.channels.values()):
         lines.append(
@@ -103,7 +103,7 @@ def limit_of_predictability(channel: ChannelComparison) -> float:
     return fixed.k * fixed.alpha * channel.scale if channel.u is not None else float("nan")
 
 
-def beyond(channel: ChannelComparison) -> BoolArray:
+def outside(channel: ChannelComparison) -> BoolArray:
     """Return where predictable samples exceed the threshold, shape (n,)."""
     held_against, _ = threshold(channel)
     if held_against is None:

@@ -21,7 +21,7 @@ HEIGHT = 3.0
 """Inches, of a figure with one panel."""
 # Roles of the colours; the page's style sheet defines them for light and dark mode.
 INK, GRID, FIRST, SECOND = "#111111", "#222222", "#333333", "#444444"
-DIFFERENCE, THRESHOLD, SHADE, BEYOND, LIMIT = "#555555", "#666666", "#777777", "#888888", "#999999"
+DIFFERENCE, THRESHOLD, SHADE, OUTSIDE, LIMIT = "#555555", "#666666", "#777777", "#888888", "#999999"
 _ROLES = {
     INK: "currentColor",
     GRID: "var(--grid)",
@@ -30,7 +30,7 @@ _ROLES = {
     DIFFERENCE: "var(--difference)",
     THRESHOLD: "var(--threshold)",
     SHADE: "var(--shade)",
-    BEYOND: "var(--beyond)",
+    OUTSIDE: "var(--outside)",
     LIMIT: "var(--limit)",
 }
 _COLOUR = re.compile("|".join(_ROLES))

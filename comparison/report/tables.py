@@ -39,12 +39,12 @@ INFORMATION_HEADINGS = {
 }
 
 
-def channel_row(channel: ChannelComparison, time: Array, beyond: BoolArray) -> dict[str, Any]:
+def channel_row(channel: ChannelComparison, time: Array, outside: BoolArray) -> dict[str, Any]:
     """Return one row of the channel table.
 
     Parameters
     ----------
-    time, beyond
+    time, outside
         s and whether the sample is predictable and exceeds its threshold; shape (n,).
     """
     unit = channel.unit
@@ -74,7 +74,7 @@ def channel_row(channel: ChannelComparison, time: Array, beyond: BoolArray) -> d
         "reason": channel.reason,
         "has_strip": compared,
         "unpredictable": _strip(~channel.predictable, time),
-        "beyond": _strip(beyond, time),
+        "outside": _strip(outside, time),
     }
 
 

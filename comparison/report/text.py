@@ -87,20 +87,20 @@ def scene_lines(comparisons: Sequence[SceneComparison]) -> list[str]:
             if tier.attribution is not None and (said := attribution_words(tier.attribution)):
                 lines.append(f"{'':<{name_width}}  {'':<8}  {'why':<14}  {'; '.join(said)}")
             if tier.reliability is not None:
-                told = reliability_line(tier.reliability)
-                lines.append(f"{'':<{name_width}}  {'':<8}  {'reliability':<14}  {told}")
+                reported = reliability_line(tier.reliability)
+                lines.append(f"{'':<{name_width}}  {'':<8}  {'reliability':<14}  {reported}")
         lines += [f"{'':<{name_width}}  {'':<8}  {'warning':<14}  {line}" for line in comparison.warnings]
     return lines
 
 
 def attribution_words(attribution: Attribution) -> list[str]:
     """Return the share that is explained, where there is one, and the sentences of an attribution."""
-    told = (
+    reported = (
         []
         if isnan(attribution.explained)
         else [f"{percent(attribution.explained)} of the judged samples explained"]
     )
-    return [*told, *attribution.sentences]
+    return [*reported, *attribution.sentences]
 
 
 def channel_lines(comparison: SceneComparison) -> list[str]:

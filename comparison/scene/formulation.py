@@ -15,7 +15,7 @@ FORCES = ("joints", "energy")
 """Channel groups that require the motion of all bodies."""
 
 
-def loose(scene: Mapping[str, Any]) -> tuple[str, ...]:
+def joints_with_clearance(scene: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the joints with clearance, of "crank_pin" and "slider"."""
     joints = scene.get("joints", {})
     defaults = (("crank_pin", "ideal"), ("slider", "clearance"))
@@ -35,4 +35,4 @@ def smallest_in_exudyn(scene: Mapping[str, Any]) -> str:
     """
     method = scene.get("solver", {}).get("exudyn", {}).get("method", "auto")
     explicit = method in ("auto", "dopri5")
-    return "tree" if explicit and loose(scene) and not forces(scene) else "full"
+    return "tree" if explicit and joints_with_clearance(scene) and not forces(scene) else "full"

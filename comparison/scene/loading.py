@@ -21,7 +21,7 @@ from pydantic import ValidationError
 
 from comparison.scene.criteria import RandomInput, Reliability
 from comparison.scene.error_messages import explain
-from comparison.scene.formulation import loose
+from comparison.scene.formulation import joints_with_clearance
 from comparison.scene.schema import SceneKeys
 
 SCENES = Path(str(files("comparison.scene.shipped")))
@@ -212,20 +212,20 @@ def _checked(given: dict[str, Any], default_name: str, source: str) -> Scene:
 
 
 def _warnings(data: dict[str, Any]) -> tuple[str, ...]:
-    told = []
+    reported = []
     offset, clearance = data["initial"]["slider_offset"], data["clearance"]["slider"]
     if data["joints"]["slider"] == "clearance" and abs(offset) > clearance:
-        told.append(
+        reported.append(
             f"initial.slider_offset = {offset:g} m exceeds clearance.slider = {clearance:g} m: "
             "the slider starts inside the wall"
         )
     exudyn = data["solver"]["exudyn"]
-    if exudyn["formulation"] != "tree" and loose(data) and exudyn["step"] > ASYMPTOTIC_STEP:
-        told.append(
+    if exudyn["formulation"] != "tree" and joints_with_clearance(data) and exudyn["step"] > ASYMPTOTIC_STEP:
+        reported.append(
             f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
             f"contacts of 2e-4 s require at most {ASYMPTOTIC_STEP:g} s, a tenth"
         )
-    return tuple(told)
+    return tuple(reported)
 
 
 def _changed(given: Mapping[str, Any], values: Mapping[str, object]) -> dict[str, Any]:

@@ -70,7 +70,7 @@ class Drive(Section):
     cycles: Positive
 
     @model_validator(mode="after")
-    def _turns(self) -> Self:
+    def _rotates(self) -> Self:
         if self.speed_rpm == 0:
             raise rule("speed_rpm", self.speed_rpm, "must not be zero", "rpm")
         return self
@@ -166,7 +166,7 @@ class ReferenceSolver(Section):
 class ExudynSolver(Section):
     """Settings of the Exudyn model; the meaning of step and tolerance depends on the formulation.
 
-    For the full formulation (five bodies) the step is fixed and the tolerance is Newton's; for the
+    For five bodies the step is fixed and the tolerance is Newton's; for the
     tree, which has error control, they are the largest step and the local error tolerance.
     """
 

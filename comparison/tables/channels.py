@@ -49,17 +49,17 @@ class Channel:
         effect of the pin's clearance on the slider; c * tan_beta of the guide would be 13 times smaller. With
         both clearances the guide's scales, the smaller ones, apply.
         """
-        loose_pin = scene is not None and (
+        pin_clearance = scene is not None and (
             scene["joints"]["slider"] == "ideal" and scene["joints"]["crank_pin"] == "clearance"
         )
-        where = "crank_pin" if loose_pin else "slider"
+        where = "crank_pin" if pin_clearance else "slider"
         if self.scale == "range" or scene is None or scene["clearance"][where] == 0:
             return both_ranges
         rule, per, _ = self.scale.partition("/(T/100)")
         clearance = float(scene["clearance"][where])
         value = {
             "clearance": clearance,
-            "clearance*tan_beta": clearance * (1.0 if loose_pin else _tan_beta()),
+            "clearance*tan_beta": clearance * (1.0 if pin_clearance else _tan_beta()),
             "clearance/length": clearance / float(scene["mechanism"]["slider"]["length"]),
         }[rule]
         period = 60.0 / abs(float(scene["drive"]["speed_rpm"]))

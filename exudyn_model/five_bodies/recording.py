@@ -1,4 +1,4 @@
-"""What is kept of a run of five bodies: samples, contacts and extrema, gathered from accepted states."""
+"""What is kept of a run of five bodies: samples, contacts and extrema, collected from accepted states."""
 
 from functools import partial
 from typing import Any

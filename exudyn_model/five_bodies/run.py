@@ -38,7 +38,7 @@ def run_five_bodies(parameters: Parameters, progress: Callable[[float], None] | 
     }
     if method == "generalized-alpha":
         settings["spectral_radius"] = SPECTRAL_RADIUS
-    name = "redundant-coordinates"
+    name = "five bodies"
     if parameters.integration.formulation == "native":
         name += ", native contact"
     return Run(name, settings, recorder, model.contacts, outcome, recorder.drift)

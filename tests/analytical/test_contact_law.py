@@ -100,9 +100,9 @@ def test_slider_bounces_off_its_wall_like_a_point_mass(scene, c_e) -> None:
     assert list(result.events["corner"][:2]) == ["ll", "ul"]
     assert starts[0] == pytest.approx(
         1e-5 / SPEED, rel=1e-8
-    )  # rod 4 leans by 1e-5/0.24: its square matters not
+    )  # rod 4 is inclined by 1e-5/0.24: its square matters not
     after = result.columns["slider_vx"][(result.columns["time"] > result.events["end"][:2].max())][0]
-    # Rod 4 leans by (1e-5 m)/(0.24 m) = 4e-5: effects of second order are 2e-9.
+    # Rod 4 is inclined by (1e-5 m)/(0.24 m) = 4e-5: effects of second order are 2e-9.
     assert after / SPEED == pytest.approx(exact_restitution(c_e), abs=1e-8)
     p = read_parameters(scene())
     momentum = p.constants.I4 / p.rod4.length**2 * (SPEED + after)

@@ -40,7 +40,7 @@ def fake_model() -> ModuleType:
 
 @pytest.fixture
 def gravity() -> Any:
-    """The gravities by which a fake model is told what to do."""
+    """The gravities that select what a fake model does."""
     return MODEL.GRAVITY
 
 

@@ -1,4 +1,4 @@
-"""A model with a known answer and a known error, in place of a simulation; what it does hangs on the gravity.
+"""A model with a known answer and error, in place of a simulation; what it does depends on the gravity.
 
 The tests copy this file to a folder as ``reference_model`` and as ``exudyn_model``, so that worker processes
 import it under these names.
@@ -74,7 +74,7 @@ def signals(scene, error=0.0, stretch=0.0):
 
 
 def sensitivity(scene):
-    """An error of up to 1e-5 that depends on the direction in which a start is moved: none for the twins'."""
+    """An error of up to 1e-5 that depends on the direction of a start's shift: none for a perturbed run's."""
     across = abs(scene["initial"]["slider_offset"] - 5e-5)
     turned = abs(scene["initial"]["slider_angle"] * scene["mechanism"]["slider"]["length"])
     return 1e-5 * (across - turned) / (across + turned) if across + turned else 0.0

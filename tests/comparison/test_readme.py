@@ -10,7 +10,7 @@ import pytest
 
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.tiers import TIERS
-from comparison.accuracy.uncertainty import TWIN_SHIFT
+from comparison.accuracy.uncertainty import PERTURBATION
 from comparison.cli.reports import BEGIN, END, index, table_of, with_table
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
@@ -46,8 +46,8 @@ def test_the_verdicts_on_record_are_those_of_the_reports():
     for name, known in recorded.items():
         scene = load_scene(name)
         assert known["hash"] == scene.hash
-        told = re.findall(r"\*\*(.+?)\*\*", rows[scene.title])
-        assert told == [known[tier] for tier in TIERS]
+        reported = re.findall(r"\*\*(.+?)\*\*", rows[scene.title])
+        assert reported == [known[tier] for tier in TIERS]
 
 
 def test_the_list_of_the_studies_is_that_of_their_reports():
@@ -64,7 +64,7 @@ def test_the_numbers_in_its_sentences_are_those_of_the_code():
     standard, tight = thresholds("standard"), thresholds("tight")
     assert f"u must be {standard.alpha / tight.alpha:g} times smaller" in said
     assert {2.0: "within twice the combined u"}[standard.k] in said
-    assert {1e-9: "from a start moved by a billionth of the clearance"}[TWIN_SHIFT] in said
+    assert {1e-9: "from a start moved by a billionth of the clearance"}[PERTURBATION] in said
 
 
 def test_a_readme_without_marks_is_refused():

@@ -23,7 +23,7 @@ def test_difference_falls_with_the_square_of_the_step(scene) -> None:
     slope = np.polyfit(np.log(STEPS), np.log(differences), 1)[0]
     assert abs(slope - 2.0) <= 0.2
     assert max(differences[3:]) <= 5e-8  # 5e-7 s and below
-    # What `standard` promises: 2e-6 s against tolerance 1e-10, whose own error is 1.7e-9 m.
+    # The error bound of `standard`: 2e-6 s against tolerance 1e-10, whose own error is 1.7e-9 m.
     standard = reference_model.simulate(scene({**cycle, "solver.reference.tolerance": 1e-10}))
     run = exudyn_model.simulate(scene({**cycle, "solver.exudyn.step": 2e-6}))
     assert np.abs(run.columns["slider_x"] - standard.columns["slider_x"]).max() <= 1e-6
@@ -74,7 +74,7 @@ def test_reactions_and_torque_of_the_ideal_mechanism_agree(scene) -> None:
         elif name.startswith(("reaction", "crank", "guide_force")):
             assert difference <= 1e-6 * np.ptp(a[name]), name
         elif name != "time":
-            # Of second order in the step of 2e-5 s: (2e-5 * 16 / s)^2 / 12 times harmonics and a whole turn.
+            # Of second order in the step of 2e-5 s: (2e-5 * 16 / s)^2 / 12 times harmonics and a whole cycle.
             assert difference <= 1e-5 * np.ptp(a[name]), name
 
 

@@ -34,7 +34,7 @@ def runs():
 def u_of(levels, name):
     base, finer = levels
     floor = round_off(base[name], base["time"], channels()[name].round_off)
-    # Without a coarser run and a twin the factor of safety is 3.
+    # Without a coarser run and a perturbed run the factor of safety is 3.
     return uncertainty(Levels(base[name], finer[name]), window_samples(PERIOD, PERIOD / SAMPLES), floor)
 
 

@@ -15,9 +15,9 @@ def test_small_clearance_tends_to_the_ideal_mechanism_at_first_order(run, varian
     ideal = run("reference-minimal", "ideal", common).columns
     clearances, deviations = (4e-5, 1e-5), []
     for clearance in clearances:
-        loose = run(variant, "150rpm-0.2mm", {**common, "clearance.slider": clearance})
-        across = np.abs(loose.columns["slider_x"] - ideal["slider_x"]).max()
-        along = np.abs(loose.columns["slider_y"] - ideal["slider_y"]).max()
+        with_clearance = run(variant, "150rpm-0.2mm", {**common, "clearance.slider": clearance})
+        across = np.abs(with_clearance.columns["slider_x"] - ideal["slider_x"]).max()
+        along = np.abs(with_clearance.columns["slider_y"] - ideal["slider_y"]).max()
         # The walls give way by up to a micrometre or two.
         assert 0.99 * clearance <= across <= clearance + 2e-6
         assert along <= 0.2093 * 1.02 * across
@@ -38,11 +38,11 @@ def test_gravity_enters_as_the_weight_of_rod_4_and_slider(run, variant) -> None:
     rod, slider = scene["mechanism"]["rod4"], scene["mechanism"]["slider"]
     moment = rod["mass"] * rod["centroid"] + slider["mass"] * rod["length"]
     inertia = rod["inertia"] + rod["mass"] * rod["centroid"] ** 2 + slider["mass"] * rod["length"] ** 2
-    # beta, the lean of rod 4, from the slider's accelerations themselves: it falls along its circle.
+    # beta, the inclination of rod 4, from the slider's accelerations themselves: it falls along its circle.
     for value in (gravity, -gravity):
         ax, ay = (first[value][f"slider_a{axis}"] - first[0.0][f"slider_a{axis}"] for axis in "xy")
-        lean = math.atan2(ay, ax)
-        expected = -moment * value / inertia * rod["length"] * math.sin(lean)
+        inclination = math.atan2(ay, ax)
+        expected = -moment * value / inertia * rod["length"] * math.sin(inclination)
         # Accelerations of some 80 m/s^2, rounded at 1e-14 of them in each of two runs.
         assert math.hypot(ax, ay) == pytest.approx(abs(expected), rel=1e-9)
         assert first[value]["slider_alpha"] == first[0.0]["slider_alpha"] == 0.0

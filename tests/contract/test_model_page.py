@@ -139,7 +139,7 @@ def test_an_engine_made_from_the_page_gives_what_the_models_give(run, solution, 
 
 def test_the_projections_of_section_4_are_those_of_its_equations() -> None:
     """Accelerations of the 15 coordinates fulfil the rows in the fewest, with every contact force in them."""
-    # Two opposite corners in their walls; the journal leaves its clearance of 0.2 mm by the crank's turn.
+    # Two opposite corners in their walls; the journal leaves its clearance of 0.2 mm by the crank's rotation.
     scene = load_scene("both-clearances", {"initial.slider_angle": 5.8e-3, "initial.slider_offset": 0.0}).data
     engine = Engine(scene)
     y = engine.start()

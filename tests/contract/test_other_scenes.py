@@ -1,4 +1,4 @@
-"""Scenes beside the paper's: both models agree within what their own refinement and twins leave open."""
+"""Scenes beside the paper's: both models agree within what their refinement and perturbed runs leave open."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ ALL = {"output.groups": ["accelerations", "corners", "joints", "energy"]}
 
 
 def compared(name: str, changes: dict) -> SceneComparison:
-    """What `comparison.agreement.cross_check` does with a scene: three levels and two twins of each model."""
+    """As `comparison.agreement.cross_check`: three levels and two perturbed runs of each model."""
     scene = load_scene(name, changes)
     runs = {}
     for model, package in MODELS.items():
@@ -53,7 +53,7 @@ def test_models_agree_within_their_uncertainty(name, changes) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["crank-pin", "both-clearances"])
-def test_models_agree_behind_a_loose_crank_pin_at_shorter_steps(name) -> None:
+def test_models_agree_with_clearance_at_the_crank_pin_at_shorter_steps(name) -> None:
     """A sixteenth of the step leaves enough predictable samples for a verdict, and it is agreement."""
     found = compared(name, {"solver.exudyn.step": 1.25e-7, "solver.reference.tolerance": 1e-12})
     assert found.verdict == "agree", found.reason
@@ -63,7 +63,7 @@ def test_models_agree_behind_a_loose_crank_pin_at_shorter_steps(name) -> None:
 
 
 @pytest.mark.parametrize("name", ["crank-pin", "both-clearances"])
-def test_models_agree_behind_a_loose_crank_pin_without_joints(name) -> None:
+def test_models_agree_with_clearance_at_the_crank_pin_without_joints(name) -> None:
     """Exudyn's tree ends its steps at the bounces: nearly all of the scene is predictable, to 1e-9 m."""
     settings = {"formulation": "tree", "step": 1e-4, "tolerance": 1e-11}
     changes = {f"solver.exudyn.{key}": value for key, value in settings.items()}
@@ -85,7 +85,7 @@ STRIP = {"contact.law": "strip", "output.groups": []}
     [
         # Rests on one side, hits of single corners, the first of two corners at once.
         pytest.param(0.12, 1e-9),
-        # A touch at 0.14 turns magnifies what is left to 1.5e-8 m, which then stays: runs of the reference at
+        # A touch at 0.14 cycles magnifies the rest to 1.5e-8 m, which then stays: runs of the reference at
         # tolerances from 1e-11 to 1e-13 are 6e-8 to 1e-8 m apart there, two of the tree 2.5e-9 m.
         pytest.param(0.9, 1e-7, marks=pytest.mark.slow),
     ],

@@ -30,15 +30,15 @@ def test_the_model_records_the_formulation_that_was_planned(model, joints, group
     assert result.provenance["formulation"] == made.formulation
     assert set(made.integrated) | set(made.prescribed) == {"crank", "rod 2", "rocker", "rod 4", "slider"}
     # Two coordinates for every clearance; one less where an ideal slider does not turn with rod 4.
-    loose = {"slider": 1, "pin": 1, "both": 2, "none": 0}[joints]
+    clearances = {"slider": 1, "pin": 1, "both": 2, "none": 0}[joints]
     if model == "reference":
-        assert made.coordinates == 2 * loose
+        assert made.coordinates == 2 * clearances
     elif groups or joints == "none":
         # What the constraints leave of 15 coordinates: two for each clearance.
-        assert made.coordinates - made.constraints == 2 * loose
+        assert made.coordinates - made.constraints == 2 * clearances
     else:
         assert made.coordinates == {"slider": 2, "pin": 3, "both": 4}[joints]
-    assert bool(made.contacts) == bool(loose)
+    assert bool(made.contacts) == bool(clearances)
     left = " ".join(what for what, _ in made.left_out)
     assert ("reactions" in left) == (groups == [])
     assert not any(name.startswith("reaction") for name in result.columns) or groups
@@ -60,7 +60,7 @@ def test_a_larger_formulation_runs_on_request_and_costs_more(joints):
     assert ratio == pytest.approx(many.expected.seconds / few.expected.seconds, rel=1e-12)
 
 
-def test_five_bodies_and_the_tree_are_told_beside_each_other():
+def test_five_bodies_and_the_tree_are_reported_beside_each_other():
     full, tree = load_scene("150rpm-0.2mm"), load_scene("150rpm-0.2mm", AUTO)
     of_full, of_tree = plan(full, "exudyn"), plan(tree, "exudyn")
     assert (of_full.coordinates, of_full.constraints) == (15, 13)
@@ -78,7 +78,7 @@ def test_five_bodies_and_the_tree_are_told_beside_each_other():
     assert plan(full.with_values({"output.groups": ["joints"]}), "exudyn").instead == ()
 
 
-def test_what_is_not_on_record_is_not_told():
+def test_what_is_not_on_record_is_not_reported():
     coarse = load_scene("150rpm-0.2mm", {"solver.reference.tolerance": 1e-3})
     assert isnan(plan(coarse, "reference").expected.error)
     assert isfinite(plan(coarse, "reference").expected.seconds)

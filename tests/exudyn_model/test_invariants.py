@@ -148,7 +148,7 @@ def test_a_sample_inside_a_wall_lies_in_a_contact_of_the_table(make_scene):
     assert result.events["start"][1] < seen.time < result.events["end"][1]
 
 
-def test_a_joint_left_out_is_told_and_the_table_kept(make_scene, monkeypatch):
+def test_a_joint_left_out_is_reported_and_the_table_kept(make_scene, monkeypatch):
     pins = mechanism.pins
     monkeypatch.setattr(mechanism, "pins", lambda of: [pin for pin in pins(of) if pin.name != "C"])
     result = simulate(make_scene({"drive.cycles": 0.01}))

@@ -47,7 +47,7 @@ def test_channels_and_sample_times(either, settings, make_scene):
     assert list(bare.columns) == ["time", *state]
 
 
-def test_step_divides_the_sample_interval_and_both_are_told(make_scene):
+def test_step_divides_the_sample_interval_and_both_are_reported(make_scene):
     scene = make_scene({"drive.cycles": 0.002, "solver.exudyn.step": 3e-6})
     settings = simulate(scene).provenance["settings"]
     assert settings["step"] == 3e-6
@@ -156,7 +156,7 @@ def test_a_rod_that_the_newton_iteration_spins_is_no_success(make_scene):
     assert "solver.exudyn.step" in result.remedy
 
 
-def test_numbers_that_overflow_are_told_from_a_step_that_is_too_long(make_scene):
+def test_numbers_that_overflow_are_distinguished_from_a_step_that_is_too_long(make_scene):
     result = simulate(make_scene({"drive.cycles": 0.01, "initial.slider_vx": 1e200}))
     assert result.status == "non-finite"
     assert result.remedy

@@ -65,8 +65,8 @@ class Fake:
             self.table(late),
             finer=self.table(late, LOCAL / 10),
             coarser=self.table(late, 10 * LOCAL / 10),
-            twin=self.table(late, LOCAL + 1e-9),
-            other_twin=self.table(late, LOCAL - 1e-9),
+            perturbed=self.table(late, LOCAL + 1e-9),
+            other_perturbed=self.table(late, LOCAL - 1e-9),
             refinement=(10.0, 1.0),
         )
 

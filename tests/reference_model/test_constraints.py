@@ -70,7 +70,7 @@ def test_baumgarte_bounds_the_drift(scene, gain) -> None:
     """For alpha = beta over two decades the drift is, after some 1 / alpha, no longer a matter of time."""
     changes = {**IDEAL_SLIDER, "solver.reference.method": "BDF", "solver.reference.tolerance": 1e-8}
     early, late = (drift_of(scene, gain, n, changes) for n in (8.0, 16.0))
-    # Eight turns are 3.2 s, ten times the slowest 1 / alpha; without the terms Phi grows fourfold.
+    # Eight cycles are 3.2 s, ten times the slowest 1 / alpha; without the terms Phi grows fourfold.
     assert late["position"] < 1.3 * early["position"]
     assert late["velocity"] < 1.3 * early["velocity"]
 

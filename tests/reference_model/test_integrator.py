@@ -20,18 +20,18 @@ from reference_model.recording import samples_of
 from reference_model.start import start
 from reference_model.switching import contact_state
 
-HALF_TURN = 0.2
+HALF_CYCLE = 0.2
 """s, at 150 rpm."""
 EXACT_STEPS = 400
 
 
 def free_flight(scene, steps):
-    """Integrate half a turn without walls in equal steps.
+    """Integrate half a cycle without walls in equal steps.
 
     Returns the states at the steps' ends and, by dense output, in their middles: shapes (steps, 4).
     """
     c, y0 = start(read_parameters(scene()), Formulation.SLIDER)
-    size, h = state_size(c), HALF_TURN / steps
+    size, h = state_size(c), HALF_CYCLE / steps
     y, (y1, scratch, state) = np.zeros(size), np.empty((3, size))
     y[:4] = y0
     k, f, modes, contacts = (
@@ -126,7 +126,7 @@ def test_a_gap_rounded_to_the_wrong_side_does_not_chatter(scene, side, speed) ->
     assert progress.counters[ENDED] < 40
 
 
-def test_endless_switching_at_one_instant_is_given_up(scene, monkeypatch) -> None:
+def test_endless_switching_at_one_instant_is_stopped(scene, monkeypatch) -> None:
     """Forced in the uncompiled kernel: every step is said to end a mode at its very start."""
     monkeypatch.setattr(integrate, "step_may_switch", lambda *_: True)
     monkeypatch.setattr(integrate, "first_switch", lambda *_: (0.0, 0, 0))

@@ -62,7 +62,7 @@ def test_grazing_touch_within_one_step_is_seen(scene) -> None:
         ),
     ],
 )
-def test_scenes_beyond_the_model_are_refused_in_one_line(scene, changes, message) -> None:
+def test_scenes_outside_the_model_are_refused_in_one_line(scene, changes, message) -> None:
     with pytest.raises(ValueError, match=message) as caught:
         simulate(scene(changes))
     assert "\n" not in str(caught.value)

@@ -27,9 +27,9 @@ from comparison.tables.table import Table
 
 Run = Callable[[Scene, str], Outcome]
 WINDOW = 0.05
-"""Of a cycle after the first sample beyond its threshold, over which distances are taken."""
+"""Of a cycle after the first sample outside its threshold, over which distances are taken."""
 LOOK_BACK = 0.05
-"""Of a cycle: what happened earlier has shown itself before the first sample beyond its threshold."""
+"""Of a cycle: what happened earlier has shown itself before the first sample outside its threshold."""
 CLOSE = 0.25
 """Of the distance between the two models: an opinion this close to one is at least three times as far from
 the other, and stands with the one."""
@@ -106,7 +106,7 @@ def adjudicate(result: SceneComparison, tables: tuple[Table, Table], scene: Scen
 
 
 def deciding(result: SceneComparison) -> tuple[str, int, int]:
-    """Return the channel to take distances in, the first sample beyond its threshold, and the window's last.
+    """Return the channel to take distances in, the first sample outside its threshold, and the window's last.
 
     A position that a clearance moves, where one differs; else of the channels that differ the earliest.
     """
@@ -114,9 +114,9 @@ def deciding(result: SceneComparison) -> tuple[str, int, int]:
     firsts: dict[str, int] = {}
     for name, channel in result.channels.items():
         if channel.verdict == "differ" and channel.u is not None:
-            beyond = np.abs(channel.difference) > channel.limits.k * channel.u
-            judged = channel.predictable & beyond
-            firsts[name] = int((judged if judged.any() else beyond).argmax())
+            outside = np.abs(channel.difference) > channel.limits.k * channel.u
+            judged = channel.predictable & outside
+            firsts[name] = int((judged if judged.any() else outside).argmax())
     positions = [name for name in ("slider_x", "slider_y") if name in firsts]
     name = min(positions or firsts, key=lambda one: firsts[one])
     assert result.period is not None

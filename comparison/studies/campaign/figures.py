@@ -34,7 +34,7 @@ _MARKS: dict[str, dict[str, Any]] = {
     NOT_DECIDED: {"marker": "o", "color": svg.THRESHOLD, "markerfacecolor": "none", "markersize": 4},
     FAILED: {"marker": "x", "color": svg.INK, "markersize": 4},
     UNDERESTIMATED: {"marker": "s", "color": svg.DIFFERENCE, "markerfacecolor": "none", "markersize": 5},
-    BROKEN: {"marker": "^", "color": svg.BEYOND, "markersize": 5},
+    BROKEN: {"marker": "^", "color": svg.OUTSIDE, "markersize": 5},
     DIFFER: {"marker": "D", "color": svg.SECOND, "markersize": 5},
 }
 """By outcome; the rare ones last, so that they lie on top."""

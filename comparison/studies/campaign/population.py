@@ -90,11 +90,11 @@ def _beside_shipped(rng: np.random.Generator) -> Scene:
     base = _shipped(str(rng.choice(SHIPPED)))
     start, clearance = base.data["initial"], base.data["clearance"]["slider"]
     length = base.data["mechanism"]["slider"]["length"]
-    shift, turn = MOVED * clearance * rng.uniform(-1.0, 1.0, 2)
+    shift, rotation = MOVED * clearance * rng.uniform(-1.0, 1.0, 2)
     return base.with_values(
         {
             "initial.slider_offset": float(start["slider_offset"] + shift),
-            "initial.slider_angle": float(start["slider_angle"] + 2.0 * turn / length),
+            "initial.slider_angle": float(start["slider_angle"] + 2.0 * rotation / length),
         }
     )
 
@@ -103,7 +103,7 @@ def _anywhere(rng: np.random.Generator) -> Scene:
     base = _shipped("paper")
     length = base.data["mechanism"]["slider"]["length"]
     strip = rng.uniform() < STRIP_SHARE
-    loose = str(rng.choice(list(JOINTS), p=list(JOINTS.values())))
+    with_clearance = str(rng.choice(list(JOINTS), p=list(JOINTS.values())))
     clearance = _log_uniform(rng, CLEARANCE)
     # A corner is as far out as |offset| + |angle| L / 2.
     offset, corner = rng.uniform(-1.0, 1.0, 2)
@@ -112,8 +112,8 @@ def _anywhere(rng: np.random.Generator) -> Scene:
     values: dict[str, object] = {
         "mechanism.crank_angle_deg": float(rng.uniform(0.0, 360.0)),
         "drive.speed_rpm": float(rng.choice((-1.0, 1.0))) * _log_uniform(rng, SPEED_RPM),
-        "joints.slider": "ideal" if loose == "crank pin" else "clearance",
-        "joints.crank_pin": "ideal" if loose == "slider" else "clearance",
+        "joints.slider": "ideal" if with_clearance == "crank pin" else "clearance",
+        "joints.crank_pin": "ideal" if with_clearance == "slider" else "clearance",
         "clearance.slider": clearance,
         "clearance.crank_pin": _log_uniform(rng, CLEARANCE),
         "initial.slider_offset": float(offset * clearance),

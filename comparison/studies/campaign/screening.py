@@ -53,8 +53,8 @@ class Screening:
 
 def clearance(scene: Scene) -> float:
     """Return the clearance that moves the slider, m: that of the pin where the slider has none."""
-    loose = "slider" if scene.data["joints"]["slider"] == "clearance" else "crank_pin"
-    return float(scene.data["clearance"][loose])
+    joint = "slider" if scene.data["joints"]["slider"] == "clearance" else "crank_pin"
+    return float(scene.data["clearance"][joint])
 
 
 def screen(scene: Scene, reference: Runs, tree: Table) -> Screening:

@@ -133,8 +133,8 @@ def examine(case: Case, run: Run, confirm: Confirm) -> Row:
     except TableError as error:
         row["reason"] = str(error)
     if row["outcome"] != DIFFER and any(row["breaches"].values()):
-        told = [f"{model}: {one['name']}" for model, of in row["breaches"].items() for one in of]
-        row |= {"outcome": BROKEN, "reason": "; ".join(dict.fromkeys(told))}
+        reported = [f"{model}: {one['name']}" for model, of in row["breaches"].items() for one in of]
+        row |= {"outcome": BROKEN, "reason": "; ".join(dict.fromkeys(reported))}
     return row
 
 
@@ -165,8 +165,8 @@ def _into(row: Row, case: Case, runs: _Scene, run: Run, confirm: Confirm) -> Non
         confirmation = result.confirmation
         row["confirmation"] = None if confirmation is None else asdict(confirmation)
         clock.lap("confirmation")
-    told = summary(result)
-    row |= {"outcome": outcome_of(result), "reason": told["reason"], "first": told["first"]}
+    reported = summary(result)
+    row |= {"outcome": outcome_of(result), "reason": reported["reason"], "first": reported["first"]}
     row["coverage"] = _coverage(result)
     if result.verdict == "differ":
         row["adjudication"] = adjudicate(result, (reference.base, tree), case.scene, run)

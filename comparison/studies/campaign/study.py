@@ -142,7 +142,7 @@ def mended() -> list[dict[str, Any]]:
 
 def _entry(fault: dict[str, Any]) -> str:
     return (
-        f"- **The {fault['model']} model {fault['fault']}.** How often: {fault['share']}. What told it: "
+        f"- **The {fault['model']} model {fault['fault']}.** How often: {fault['share']}. What revealed it: "
         f"{fault['seen']}. Mended: {fault['mended']}."
     )
 
@@ -160,10 +160,10 @@ def ranges() -> str:
         ("friction", population.FRICTION, 1.0, ""),
         ("gravity, where it is not the usual", population.GRAVITY_RANGE, 1.0, " m/s²"),
     )
-    told = [f"{name} {low * by:g} to {high * by:g}{unit}" for name, (low, high), by, unit in spans]
+    reported = [f"{name} {low * by:g} to {high * by:g}{unit}" for name, (low, high), by, unit in spans]
     joints = ", ".join(f"{share:.0%} at the {name}" for name, share in population.JOINTS.items())
     return (
-        "; ".join(told)
+        "; ".join(reported)
         + "; any crank angle and any start between the walls; clearance "
         + joints.replace("the both", "both")
         + f"; {population.STRIP_SHARE:.0%} with the strip law and a soft guide"

@@ -37,8 +37,10 @@ def counts(found: Found) -> str:
 
 def _joints(case: Case) -> str:
     joints = case.scene.data["joints"]
-    loose = [name.replace("_", " ") for name in ("slider", "crank_pin") if joints[name] == "clearance"]
-    return " and ".join(loose)
+    with_clearance = [
+        name.replace("_", " ") for name in ("slider", "crank_pin") if joints[name] == "clearance"
+    ]
+    return " and ".join(with_clearance)
 
 
 def differences(found: Found) -> str:
@@ -47,7 +49,7 @@ def differences(found: Found) -> str:
     for case, row in found:
         if row["outcome"] != DIFFER:
             continue
-        of, told = row["adjudication"], row["confirmation"]
+        of, reported = row["adjudication"], row["confirmation"]
         unit = channels()[of["channel"]].unit
         rows.append(
             [
@@ -55,7 +57,7 @@ def differences(found: Found) -> str:
                 f"{of['time']:.6g} s",
                 contacts(of["missing"]) or "the same in both",
                 f"{of['channel']}: {quantity(of['apart'], unit, 2)}",
-                "" if told is None else told["outcome"],
+                "" if reported is None else reported["outcome"],
                 f"**{of['errs']}**",
                 of["why"],
             ]
@@ -98,9 +100,9 @@ def opinions(found: Found) -> str:
 def underestimated(found: Found) -> str:
     """Return one row a scene whose uncertainty had been too small."""
     rows = [
-        [str(case.number), number(told["factor"], 2), told["sentence"]]
+        [str(case.number), number(reported["factor"], 2), reported["sentence"]]
         for case, row in found
-        if row["outcome"] == UNDERESTIMATED and (told := row["confirmation"]) is not None
+        if row["outcome"] == UNDERESTIMATED and (reported := row["confirmation"]) is not None
     ]
     return table(("scene", "factor", "what the ensembles say"), rows) if rows else NONE
 

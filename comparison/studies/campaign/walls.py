@@ -36,7 +36,7 @@ class Breach:
     value, bound
         m or s.
     since, until
-        s: first and last of the consecutive samples about it that are beyond the bound; an overlap's ends.
+        s: first and last of the consecutive samples about it that are outside the bound; an overlap's ends.
     """
 
     name: str

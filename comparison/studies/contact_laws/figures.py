@@ -17,7 +17,7 @@ REVERSAL = (0.195, 0.235)
 _LINES: tuple[dict[str, Any], ...] = (
     {"color": svg.FIRST, "lw": 1.6},
     {"color": svg.SECOND, "lw": 1.4, "dashes": (3.5, 1.8)},
-    {"color": svg.BEYOND},
+    {"color": svg.OUTSIDE},
     {"color": svg.DIFFERENCE, "dashes": (1, 1)},
 )
 _LEAST = 1e-14

@@ -108,7 +108,7 @@ def page(results: Results) -> dict[str, str]:
         "switches": table(("tolerance", *SWITCH_HEADINGS), statistics),
         "tolerance": f"{listed_at:.0e}",
         "listed": table(LIST_HEADINGS, listed[:LISTED]),
-        "stopped": f"At {', '.join(f'{t:.0e}' for t in stopped)} the run had to be given up.\n"
+        "stopped": f"At {', '.join(f'{t:.0e}' for t in stopped)} the run had to be stopped.\n"
         if stopped
         else "",
         "more": f"\n{len(listed) - LISTED} more are not shown.\n" if len(listed) > LISTED else "",
@@ -121,7 +121,7 @@ RUN_HEADINGS = (
     "switches to or from two corners of a side",
     "spurious energy",
     "largest speed of x",
-    "largest rate of turn",
+    "largest rate of rotation",
     "largest force",
     "deepest",
 )

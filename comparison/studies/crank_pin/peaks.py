@@ -21,7 +21,7 @@ PRINTED = {
 }
 WORDS = {"slider_y": "displacement", "slider_vy": "velocity", "slider_ay": "acceleration"}
 REACH = 0.01
-"""s; a peak this close to the published instant (2.5 % of a crank turn) counts as the same passage."""
+"""s; a peak this close to the published instant (2.5 % of a crank cycle) counts as the same passage."""
 
 
 @dataclass(frozen=True)
@@ -50,12 +50,12 @@ def summarise(outcomes: Sequence[Outcome], still: Table, period: float) -> Case:
         close = second & (np.abs(still.time - printed.time) <= REACH)
         peaks[channel, False] = [peak(still.time, values, second) for values in errors]
         peaks[channel, True] = [peak(still.time, values, close) for values in errors]
-    told = [
+    reported = [
         f"not simulated: {o.message}" if o.status == "bad input" else f"{o.status}: {o.message}"
         for o in outcomes
         if o.table is None
     ]
-    return Case(peaks, told)
+    return Case(peaks, reported)
 
 
 def peaks_table(cases: dict[str, Case]) -> str:

@@ -38,7 +38,7 @@ def both_table(results: Results) -> str:
 
 def own_table(results: Results) -> str:
     """Return the alarms of each model against itself."""
-    rows = [[kind.label, span(kind.turns), *_cells(found)] for kind, found in results.own]
+    rows = [[kind.label, span(kind.cycles), *_cells(found)] for kind, found in results.own]
     return table(("model against itself", "crank cycles", *_COUNTED), rows)
 
 

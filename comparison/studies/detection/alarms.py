@@ -1,7 +1,7 @@
 """False alarms: each model against itself, with its settings and its start moved by what means nothing.
 
 Of a scene drawn at random, one side runs as the tier has it. The other starts elsewhere in the ball of the
-twin's shift, a billionth of the clearance, and has its tolerance (five bodies: its step) multiplied by a
+perturbed runs, a billionth of the clearance, and has its tolerance (five bodies: its step) multiplied by a
 random factor: numerically another run of the same model. Whatever is called a difference is a false alarm.
 """
 
@@ -14,7 +14,7 @@ from math import cos, pi, sin, sqrt
 import numpy as np
 
 from comparison.accuracy.tiers import tight
-from comparison.accuracy.uncertainty import TWIN_SHIFT
+from comparison.accuracy.uncertainty import PERTURBATION
 from comparison.execution.run import MODELS
 from comparison.scene import Scene, load_scene
 from comparison.studies.detection.pairs import Pair
@@ -37,7 +37,7 @@ class Kind:
     model: str
     tier: str
     setting: str
-    turns: tuple[float, float]
+    cycles: tuple[float, float]
     """Of the crank, from and to; five bodies are slow."""
     draws: int
 
@@ -58,13 +58,13 @@ def pairs(kind: Kind) -> list[Pair]:
 
 def pair(kind: Kind, rng: np.random.Generator) -> Pair:
     """Draw a scene and its two sides."""
-    drawn = scene(rng, kind.turns)
+    drawn = scene(rng, kind.cycles)
     if kind.tier == "tight":
         drawn = tight(drawn, MODELS) or drawn
     return Pair(drawn, Side(drawn, kind.model), Side(moved(drawn, kind, rng), kind.model), kind.tier)
 
 
-def scene(rng: np.random.Generator, turns: tuple[float, float]) -> Scene:
+def scene(rng: np.random.Generator, cycles: tuple[float, float]) -> Scene:
     """Draw speed, clearance, material and a start between the walls."""
     clearance = _log_uniform(rng, CLEARANCE)
     # A corner is as far out as |offset| + |angle| L / 2.
@@ -76,7 +76,7 @@ def scene(rng: np.random.Generator, turns: tuple[float, float]) -> Scene:
     return base.with_values(
         {
             "drive.speed_rpm": _log_uniform(rng, SPEED_RPM),
-            "drive.cycles": round(float(rng.uniform(*turns)), 3),
+            "drive.cycles": round(float(rng.uniform(*cycles)), 3),
             "clearance.slider": clearance,
             "initial.slider_offset": float(offset * clearance),
             "initial.slider_angle": float(corner * clearance * 2.0 / length),
@@ -90,7 +90,7 @@ def scene(rng: np.random.Generator, turns: tuple[float, float]) -> Scene:
 def moved(drawn: Scene, kind: Kind, rng: np.random.Generator) -> Scene:
     """Return the scene with its start moved within the ball and its setting multiplied."""
     start, settings = drawn.data["initial"], drawn.data["solver"][kind.model]
-    shift = TWIN_SHIFT * drawn.data["clearance"]["slider"] * sqrt(rng.uniform())
+    shift = PERTURBATION * drawn.data["clearance"]["slider"] * sqrt(rng.uniform())
     direction = rng.uniform(0.0, 2.0 * pi)
     length = drawn.data["mechanism"]["slider"]["length"]
     return drawn.with_values(

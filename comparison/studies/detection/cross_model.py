@@ -62,7 +62,7 @@ class Draw:
     def pair(self) -> Pair:
         """What is compared; the same every time."""
         place = [kind.label for kind in KINDS].index(self.kind.label), ROUNDINGS.index(self.rounding)
-        shipped = loose_scenes()
+        shipped = scenes_with_clearance()
         name = shipped[(self.number + place[1]) % len(shipped)]
         rng = np.random.default_rng([SEED, *place, self.number])
         scene = moved(load_scene(name), SHARE, rng)
@@ -73,7 +73,7 @@ class Draw:
 
 
 @cache
-def loose_scenes() -> list[str]:
+def scenes_with_clearance() -> list[str]:
     """Name the shipped scenes in which a joint has clearance."""
     return [name for name in shipped_scenes() if "clearance" in load_scene(name).data["joints"].values()]
 

@@ -15,7 +15,7 @@ from comparison.execution.run import MODELS, RunError
 from comparison.scene import Scene
 from comparison.studies.detection.faults import DETECTED, number_of, scenes
 from comparison.studies.detection.pairs import Pair
-from comparison.studies.detection.tasks import Comparison, Found, Side, kept_runs, runs
+from comparison.studies.detection.tasks import Comparison, Found, Side, cached_runs, runs
 from comparison.tables.table import TableError
 
 PARAMETERS = (
@@ -102,7 +102,7 @@ class Search(Comparison):
     def shows(self, change: float) -> bool:
         """Return whether five runs a side differ with this relative change."""
         try:
-            result = compare(kept_runs(self.a), runs(self.pair(change).b), scene=self.scene, tier=self.tier)
+            result = compare(cached_runs(self.a), runs(self.pair(change).b), scene=self.scene, tier=self.tier)
         except (RunError, TableError):
             return True
         return result.verdict == "differ"

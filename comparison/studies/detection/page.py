@@ -38,7 +38,7 @@ def page(results: Results) -> dict[str, object]:
         "overview": overview(results),
         "machine": platform_name(),
         "versions": ", ".join(f"{name} {version}" for name, version in versions().items()),
-        "scenes": ", ".join(f"`{name}`" for name in cross_model.loose_scenes()),
+        "scenes": ", ".join(f"`{name}`" for name in cross_model.scenes_with_clearance()),
         "moved": share(cross_model.SHARE),
         "wanted": " and ".join(f"{kind.wanted} at the {kind.tier} tier" for kind, _ in results.both),
         "most": f"{cross_model.MOST:g}",

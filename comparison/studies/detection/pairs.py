@@ -15,7 +15,7 @@ from comparison.execution.run import RunError, runner
 from comparison.scene import Scene, SceneError
 from comparison.studies.detection.copies import load_copy
 from comparison.studies.detection.tables import SPOILS
-from comparison.studies.detection.tasks import Comparison, Found, Side, kept_runs, refusal
+from comparison.studies.detection.tasks import Comparison, Found, Side, cached_runs, refusal
 from comparison.tables.table import Table, TableError
 
 _MOVED = ("initial.slider_offset", "initial.slider_angle", "mechanism.crank_angle_deg")
@@ -59,7 +59,7 @@ class Pair(Comparison):
     def find(self) -> Found:
         """Run what has not run yet in this process, judge, and have a difference confirmed."""
         try:
-            runs = self.spoiled(kept_runs(self.a), kept_runs(self.b))
+            runs = self.spoiled(cached_runs(self.a), cached_runs(self.b))
             found = summary(self.judged(runs))
         except (RunError, SceneError, TableError) as error:
             found = refusal(str(error))
@@ -140,7 +140,7 @@ def summary(result: SceneComparison) -> Found:
     """Return what the study needs of a comparison, as JSON holds it.
 
     ``first`` is the earliest sample that says "differ": of the channels with that verdict, the earliest
-    predictable sample beyond its threshold; of several at that time the one that is the most beyond.
+    predictable sample outside its threshold; of several at that time the one that is the most outside.
     """
     first: dict[str, Any] | None = None
     best = (np.inf, 0.0)
@@ -149,12 +149,12 @@ def summary(result: SceneComparison) -> Found:
             continue
         judged = channel.predictable & ((channel.a != 0) | (channel.b != 0))
         threshold = channel.limits.k * channel.u
-        beyond = np.flatnonzero(judged & (np.abs(channel.difference) > threshold))
-        if not beyond.size:
-            # Told apart by the largest uncertainty of all times, though no sample is predictable.
+        outside = np.flatnonzero(judged & (np.abs(channel.difference) > threshold))
+        if not outside.size:
+            # Separated by the largest uncertainty of all times, though no sample is predictable.
             threshold = np.full(threshold.shape, channel.worst_threshold)
-            beyond = np.flatnonzero(np.abs(channel.difference) > threshold)
-        at = int(beyond[0])
+            outside = np.flatnonzero(np.abs(channel.difference) > threshold)
+        at = int(outside[0])
         excess = float(abs(channel.difference[at]) / threshold[at])
         if (result.time[at], -excess) < best:
             best = (float(result.time[at]), -excess)

@@ -1,7 +1,7 @@
 """Variants of rounding: what differs between machines, brought about on one.
 
 A processor decides which code OpenBLAS and the C library's mathematical functions run, and these round
-differently. Each library can be told otherwise by a variable of the environment, read while the process
+differently. Each library can be set otherwise by a variable of the environment, read while the process
 starts. A compiler decides in which order a sum is added up; that is what copies of the two models with one
 expression rearranged stand for. Whether a variant changes anything is measured on the machine at hand, as a
 hash of a table of each model: a variant that changes no bit of either is not counted.

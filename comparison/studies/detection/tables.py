@@ -30,8 +30,8 @@ def spoiled(runs: Runs, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Runs:
         base=base,
         finer=of(runs.finer),
         coarser=of(runs.coarser),
-        twin=of(runs.twin),
-        other_twin=of(runs.other_twin),
+        perturbed=of(runs.perturbed),
+        other_perturbed=of(runs.other_perturbed),
     )
 
 

@@ -89,7 +89,7 @@ def runs(side: Side) -> Runs:
     return Runs(refinement=refinement(side.model, side.scene), **tables)
 
 
-def kept_runs(side: Side) -> Runs:
+def cached_runs(side: Side) -> Runs:
     """Return the runs of a side that many are compared with: this process keeps the last few."""
     key = (side.scene.hash, side.runs_by)
     if key not in _RUNS:

@@ -35,7 +35,7 @@ SHORT = {
 """R: reference, E: Exudyn."""
 _LOOKS: dict[str, tuple[str, str, str, str]] = {
     Class.CONVERGED: ("o", svg.SHADE, svg.LIMIT, ""),
-    Class.DEGRADED: ("s", svg.BEYOND, svg.BEYOND, ""),
+    Class.DEGRADED: ("s", svg.OUTSIDE, svg.OUTSIDE, ""),
     Class.UNCONFIRMED: ("d", svg.GRID, svg.THRESHOLD, "?"),
     Class.STOPPED: ("x", svg.LIMIT, svg.INK, "×"),
     Class.REFUSED: ("_", svg.GRID, svg.INK, "–"),

@@ -42,7 +42,7 @@ def duration(m: float, K: float, v: float) -> float:
     return float(3.2181 * (m**2 / (K**2 * v)) ** 0.2)
 
 
-def lean(data: dict[str, Any], offset: float, angle: Array) -> Array:
+def rod4_inclination(data: dict[str, Any], offset: float, angle: Array) -> Array:
     """Return the tangent of rod 4's angle to the guide with the slider off the guide's centre line.
 
     Parameters
@@ -81,12 +81,12 @@ def effective_mass(data: dict[str, Any], corners: int, time: float = 0.0) -> flo
     corners
         That hit at once: 1 or 2.
     time
-        Of the touch, s: it decides how far rod 4 leans.
+        Of the touch, s: it decides the inclination of rod 4.
     """
     mechanism, drive = data["mechanism"], data["drive"]
     rod, slider = mechanism["rod4"], mechanism["slider"]
     angle = radians(mechanism["crank_angle_deg"]) + tau * drive["speed_rpm"] / 60 * time
-    tangent = float(lean(data, -data["clearance"]["slider"], np.array([angle]))[0])
+    tangent = float(rod4_inclination(data, -data["clearance"]["slider"], np.array([angle]))[0])
     inertia = rod["inertia"] + rod["mass"] * rod["centroid"] ** 2 + slider["mass"] * rod["length"] ** 2
     across = rod["length"] ** 2 / inertia / (1.0 + tangent**2)
     if corners == 2:

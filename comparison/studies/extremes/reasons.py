@@ -19,7 +19,7 @@ from comparison.studies.extremes.runs import BASE, out_of_time
 from comparison.studies.extremes.verdicts import Class, Refined, Verdict
 
 SCATTER = 10.0
-"""Errors of single runs scatter by so much about their bound (`benchmarks/promises.py`)."""
+"""Errors of single runs scatter by so much about their bound (`benchmarks/error_bounds.py`)."""
 GAIN = 2.0
 """By which a finer setting, of a tenth of the tolerance or half the step, must err less at least."""
 SLIGHTLY = 1.25

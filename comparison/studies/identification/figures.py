@@ -22,7 +22,7 @@ LINES: tuple[dict[str, Any], ...] = (
     {"color": svg.FIRST},
     {"color": svg.SECOND, "dashes": (3.5, 1.8)},
     {"color": svg.DIFFERENCE, "dashes": (1, 1)},
-    {"color": svg.BEYOND, "dashes": (6, 1.5)},
+    {"color": svg.OUTSIDE, "dashes": (6, 1.5)},
     {"color": svg.THRESHOLD, "dashes": (4, 1.5, 1, 1.5)},
 )
 

@@ -126,9 +126,9 @@ def motion(geometry: Geometry, topology: Topology, lengths: Lengths, angle: Arra
     """
     H = complex(geometry.pivot_x, geometry.pivot_y)
     lever = lengths.rocker if topology.pin == "tip" else lengths.rocker_centroid
-    turn = 1j * topology.crank
+    rotation = 1j * topology.crank
     A = lengths.crank * np.exp(1j * angle)
-    A1, A2 = turn * A, -A
+    A1, A2 = rotation * A, -A
 
     gap = np.abs(H - A)
     along = (gap**2 + lengths.rod2**2 - lever**2) / (2 * gap)

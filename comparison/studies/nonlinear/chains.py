@@ -11,7 +11,7 @@ from comparison.execution.ledger import Row
 from comparison.execution.run import Progress, runner
 from comparison.execution.task_store import SUCCESS, Task
 from comparison.scene import Scene
-from comparison.studies.nonlinear.methods.twins import Twins, follow
+from comparison.studies.nonlinear.methods.perturbed_orbits import PerturbedOrbits, follow
 from comparison.studies.nonlinear.press import CLEAR_OF_WALLS, Press, Run, by_cycle, gaps, scale, states
 from comparison.tables.arrays import Array
 
@@ -64,22 +64,22 @@ def measure(chain: Chain, progress: Progress) -> Row:
     """Follow one chain; where its perturbed runs cannot be followed its row says why."""
     del progress
     try:
-        twins = follow_press(chain)
+        found = follow_press(chain)
     except ValueError as error:
         return {"status": "failed", "message": " ".join(str(error).split())}
-    return {name: np.asarray(values).tolist() for name, values in asdict(twins).items()}
+    return {name: np.asarray(values).tolist() for name, values in asdict(found).items()}
 
 
-def twins_of(row: Row) -> Twins | None:
+def perturbed_orbits_of(row: Row) -> PerturbedOrbits | None:
     """Return what a row holds; None where the chain failed."""
     return (
-        Twins(**{of.name: np.array(row[of.name]) for of in fields(Twins)})
+        PerturbedOrbits(**{of.name: np.array(row[of.name]) for of in fields(PerturbedOrbits)})
         if row["status"] == SUCCESS
         else None
     )
 
 
-def follow_press(chain: Chain) -> Twins:
+def follow_press(chain: Chain) -> PerturbedOrbits:
     """Run the scene until its start is forgotten, and follow perturbed runs from there."""
     run = runner(chain.model)
     scene = chain.scene.with_values({"output.groups": ["corners"], "output.samples_per_cycle": SAMPLES})

@@ -9,8 +9,8 @@ import numpy as np
 from comparison.formatting import table
 from comparison.studies.nonlinear.methods import bouncing_ball as ball
 from comparison.studies.nonlinear.methods.lyapunov import Exponent, exponents
+from comparison.studies.nonlinear.methods.perturbed_orbits import follow
 from comparison.studies.nonlinear.methods.recurrence import period
-from comparison.studies.nonlinear.methods.twins import follow
 from comparison.studies.nonlinear.methods.zero_one import chaos_indicator
 from comparison.tables.arrays import Array
 
@@ -71,5 +71,5 @@ def _measured(start: Array, amplitude: float, periods: int) -> Exponent:
         return ball.advance(state, amplitude)
 
     near = np.array([1e-8])
-    twins = follow(orbit, perturbed, start, 0, periods, distances=near, round_off=1e-15, scale=np.ones(2))
-    return exponents(twins, 1)[0]
+    found = follow(orbit, perturbed, start, 0, periods, distances=near, round_off=1e-15, scale=np.ones(2))
+    return exponents(found, 1)[0]

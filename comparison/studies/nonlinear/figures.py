@@ -13,7 +13,7 @@ from comparison.formatting import prefix, quantity
 from comparison.report import svg
 from comparison.studies.nonlinear.chains import SAMPLES
 from comparison.studies.nonlinear.methods.lyapunov import Exponent
-from comparison.studies.nonlinear.methods.twins import Twins
+from comparison.studies.nonlinear.methods.perturbed_orbits import PerturbedOrbits
 from comparison.studies.nonlinear.press import by_cycle, states
 from comparison.studies.nonlinear.scenes import ANGLES, CLEARANCE, SPEED
 from comparison.tables.arrays import Array
@@ -125,7 +125,7 @@ def draw_exponents(found: Mapping[str, tuple[Sequence[float], Sequence[Exponent]
         svg.legend_above(axes)
 
 
-def draw_growth(scatter: Array, orbit: Twins | None, path: Path) -> None:
+def draw_growth(scatter: Array, orbit: PerturbedOrbits | None, path: Path) -> None:
     """Draw how far all cycles scatter, and by how much neighbours part, over the crank angle.
 
     Parameters
@@ -154,7 +154,7 @@ def draw_growth(scatter: Array, orbit: Twins | None, path: Path) -> None:
         svg.legend_above(lower)
 
 
-def _growth(orbit: Twins, which: int) -> Array:
+def _growth(orbit: PerturbedOrbits, which: int) -> Array:
     """Return the mean logarithm of the growth from the start angle to the end of each stretch of a cycle."""
     length = np.diff(orbit.times, axis=1)[:, 0]
     total = np.zeros(STRETCHES)

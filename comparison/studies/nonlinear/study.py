@@ -16,7 +16,7 @@ from comparison.studies.nonlinear.chains import SAMPLES, TRANSIENT
 from comparison.studies.nonlinear.controls import controls
 from comparison.studies.nonlinear.memory import remembered
 from comparison.studies.nonlinear.methods.lyapunov import Exponent, exponents
-from comparison.studies.nonlinear.methods.twins import Twins
+from comparison.studies.nonlinear.methods.perturbed_orbits import PerturbedOrbits
 from comparison.studies.nonlinear.press import by_cycle, spread, states
 from comparison.studies.nonlinear.scenes import CLEARANCE, DISTANCES, MAIN, SPEED, USUAL, Config, Key
 from comparison.studies.shared.progress import part
@@ -46,7 +46,7 @@ class Results:
     """
 
     config: Config
-    perturbed: dict[Key, Twins | None]
+    perturbed: dict[Key, PerturbedOrbits | None]
     exponents: dict[Key, list[Exponent]]
     runs: dict[tuple[str, str], Table]
     long: dict[tuple[str, str], Scene]
@@ -65,7 +65,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     asked = scenes.chains(config)
     half, rest = part(on_progress, 0.0, 0.5), part(on_progress, 0.5, 1.0)
     rows = measure_all(chains.measure, list(asked.values()), on_processes(n_jobs), half)
-    perturbed = {key: chains.twins_of(row) for key, row in zip(asked, rows, strict=True)}
+    perturbed = {key: chains.perturbed_orbits_of(row) for key, row in zip(asked, rows, strict=True)}
     long, swept = scenes.long_runs(config), scenes.swept(config)
     outcomes = run_all([*long.values(), *swept.values()], n_jobs, rest)
     runs = {key: successful(of, job) for (key, job), of in zip(long.items(), outcomes, strict=False)}

@@ -27,7 +27,7 @@ LINES: dict[str, dict[str, Any]] = {
     MODELS[1]: {"color": svg.SECOND, "dashes": (3.5, 1.8)},
 }
 PRINTED: dict[str, Any] = {
-    "color": svg.BEYOND,
+    "color": svg.OUTSIDE,
     "marker": "o",
     "ms": 4,
     "mfc": "none",

@@ -24,7 +24,7 @@ TOUCHES = 5
 """Samples of the two cycles that are drawn of the pin's touches."""
 EVERY = 8
 """Samples of the two cycles that are drawn of the slider's path."""
-LIMIT: dict[str, Any] = {"color": svg.BEYOND, "dashes": (1, 2), "lw": 0.8}
+LIMIT: dict[str, Any] = {"color": svg.OUTSIDE, "dashes": (1, 2), "lw": 0.8}
 """Line of a printed range."""
 X_RANGE, Y_RANGE, Y_ERROR = (("F14a-x", "F14a-x2"), ("F14c-y", "F14c-y2"), ("F14e-y", "F14e-y2"))
 

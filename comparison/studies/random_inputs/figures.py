@@ -18,7 +18,7 @@ from comparison.tables.arrays import Array
 _LINES: tuple[dict[str, Any], ...] = (
     {"color": svg.FIRST},
     {"color": svg.SECOND, "dashes": (4, 2)},
-    {"color": svg.BEYOND, "dashes": (1, 1)},
+    {"color": svg.OUTSIDE, "dashes": (1, 1)},
 )
 _STEPS = 120
 

@@ -103,7 +103,7 @@ def repeating(run: Table, ideal: Table, of: Scene) -> dict[str, float]:
     shares = {}
     for name, values in errors.by_quantity.items():
         total = values.var()
-        mean = values.reshape(-1, errors.per_turn).mean(0)
+        mean = values.reshape(-1, errors.per_cycle).mean(0)
         shares[name] = float(mean.var() / total) if total > 0 else float("nan")
     return shares
 

@@ -60,7 +60,7 @@ def created(found: pd.DataFrame, table: Table) -> Array:
     Raises
     ------
     ValueError
-        If two switches lie between the same two samples: their jumps cannot be told apart.
+        If two switches lie between the same two samples: their jumps cannot be separated.
     """
     after = np.searchsorted(table.time, found["time"])
     if np.unique(after).size < after.size:

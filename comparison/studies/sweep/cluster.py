@@ -12,7 +12,7 @@ from comparison.execution.workers import Attempt
 from comparison.studies.sweep.points import SweepError
 
 PATIENCE = 10.0
-"""s, until a scheduler that does not answer is given up."""
+"""s, after which waiting for a scheduler that does not answer is stopped."""
 
 
 def on_cluster(address: str) -> Spread:

@@ -74,13 +74,13 @@ def measure(run: Table, ideal: Table | None, period: float, asked: Sequence[str]
     ideal
         That of the ideal mechanism at the same times, where `needs_ideal`.
     period
-        Of a crank turn, s.
+        Of a crank cycle, s.
     asked
         Of `names`.
 
     Notes
     -----
-    A peak error is that of a sample, in size, over the second turn as in the paper; over all where there is
+    A peak error is that of a sample, in size, over the second cycle as in the paper; over all where there is
     no second. ``contacts`` counts them, ``impulse`` is their sum, N s.
     """
     return {name: _one(name, run, ideal, period) for name in asked}

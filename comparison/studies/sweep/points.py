@@ -83,8 +83,8 @@ def listed(path: Path) -> list[Point]:
         with path.open(encoding="utf-8-sig", newline="") as file:
             rows = [row for row in csv.reader(file) if row]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        told = error.strerror if isinstance(error, OSError) else str(error)
-        raise SweepError(f"--list {path}: cannot be read: {told}") from error
+        reported = error.strerror if isinstance(error, OSError) else str(error)
+        raise SweepError(f"--list {path}: cannot be read: {reported}") from error
     if len(rows) < 2:
         raise SweepError(f"--list {path}: needs a line of keys and at least one line of values")
     keys = [key.strip() for key in rows[0]]

@@ -8,14 +8,14 @@ from comparison.scene import Scene, load_scene
 from comparison.studies.shared import formulations as catalogue
 from comparison.studies.shared.formulations import Method
 
-LOOSE = ("150rpm-0.2mm", "300rpm-0.2mm")
+WITH_CLEARANCE = ("150rpm-0.2mm", "300rpm-0.2mm")
 """Scenes with clearance at the slider."""
 SCENES: dict[str, dict[str, object]] = {
     "ideal": {"joints.slider": "ideal", "output.groups": ["accelerations", "joints"]},
-    **{name: {"output.groups": []} for name in LOOSE},
+    **{name: {"output.groups": []} for name in WITH_CLEARANCE},
 }
 """Scene -> what is changed of it; each is run for one crank cycle."""
-CHIEF = {name: "slider_x" if name in LOOSE else "crank_torque" for name in SCENES}
+CHIEF = {name: "slider_x" if name in WITH_CLEARANCE else "crank_torque" for name in SCENES}
 """Scene -> the quantity whose error stands for its accuracy."""
 TITLES = {
     "ideal": "ideal mechanism with its joint reactions, 150 rpm",
@@ -43,7 +43,7 @@ class Sweep:
     method: Method
     settings: tuple[float, ...]
     order: float = 1.0
-    scenes: tuple[str, ...] = LOOSE
+    scenes: tuple[str, ...] = WITH_CLEARANCE
 
     @property
     def key(self) -> str:
@@ -57,7 +57,7 @@ class Sweep:
 
 def cycle(name: str, changes: dict[str, object]) -> Scene:
     """Return one crank cycle of one of the scenes; settings after the formulation that they belong to."""
-    source = name if name in LOOSE else "150rpm-0.2mm"
+    source = name if name in WITH_CLEARANCE else "150rpm-0.2mm"
     return load_scene(source, {**SCENES[name], "drive.cycles": 1.0}).with_values(changes)
 
 

@@ -17,7 +17,7 @@ from comparison.studies.shared.study import Study
 from comparison.studies.tradeoff import growth, tables
 from comparison.studies.tradeoff.figures import draw
 from comparison.studies.tradeoff.measure import LONG, QUANTITIES, TRUTH, Timed, confirmations, measure
-from comparison.studies.tradeoff.methods import CHIEF, LOOSE, SCENES, SWEEPS, TITLES
+from comparison.studies.tradeoff.methods import CHIEF, SCENES, SWEEPS, TITLES, WITH_CLEARANCE
 
 COSTS = {"seconds": "processor time (s)", "evaluations": "evaluations of the equations"}
 
@@ -56,7 +56,7 @@ class Results:
     grown
         The same of each run of `comparison.studies.tradeoff.growth`.
     confirmed
-        Distance of the models' most accurate runs, m of x, of each of `LOOSE`.
+        Distance of the models' most accurate runs, m of x, of each of `WITH_CLEARANCE`.
     """
 
     config: Config
@@ -83,7 +83,7 @@ def measured(config: Config, n_jobs: int, on_progress: Progress | None) -> Resul
     ]
     found = measure_all(measure, [task for _, task in asked], on_processes(1), on_progress)
     rows = [row | labels for (labels, _), row in zip(asked, found, strict=True)]
-    return Results(config, rows[:swept], rows[swept:], confirmations(LOOSE, n_jobs))
+    return Results(config, rows[:swept], rows[swept:], confirmations(WITH_CLEARANCE, n_jobs))
 
 
 def figures(results: Results, folder: Path) -> None:
@@ -119,7 +119,9 @@ def page(results: Results) -> dict[str, object]:
         "truth": f"{TRUTH:.0e}",
         "confirmed": " and ".join(quantity(apart, "m", 1) for apart in results.confirmed),
         "ratios": tables.ratios(rows),
-        "equal": "\n\n".join(f"{TITLES[scene]}:\n\n{tables.equal_error(rows, scene)}" for scene in LOOSE),
+        "equal": "\n\n".join(
+            f"{TITLES[scene]}:\n\n{tables.equal_error(rows, scene)}" for scene in WITH_CLEARANCE
+        ),
         "figures": "\n\n".join(
             f"![{TITLES[scene]}: {label} over {QUANTITIES[CHIEF[scene]][0]}]({scene}-{cost}.svg)"
             for scene in SCENES

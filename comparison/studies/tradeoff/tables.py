@@ -14,7 +14,7 @@ from comparison.studies.shared.formulations import Method
 from comparison.studies.shared.frames import markdown, rows_table
 from comparison.studies.tradeoff.front import asymptotic, cost_at, curve_of, observed_order
 from comparison.studies.tradeoff.measure import QUANTITIES
-from comparison.studies.tradeoff.methods import CHIEF, LOOSE, SCENES, SWEEPS, TITLES
+from comparison.studies.tradeoff.methods import CHIEF, SCENES, SWEEPS, TITLES, WITH_CLEARANCE
 
 EQUAL = {quantity(error, "m", 1): error for error in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)}
 """Errors of x at which costs are compared, m, by their headings."""
@@ -49,7 +49,7 @@ def ratios(rows: pd.DataFrame) -> str:
         {"cost of": method.title, "over that of": words, "scene": TITLES[scene]}
         | ratio_at(rows, scene, method, *bases).to_dict()
         for method, words, bases in RATIOS
-        for scene in LOOSE
+        for scene in WITH_CLEARANCE
     ]
     words = dict.fromkeys(("cost of", "over that of", "scene"), str)
     return markdown(pd.DataFrame(found), words | dict.fromkeys(EQUAL, _two))
@@ -69,7 +69,7 @@ def bounds(rows: pd.DataFrame) -> str:
     for sweep in (of for of in SWEEPS if of.method in (catalogue.MINIMAL, catalogue.TREE, catalogue.FULL)):
         method, key = sweep.method, sweep.key.rpartition(".")[2]
         for name in NAMES:
-            for scene in LOOSE:
+            for scene in WITH_CLEARANCE:
                 coarsest = sweep.scene(scene, sweep.settings[0])
                 chosen = coarsest.with_values(solver_values(method.model, name, coarsest))
                 line = {

@@ -206,7 +206,7 @@ def _numbers(path: Path, frame: pd.DataFrame, n: int, name: str, decimal: str) -
     if not bad.size:
         return numbers.to_numpy(dtype=np.float64)
     row = int(bad[0])
-    told = f"{path}: column {name!r} is not a number in data row {row + 1}: {frame[n].iloc[row]!r}"
+    reported = f"{path}: column {name!r} is not a number in data row {row + 1}: {frame[n].iloc[row]!r}"
     if pd.to_numeric(frame.iloc[row], errors="coerce").isna().all():
-        told = f"{path}: text after data row {row}: save one block of columns per file"
-    raise TableError(told)
+        reported = f"{path}: text after data row {row}: save one block of columns per file"
+    raise TableError(reported)

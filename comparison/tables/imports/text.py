@@ -143,12 +143,12 @@ def _convert(path: Path, column: Column, channel: str, rule: Rule | None) -> tup
     if other is not None and other != unit:
         raise TableError(f"{where}: the unit is {column.unit!r} in the table and {stated!r} in the mapping")
     values = column.numbers
-    told = f"{column.name} in {stated}"
+    reported = f"{column.name} in {stated}"
     if rule is not None:
         values = values if rule.sign == 1 else -values
         values = values if rule.offset == 0 else values + rule.offset
-        told = ("-" if rule.sign < 0 else "") + told + (f" {rule.offset:+g}" if rule.offset else "")
-    return unit.to_si(values), told
+        reported = ("-" if rule.sign < 0 else "") + reported + (f" {rule.offset:+g}" if rule.offset else "")
+    return unit.to_si(values), reported
 
 
 def _refuse_missing(where: str, rules: Pairs[str, Rule], names: Sequence[str] | set[str]) -> None:

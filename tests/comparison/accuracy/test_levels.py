@@ -1,4 +1,4 @@
-"""A wanted accuracy becomes the cheapest setting that promises it on the scene."""
+"""A requested accuracy becomes the cheapest setting whose error bound meets it on the scene."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_names_are_ordered_from_coarse_to_fine(model, changes):
 
 
 def test_names_stand_for_the_same_settings_on_every_scene():
-    """The verdicts of both tiers hang on them."""
+    """The verdicts of both tiers depend on them."""
     for name in shipped_scenes():
         scene = load_scene(name)
         assert [setting("reference", of, scene) for of in NAMES] == [1e-7, 1e-10, 1e-12]
@@ -49,7 +49,7 @@ def test_names_stand_for_the_same_settings_on_every_scene():
 
 @EACH
 @pytest.mark.parametrize("name", ["150rpm-0.2mm", "300rpm-0.2mm", "90rpm-0.5mm", "wedge"])
-def test_a_number_gives_the_cheapest_setting_that_promises_it(model, changes, name):
+def test_a_number_gives_the_cheapest_setting_whose_bound_meets_it(model, changes, name):
     scene = load_scene(name, changes)
     found = front(scene, model)
     for wanted in (1.0, *(row.error for row in found.rows)):
@@ -63,7 +63,7 @@ def test_a_number_gives_the_cheapest_setting_that_promises_it(model, changes, na
 
 
 def test_a_number_means_the_scene_that_is_asked_of():
-    """What 300 rpm promises at 1e-7 takes three decades more at 90 rpm, whose chatter magnifies errors."""
+    """The bound of 300 rpm at 1e-7 takes three decades more at 90 rpm, whose chatter magnifies errors."""
     fast, slow = load_scene("300rpm-0.2mm"), load_scene("90rpm-0.5mm")
     wanted = expected(fast.with_values({"solver.reference.tolerance": 1e-7}), "reference").error
     assert setting("reference", wanted, fast) >= 1e-7

@@ -12,10 +12,10 @@ from comparison.accuracy.levels import NAMES, expected, solver_values
 from comparison.accuracy.measured import front, physics
 from comparison.accuracy.plan import expectation, lines, plan
 from comparison.scene import load_scene, shipped_scenes
-from comparison.scene.formulation import loose
+from comparison.scene.formulation import joints_with_clearance
 
 FILE = tomllib.loads(files("comparison.accuracy").joinpath("measured.toml").read_text("utf-8"))
-SAFETY, ROUND_OFF = 3.0, 1e-15  # as benchmarks/promises.py, which says why
+SAFETY, ROUND_OFF = 3.0, 1e-15  # as benchmarks/error_bounds.py, which says why
 TABLES = [
     pytest.param(name, model, formulation, id=f"{name} {formulation}")
     for name, found in FILE.items()
@@ -27,8 +27,8 @@ OTHER = "measured on {}; this scene may magnify errors: check with one finer run
 
 
 def formulations(name):
-    """Those of which an accuracy is promised: the tree where something is loose."""
-    free = loose(load_scene(name).data)
+    """Those with a bound for a named accuracy: the tree where a joint has clearance."""
+    free = joints_with_clearance(load_scene(name).data)
     return [("reference", "minimal"), ("exudyn", "full"), *([("exudyn", "tree")] if free else [])]
 
 
@@ -37,7 +37,7 @@ def test_every_shipped_scene_is_there_as_it_is_now():
     for name in shipped_scenes():
         scene = load_scene(name)
         assert FILE[name]["physics"] == physics(scene), f"{name} has changed: measure it again"
-        assert FILE[name]["turns"] == min(1.0, scene.data["drive"]["cycles"])
+        assert FILE[name]["cycles"] == min(1.0, scene.data["drive"]["cycles"])
 
 
 @pytest.mark.parametrize("name", shipped_scenes())
@@ -55,7 +55,7 @@ def test_every_name_of_an_accuracy_is_there(name):
 
 
 @EACH
-def test_a_promise_is_more_than_was_measured_and_less_for_a_finer_setting(name, model, formulation):
+def test_an_error_bound_is_more_than_was_measured_and_less_for_a_finer_setting(name, model, formulation):
     table = FILE[name][model][formulation]
     rows = [row for row in table["rows"] if "failed" not in row]
     assert [row["setting"] for row in table["rows"]] == sorted(
@@ -68,7 +68,7 @@ def test_a_promise_is_more_than_was_measured_and_less_for_a_finer_setting(name, 
         assert row["error"] >= least
         assert row["seconds"] > 0
     assert table["start"] >= 0
-    assert table["unit"] == ("step" if formulation in ("full", "native") else "turn")
+    assert table["unit"] == ("step" if formulation in ("full", "native") else "cycle")
 
 
 @pytest.mark.parametrize(
@@ -110,7 +110,7 @@ def test_any_other_scene_takes_those_of_the_usual_one_and_says_so(shipped, chang
     assert not any("magnify" in words for words in expected(load_scene(shipped), "exudyn").cautions)
 
 
-def test_another_method_is_told():
+def test_another_method_is_reported():
     implicit = load_scene("150rpm-0.2mm", {"solver.reference.method": "Radau"})
     forces = load_scene("150rpm-0.2mm", {"output.groups": ["joints"]})
     for model, scene in (("reference", implicit), ("exudyn", forces)):
@@ -118,13 +118,13 @@ def test_another_method_is_told():
     assert "another method" not in expectation(forces, "reference")
 
 
-def test_the_part_of_a_cycle_that_was_measured_is_told():
+def test_the_part_of_a_cycle_that_was_measured_is_reported():
     assert "slider_x over the first cycle, and" in expectation(load_scene("69GPa"), "reference")
     assert "slider_x over the first 0.06 cycles, and" in expectation(load_scene("both-clearances"), "exudyn")
     assert "for y choose by a name" in expectation(load_scene("crank-pin"), "reference")
 
 
-def test_time_goes_with_the_turns_and_the_steps():
+def test_time_goes_with_the_cycles_and_the_steps():
     scene = load_scene("69GPa")
     for model, changes in (
         ("reference", {}),
@@ -132,8 +132,8 @@ def test_time_goes_with_the_turns_and_the_steps():
         ("exudyn", {"solver.exudyn.formulation": "tree"}),
     ):
         one, three, five = (
-            expected(scene.with_values(changes | {"drive.cycles": turns}), model).seconds
-            for turns in (1.0, 3.0, 5.0)
+            expected(scene.with_values(changes | {"drive.cycles": cycles}), model).seconds
+            for cycles in (1.0, 3.0, 5.0)
         )
         assert five - three == pytest.approx(three - one, rel=1e-9)
         assert three > 1.5 * one
@@ -142,7 +142,7 @@ def test_time_goes_with_the_turns_and_the_steps():
     assert expected(finest, "exudyn").seconds / expected(fine, "exudyn").seconds == pytest.approx(2, rel=0.01)
 
 
-def test_a_setting_without_result_is_told_and_never_chosen(monkeypatch):
+def test_a_setting_without_result_is_reported_and_never_chosen(monkeypatch):
     table = {**FILE["wedge"]["exudyn"]["full"]}
     table["rows"] = [
         {"setting": row["setting"], "failed": "step-too-small", "seconds": row["seconds"]}

@@ -9,7 +9,7 @@ MODELS = ("reference", "exudyn")
 
 
 @pytest.mark.parametrize("name", shipped_scenes())
-def test_whatever_is_loose_is_integrated_without_joints(name):
+def test_every_joint_with_clearance_is_integrated_without_joints(name):
     scene = load_scene(name)
     solver = tight(scene, MODELS).data["solver"]
     assert solver["reference"]["tolerance"] == 1e-12

@@ -13,8 +13,8 @@ from comparison.accuracy.uncertainty import (
     TIME_ROUND_OFF,
     Levels,
     combined,
+    perturbed_scenes,
     round_off,
-    twins,
     uncertainty,
     window_samples,
 )
@@ -53,7 +53,7 @@ def test_a_third_level_covers_two_with_the_same_error_by_chance():
     assert np.all(uncertainty(Levels(base, base), 3, 1e-15) < error)
 
 
-def test_the_spread_counts_within_the_window_and_not_beyond():
+def test_the_spread_counts_within_the_window_and_not_outside():
     base = np.zeros(50)
     finer = base.copy()
     finer[20] = 1.0
@@ -62,22 +62,22 @@ def test_the_spread_counts_within_the_window_and_not_beyond():
     np.testing.assert_array_equal(u[17:24], SAFETY_FACTOR)
 
 
-def test_the_twin_counts_where_it_spreads_further_than_the_finer_run():
+def test_the_perturbed_run_counts_where_it_spreads_further_than_the_finer_run():
     base = np.zeros(30)
     moved = base + np.where(np.arange(30) > 20, 1.0, 0.0)
-    u = uncertainty(Levels(base, base + 0.1, twins=(moved,)), 2, 0.0)
+    u = uncertainty(Levels(base, base + 0.1, perturbed=(moved,)), 2, 0.0)
     assert u[10] == pytest.approx(SAFETY_FACTOR * 0.1)
     assert u[25] == pytest.approx(SAFETY_FACTOR)
 
 
-def test_of_two_twins_the_farther_counts_at_each_sample():
+def test_of_two_perturbed_runs_the_farther_counts_at_each_sample():
     base, early = np.zeros(30), np.arange(30) < 10
-    twins = (base + np.where(early, 2.0, 0.5), base - np.where(early, 0.5, 3.0))
-    u = uncertainty(Levels(base, base, twins=twins), 2, 0.0)
+    perturbed = (base + np.where(early, 2.0, 0.5), base - np.where(early, 0.5, 3.0))
+    u = uncertainty(Levels(base, base, perturbed=perturbed), 2, 0.0)
     assert u[5] == pytest.approx(SAFETY_FACTOR * 2.0)
     assert u[25] == pytest.approx(SAFETY_FACTOR * 3.0)
-    # With a coarser run they are twins of that one, which is 1 away from the base itself.
-    u = uncertainty(Levels(base, base, base + 1.0, tuple(twin + 1.0 for twin in twins), 2.0, 2.0), 2, 0.0)
+    # With a coarser run they are perturbed runs of that one, which is 1 away from the base itself.
+    u = uncertainty(Levels(base, base, base + 1.0, tuple(run + 1.0 for run in perturbed), 2.0, 2.0), 2, 0.0)
     assert u[5] == pytest.approx(SAFETY_FACTOR * 2.0)
     assert np.all(uncertainty(Levels(base, base), 2, 1e-9) == 1e-9)
 
@@ -93,9 +93,9 @@ def test_identical_runs_leave_the_round_off():
 
 @given(st.floats(1e-12, 1e12), st.integers(0, 2**32 - 1))
 def test_it_scales_with_the_unit(unit, seed):
-    base, finer, coarser, *twins = np.random.default_rng(seed).normal(size=(5, 40))
-    u = uncertainty(Levels(base, finer, coarser, tuple(twins)), 3, 1e-3)
-    scaled = Levels(base * unit, finer * unit, coarser * unit, tuple(twin * unit for twin in twins))
+    base, finer, coarser, *perturbed = np.random.default_rng(seed).normal(size=(5, 40))
+    u = uncertainty(Levels(base, finer, coarser, tuple(perturbed)), 3, 1e-3)
+    scaled = Levels(base * unit, finer * unit, coarser * unit, tuple(run * unit for run in perturbed))
     np.testing.assert_allclose(uncertainty(scaled, 3, 1e-3 * unit), u * unit, 1e-9)
 
 
@@ -108,37 +108,37 @@ def test_two_models_add_in_squares():
 @pytest.mark.parametrize(
     ("interval", "samples"), [(0.4e-3, 10), (0.4 / 1000, 10), (0.41e-3, 10), (0.39e-3, 11), (1.0, 1)]
 )
-def test_the_window_is_a_hundredth_of_a_turn_rounded_up(interval, samples):
+def test_the_window_is_a_hundredth_of_a_cycle_rounded_up(interval, samples):
     assert window_samples(0.4, interval) == samples
 
 
-@pytest.mark.parametrize(("name", "sign"), [("twin", 1), ("other_twin", -1)])
-def test_the_twins_start_a_billionth_of_the_clearance_away(name, sign):
+@pytest.mark.parametrize(("name", "sign"), [("perturbed", 1), ("other_perturbed", -1)])
+def test_the_perturbed_runs_start_a_billionth_of_the_clearance_away(name, sign):
     scene = load_scene("90rpm-0.5mm")
-    assert list(twins(scene)) == ["twin", "other_twin"]
-    start, moved = scene.data["initial"], twins(scene)[name].data["initial"]
+    assert list(perturbed_scenes(scene)) == ["perturbed", "other_perturbed"]
+    start, moved = scene.data["initial"], perturbed_scenes(scene)[name].data["initial"]
     # The offset is 5e-5 m: its last digit is 7e-21 m.
     assert moved["slider_offset"] - start["slider_offset"] == pytest.approx(0.5e-12, rel=1e-6)
     assert moved["slider_angle"] == pytest.approx(sign * 0.5e-12 / 0.07, rel=1e-12)
     changed = {key: value for key, value in moved.items() if value != start[key]}
     assert set(changed) == {"slider_offset", "slider_angle"}
-    back = twins(scene, -2.0)[name].data["initial"]
+    back = perturbed_scenes(scene, -2.0)[name].data["initial"]
     assert back["slider_angle"] == pytest.approx(-2 * moved["slider_angle"], rel=1e-12)
-    assert twins(load_scene("ideal")) == {}
+    assert perturbed_scenes(load_scene("ideal")) == {}
 
 
-def test_what_one_twin_leaves_as_it_is_the_other_one_moves():
-    """The gaps of two corners: one twin moves a corner by half a shift, the other by one and a half.
+def test_what_one_perturbed_run_leaves_as_it_is_the_other_one_moves():
+    """The gaps of two corners: one perturbed run moves a corner by half a shift, the other by one and a half.
 
-    A corner is L / 2 from the centre. For what answers to offset - L angle one twin is no twin at all.
+    A corner is L / 2 from the centre. What responds to offset - L angle alone one of them does not move.
     """
     scene = load_scene("150rpm-0.2mm")
     start, length = scene.data["initial"], scene.data["mechanism"]["slider"]["length"]
 
     def moved(arm):
         return [
-            (twin["slider_offset"] - start["slider_offset"] - arm * (twin["slider_angle"])) / 0.2e-12
-            for twin in (scene.data["initial"] for scene in twins(scene).values())
+            (run["slider_offset"] - start["slider_offset"] - arm * (run["slider_angle"])) / 0.2e-12
+            for run in (scene.data["initial"] for scene in perturbed_scenes(scene).values())
         ]
 
     assert moved(length / 2) == pytest.approx([0.5, 1.5], rel=1e-6)
@@ -146,12 +146,12 @@ def test_what_one_twin_leaves_as_it_is_the_other_one_moves():
     assert moved(length) == pytest.approx([0.0, 2.0], abs=1e-6)
 
 
-def test_where_only_the_pin_has_clearance_its_twin_turns_the_crank_by_a_billionth_of_it():
+def test_where_only_the_pin_has_clearance_its_perturbed_run_rotates_the_crank_by_a_billionth_of_it():
     scene = load_scene("150rpm-0.2mm", {"joints.slider": "ideal", "joints.crank_pin": "clearance"})
-    (moved,) = twins(scene).values()
+    (moved,) = perturbed_scenes(scene).values()
     turned = np.radians(moved.data["mechanism"]["crank_angle_deg"] - 111.36)
     # 0.2 mm over the crank's 45 mm; 111.36 degrees have a last digit of 1.4e-14: 6e-5 of 2.5e-10 degrees.
     assert turned == pytest.approx(1e-9 * 0.2e-3 / 0.045, rel=1e-4)
-    both = twins(load_scene("150rpm-0.2mm", {"joints.crank_pin": "clearance"}))["twin"]
+    both = perturbed_scenes(load_scene("150rpm-0.2mm", {"joints.crank_pin": "clearance"}))["perturbed"]
     assert both.data["mechanism"] == scene.data["mechanism"]
     assert both.data["initial"]["slider_angle"] > 0

@@ -12,7 +12,7 @@ from comparison.agreement.compare import Runs, compare
 from comparison.report.text import as_mapping, scene_lines
 
 LABELS = ("reference", "exudyn")
-KINDS = ("base", "finer", "twin", "coarser", "other_twin")
+KINDS = ("base", "finer", "perturbed", "coarser", "other_perturbed")
 PARTS = (1.0, 0.25, 4.0, 4.0, 4.0)  # of the error in these runs at second order
 
 
@@ -39,21 +39,21 @@ def test_the_side_whose_refinement_removes_the_difference_is_its_cause(scene, ma
     assert found.remaining == expected
     assert found.channels["slider_x"] == expected
     assert set(found.channels) == {name for name, c in result.channels.items() if c.verdict == "agree"}
-    assert (found.still_moves, found.unpredictable, found.beyond_in) == ({}, {}, "")
+    assert (found.still_moves, found.unpredictable, found.outside_in) == ({}, {}, "")
 
 
 def test_the_sentence_names_the_setting_its_value_and_what_was_expected_of_it(scene, make_table):
     reference = runs(make_table, 1e-10, refinement=(10.0, 1.0))
-    (told,) = compared(scene, reference, runs(make_table, 1e-6)).attribution.sentences
-    assert told == (
+    (reported,) = compared(scene, reference, runs(make_table, 1e-6)).attribution.sentences
+    assert reported == (
         "explained by exudyn's step (2e-06 s; with its tolerance, 1e-07): halving it divides the difference "
         "by 4 (4 expected); dividing reference's tolerance (1e-10) by 10 changes it by less than 0.1%"
     )
-    (told,) = compared(scene, runs(make_table, 1e-6), runs(make_table, -1e-6)).attribution.sentences
-    assert told.startswith(
+    (reported,) = compared(scene, runs(make_table, 1e-6), runs(make_table, -1e-6)).attribution.sentences
+    assert reported.startswith(
         "both contribute: halving reference's tolerance (1e-10) divides it by 1.6 (4 expected), "
     )
-    assert told.endswith("both together divides it by 4 (4 expected)")
+    assert reported.endswith("both together divides it by 4 (4 expected)")
 
 
 def test_a_refinement_that_does_less_than_half_of_what_it_should_explains_nothing(scene, make_table):
@@ -61,9 +61,9 @@ def test_a_refinement_that_does_less_than_half_of_what_it_should_explains_nothin
     # It removes 20 % where 75 % are expected; 3 times that distance is u, within which the error still is.
     result = compared(scene, a, replace(b, finer=make_table(0.8e-6)))
     assert (result.verdict, result.attribution.cause) == ("agree", "neither")
-    (told,) = result.attribution.sentences
-    assert "not resolved by refinement" in told
-    assert "rounding" not in told
+    (reported,) = result.attribution.sentences
+    assert "not resolved by refinement" in reported
+    assert "rounding" not in reported
     # An error that is larger in the refined run is no error of the step: with it go more steps to add up.
     grown = compared(scene, a, replace(b, finer=make_table(1.4e-6))).attribution
     assert grown.cause == "neither"
@@ -92,7 +92,7 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
     result = compared(scene, a, b)
     found = result.attribution
     assert (result.verdict, found.cause) == ("differ", "models")
-    assert (found.beyond_in, found.beyond_from) == ("slider_x", pytest.approx(0.014))
+    assert (found.outside_in, found.outside_from) == ("slider_x", pytest.approx(0.014))
     assert found.sentences[1] == (
         "first outside the band: slider_x at 0.014 s (cycle 1, crank at 124°), "
         "during the first contact of the upper left corner"
@@ -108,15 +108,17 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
     assert 1 - 2 / 21 < found.explained < 1 - 0.9 / 21
 
 
-def test_a_small_difference_of_models_is_told_apart_from_larger_ones_within_the_numerics(scene, make_table):
+def test_a_small_difference_of_models_is_reported_apart_from_larger_ones_within_the_numerics(
+    scene, make_table
+):
     a, b = runs(make_table, 0.0), runs(make_table, 1e-5)
-    # In the first turn no error and 1e-10 m between the models; in the second up to 4e-9 m by coarse steps.
+    # In the first cycle no error and 1e-10 m between the models; in the second up to 4e-9 m by coarse steps.
     for kind in KINDS:
         frame = getattr(b, kind).frame
         frame.loc[frame["time"] < 0.4] = a.base.frame[frame["time"] < 0.4]
         frame.loc[frame["time"].between(0.05, 0.2), "slider_x"] += 1e-10
     found = compared(scene, a, b).attribution
-    assert (found.cause, found.beyond_in) == ("models", "slider_x")
+    assert (found.cause, found.outside_in) == ("models", "slider_x")
     # All of it is left, to the rounding of x: 1e-16 of 1e-10 m.
     assert found.remaining == {key: pytest.approx(1.0, rel=1e-5) for key in ("a", "b", "both")}
     assert found.still_moves == {"a": 0.0, "b": 0.0}
@@ -141,7 +143,7 @@ def test_an_uncertainty_that_is_small_by_chance_is_suspected(scene, make_table):
 
 def test_the_model_that_limits_the_coverage_is_named_with_the_time_and_the_remedy(scene, make_table):
     a, b = runs(make_table, 1e-6), runs(make_table, 1e-6)
-    # 0.2 of the clearance from half a turn on, and not at all in the reference.
+    # 0.2 of the clearance from half a cycle on, and not at all in the reference.
     for kind, part in zip(KINDS, PARTS, strict=True):
         frame = getattr(b, kind).frame
         late = frame["time"] > 0.2
@@ -152,8 +154,8 @@ def test_the_model_that_limits_the_coverage_is_named_with_the_time_and_the_remed
     assert (found.unpredictable["b"], found.unpredictable["a"]) == (1.0, 0.0)
     # The window of u begins 1 % of 0.4 s before 0.202 s.
     assert found.unpredictable_from == pytest.approx(0.198)
-    told = found.sentences[-1]
-    assert "the uncertainty of exudyn alone makes 100% so, from 0.198 s on; try --accuracy strict" in told
+    reported = found.sentences[-1]
+    assert "the uncertainty of exudyn alone makes 100% so, from 0.198 s on; try --accuracy strict" in reported
     # At strict settings, and at the tight tier, there is nothing left to try.
     strict = scene.with_values({"solver.exudyn.step": 5e-7})
     assert "try" not in compared(strict, a, b).attribution.sentences[-1]
@@ -162,7 +164,7 @@ def test_the_model_that_limits_the_coverage_is_named_with_the_time_and_the_remed
 
 def test_no_setting_is_advised_where_neighbouring_starts_spread_too_far(scene, make_table):
     a, b = runs(make_table, 1e-6), runs(make_table, 1e-6)
-    result = compared(scene, a, replace(b, other_twin=make_table(0.2)))
+    result = compared(scene, a, replace(b, other_perturbed=make_table(0.2)))
     assert result.verdict == "indeterminate"
     assert result.attribution.unpredictable["neighbours"] == 1.0
     assert result.attribution.sentences[-1].endswith("neighbouring starts suffices, whatever the setting")
@@ -170,7 +172,7 @@ def test_no_setting_is_advised_where_neighbouring_starts_spread_too_far(scene, m
 
 def test_a_force_is_not_predictable_because_its_corner_is_not(scene, make_table):
     a, b = runs(make_table, 0.1), runs(make_table, 1e-6)
-    for part in (a.base, a.finer, a.coarser, *a.twins):
+    for part in (a.base, a.finer, a.coarser, *a.perturbed_runs):
         for name in part.channels:
             if name != "corner_ll_gap":
                 part.frame[name] = b.base.frame[name]
@@ -181,20 +183,20 @@ def test_a_force_is_not_predictable_because_its_corner_is_not(scene, make_table)
     assert result.attribution.unpredictable["together"] == 0.0
 
 
-def test_of_foreign_tables_only_the_first_sample_beyond_the_tolerance_is_told(scene, make_table):
+def test_of_foreign_tables_only_the_first_sample_outside_the_tolerance_is_reported(scene, make_table):
     a, b = Runs(make_table()), Runs(make_table(stretch=1e-3))
     found = compare(a, b, tolerance=1e-4).attribution
     assert isnan(found.explained)
     assert (found.cause, found.remaining, found.unpredictable) == ("", {}, {})
-    # x grows by 1e-3 of its amplitude; the scale is its range, twice that: beyond from sin(phase) > 0.2 on.
+    # x grows by 1e-3 of its amplitude; the scale is its range, twice that: outside from sin(phase) > 0.2 on.
     assert found.sentences == (
-        f"first outside the tolerance: {found.beyond_in} at {found.beyond_from:.4g} s",
+        f"first outside the tolerance: {found.outside_in} at {found.outside_from:.4g} s",
     )
     assert compare(a, b, tolerance=1.0).attribution.sentences == ()
     assert compare(a, b).attribution.sentences == ()
-    told = compare(a, b, scene=scene, tolerance=1e-4).attribution.sentences
-    assert len(told) == 1
-    assert "(cycle 1, crank at " in told[0]
+    reported = compare(a, b, scene=scene, tolerance=1e-4).attribution.sentences
+    assert len(reported) == 1
+    assert "(cycle 1, crank at " in reported[0]
 
 
 def test_it_stands_in_the_numbers_and_on_the_terminal(scene, make_table):

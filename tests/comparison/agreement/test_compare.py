@@ -15,7 +15,7 @@ LABELS = ("reference", "exudyn")
 
 
 def runs(make_table, error: float, stretch: float = 0.0, **options) -> Runs:
-    """Base, finer, twin, coarser run and other twin of a second-order method with a known error."""
+    """The five runs, in the order of `Runs`, of a second-order method with a known error."""
     return Runs(*(make_table(part * error, stretch, **options) for part in (1.0, 0.25, 4.0, 4.0, 4.0)))
 
 
@@ -24,15 +24,16 @@ def test_two_models_whose_errors_explain_their_difference_agree(scene, make_tabl
     assert {c.verdict for c in result.channels.values()} == {"agree"}
     assert (result.verdict, result.name, result.period) == ("agree", scene.name, scene.period)
     assert list(result.provenance) == [
-        "reference", "reference finer", "reference twin", "reference other twin", "reference coarser",
-        "exudyn", "exudyn finer", "exudyn twin", "exudyn other twin", "exudyn coarser",
+        "reference", "reference finer",
+        "reference perturbed", "reference other perturbed", "reference coarser",
+        "exudyn", "exudyn finer", "exudyn perturbed", "exudyn other perturbed", "exudyn coarser",
     ]  # fmt: skip
     assert np.all(np.diff(result.time) > 0)
     # The largest error of x is 2e-6 + 4e-6 of the clearance where both are largest.
     assert result.channels["slider_x"].max_scaled < 6e-6
 
 
-def test_a_difference_of_models_beyond_the_numerics_is_found_in_every_channel_it_touches(scene, make_table):
+def test_a_difference_of_models_outside_the_numerics_is_found_in_every_channel_it_touches(scene, make_table):
     result = compare(runs(make_table, 1e-6), runs(make_table, 2e-6, stretch=1e-3), scene=scene, labels=LABELS)
     assert result.verdict == "differ"
     assert {name for name, c in result.channels.items() if c.verdict == "differ"} == set(result.channels)
@@ -44,7 +45,7 @@ def test_a_large_error_is_indeterminate_and_not_agreement(scene, make_table):
     assert result.verdict == "indeterminate"
 
 
-def test_the_ideal_scene_needs_no_twin_and_its_quiet_channels_are_unexcited(make_table):
+def test_the_ideal_scene_needs_no_perturbed_run_and_its_quiet_channels_are_unexcited(make_table):
     scene = load_scene("ideal", {"output.samples_per_cycle": 100})
     quiet = ("slider_vx", "slider_angle", "slider_omega", "slider_ax", "slider_alpha")
     flat = dict.fromkeys(quiet, 0.0) | {"slider_x": -0.55}
@@ -54,7 +55,7 @@ def test_the_ideal_scene_needs_no_twin_and_its_quiet_channels_are_unexcited(make
     assert {name for name, c in result.channels.items() if c.verdict == "unexcited"} == set(flat)
 
 
-@pytest.mark.parametrize("broken", ["base", "finer", "twin", "other_twin"])
+@pytest.mark.parametrize("broken", ["base", "finer", "perturbed", "other_perturbed"])
 def test_a_number_that_is_not_finite_in_any_run_is_no_pass(scene, make_table, broken):
     a = runs(make_table, 1e-6)
     getattr(a, broken).frame.loc[40, "corner_ur_normal"] = np.nan
@@ -105,7 +106,7 @@ def test_a_table_against_itself(make_table):
     assert all(channel.max_difference == 0 for channel in result.channels.values())
 
 
-def test_another_grid_is_interpolated_and_the_reader_is_told(scene, make_table):
+def test_another_grid_is_interpolated_and_the_reader_is_informed(scene, make_table):
     denser = scene.with_values({"output.samples_per_cycle": 1000})
     result = compare(Runs(make_table()), Runs(make_table(of=denser)), scene=scene, tolerance=1e-2)
     assert result.time.size == 401

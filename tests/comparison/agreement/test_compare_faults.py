@@ -16,15 +16,15 @@ LABELS = ("reference", "exudyn")
 
 def slider(time: np.ndarray, names: tuple[str, ...]) -> Table:
     """y driven by the crank, x flying from wall to wall of 0.2 mm clearance, as at 150 rpm."""
-    turn = 2 * np.pi * time / 0.4
-    beats = 12 * time / 0.4 + 1.5 * np.sin(turn)
+    phase = 2 * np.pi * time / 0.4
+    beats = 12 * time / 0.4 + 1.5 * np.sin(phase)
     x = 2e-4 * (2 * np.abs(2 * (beats % 1) - 1) - 1)
-    vx = 8e-4 * (12 + 3 * np.pi * np.cos(turn)) / 0.4 * np.where(beats % 1 < 0.5, -1.0, 1.0)
+    vx = 8e-4 * (12 + 3 * np.pi * np.cos(phase)) / 0.4 * np.where(beats % 1 < 0.5, -1.0, 1.0)
     columns = {
         "slider_x": x - 0.55,
-        "slider_y": 0.112 * np.cos(turn) - 0.3 + 0.2 * x,
+        "slider_y": 0.112 * np.cos(phase) - 0.3 + 0.2 * x,
         "slider_vx": vx,
-        "slider_vy": -0.112 * 2 * np.pi / 0.4 * np.sin(turn) + 0.2 * vx,
+        "slider_vy": -0.112 * 2 * np.pi / 0.4 * np.sin(phase) + 0.2 * vx,
     }
     return Table(pd.DataFrame({"time": time} | {name: columns[name] for name in names}))
 
@@ -70,7 +70,7 @@ def test_a_shift_is_held_against_the_tolerance_and_a_scene_sharpens_it(scene):
     assert (verdict(1e-7, scene=scene), verdict(1e-4, scene=scene)) == ("agree", "differ")
 
 
-def test_a_shift_beyond_the_tolerance_is_the_reason():
+def test_a_shift_outside_the_tolerance_is_the_reason():
     time = np.arange(401) * 2e-3
     b = slider(time - 8e-4, ("slider_y",))
     b.frame["time"] = time
@@ -83,7 +83,7 @@ def test_a_shift_beyond_the_tolerance_is_the_reason():
 # Contacts between samples
 
 
-def test_samples_that_follow_from_nothing_are_not_judged_and_the_reader_is_told():
+def test_samples_that_follow_from_nothing_are_not_judged_and_the_reader_is_informed():
     coarse, fine = np.linspace(0, 1, 51), np.linspace(0, 1, 151)
     hits = np.arange(5, 46, 5)  # each within one fine interval, at a coarse sample
 

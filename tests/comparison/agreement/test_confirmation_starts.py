@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from fake_ensemble import wide
 
-from comparison.accuracy.uncertainty import Runs, movable, twin_shift
+from comparison.accuracy.uncertainty import Runs, movable, perturbation
 from comparison.agreement.confirmation_starts import (
     arrived,
     moved_starts,
@@ -20,7 +20,7 @@ from comparison.scene import load_scene
 from comparison.tables.table import Table
 
 
-def test_models_that_are_one_are_hardly_ever_told_apart(fake, small):
+def test_models_that_are_one_are_hardly_ever_distinguished(fake, small):
     """Bases and members drawn alike: whatever is confirmed is a false alarm, once in 100 by the ranks."""
     outcomes = []
     for seed in range(25):
@@ -36,26 +36,27 @@ def test_models_that_are_one_are_hardly_ever_told_apart(fake, small):
 
 def test_starts_are_moved_by_what_the_error_is_worth_and_always_alike(make_table, small, scene):
     def moving(error: float, response: float) -> Runs:
-        """A run with an error, whose twins have moved by so many times what their starts had."""
-        apart = response * twin_shift(scene) / scene.data["clearance"]["slider"]
+        """A run with an error, whose perturbed runs have moved by so many times what their starts had."""
+        apart = response * perturbation(scene) / scene.data["clearance"]["slider"]
         return Runs(
             make_table(),
             finer=make_table(stretch=error),
-            twin=make_table(stretch=apart),
-            other_twin=make_table(stretch=-apart),
+            perturbed=make_table(stretch=apart),
+            other_perturbed=make_table(stretch=-apart),
         )
 
     c = scene.data["clearance"]["slider"]
     samples = make_table().time.size
-    # x moves by c times the error at a sine's peak, as its twins do by their response: the ratio is constant.
+    # x moves by c times the error at a sine's peak, as its perturbed runs do by their response: a constant
+    # ratio.
     for error, response in ((1e-5, 10.0), (1e-5, 1000.0)):
         worth = starting_error(moving(error, response), scene, samples)
         # The angle's amplitude is that of x over half the length, so times the length it is twice that; its
         # response is as much larger, so that both say the same.
         assert worth.shift == pytest.approx(error * c / response, rel=1e-3)
         assert worth.share[-1] == pytest.approx(1.0, rel=1e-3)
-    assert starting_error(moving(1e-12, 1000.0), scene, samples).shift == twin_shift(scene)
-    assert starting_error(moving(1e-5, 10.0), scene, 0).shift == twin_shift(scene)
+    assert starting_error(moving(1e-12, 1000.0), scene, samples).shift == perturbation(scene)
+    assert starting_error(moving(1e-5, 10.0), scene, 0).shift == perturbation(scene)
     starts = moved_starts(small, "reference", 1e-9)
     assert [s.hash for s in starts] == [s.hash for s in moved_starts(small, "reference", 1e-9)]
     offsets = np.array([s.data["initial"]["slider_offset"] for s in starts])
@@ -80,12 +81,15 @@ def test_members_deviate_by_no_more_than_the_error_that_has_arisen(make_table, s
         usual, other = make_table(), make_table(stretch=stretch)
         return replace(usual, frame=pd.concat([usual.frame[~late], other.frame[late]]))
 
-    apart = 10.0 * twin_shift(scene) / scene.data["clearance"]["slider"]
+    apart = 10.0 * perturbation(scene) / scene.data["clearance"]["slider"]
     runs = Runs(
-        make_table(), late_table(1e-5), twin=make_table(stretch=apart), other_twin=make_table(stretch=-apart)
+        make_table(),
+        late_table(1e-5),
+        perturbed=make_table(stretch=apart),
+        other_perturbed=make_table(stretch=-apart),
     )
     error = starting_error(runs, scene, time.size)
-    np.testing.assert_array_equal(error.until[~late], twin_shift(scene))
+    np.testing.assert_array_equal(error.until[~late], perturbation(scene))
     assert np.all(np.diff(error.until) >= 0.0)
     assert error.share[-1] == 1.0
     far = make_table(stretch=1e-3)

@@ -14,11 +14,11 @@ from comparison.scene import load_scene
 
 
 @pytest.mark.usefixtures("fake_models")
-def test_each_model_runs_three_levels_and_two_twins_and_the_ideal_scene_no_twin(scene, fake_models):
+def test_each_model_runs_three_levels_and_two_perturbed_runs_and_the_ideal_scene_none(scene, fake_models):
     ideal = load_scene("ideal", {"output.samples_per_cycle": 50})
     with_clearance, without = validate([scene, ideal], n_jobs=2)
-    assert len(with_clearance.runs["exudyn"].twins) == 2
-    assert without.runs["exudyn"].twins == ()
+    assert len(with_clearance.runs["exudyn"].perturbed_runs) == 2
+    assert without.runs["exudyn"].perturbed_runs == ()
     # At the tight tier the tree's five; the ideal scene's five bodies run as at the standard one. Of the
     # reference's, the coarser run of the strict level is the finer one of the standard level. The ideal
     # mechanism runs at two levels; by the reference the ideal scene's are these already.
@@ -27,10 +27,10 @@ def test_each_model_runs_three_levels_and_two_twins_and_the_ideal_scene_no_twin(
     assert finer["exudyn"]["step"] == 1e-6
     coarser = with_clearance.comparison.provenance["exudyn coarser"]["scene"]["solver"]
     assert coarser["exudyn"]["step"] == 4e-6
-    for kind in ("twin", "other twin"):
-        twin = with_clearance.comparison.provenance[f"exudyn {kind}"]["scene"]
-        assert twin["solver"]["exudyn"] == coarser["exudyn"]
-        assert twin["initial"] != scene.data["initial"]
+    for kind in ("perturbed", "other perturbed"):
+        perturbed = with_clearance.comparison.provenance[f"exudyn {kind}"]["scene"]
+        assert perturbed["solver"]["exudyn"] == coarser["exudyn"]
+        assert perturbed["initial"] != scene.data["initial"]
     assert finer["reference"]["tolerance"] == 1e-10
 
 
@@ -45,7 +45,7 @@ def test_accuracy_sets_both_models_and_stands_in_the_command(scene):
 
 
 @pytest.mark.usefixtures("fake_models")
-def test_the_reliability_is_a_finding_of_its_own_and_a_failed_ideal_run_only_told_of(scene, gravity):
+def test_the_reliability_is_a_finding_of_its_own_and_a_failed_ideal_run_only_reported(scene, gravity):
     good, differing = (
         scene.with_values({"environment.gravity": g}) for g in (gravity.normal, gravity.differ)
     )
@@ -76,8 +76,8 @@ def test_where_the_ideal_mechanism_cannot_be_run_the_verdict_stands(scene, gravi
     assert not result.crashed
     assert result.comparison.reliability.quantities == {}
     assert "newton-failed; try a smaller step" in result.comparison.reliability.missing
-    *_, told = scene_lines([result.comparison])
-    assert told.split()[:3] == ["reliability", "not", "available:"]
+    *_, reported = scene_lines([result.comparison])
+    assert reported.split()[:3] == ["reliability", "not", "available:"]
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""An instant by the crank's turn and angle, and by the contact it lies in."""
+"""An instant by the crank's cycle and angle, and by the contact it lies in."""
 
 from __future__ import annotations
 
@@ -63,11 +63,11 @@ def test_both_models_are_named_only_where_they_are_in_different_contacts():
     assert describe(0.0201, {"a": None, "b": None}, period=None, scene=None) == "0.0201 s"
 
 
-def test_turn_and_angle_of_the_crank_follow_the_scene():
+def test_cycle_and_angle_of_the_crank_follow_the_scene():
     start = {"mechanism.crank_angle_deg": 350.0}
     forwards = load_scene("150rpm-0.2mm", start).data
     backwards = load_scene("150rpm-0.2mm", start | {"drive.speed_rpm": -150.0}).data
-    # 0.42 s at 0.4 s a turn: 18 degrees into the second.
+    # 0.42 s at 0.4 s a cycle: 18 degrees into the second.
     assert describe(0.42, {}, period=0.4, scene=forwards) == "0.42 s (cycle 2, crank at 8°)"
     assert describe(0.42, {}, period=0.4, scene=backwards) == "0.42 s (cycle 2, crank at 332°)"
     assert describe(0.42, {}, period=0.4, scene=None) == "0.42 s (cycle 2, crank at 18°)"

@@ -25,13 +25,13 @@ def found(scene, make_table):
     return replace(usual, tight=tight)
 
 
-def test_the_same_verdicts_are_not_told(scene, found):
+def test_the_same_verdicts_are_not_reported(scene, found):
     record = tomllib.loads(as_toml([scene], [found], MADE))
     assert record["made"] == MADE
     assert departures([scene], [found], record) == ""
 
 
-def test_another_verdict_is_told_in_one_line_with_what_is_on_record(scene, found):
+def test_another_verdict_is_reported_in_one_line_with_what_is_on_record(scene, found):
     record = tomllib.loads(as_toml([scene], [found], MADE))
     now = replace(found, tight=replace(found.tight, verdict="differ"))
     assert departures([scene, scene], [found, now], record) == (

@@ -71,7 +71,7 @@ def test_the_unpredictable_part_neither_helps_nor_hurts():
     b = WAVE + np.where(TIME < 0.3, 0.0, 0.7)
     result = judge(WAVE, b, u)
     assert result.verdict == "agree"
-    assert result.max_difference == pytest.approx(0.7)  # but it is told
+    assert result.max_difference == pytest.approx(0.7)  # but it is reported
     assert judge(WAVE, WAVE + np.where(TIME < 0.3, 1e-3, 0.0), u).verdict == "differ"
 
 
@@ -246,7 +246,7 @@ def test_the_scene_takes_the_worst_verdict_and_nothing_excited_is_not_agreement(
 
 @pytest.mark.parametrize("channel", ["slider_x", "slider_vx"])
 def test_a_unit_that_leaves_nothing_predictable_differs_and_a_motion_that_does_so_does_not(channel):
-    """Metres against millimetres: the uncertainty, in millimetres as well, is beyond alpha everywhere."""
+    """Metres against millimetres: the uncertainty, in millimetres as well, exceeds alpha everywhere."""
     position = -0.55 + 1e-4 * WAVE if channel == "slider_x" else 0.1 * WAVE
     scale = channels()[channel].scale_value(SCENE, np.nan)
     small = 1e-4 * scale

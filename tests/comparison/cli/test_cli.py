@@ -105,34 +105,34 @@ def test_validate_says_last_where_a_verdict_is_not_the_one_on_record(options, sa
     assert (before == "not on record: ideal") == said
 
 
-def promised(path, **solver):
-    """Return what is promised of Exudyn at these settings, as text for --accuracy."""
+def error_bound(path, **solver):
+    """Return the error bound of Exudyn at these settings, as text for --accuracy."""
     scene = load_scene(path, {f"solver.exudyn.{key}": value for key, value in solver.items()})
     return str(expected(scene, "exudyn").error)
 
 
 def test_accuracy_and_set_reach_the_model(scene_file, capsys):
     path = scene_file("own")
-    metres = promised(path, step=5e-7)
+    metres = error_bound(path, step=5e-7)
     for options in (["--accuracy", "strict"], ["--accuracy", metres], ["--set", "solver.exudyn.step=5e-7"]):
         assert main(["run", path, "--model", "exudyn", "--out", "a.csv", *options]) == 0
         assert read("a.csv").provenance["scene"]["solver"]["exudyn"]["step"] == 5e-7
-        told = capsys.readouterr().out
-        assert (f"solver.exudyn.step = 5e-07: expected: {float(metres):.2g} m of slider_x" in told) == (
+        reported = capsys.readouterr().out
+        assert (f"solver.exudyn.step = 5e-07: expected: {float(metres):.2g} m of slider_x" in reported) == (
             "--accuracy" in options
         )
 
 
 def test_accuracy_is_that_of_the_formulation(scene_file):
     path = scene_file("own")
-    options = ["--formulation", "tree", "--accuracy", promised(path, formulation="tree", tolerance=1e-9)]
+    options = ["--formulation", "tree", "--accuracy", error_bound(path, formulation="tree", tolerance=1e-9)]
     assert main(["run", path, "--model", "exudyn", "--out", "a.csv", *options]) == 0
     solver = read("a.csv").provenance["scene"]["solver"]["exudyn"]
     assert (solver["formulation"], solver["tolerance"], solver["step"]) == ("tree", 1e-9, 1e-4)
 
 
 @pytest.mark.parametrize(
-    ("what", "code", "told"),
+    ("what", "code", "reported"),
     [
         ("refuse", 2, "contact.law = 'strip' is not simulated yet"),
         ("nan", 2, "slider_vy is nan in data row 8"),
@@ -140,12 +140,12 @@ def test_accuracy_is_that_of_the_formulation(scene_file):
         ("bug", 70, "RuntimeError: index out of range"),
     ],
 )
-def test_a_run_that_fails_writes_nothing(scene_file, gravity, capsys, what, code, told):
+def test_a_run_that_fails_writes_nothing(scene_file, gravity, capsys, what, code, reported):
     path = scene_file("own", getattr(gravity, what))
     assert main(["run", path, "--model", "exudyn", "--out", "a.csv"]) == code
     out, err = capsys.readouterr()
     assert out == ""
-    assert told in err
+    assert reported in err
     assert err.count("\n") == 1
     assert list(Path.cwd().iterdir()) == []
 
@@ -172,7 +172,7 @@ def test_validate_writes_report_summary_and_tables(scene_file, capsys):
     assert set(summary["scenes"][0]["provenance"]) == {
         f"{model}{kind}"
         for model in ("reference", "exudyn")
-        for kind in ("", " finer", " twin", " other twin", " coarser")
+        for kind in ("", " finer", " perturbed", " other perturbed", " coarser")
     }
     assert {path.name for path in Path("v/tables").glob("*.csv") if "events" not in path.name} == {
         "one-reference.csv", "one-exudyn.csv", "two-reference.csv", "two-exudyn.csv",
@@ -221,9 +221,9 @@ def test_indeterminate_is_3_unless_it_is_allowed(scene_file, capsys):
 
 def test_two_scenes_of_one_name_are_refused(scene_file, tmp_path, capsys):
     (tmp_path / "other").mkdir()
-    twin = tmp_path / "other" / "one.toml"
-    twin.write_text(Path(scene_file("one")).read_text())
-    assert main(["validate", scene_file("one"), str(twin)]) == 2
+    namesake = tmp_path / "other" / "one.toml"
+    namesake.write_text(Path(scene_file("one")).read_text())
+    assert main(["validate", scene_file("one"), str(namesake)]) == 2
     assert "two scenes have this name" in capsys.readouterr().err
 
 

@@ -22,19 +22,21 @@ def test_a_confirmed_difference_is_1_and_stands_in_every_output_in_one_sentence(
 ):
     assert main(["validate", scene_file("apart", gravity.differ), "--out", "v", "--jobs", "2"]) == 1
     lines = capsys.readouterr().out.splitlines()
-    told = [line.split(maxsplit=1)[1] for line in lines if line.split()[0] == "confirmation"]
+    reported = [line.split(maxsplit=1)[1] for line in lines if line.split()[0] == "confirmation"]
     # Five bodies at the standard tier have no ensemble of their own, the tree at the tight one has.
-    assert told[0].startswith("difference confirmed from 0")
-    assert "by 99 reference runs from moved starts: the exudyn run is outside those of reference" in told[0]
-    assert "by 99 reference and 30 exudyn runs from moved starts" in told[1]
+    assert reported[0].startswith("difference confirmed from 0")
+    assert (
+        "by 99 reference runs from moved starts: the exudyn run is outside those of reference" in reported[0]
+    )
+    assert "by 99 reference and 30 exudyn runs from moved starts" in reported[1]
     (scene,) = json.loads(Path("v/summary.json").read_text())["scenes"]
-    for tier, sentence in zip((scene, scene["tight"]), told, strict=True):
+    for tier, sentence in zip((scene, scene["tight"]), reported, strict=True):
         assert (tier["verdict"], tier["confirmation"]["outcome"]) == ("differ", "confirmed")
         assert tier["confirmation"]["sentence"] == sentence
     page, job = Path("v/report.html").read_text(), Path("v/summary.md").read_text()
     cases = ET.parse("v/junit.xml").iter("failure")
     messages = [case.get("message") for case in cases]
-    for sentence in told:
+    for sentence in reported:
         assert sentence.replace("'", "&#39;") in page
         assert sentence in job
         assert any(f"differ: {sentence}. " in message for message in messages)
@@ -48,19 +50,19 @@ def test_a_confirmed_difference_is_1_and_stands_in_every_output_in_one_sentence(
 def test_an_uncertainty_that_was_too_small_by_chance_is_no_difference(scene_file, gravity, capsys):
     assert main(["validate", scene_file("lucky", gravity.lucky), "--out", "v", "--jobs", "2"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    told = [line.split(maxsplit=1)[1] for line in lines if line.split()[0] == "confirmation"]
+    reported = [line.split(maxsplit=1)[1] for line in lines if line.split()[0] == "confirmation"]
     summary = json.loads(Path("v/summary.json").read_text())
     (scene,) = summary["scenes"]
     assert summary["exit_code"] == 0
     page, job = Path("v/report.html").read_text(), Path("v/summary.md").read_text()
-    for tier, sentence in zip((scene, scene["tight"]), told, strict=True):
+    for tier, sentence in zip((scene, scene["tight"]), reported, strict=True):
         assert sentence.startswith("no difference of models, the uncertainty was underestimated by a ")
         assert (tier["verdict"], tier["confirmation"]["outcome"]) == ("agree", "underestimated")
         assert sentence in page
         assert sentence in job
     # At the tight tier u was some 1e-10 and the ensemble is 1e-5 wide.
     assert scene["tight"]["confirmation"]["suspicious"]
-    assert f'<p class="warning"><b>{told[1]}' in page
+    assert f'<p class="warning"><b>{reported[1]}' in page
     assert "2 of these verdicts rest on a corrected uncertainty." in page
 
 
@@ -126,10 +128,10 @@ def test_an_ensemble_whose_runs_break_an_invariant_confirms_nothing(scene_file, 
         ],
     )
     assert main(["validate", scene_file("apart", gravity.differ), "--out", "v", "--jobs", "2"]) == 1
-    told = [line for line in capsys.readouterr().out.splitlines() if line.split()[0] == "confirmation"]
-    assert "difference confirmed" in told[0]
-    assert "differ (unconfirmed, 5 runs) from" in told[1]
-    assert told[1].endswith("fewer than 19 runs from moved starts succeeded")
+    reported = [line for line in capsys.readouterr().out.splitlines() if line.split()[0] == "confirmation"]
+    assert "difference confirmed" in reported[0]
+    assert "differ (unconfirmed, 5 runs) from" in reported[1]
+    assert reported[1].endswith("fewer than 19 runs from moved starts succeeded")
 
 
 def test_models_of_other_packages_are_confirmed_too_where_they_have_an_uncertainty(
@@ -158,6 +160,6 @@ def simulate(scene, *, progress=None):
     for apart, code in ((0.0, 0), (1e-6, 1)):
         path = scene_file(f"by-{code}", extra=extra.format(apart=apart))
         assert main(["validate", path, "--models", "reference,mine", "--out", "v", "--jobs", "2"]) == code
-    told = [line for line in capsys.readouterr().out.splitlines() if line.split()[0] == "confirmation"]
-    assert len(told) == 1
-    assert "by 99 reference and 30 mine runs from moved starts" in told[0]
+    reported = [line for line in capsys.readouterr().out.splitlines() if line.split()[0] == "confirmation"]
+    assert len(reported) == 1
+    assert "by 99 reference and 30 mine runs from moved starts" in reported[0]

@@ -1,4 +1,4 @@
-"""A third model from another package: the example of the documentation, and what a bad one gets told."""
+"""A third model from another package: the example of the documentation, and the messages for a bad one."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_two_installed_models_are_refined_and_judged_by_their_uncertainty():
     tolerances = [run.provenance["scene"]["solver"]["odd"]["tolerance"] for run in (
         same.runs["odd"].base, same.runs["odd"].finer, same.runs["odd"].coarser)]  # fmt: skip
     assert tolerances == pytest.approx([1e-8, 1e-9, 1e-7], rel=1e-14)
-    # Ten times the error of either, and so beyond what 1.25 * 10/9 of both explain.
+    # Ten times the error of either, and so outside what 1.25 * 10/9 of both explain.
     (other,) = validate([scene.with_values({"solver.odd.bias": 1e-6})], models=("odd", "even"))
     assert other.comparison.verdict == "differ"
 
@@ -85,7 +85,7 @@ def test_without_anything_to_refine_the_tolerance_of_the_scene_decides():
 
 
 @pytest.mark.parametrize(
-    ("what", "code", "told"),
+    ("what", "code", "reported"),
     [
         ("raises", 70, "crashed; KeyError: 'no\\nsuch thing'"),
         ("exits", 70, "its process ended with code 4"),
@@ -106,11 +106,11 @@ def test_without_anything_to_refine_the_tolerance_of_the_scene_decides():
     ],
 )
 @pytest.mark.usefixtures("odd")
-def test_a_bad_model_gets_one_line(what, code, told, capfd):
+def test_a_bad_model_gets_one_line(what, code, reported, capfd):
     assert run_odd(what) == code
     out, err = capfd.readouterr()
     assert out == ""
-    assert told in err
+    assert reported in err
     assert err.count("\n") == 1
     assert not Path("a.csv").exists()
 
@@ -129,7 +129,7 @@ def test_what_a_model_does_to_its_scene_is_not_recorded():
 
 
 @pytest.mark.parametrize(
-    ("points", "told"),
+    ("points", "reported"),
     [
         ({"mine": "nowhere:simulate"}, "'mine' cannot be imported from 'nowhere:simulate': No module named"),
         (
@@ -144,13 +144,13 @@ def test_what_a_model_does_to_its_scene_is_not_recorded():
         ({"yours": "thing:f"}, "model 'mine' is not known; available: reference, exudyn, yours"),
     ],
 )
-def test_a_model_that_cannot_be_had_is_one_line(install, points, told, capfd):
+def test_a_model_that_cannot_be_had_is_one_line(install, points, reported, capfd):
     install("thing", "number = 3\ndef f(scene): pass\n", points)
     assert (
         main(["run", "ideal", "--model", "reference" if len(points) > 1 else "mine", "--out", "a.csv"]) == 2
     )
     err = capfd.readouterr().err
-    assert told in err
+    assert reported in err
     assert err.count("\n") == 1
 
 
@@ -210,7 +210,7 @@ def test_settings_of_an_installed_model_are_single_values():
     own = {"what": "x", "order": 5, "stiff": True, "tolerance": 1e-8}
     scene = load_scene("ideal", {f"solver.odd.{key}": value for key, value in own.items()})
     assert scene.data["solver"]["odd"] == own
-    for changes, told in (
+    for changes, reported in (
         (
             {"solver.odd.tolerance": float("inf")},
             "odd.tolerance = inf must be a string, a boolean or a",
@@ -220,7 +220,7 @@ def test_settings_of_an_installed_model_are_single_values():
         ({"solver.exudin.step": 1.0}, "solver.exudin is not a known key: no model .* mean solver.exudyn"),
         ({"solver.adams.step": 1.0}, "solver.adams is not a known key: no model of this name is installed"),
     ):
-        with pytest.raises(SceneError, match=told):
+        with pytest.raises(SceneError, match=reported):
             load_scene("ideal", changes)
 
 

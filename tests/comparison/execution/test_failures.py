@@ -81,7 +81,7 @@ def test_a_killed_process_costs_its_own_run_only(scene, fake_models, gravity):
     assert outcomes[0].partial is None
 
 
-def test_a_killed_process_is_told_in_one_line_and_the_other_scenes_are_reported(
+def test_a_killed_process_is_reported_in_one_line_and_the_other_scenes_are_reported(
     fake_models, gravity, tmp_path, monkeypatch, capfd
 ):
     for name, g in (("bad", gravity.hang), ("good", gravity.normal)):
@@ -182,18 +182,18 @@ def test_a_run_that_ended_and_means_little_is_written_with_a_warning(capfd):
 
 @pytest.mark.parametrize("model", ["reference", "exudyn"])
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "reported"),
     [
         ({"clearance.slider": -1e-4}, "scene '150rpm-0.2mm': clearance.slider = -0.0001 m must be >= 0"),
         ({"mechanism.rod2.length": 0.1}, "scene '150rpm-0.2mm': mechanism"),  # cannot be assembled
         ({"contact.poisson": 0.7}, "contact.poisson = 0.7 must be <= 0.5"),
     ],
 )
-def test_a_scene_out_of_range_is_one_line(model, changes, told, capfd):
+def test_a_scene_out_of_range_is_one_line(model, changes, reported, capfd):
     assert main(command(model, SHORT | changes)) == 2
     out, err = capfd.readouterr()
     assert out == ""
-    assert told in err
+    assert reported in err
     assert err.count("\n") == 1
     assert list(Path.cwd().iterdir()) == []
 

@@ -51,17 +51,17 @@ def test_energy_from_nowhere_counts_by_the_dissipated_or_else_the_kinetic():
         (made([1e-4], depth=1.01e-3), "deeper than its radius"),
     ],
 )
-def test_each_doubt_is_told_alone(run, words):
-    (told,) = doubts(run)
-    assert words in told
+def test_each_doubt_is_reported_alone(run, words):
+    (reported,) = doubts(run)
+    assert words in reported
 
 
 @pytest.mark.parametrize("drift", [{"position": 1.1e-6}, {"position": 0.0, "velocity": 1.1e-3}])
 def test_violated_constraints_are_a_doubt(drift):
     run = made()
     run.provenance["constraints"] = drift
-    (told,) = doubts(run)
-    assert "constraints are violated" in told
+    (reported,) = doubts(run)
+    assert "constraints are violated" in reported
     run.provenance["constraints"] = {"position": 0.9e-6, "velocity": 0.9e-3}
     assert doubts(run) == []
 
@@ -76,11 +76,11 @@ def test_the_paper_s_case_is_not_doubted_and_one_in_coarse_steps_is():
     scene = load_scene("150rpm-0.2mm", values)
     assert doubts(run_one(scene, "exudyn")) == []
     # 2e-4 s, an ordinary contact of this scene, are four such steps.
-    (told,) = doubts(run_one(scene.with_values({"solver.exudyn.step": 5e-5}), "exudyn"))
-    assert "steps" in told
+    (reported,) = doubts(run_one(scene.with_values({"solver.exudyn.step": 5e-5}), "exudyn"))
+    assert "steps" in reported
 
 
-def test_gains_that_a_loose_tolerance_cannot_bear_are_told():
+def test_gains_that_a_loose_tolerance_cannot_bear_are_reported():
     """Alpha 1000/s with steps of up to 8 ms: the feedback multiplies what the stages of a step miss."""
     values = {
         "joints.slider": "ideal",
@@ -89,5 +89,5 @@ def test_gains_that_a_loose_tolerance_cannot_bear_are_told():
         "solver.reference.baumgarte_alpha": 1e3,
         "solver.reference.baumgarte_beta": 0.0,
     }
-    (told,) = doubts(run_one(load_scene("150rpm-0.2mm", values), "reference"))
-    assert "Baumgarte" in told
+    (reported,) = doubts(run_one(load_scene("150rpm-0.2mm", values), "reference"))
+    assert "Baumgarte" in reported

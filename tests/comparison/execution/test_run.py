@@ -12,7 +12,7 @@ import pytest
 import comparison.execution.run
 from comparison.execution.cache import cache_folder, run_key
 from comparison.execution.run import Job, RunError, describe, run_all, run_one, run_uncached
-from comparison.execution.workers import in_turn, work
+from comparison.execution.workers import execution_order, work
 from comparison.scene import SceneError
 
 pytestmark = pytest.mark.usefixtures("fake_models")
@@ -71,15 +71,15 @@ def test_the_longest_job_starts_first_and_workers_are_kept(scene, fake_models):
 def test_of_each_kind_of_kernels_one_run_starts_before_all_others(scene):
     """Longest first would start two of the five bodies at once, and both workers would compile the same."""
     closer = scene.with_values({"solver.exudyn.formulation": "tree"})
-    loose = scene.with_values({"joints.crank_pin": "clearance"})
+    with_clearance = scene.with_values({"joints.crank_pin": "clearance"})
     planned = {
         f"{model} {place} {cycles}": Job(each.with_values({"drive.cycles": cycles}), model)
         for place, (each, model) in enumerate(
-            [(scene, "exudyn"), (closer, "exudyn"), (scene, "reference"), (loose, "reference")]
+            [(scene, "exudyn"), (closer, "exudyn"), (scene, "reference"), (with_clearance, "reference")]
         )
         for cycles in (2.0, 3.0)
     }
-    order = in_turn(planned)
+    order = execution_order(planned)
     assert sorted(order) == sorted(planned)
     assert {name.rpartition(" ")[0] for name in order[:4]} == {
         "exudyn 0", "exudyn 1", "reference 2", "reference 3"
@@ -98,16 +98,16 @@ def test_what_needs_two_kinds_of_kernels_waits_for_those_that_need_one():
 
     a, b, c = ("a",), ("b",), ("c",)
     tasks = {"abc": (9, {a, b, c}), "ab": (5, {a, b}), "a": (1, {a}), "b": (2, {b}), "a too": (3, {a})}
-    order = in_turn({name: Needs(cost, frozenset(needs)) for name, (cost, needs) in tasks.items()})
+    order = execution_order({name: Needs(cost, frozenset(needs)) for name, (cost, needs) in tasks.items()})
     assert order == ["a too", "b", "abc", "ab", "a"]
 
 
 def test_each_failure_takes_its_own_run_only(scene, gravity):
     bad = (gravity.crash, gravity.refuse, gravity.fail, gravity.nan, gravity.bug, gravity.short)
     planned = jobs(scene, *bad, gravity.normal)
-    told = [(o.status, o.message) for o in run_all(planned, 2)]
-    assert [status for status, _ in told[::2]] == ["success"] * 7  # the reference
-    crash, refuse, fail, nan, bug, short, normal = told[1::2]
+    reported = [(o.status, o.message) for o in run_all(planned, 2)]
+    assert [status for status, _ in reported[::2]] == ["success"] * 7  # the reference
+    crash, refuse, fail, nan, bug, short, normal = reported[1::2]
     assert crash == ("crashed", "its process ended with code 3")
     assert refuse == ("bad input", "contact.law = 'strip' is not simulated yet")
     assert fail == ("newton-failed", "try a smaller step")

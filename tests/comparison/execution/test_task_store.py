@@ -98,10 +98,10 @@ def test_other_code_another_model_or_machine_makes_rows_stale(here, monkeypatch)
 
 
 def test_what_goes_wrong_is_a_row_and_is_kept_but_not_that_a_process_died(here):
-    told = {5.0: "chatter", 7.0: "bad input", 13.0: CRASHED, 3.0: CRASHED}
+    reported = {5.0: "chatter", 7.0: "bad input", 13.0: CRASHED, 3.0: CRASHED}
     for _ in range(2):
-        rows = dict(zip(told, measured(here, *told), strict=True))
-        assert {number: row["status"] for number, row in rows.items()} == told
+        rows = dict(zip(reported, measured(here, *reported), strict=True))
+        assert {number: row["status"] for number, row in rows.items()} == reported
     assert rows[13.0]["message"] == "ValueError: thirteen of all numbers"
     assert rows[5.0]["message"] == "lower the tolerance"
     assert rows[3.0]["message"] == "its process was killed"
@@ -127,7 +127,7 @@ def test_progress_goes_by_the_expected_time(here):
     assert shares == [pytest.approx(5.0 / 8.0), pytest.approx(1.0)]  # the one that died is tried again
 
 
-def test_rows_are_kept_where_one_asks_and_a_folder_that_is_not_there_is_told(here, tmp_path):
+def test_rows_are_kept_where_one_asks_and_a_folder_that_is_not_there_is_reported(here, tmp_path):
     ledger = tmp_path / "mine.jsonl"
     measured(here, 2.0, ledger=ledger)
     assert [row["square"] for row in read_rows(ledger).values()] == [4.0]

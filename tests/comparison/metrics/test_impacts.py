@@ -125,9 +125,9 @@ def test_a_lasting_contact_that_one_model_interrupts_changes_single_impulses_and
 
 def test_another_corner_does_not_match():
     a = contacts(0)
-    turn = {"ll": "lr", "lr": "ll", "ul": "ur", "ur": "ul"}
+    mirror = {"ll": "lr", "lr": "ll", "ul": "ur", "ur": "ul"}
     alone = a[a["corner"].isin(["ll", "ul"])]
-    mirrored = alone.assign(corner=alone["corner"].map(turn))
+    mirrored = alone.assign(corner=alone["corner"].map(mirror))
     assert len(match(alone, mirrored, 1.0)) == 0
 
 
@@ -211,7 +211,7 @@ def test_a_hundred_thousand_contacts_are_not_looped_over(lines_run):
 
 
 def test_chatter_leaves_no_choice_of_partners():
-    """The window is less than half of the shortest interval seen at a corner, 4.4e-4 of a turn."""
+    """The window is less than half of the shortest interval seen at a corner, 4.4e-4 of a cycle."""
     assert 2 * WINDOW < 4.4e-4
 
 
@@ -227,9 +227,9 @@ def test_a_comparison_of_scenes_tells_the_impacts(scene, make_table):
     # Without uncertainties nothing tells which part is predictable.
     assert list(result.impacts) == ["all"]
     assert result.impacts["all"].recall == 1.0
-    told = as_mapping(result)["impacts"]["all"]
-    assert (told["matched"], told["count_a"], told["precision"]) == (20, 20, 1.0)
-    assert "pairs" not in told
+    reported = as_mapping(result)["impacts"]["all"]
+    assert (reported["matched"], reported["count_a"], reported["precision"]) == (20, 20, 1.0)
+    assert "pairs" not in reported
     late = a.assign(start=a["start"] + 1.1 * window)
     result = compare(with_events(make_table(), a), with_events(make_table(), late), scene=scene)
     assert result.impacts["all"].recall == 0.0

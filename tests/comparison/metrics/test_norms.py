@@ -145,11 +145,11 @@ def test_the_tube_passes_a_contact_force_that_is_missing_altogether():
     assert tube_share(np.zeros(TIME.shape), force) < 1.0  # the other way round it is seen
 
 
-@pytest.mark.parametrize(("beyond", "share"), [(0.99, 1.0), (1.01, 0.0)])
-def test_the_tube_of_a_signal_is_as_high_as_its_share_of_the_range(beyond, share):
+@pytest.mark.parametrize(("excess", "share"), [(0.99, 1.0), (1.01, 0.0)])
+def test_the_tube_of_a_signal_is_as_high_as_its_share_of_the_range(excess, share):
     # Steps are as wide as they are high: away from them only the height counts.
     step = np.repeat([0.0, 1.0], 200)
-    assert tube_share(step, step + beyond * TUBE) == share
+    assert tube_share(step, step + excess * TUBE) == share
 
 
 @pytest.mark.parametrize(("late", "share"), [(4, 1.0), (5, 2000 / 2001)])
@@ -179,10 +179,10 @@ def test_resampling_keeps_what_is_on_a_uniform_grid_and_shortens_what_is_long():
 
 def test_a_position_is_measured_from_its_mean_lest_a_large_constant_hides_the_difference():
     a, b = -0.55 + 2e-4 * np.sin(PHASE), -0.55 + 2e-4 * np.sin(PHASE - 1.0)
-    told, hidden = information(TIME, a, b, position=True), information(TIME, a, b, position=False)
+    reported, hidden = information(TIME, a, b, position=True), information(TIME, a, b, position=False)
     # The last sample repeats the first, which moves the mean by 1 / 2001 of it.
-    assert told["sprague_geers_phase"] == pytest.approx(1 / np.pi, rel=1e-6)
-    assert told["iso18571"] < 0.9
+    assert reported["sprague_geers_phase"] == pytest.approx(1 / np.pi, rel=1e-6)
+    assert reported["iso18571"] < 0.9
     assert hidden["sprague_geers_phase"] < 1e-3
     assert hidden["iso18571_corridor"] == 1.0
 

@@ -69,7 +69,7 @@ def test_without_the_floor_errors_that_moved_starts_do_not_show_would_count():
     members=st.lists(st.floats(-1000.0, 1000.0), min_size=19, max_size=30), side=st.sampled_from([-1.0, 1.0])
 )
 def test_what_an_ensemble_does_not_exclude_its_uncertainty_explains(members, side):
-    """A run just beyond k u from the base, u the ensemble's, is farther out than every member left out."""
+    """A run just outside k u of the base, u the ensemble's, is farther out than every member left out."""
     base, ensemble = 0.0, np.array(members)[:, None]
     u = np.maximum(ENSEMBLE_FACTOR * np.abs(ensemble - base).max(axis=0), 1e-3)
     of_members, of_run = distances(ensemble, base + side * thresholds().k * u, u)

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.usefixtures("elsewhere")
 
 
 @pytest.mark.parametrize(
-    ("pattern", "by", "told"),
+    ("pattern", "by", "reported"),
     [
         (None, None, "sixbar-baseline.toml: there is no such baseline; sixbar gate --update makes one"),
         ("^platform = .*", "", "sixbar-baseline.toml: platform is missing"),
@@ -34,7 +34,7 @@ pytestmark = pytest.mark.usefixtures("elsewhere")
         (r"reference.tight\]", "reference.loose]", "scenes.own.reference.loose.[key] = 'loose': "),
     ],
 )  # fmt: skip
-def test_a_baseline_that_is_none_is_one_line_and_exit_code_2(made, capsys, pattern, by, told):
+def test_a_baseline_that_is_none_is_one_line_and_exit_code_2(made, capsys, pattern, by, reported):
     if pattern is None:
         made.unlink()
     else:
@@ -43,7 +43,7 @@ def test_a_baseline_that_is_none_is_one_line_and_exit_code_2(made, capsys, patte
     out, err = capsys.readouterr()
     assert out == ""
     assert err.startswith("sixbar: ")
-    assert told in err
+    assert reported in err
     assert err.count("\n") == 1
     assert not Path("reports").exists()
 

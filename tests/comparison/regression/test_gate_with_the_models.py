@@ -51,13 +51,13 @@ def test_a_hundredth_of_a_parameter_is_found_in_each_model_by_values_alone(basel
     result = gate(baseline, [changed], n_jobs=2)
     assert result.exit_code == 1
     for run in RUNS:
-        told = [
+        reported = [
             case.message for case in result.regressions if case.group == run and "checkpoints" in case.message
         ]
         # The contact moves the slider, and all channels with it. The tight runs see it in most of them, the
         # five bodies at their usual step in a few.
-        assert len(told) > (3 if run == "exudyn standard" else 14), run
-        for line in told:
+        assert len(reported) > (3 if run == "exudyn standard" else 14), run
+        for line in reported:
             assert re.match(
                 rf"{run}, scene '150rpm-0.2mm': \w+ at t = [\d.e-]+ s is \S+ \S+, in the baseline \S+ \S+: "
                 r"off by \S+ \S+, the threshold is \S+ \S+ \(\d of \d checkpoints are off\)$",

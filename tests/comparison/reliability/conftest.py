@@ -17,8 +17,8 @@ PERIOD = 0.4
 def press() -> Callable[..., Table]:
     """Make tables: ``press(error)`` adds to the acceleration alone what is given for each sample."""
 
-    def make(error: object = 0.0, cycles: float = 2, per_turn: int = 1000, displaced: object = 0.0) -> Table:
-        time = np.arange(round(cycles * per_turn) + 1) * (PERIOD / per_turn)
+    def make(error: object = 0.0, cycles: float = 2, per_cycle: int = 1000, displaced: object = 0.0) -> Table:
+        time = np.arange(round(cycles * per_cycle) + 1) * (PERIOD / per_cycle)
         phase, w = 2 * np.pi * time / PERIOD, 2 * np.pi / PERIOD
         return Table(
             pd.DataFrame(

@@ -54,7 +54,7 @@ def test_an_error_within_one_bin_is_found_at_its_angle_with_its_share(press):
     assert found.deviation[found.worst] == pytest.approx(90 * np.sqrt(share * (1 - share)), rel=1e-12)
 
 
-def test_an_error_to_either_side_is_beyond_the_limit(press):
+def test_an_error_to_either_side_is_outside_the_limit(press):
     for error in (90.0, -90.0):
         found = assess(slider_errors(press(error), press(), PERIOD), SETTINGS)["acceleration"]
         assert found.within.tolist() == [0.0] * 10
@@ -68,9 +68,9 @@ def test_limits_and_bins_are_the_scenes(press):
 
 
 def test_a_foreign_ideal_of_other_times_is_interpolated(press):
-    fine, coarse = press(5.0, per_turn=1000), press(per_turn=400)
+    fine, coarse = press(5.0, per_cycle=1000), press(per_cycle=400)
     errors = slider_errors(fine, coarse, PERIOD)
-    assert errors.per_turn == 400
+    assert errors.per_cycle == 400
     assert errors.by_quantity["displacement"].size == 800
     # y by the cubic of y and vy: h^4 y''''/384 = 1e-3^4 * 0.1 * 15.7^4 / 384.
     assert np.abs(errors.by_quantity["displacement"]).max() < 2e-11
@@ -89,7 +89,7 @@ def test_tables_that_cannot_be_held_against_each_other_are_refused_in_one_line(p
         slider_errors(late, press(), PERIOD)
 
 
-def test_a_part_of_a_turn_fills_the_first_bin_as_far_as_it_goes(press):
+def test_a_part_of_a_cycle_fills_the_first_bin_as_far_as_it_goes(press):
     found = assess(slider_errors(press(cycles=0.06), press(cycles=0.06), PERIOD), SETTINGS)
     assert found["velocity"].angle.tolist() == [36.0]
     assert found["velocity"].cycles.tolist() == [1]

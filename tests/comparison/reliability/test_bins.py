@@ -1,4 +1,4 @@
-"""Which samples are in which part of the turn."""
+"""Which samples are in which part of the cycle."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ def test_ten_bins_of_36_degrees_hold_their_upper_edge_and_not_their_lower():
 
 
 def test_parts_that_do_not_divide_the_samples_still_hold_each_sample_once():
-    for count, per_turn in ((7, 1000), (10, 33), (3, 2), (16, 10)):
-        found = bins(count, per_turn, 3 * per_turn)
+    for count, per_cycle in ((7, 1000), (10, 33), (3, 2), (16, 10)):
+        found = bins(count, per_cycle, 3 * per_cycle)
         rows = np.concatenate([part.rows.ravel() for part in found])
-        assert np.array_equal(np.sort(rows), np.arange(3 * per_turn))
+        assert np.array_equal(np.sort(rows), np.arange(3 * per_cycle))
         for part in found:
-            angle = (part.rows[0] + 1) * 360.0 / per_turn
+            angle = (part.rows[0] + 1) * 360.0 / per_cycle
             assert np.all(angle <= part.angle * (1 + 1e-12))
             assert np.all(angle > part.angle - 360.0 / count - 1e-9)
 
 
 def test_a_cycle_that_ends_inside_a_bin_counts_there_only_if_it_is_the_first():
-    # A turn and a half of the second bin, then less than the first bin.
+    # A cycle and a half of the second bin, then less than the first bin.
     long = bins(4, 100, 100 + 37)
     assert [part.rows.shape[0] for part in long] == [2, 1, 1, 1]
     assert all(part.whole for part in long)

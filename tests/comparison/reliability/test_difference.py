@@ -49,19 +49,19 @@ def test_the_numerical_part_is_that_of_the_refined_runs_and_of_the_ideal_mechani
     finer = compared(Runs(base, press(8.01)), Runs(base, base), press())
     # Two levels that show no order: three times their distance, k = 2.
     assert finer.numerical == pytest.approx(K * 3 * (exact(8.0) - exact(8.01)), rel=1e-9)
-    twin = compared(Runs(base, base, twin=press(8.2), coarser=base), Runs(base, base), press())
-    assert twin.numerical == pytest.approx(K * 3 * (exact(8.0) - exact(8.2)), rel=1e-9)
-    assert twin.verdict == "undecided"
-    assert twin.half_width > MARGIN
-    # Of two twins the farther one counts.
-    both = Runs(base, base, twin=press(8.2), other_twin=press(7.7), coarser=base)
+    perturbed = compared(Runs(base, base, perturbed=press(8.2), coarser=base), Runs(base, base), press())
+    assert perturbed.numerical == pytest.approx(K * 3 * (exact(8.0) - exact(8.2)), rel=1e-9)
+    assert perturbed.verdict == "undecided"
+    assert perturbed.half_width > MARGIN
+    # Of two perturbed runs the farther one counts.
+    both = Runs(base, base, perturbed=press(8.2), other_perturbed=press(7.7), coarser=base)
     farther = compared(both, Runs(base, base), press())
     assert farther.numerical == pytest.approx(K * 3 * (exact(7.7) - exact(8.0)), rel=1e-9)
     # Of the ideal there is the coarser level, of second order: a quarter of its distance.
     ideals = (Runs(press(), coarser=press(0.01)), Runs(press(), coarser=press()))
     ideal = compared(base, base, ideals)
     assert ideal.numerical == pytest.approx(K * 3 / 4 * (exact(7.99) - exact(8.0)), rel=1e-9)
-    # The smallest and the parts of the turn have the same uncertainty where all parts are equal.
+    # The smallest and the parts of the cycle have the same uncertainty where all parts are equal.
     assert ideal.curve_half_width == pytest.approx(np.full(10, ideal.numerical), rel=1e-9)
 
 
@@ -71,7 +71,7 @@ def test_without_a_refined_run_nothing_is_decided(press):
     assert found.verdict == "undecided"
 
 
-def test_results_that_follow_one_course_are_told_apart_better_than_their_cycles_scatter(press):
+def test_results_that_follow_one_course_are_distinguished_better_than_their_cycles_scatter(press):
     """The pairing: cycles that scatter by 2 m/s^2 in both alike leave a difference of 0.1 m/s^2 visible."""
     scatter = np.repeat(np.random.default_rng(1).normal(0.0, 2.0, 5), 1000)
     course = 8.0 + np.append(0.0, scatter)
@@ -87,10 +87,10 @@ def test_two_samples_of_one_distribution_differ_as_seldom_as_the_level_says(pres
     rng = np.random.default_rng(4)
     kept = 0
     repeated = 100
-    ideal = press(cycles=5, per_turn=50)
+    ideal = press(cycles=5, per_cycle=50)
     for _ in range(repeated):
         sides = [
-            press(8.0 + np.append(0.0, np.repeat(rng.normal(0.0, 2.0, 25), 10)), cycles=5, per_turn=50)
+            press(8.0 + np.append(0.0, np.repeat(rng.normal(0.0, 2.0, 25), 10)), cycles=5, per_cycle=50)
             for _ in range(2)
         ]
         found = compared(*sides, ideal)
@@ -102,7 +102,7 @@ def test_two_samples_of_one_distribution_differ_as_seldom_as_the_level_says(pres
     assert kept / (10 * repeated) == pytest.approx(0.95, abs=0.02 + 3 * np.sqrt(0.95 * 0.05 / independent))
 
 
-def test_smallest_values_in_different_parts_of_the_turn_have_no_pairs(press):
+def test_smallest_values_in_different_parts_of_the_cycle_have_no_pairs(press):
     angle = np.arange(2001) * 0.36 % 360.0
     rng = np.random.default_rng(2)
     noise = [np.repeat(rng.normal(0.0, 1.0, 2), 1000) for _ in range(2)]
@@ -117,9 +117,9 @@ def test_smallest_values_in_different_parts_of_the_turn_have_no_pairs(press):
 
 
 def test_results_of_other_grids_are_refused(press):
-    ideals = (Runs(press()), Runs(press(per_turn=500)))
+    ideals = (Runs(press()), Runs(press(per_cycle=500)))
     with pytest.raises(TableError, match="other samples per cycle"):
-        compared(press(), press(per_turn=500), ideals)
+        compared(press(), press(per_cycle=500), ideals)
 
 
 def scene_of(a, b, ideal):

@@ -38,8 +38,8 @@ def test_both_models_have_the_same_ideal_mechanism_and_the_ideal_scene_no_error(
     exact = run_one(ideal_scenes(scene, "reference")["base"], "reference")
     fine, coarse = (run_one(levels[kind], "exudyn") for kind in ("base", "coarser"))
     # As `STEPS` says, with room for round-off and other machines.
-    promised = {"slider_y": 1e-11, "slider_vy": 1.5e-7, "slider_ay": 1e-6}
-    for channel, most in promised.items():
+    bounds = {"slider_y": 1e-11, "slider_vy": 1.5e-7, "slider_ay": 1e-6}
+    for channel, most in bounds.items():
         assert np.abs(fine.values(channel) - exact.values(channel)).max() < most
     # Of second order: a quarter of the coarser run's error is the finer one's.
     size = [np.abs(run.values("slider_vy") - exact.values("slider_vy")).max() for run in (coarse, fine)]

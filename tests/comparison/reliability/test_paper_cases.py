@@ -23,8 +23,10 @@ def test_the_difference_of_the_two_models_is_within_its_interval_in_every_case(t
         found = result.comparison.reliability
         assert list(found.quantities) == ["displacement", "velocity", "acceleration"], found.missing
         for name, difference in found.quantities.items():
-            told = f"{result.comparison.name}, {name}: {difference.minimum} within {difference.half_width}"
-            assert abs(difference.minimum) <= difference.half_width, told
+            reported = (
+                f"{result.comparison.name}, {name}: {difference.minimum} within {difference.half_width}"
+            )
+            assert abs(difference.minimum) <= difference.half_width, reported
 
 
 def test_a_restitution_one_percent_lower_in_one_model_is_a_difference(tmp_path, monkeypatch):
@@ -40,5 +42,5 @@ def test_a_restitution_one_percent_lower_in_one_model_is_a_difference(tmp_path, 
     *tables, still = (o.table for o in run_all([Job(of, "reference") for of in (*levels, ideal)], 2))
     sides = (Runs(*tables[:2]), Runs(*tables[2:]))
     found = compare_reliability(sides, (Runs(still, still),) * 2, usual.period, usual.reliability, 2.0)
-    # Which of them shows it hangs on the limits; that none does would mean that the interval takes in all.
+    # Which of them shows it depends on the limits; that none does would mean that the interval takes in all.
     assert "differ" in {difference.verdict for difference in found.values()}, found

@@ -101,13 +101,13 @@ def make_scene(
 ) -> SceneComparison:
     """Return a scene judged at a tier; ``alter`` changes the second model's result."""
     start = 5e-5 * (1 + 0.1 * np.random.default_rng(seed).random())
-    (base, events), (twin, _), (other, other_events) = (
+    (base, events), (perturbed, _), (other, other_events) = (
         bounce(start, cycles, 0.0),
         bounce(start + 1e-12, cycles, 0.0),
         bounce(start, cycles, 1e-14),
     )
     time = np.arange(cycles * SAMPLES + 1) * (PERIOD / SAMPLES)
-    a, neighbour, b = columns_of(base, time), columns_of(twin, time), alter(columns_of(other, time))
+    a, neighbour, b = columns_of(base, time), columns_of(perturbed, time), alter(columns_of(other, time))
     scene = load_scene("150rpm-0.2mm", {"drive.cycles": float(cycles)})
     results = {}
     for key, channel in channels().items():
@@ -143,7 +143,7 @@ def make_scene(
                 "status": "success",
             }
             for model in ("reference", "exudyn")
-            for run in ("", " finer", " twin")
+            for run in ("", " finer", " perturbed")
         },
         scene=scene.data,
         command=f"sixbar validate {name}",

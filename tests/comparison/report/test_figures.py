@@ -28,7 +28,7 @@ def curves(n: int = 100_001, **fields: object) -> Curves:
     plain = Curves(
         label="force", unit="N", period=0.4, walls=None, predictable_below=1.0,
         time=time, a=quiet, b=quiet, size=quiet + 1e-9, threshold=quiet + 1e-6,
-        predictable=np.ones(n, dtype=bool), beyond=np.zeros(n, dtype=bool),
+        predictable=np.ones(n, dtype=bool), outside=np.zeros(n, dtype=bool),
     )  # fmt: skip
     return replace(plain, **fields)  # type: ignore[arg-type]
 
@@ -57,7 +57,11 @@ def test_a_force_of_one_sample_stands_at_full_height() -> None:
 def test_the_same_figure_draws_another_channel_without_a_rest_of_the_first() -> None:
     n = 201
     loud = curves(
-        n, a=np.sin(np.arange(n)), beyond=np.arange(n) < 50, predictable=np.arange(n) < 100, walls=(-1.0, 1.0)
+        n,
+        a=np.sin(np.arange(n)),
+        outside=np.arange(n) < 50,
+        predictable=np.arange(n) < 100,
+        walls=(-1.0, 1.0),
     )
     used, fresh = ChannelFigure(("one", "two"), "2 u"), ChannelFigure(("one", "two"), "2 u")
     used.svg(loud, "k")
@@ -92,7 +96,7 @@ def test_equal_data_give_equal_text_without_a_date_whatever_the_users_settings()
 
 def test_every_colour_is_one_of_the_page() -> None:
     drawing = ChannelFigure(("one", "two"), "2 u").svg(
-        curves(50, beyond=np.arange(50) < 9, walls=(-1.0, 1.0)), "k"
+        curves(50, outside=np.arange(50) < 9, walls=(-1.0, 1.0)), "k"
     )
     assert not re.findall(r"#[0-9a-f]{6}\b", drawing)
 
@@ -110,7 +114,7 @@ def test_names_that_matplotlib_would_hide_or_that_are_too_long() -> None:
     assert ">xxxxxxxxxxxxxxxxxx…<" in drawing
 
 
-def test_crosses_stand_where_a_sample_is_beyond_and_the_legend_says_so_only_then(
+def test_crosses_stand_where_a_sample_is_outside_and_the_legend_says_so_only_then(
     scene: SceneComparison, differing: SceneComparison
 ) -> None:
     assert scene.verdict == "agree"
@@ -121,11 +125,11 @@ def test_crosses_stand_where_a_sample_is_beyond_and_the_legend_says_so_only_then
             drawing = next((d for name, d in drawings.items() if name.startswith(channel.label + " (")), None)
             if drawing is None:
                 continue
-            crossed = ">beyond<" in drawing.svg
+            crossed = ">outside<" in drawing.svg
             assert drawing.verdict == channel.verdict
             assert crossed == (channel.verdict != "unexcited" and channel.explained < 1.0), channel.channel
             # One is in the legend.
-            assert (len(re.findall(r"<use [^>]*--beyond", drawing.svg)) > 1) == crossed
+            assert (len(re.findall(r"<use [^>]*--outside", drawing.svg)) > 1) == crossed
             assert (">not predictable<" in drawing.svg) == (channel.coverage < 1.0)
 
 

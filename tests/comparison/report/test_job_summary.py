@@ -12,8 +12,8 @@ HEADINGS = ("scene", "verdict")
 
 def page(tmp_path, rows, cases):
     path = write_job_summary(
-        tmp_path / "deep" / "summary.md", title="A & B", told=["It <b>is</b>"], headings=HEADINGS, rows=rows,
-        cases=cases,
+        tmp_path / "deep" / "summary.md", title="A & B", reported=["It <b>is</b>"],
+        headings=HEADINGS, rows=rows, cases=cases,
     )  # fmt: skip
     assert path.stat().st_size <= LIMIT
     assert [other.name for other in path.parent.iterdir()] == ["summary.md"]
@@ -54,6 +54,6 @@ def test_what_is_longer_than_a_job_page_is_cut_between_rows_and_says_so(tmp_path
 
 
 def test_a_table_of_verdicts_that_is_too_long_by_itself_is_cut_too(tmp_path):
-    text = page(tmp_path, [("x" * 5000, "agree")] * 300, [Case("a", "b", "c", "failed", "told")])
+    text = page(tmp_path, [("x" * 5000, "agree")] * 300, [Case("a", "b", "c", "failed", "reported")])
     (left,) = re.findall(r"^(\d+) more rows and all details are omitted", text, re.MULTILINE)
     assert text.count("| agree |") + int(left) == 300

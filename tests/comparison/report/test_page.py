@@ -59,7 +59,7 @@ def test_tables_are_marked_up_for_readers_who_do_not_see_them(html: str) -> None
     assert all("Verdict" in (attributes["aria-label"] or "") for attributes in drawings)
 
 
-def test_verdicts_are_told_by_word_and_sign_not_by_colour_alone(html: str) -> None:
+def test_verdicts_are_shown_by_word_and_sign_not_by_colour_alone(html: str) -> None:
     for word, sign, body in re.findall(
         r'<span class="verdict (\w+)"><span aria-hidden="true">(.)</span> ([\w ]+)<', html
     ):
@@ -172,8 +172,8 @@ def test_the_contact_situations_of_both_models_stand_side_by_side(scene: SceneCo
     seconds = scene.time[-1]
     columns = ["corner", "start", "end"]
     rows = [("ll", 0.0, seconds / 2), ("ul", seconds / 4, seconds / 2), ("ur", 0.0, 2e-5 * seconds)]
-    told = scene.events[0].head(3).assign(**pd.DataFrame(rows, columns=columns))
-    html = page(replace(scene, events=(told, None)))
+    contacts = scene.events[0].head(3).assign(**pd.DataFrame(rows, columns=columns))
+    html = page(replace(scene, events=(contacts, None)))
     part = html[html.index("Contact situations</h3>") : html.index("Runs</h3>")]
     cells = re.findall(
         r'<th scope="row">([^<]*)</th><td class="number">([^<]*)</td><td class="number">', part

@@ -14,12 +14,14 @@ def test_the_crank_pins_contacts_stand_beside_the_corners_and_its_share_by_itsel
     scene: SceneComparison,
 ) -> None:
     seconds = scene.time[-1]
-    told = scene.events[0].head(3)
-    told = told.assign(corner=["ll", "pin", "pin"], start=[0.0, 0.25 * seconds, 0.75 * seconds])
-    told = told.assign(end=[0.5 * seconds, 0.5 * seconds, seconds])
+    contacts = scene.events[0].head(3)
+    contacts = contacts.assign(corner=["ll", "pin", "pin"], start=[0.0, 0.25 * seconds, 0.75 * seconds])
+    contacts = contacts.assign(end=[0.5 * seconds, 0.5 * seconds, seconds])
     for slider in ("clearance", "ideal"):
         joints = {"slider": slider, "crank_pin": "clearance"}
-        html = page(replace(scene, events=(told, told.iloc[:2]), scene=scene.scene | {"joints": joints}))
+        html = page(
+            replace(scene, events=(contacts, contacts.iloc[:2]), scene=scene.scene | {"joints": joints})
+        )
         table = html[html.index("Contacts</h3>") : html.index("Impacts</h3>")]
         rows = dict(re.findall(r'<th scope="row">([^<]*)</th><td class="number">(\d+)</td>', table))
         assert rows == {"lower left": "1", "crank pin": "2", "all": "3"}
@@ -33,7 +35,7 @@ def test_the_crank_pins_contacts_stand_beside_the_corners_and_its_share_by_itsel
         assert [row[:2] for row in cells if row[0] == "free"] == (
             [("free", "50.0\u00a0%")] if slider == "clearance" else []
         )
-    assert ">crank pin" not in page(replace(scene, events=(told.iloc[:1], None)))
+    assert ">crank pin" not in page(replace(scene, events=(contacts.iloc[:1], None)))
 
 
 def test_impacts_stand_below_the_contacts_for_all_and_for_the_predictable_part(
@@ -52,7 +54,7 @@ def test_impacts_stand_below_the_contacts_for_all_and_for_the_predictable_part(
         assert len(row) == 11
     assert scene.impacts["predictable"].count_a < scene.impacts["all"].count_a
     assert rows["predictable part"][3].endswith("%")
-    # A turn takes 0.4 s.
+    # A cycle takes 0.4 s.
     assert "within 80.0\u00a0µs" in part
 
 

@@ -50,7 +50,7 @@ def test_the_section_shows_both_models_their_difference_and_the_cap(judged: Scen
     assert "acceleration slider_ay 150 m/s²" in shown
     assert "0.9986501 the cap" in shown
     assert "displacement in 10 of 10 parts" in shown
-    # It is told apart from the verdict of the scene, which stays as it was.
+    # It is separate from the verdict of the scene, which stays as it was.
     assert "No verdict of a scene or a channel depends on it" in " ".join(html.split())
     assert "✓</span> agree" in html[html.index("<header>") : html.index("</header>")]
     assert part.count("<svg") == 1

@@ -48,15 +48,15 @@ def small(fake_models, tmp_path, monkeypatch):
 )  # fmt: skip
 def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
     assert main(["study", name, "--small", "--jobs", "2"]) == 0
-    (told,) = capsys.readouterr().out.splitlines()
-    assert told == f"reports/out/{name}/README.md"
-    text = Path(told).read_text("utf-8")
+    (reported,) = capsys.readouterr().out.splitlines()
+    assert reported == f"reports/out/{name}/README.md"
+    text = Path(reported).read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     pictures = re.findall(r"\]\(([\w-]+\.svg)\)", text)
     numbers = {"detection": {"detection.json"}, "paper": {"report.html"}}.get(name, set())
-    assert {path.name for path in Path(told).parent.iterdir()} == {"README.md", *numbers, *pictures}
+    assert {path.name for path in Path(reported).parent.iterdir()} == {"README.md", *numbers, *pictures}
     for picture in pictures:
-        drawn = (Path(told).parent / picture).read_text("utf-8")
+        drawn = (Path(reported).parent / picture).read_text("utf-8")
         assert drawn.count("<path") > 10
         assert "var(--first)" in drawn
         assert "--first:" in drawn
@@ -64,7 +64,7 @@ def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(n
     assert runs > 10
     assert main(["study", name, "--small"]) == 0
     assert small.read_text().count("\n") == runs
-    assert Path(told).read_text("utf-8") == text
+    assert Path(reported).read_text("utf-8") == text
 
 
 @pytest.mark.usefixtures("small")
@@ -168,9 +168,9 @@ def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make
     assert line["largest difference of x, whole run"] == "2.6e-10 m"
     assert line["samples predictable"] == line["of these explained, tight"] == "100\u00a0%"
     refused = replace(usual, verdict="cannot compare", channels={}, attribution=None)
-    for tight, told in ((None, "not run"), (refused, "**cannot compare**")):
+    for tight, reported in ((None, "not run"), (refused, "**cannot compare**")):
         shown = verdicts.row(replace(usual, tight=tight))
-        assert list(shown.values())[-4:] == [told, "n/a", "n/a", "n/a"]
+        assert list(shown.values())[-4:] == [reported, "n/a", "n/a", "n/a"]
         assert verdicts.row(replace(refused, tight=tight)).keys() == line.keys()
 
 
@@ -196,18 +196,22 @@ def test_a_bar_in_a_cell_does_not_end_it():
 @pytest.mark.usefixtures("small")
 def test_speed_against_accuracy_has_its_tables_and_drawings(capsys):
     assert main(["study", "tradeoff", "--small"]) == 0
-    (told,) = capsys.readouterr().out.splitlines()
-    text = Path(told).read_text("utf-8")
+    (reported,) = capsys.readouterr().out.splitlines()
+    text = Path(reported).read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     pictures = re.findall(r"\]\(([\w.-]+\.svg)\)", text)
     assert len(pictures) == 6
-    assert {path.name for path in Path(told).parent.iterdir()} == {"README.md", "tradeoff.json", *pictures}
+    assert {path.name for path in Path(reported).parent.iterdir()} == {
+        "README.md",
+        "tradeoff.json",
+        *pictures,
+    }
 
 
 def test_extremes_have_every_run_in_a_class_and_a_second_call_runs_nothing(small, capsys):
     assert main(["study", "extremes", "--small", "--jobs", "2"]) == 0
-    (told,) = capsys.readouterr().out.splitlines()
-    text, folder = Path(told).read_text("utf-8"), Path(told).parent
+    (reported,) = capsys.readouterr().out.splitlines()
+    text, folder = Path(reported).read_text("utf-8"), Path(reported).parent
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     assert {path.name for path in folder.iterdir()} == {
         "README.md", "cells.csv", "axes.svg", "hypercube.svg", "errors.svg"
@@ -221,4 +225,4 @@ def test_extremes_have_every_run_in_a_class_and_a_second_call_runs_nothing(small
     assert runs > 100
     assert main(["study", "extremes", "--small"]) == 0
     assert small.read_text().count("\n") == runs
-    assert Path(told).read_text("utf-8") == text
+    assert Path(reported).read_text("utf-8") == text

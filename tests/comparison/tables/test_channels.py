@@ -9,7 +9,7 @@ from comparison.execution.run import run_one
 from comparison.scene import Scene, load_scene
 from comparison.tables.channels import channels
 
-LOOSE_PIN = {"joints.slider": "ideal", "joints.crank_pin": "clearance"}
+PIN_CLEARANCE = {"joints.slider": "ideal", "joints.crank_pin": "clearance"}
 C_SLIDER, C_PIN = 3e-4, 2e-4  # m
 SIZES = {"clearance.slider": C_SLIDER, "clearance.crank_pin": C_PIN}
 
@@ -22,13 +22,13 @@ def scale(name: str, scene: Scene) -> float:
     ("joints", "x", "y"),
     [
         ({}, C_SLIDER, 0.2093 * C_SLIDER),
-        (LOOSE_PIN, C_PIN, C_PIN),
+        (PIN_CLEARANCE, C_PIN, C_PIN),
         ({"joints.crank_pin": "clearance"}, C_SLIDER, 0.2093 * C_SLIDER),
     ],
 )
 def test_a_position_is_measured_by_the_clearance_that_moves_it(joints, x, y):
     scene = load_scene("paper", SIZES | joints)
-    hundredth = 0.004  # s, of a turn at 150 rpm
+    hundredth = 0.004  # s, of a cycle at 150 rpm
     # Products and quotients of a few numbers: some units of the last place.
     exact = {"rel": 1e-14, "abs": 0.0}
     assert scale("slider_x", scene) == pytest.approx(x, **exact)
@@ -39,7 +39,7 @@ def test_a_position_is_measured_by_the_clearance_that_moves_it(joints, x, y):
 
 
 def test_without_the_clearance_in_question_the_scale_is_the_range():
-    scene = load_scene("paper", LOOSE_PIN).data
+    scene = load_scene("paper", PIN_CLEARANCE).data
     scene["clearance"]["slider"] = 0.0
     assert channels()["slider_y"].scale_value(scene, 7.0) == scene["clearance"]["crank_pin"]
     scene["clearance"]["crank_pin"] = 0.0
@@ -61,5 +61,5 @@ def test_a_shift_of_the_crank_pin_moves_the_slider_by_up_to_three_times_as_much(
     reach = np.hypot(along, across)
     # 5.67e-4 m of 2e-4 m with three digits; samples every 0.36 degrees miss the top by less than 1e-5 of it.
     assert reach.max() == pytest.approx(2.83, abs=0.01)
-    scene = load_scene("paper", LOOSE_PIN)
+    scene = load_scene("paper", PIN_CLEARANCE)
     assert 1 < reach.max() * scene.data["clearance"]["crank_pin"] / scale("slider_y", scene) < 3

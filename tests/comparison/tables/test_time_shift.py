@@ -15,13 +15,13 @@ TIME = np.arange(2001) * (PERIOD / 1000)
 
 def slider(time: np.ndarray) -> dict[str, np.ndarray]:
     """Something like the slider at 150 rpm: y driven by the crank, x flying from wall to wall."""
-    turn = 2 * np.pi * time / PERIOD
-    beats = 12 * time / PERIOD + 1.5 * np.sin(turn)  # flights, quicker and slower
-    rate = (12 + 1.5 * 2 * np.pi * np.cos(turn)) / PERIOD
+    phase = 2 * np.pi * time / PERIOD
+    beats = 12 * time / PERIOD + 1.5 * np.sin(phase)  # flights, quicker and slower
+    rate = (12 + 1.5 * 2 * np.pi * np.cos(phase)) / PERIOD
     x = 2e-4 * (2 * np.abs(2 * (beats % 1) - 1) - 1)
     vx = 8e-4 * rate * np.where(beats % 1 < 0.5, -1.0, 1.0)
-    y = 0.112 * np.cos(turn) + 0.01 * np.cos(2 * turn)
-    vy = -(0.112 * np.sin(turn) + 0.02 * np.sin(2 * turn)) * 2 * np.pi / PERIOD
+    y = 0.112 * np.cos(phase) + 0.01 * np.cos(2 * phase)
+    vy = -(0.112 * np.sin(phase) + 0.02 * np.sin(2 * phase)) * 2 * np.pi / PERIOD
     return {"slider_x": x - 0.55, "slider_y": y - 0.3 + 0.2 * x, "slider_vx": vx, "slider_vy": vy + 0.2 * vx}
 
 

@@ -112,8 +112,8 @@ def test_tree_converges_through_the_first_impacts(make_scene, law):
     # By the way of a corner at its touch, as the slowest touches at 4 mm/s and others at 95: it is the
     # error of its gap, most of that by the slider's rotation; 2.3e-10 m is the most of ten starts and
     # roundings
-    ways = np.abs(usual.events["start"] - tight.events["start"]) * tight.events["normal_speed"]
-    assert ways.max() < 5e-10
+    distances = np.abs(usual.events["start"] - tight.events["start"]) * tight.events["normal_speed"]
+    assert distances.max() < 5e-10
     # Touches of the stiff second corner do not make the steps pile up
     assert usual.provenance["counters"]["located"] <= 4 * len(usual.events["start"])
     assert usual.provenance["counters"]["rhs"] < 30_000

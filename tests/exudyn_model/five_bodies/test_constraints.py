@@ -59,7 +59,7 @@ def test_the_drive_counts_in_radians_and_an_ideal_slider_keeps_its_line(make_sce
 
 
 @pytest.mark.parametrize("pin", ["ideal", "clearance"])
-def test_a_loose_pin_is_no_constraint(make_scene, pin):
+def test_a_pin_with_clearance_is_no_constraint(make_scene, pin):
     """Rod 2 rotated about B opens A alone."""
     violation, q, parameters = assembled(make_scene, {"joints.crank_pin": pin})
     rod2, rotation = parameters.mechanism.rod2, 1e-6

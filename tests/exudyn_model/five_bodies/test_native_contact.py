@@ -73,7 +73,7 @@ def test_events_and_forces_are_exudyn_s(make_scene):
     # Both audits close alike: forces and gaps recorded are those that acted
     residual = [np.max(np.abs(run.columns["energy_residual"])) for run in (user, native)]
     assert residual[1] < 2 * residual[0]
-    assert native.provenance["formulation"] == "redundant-coordinates, native contact"
+    assert native.provenance["formulation"] == "five bodies, native contact"
 
 
 def test_a_start_inside_the_wall_begins_a_contact(make_scene):

@@ -99,7 +99,7 @@ def test_no_bounce_is_stepped_over(tree_scene, joints):
 
 
 @pytest.mark.parametrize("step", [1e-2, 5e-3])
-def test_steps_far_too_long_are_told_and_nothing_is_made_up(tree_scene, joints, step):
+def test_steps_far_too_long_are_reported_and_nothing_is_made_up(tree_scene, joints, step):
     """The first trial after a touch may err by more than error control comes back from."""
     changes = joints | {"drive.cycles": 0.06}
     tight = simulate(tree_scene(1e-10, changes))
@@ -196,7 +196,7 @@ def test_impulse_of_the_journal_is_its_force_over_time(tree_scene, joints):
     np.testing.assert_allclose(events["largest_depth"], depth, rtol=0.02)
 
 
-def test_failures_are_told(tree_scene, capfd):
+def test_failures_are_reported(tree_scene, capfd):
     result = simulate(tree_scene(1e-17, SCENES["crank pin"] | {"drive.cycles": 0.01}))
     assert result.status == "step-too-small"
     assert "solver.exudyn.tolerance" in result.remedy

@@ -198,7 +198,7 @@ def test_opposite_corners_act_each_by_itself(tree_scene):
     assert result.columns["slider_alpha"][0] < 0
 
 
-def test_a_tolerance_below_round_off_is_told(tree_scene, capfd):
+def test_a_tolerance_below_round_off_is_reported(tree_scene, capfd):
     result = simulate(tree_scene(1e-17, {"drive.cycles": 0.01}))
     assert result.status == "step-too-small"
     assert "solver.exudyn.tolerance" in result.remedy
@@ -214,7 +214,7 @@ def test_steps_without_end_are_stopped_and_what_was_recorded_is_kept(tree_scene,
     assert 1900 < result.provenance["counters"]["steps"] <= 2000
 
 
-def test_numbers_that_overflow_are_told(tree_scene):
+def test_numbers_that_overflow_are_reported(tree_scene):
     result = simulate(tree_scene(1e-10, {"drive.cycles": 0.01, "initial.slider_omega": 1e308}))
     assert result.status == "non-finite"
     assert result.remedy

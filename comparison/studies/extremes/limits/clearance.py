@@ -11,7 +11,7 @@ import pandas as pd
 from comparison.execution.run import MODELS, Job
 from comparison.formatting import number, quantity
 from comparison.scene import Scene, load_scene
-from comparison.studies.extremes.impact import contacts, lean
+from comparison.studies.extremes.impact import contacts, rod4_inclination
 from comparison.studies.extremes.limits.convergence import Case, Limit, Panel
 from comparison.studies.shared.errors import error
 from comparison.tables.table import Table
@@ -59,13 +59,13 @@ def derive(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def values(frame: pd.DataFrame) -> dict[str, object]:
-    """Return by how much x exceeds clearance plus depth, and the largest lean of rod 4."""
+    """Return by how much x exceeds clearance plus depth, and the largest inclination of rod 4."""
     surplus = frame["x"] - frame["clearance"] - frame["deepest"]
     data = scene(LIMIT.cases[0]).data
     return {
         "least": quantity(float(surplus.min()), "m"),
         "most": quantity(float(surplus.max()), "m"),
-        "lean": number(float(lean(data, 0.0, np.linspace(0.0, tau, 3601)).max()), 4),
+        "rod4_inclination": number(float(rod4_inclination(data, 0.0, np.linspace(0.0, tau, 3601)).max()), 4),
     }
 
 

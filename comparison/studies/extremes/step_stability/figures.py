@@ -25,7 +25,7 @@ SMALL = 0.01
 _LOOKS = {
     f"error up to {SMALL:.0%}": ("o", svg.LIMIT, 3),
     f"up to {WRONG:.0%}": ("s", svg.THRESHOLD, 4),
-    "larger": ("D", svg.BEYOND, 5),
+    "larger": ("D", svg.OUTSIDE, 5),
     "stopped": ("x", svg.DIFFERENCE, 5),
 }
 

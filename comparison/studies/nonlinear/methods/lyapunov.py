@@ -1,9 +1,9 @@
-r"""The largest Lyapunov exponent from twins: the mean logarithm of their growth.
+r"""The largest Lyapunov exponent from perturbed orbits: the mean logarithm of their growth.
 
 Which distance is right is not known beforehand: too small, and it drowns in the errors; too large, and the
-twins are no neighbours. Several are followed along one orbit; where the exponent does not depend on the
-distance it is one. Collapsed stages (see `comparison.studies.nonlinear.methods.twins`) make it an upper
-bound.
+perturbed orbits are no neighbours. Several are followed along one orbit; where the exponent does not depend
+on the distance it is one. Collapsed stages (see `comparison.studies.nonlinear.methods.perturbed_orbits`) make
+it an upper bound.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from comparison.studies.nonlinear.methods.twins import Twins
+from comparison.studies.nonlinear.methods.perturbed_orbits import PerturbedOrbits
 from comparison.tables.arrays import Array
 
 CONFIDENCE = 0.95
@@ -45,12 +45,12 @@ class Exponent:
         return 1 if self.low > 0.0 and self.measured else 0
 
 
-def exponents(twins: Twins, period: int, skip: int = 0, seed: int = 0) -> list[Exponent]:
+def exponents(orbits: PerturbedOrbits, period: int, skip: int = 0, seed: int = 0) -> list[Exponent]:
     """Return the exponent of each distance, smallest first, per period of the drive.
 
     Parameters
     ----------
-    twins
+    orbits
         What `follow` found, with growing distances.
     period
         Of the drive, as `Orbit` counts. A stage belongs to the period in which it begins.
@@ -65,10 +65,10 @@ def exponents(twins: Twins, period: int, skip: int = 0, seed: int = 0) -> list[E
     Exploring the Limits of Bootstrap, 1992, 263-270; the rate of the length: P. Hall, J. L. Horowitz and
     B.-Y. Jing, Biometrika 82 (1995) 561-574).
     """
-    of_period = twins.times[:, 0] // period
+    of_period = orbits.times[:, 0] // period
     of_period -= of_period[0]
     found = []
-    for logs, collapsed in zip(twins.logs, twins.collapsed, strict=True):
+    for logs, collapsed in zip(orbits.logs, orbits.collapsed, strict=True):
         grown = np.bincount(of_period, weights=logs)[skip:].astype(np.float64)
         lost = np.bincount(of_period, weights=collapsed)[skip:] > 0
         low, high = mean_interval(grown, seed)

@@ -1,4 +1,4 @@
-"""How often a stroboscopic section repeats: the period of an orbit in turns of its drive."""
+"""How often a stroboscopic section repeats: the period of an orbit in periods of its drive."""
 
 from __future__ import annotations
 

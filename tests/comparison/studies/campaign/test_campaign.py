@@ -131,7 +131,7 @@ def test_too_few_predictable_samples_decide_nothing(models, case):
     assert row["coverage"] < 0.25
 
 
-def test_a_run_that_fails_is_told_by_model_kind_status_and_invariant(models, case, make_table):
+def test_a_run_that_fails_is_reported_by_model_kind_status_and_invariant(models, case, make_table):
     depth = {"value": 2e-7, "bound": 1e-11, "unit": "m", "time_s": 0.2}
     whole = {"value": 1e-9, "bound": 1e-6, "unit": "1", "time_s": 0.1}
     partial = replace(make_table(), provenance={"invariants": {"open-depth": depth, "energy": whole}})

@@ -109,7 +109,7 @@ def test_a_scene_that_begins_in_flight_goes_on_as_the_whole_one():
     assert np.abs(dense.values("slider_x")[::20] - whole.values("slider_x")[:51]).max() < 1e-14
 
 
-def test_with_a_loose_crank_pin_opinions_begin_at_the_start():
+def test_with_clearance_at_the_crank_pin_opinions_begin_at_the_start():
     scene = load_scene("both-clearances")
     table = table_with(np.full(11, 1e-5), contacts_of())
     assert restart_sample(scene, (table, table), 9) == 0
@@ -121,8 +121,8 @@ def test_the_campaign_writes_a_page_with_its_figures_and_a_second_call_runs_noth
 ):
     monkeypatch.chdir(tmp_path)
     assert main(["study", "campaign", "--small", "--jobs", "2"]) == 0
-    (told,) = capsys.readouterr().out.splitlines()
-    text, folder = Path(told).read_text("utf-8"), Path(told).parent
+    (reported,) = capsys.readouterr().out.splitlines()
+    text, folder = Path(reported).read_text("utf-8"), Path(reported).parent
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     assert {path.name for path in folder.iterdir()} == {
         "README.md", "campaign.json", "distances.svg", "places.svg"
@@ -134,7 +134,7 @@ def test_the_campaign_writes_a_page_with_its_figures_and_a_second_call_runs_noth
     assert runs >= 5 * 6
     assert main(["study", "campaign", "--small"]) == 0
     assert fake_models.read_text().count("\n") == runs
-    assert Path(told).read_text("utf-8") == text
+    assert Path(reported).read_text("utf-8") == text
 
 
 def test_the_page_shows_who_errs_what_was_corrected_and_what_failed(models, case, tmp_path):
@@ -177,19 +177,19 @@ def test_sixty_fixed_scenes_break_no_invariant_in_either_model():
     Two of them, 48 and 59, are such that a reference that looks for touches in the ends of its steps only
     flies through a wall in 80 and 10 nm of depth.
     """
-    told = []
+    reported = []
     for case in cases(60, population.SEED):
         usual = replace(case, scene=case.scene.with_values({"solver.exudyn.tolerance": 1e-10}))
         for model, outcome in ran(usual).items():
             where = f"scene {case.number} of seed {population.SEED}, {model}"
             if outcome.table is None:
-                told.append(f"{where}: {outcome.status}; {outcome.message}")
+                reported.append(f"{where}: {outcome.status}; {outcome.message}")
                 continue
-            told += [f"{where}: {one}" for one in breaches(outcome.table)]
+            reported += [f"{where}: {one}" for one in breaches(outcome.table)]
             for name, of in outcome.table.provenance.get("invariants", {}).items():
                 if not of["value"] <= of["bound"]:
-                    told.append(f"{where}: {name} {of}, and its status is success")
-    assert not told, "\n".join(told)
+                    reported.append(f"{where}: {name} {of}, and its status is success")
+    assert not reported, "\n".join(reported)
 
 
 @pytest.mark.slow
@@ -198,16 +198,16 @@ def test_ten_fresh_scenes_break_no_invariant_and_show_no_confirmed_difference(ca
     seed = int(os.environ.get(SEED_VARIABLE) or secrets.randbelow(2**31))
     with capsys.disabled():
         sys.stdout.write(f"\nfresh scenes: {SEED_VARIABLE}={seed}\n")
-    told = []
+    reported = []
     for case in cases(10, seed):
         row = examine_case(CaseTask(case), lambda _: None)
         where = f"scene {case.number} of seed {seed}"
-        told += [f"{where}: {model}: {one}" for model, of in row["breaches"].items() for one in of]
-        told += [f"{where}: {one}" for one in row["failures"] if one["status"] == "invariant-violated"]
+        reported += [f"{where}: {model}: {one}" for model, of in row["breaches"].items() for one in of]
+        reported += [f"{where}: {one}" for one in row["failures"] if one["status"] == "invariant-violated"]
         confirmed = row["confirmation"] is not None and row["confirmation"]["outcome"] == "confirmed"
         if row["outcome"] == stages.DIFFER and confirmed:
-            told.append(f"{where}: {row['confirmation']['sentence']}; errs: {row['adjudication']}")
-    assert not told, f"{SEED_VARIABLE}={seed}\n" + "\n".join(told)
+            reported.append(f"{where}: {row['confirmation']['sentence']}; errs: {row['adjudication']}")
+    assert not reported, f"{SEED_VARIABLE}={seed}\n" + "\n".join(reported)
 
 
 def test_what_was_found_is_kept_and_not_sought_again(fake_models, tmp_path, monkeypatch):

@@ -16,9 +16,9 @@ from comparison.studies.detection.cross_model import (
     Draw,
     Kind,
     decided,
-    loose_scenes,
     moved,
     sample,
+    scenes_with_clearance,
 )
 from comparison.studies.detection.rates import Counts, count, upper_limit
 from comparison.studies.detection.rounding import ROUNDINGS
@@ -36,7 +36,7 @@ def leaves(data, above=""):
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.label)
 def test_a_draw_is_a_shipped_scene_with_its_own_cycles_and_nothing_but_its_start_moved(kind):
-    names = loose_scenes()
+    names = scenes_with_clearance()
     assert "ideal" not in names
     assert {"crank-pin", "both-clearances", "wedge", "90rpm-0.5mm"} <= set(names)
     drawn = [Draw(kind, ROUNDINGS[2], number).pair for number in range(len(names))]
@@ -133,10 +133,10 @@ def test_the_wanted_number_leaves_room_for_one_alarm_at_the_tight_tier():
 
 def test_counts_of_verdicts_without_a_fault():
     corrected = AGREE | {"confirmation": {"outcome": "underestimated"}}
-    given_up = INDETERMINATE | {"confirmation": {"outcome": "underestimated"}}
+    underestimated = INDETERMINATE | {"confirmation": {"outcome": "underestimated"}}
     confirmed = DIFFER | {"confirmation": {"outcome": "confirmed"}}
     refused = {"verdict": "cannot compare"}
-    counts = count([AGREE, AGREE, corrected, given_up, INDETERMINATE, confirmed, DIFFER, refused])
+    counts = count([AGREE, AGREE, corrected, underestimated, INDETERMINATE, confirmed, DIFFER, refused])
     assert counts == Counts(draws=8, indeterminate=2, underestimated=1, alarms=3)
     assert (counts.decided, counts.agree) == (6, 3)
     assert counts.upper_limit == upper_limit(3, 6)

@@ -1,4 +1,4 @@
-"""The gate on real runs: one fault of each kind and model is told, and a model agrees with itself."""
+"""The gate on real runs: one fault of each kind and model is detected, and a model agrees with itself."""
 
 from __future__ import annotations
 

@@ -152,7 +152,7 @@ def test_a_reason_is_given_only_where_it_accounts_for_the_error():
     unchanged = found(0.0, 2.0, 100.0)
     base = Base(unchanged, unchanged)
     assert reason(unchanged, FULL.name, base) == ""
-    # A hundred times the base's magnification, a thousand times the promise: within the scatter.
+    # A hundred times the base's magnification, a thousand times the error bound: within the scatter.
     assert "magnifies 100" in reason(found(1e-6, 200.0, 100.0), FULL.name, base)
     assert UNEXPLAINED not in reason(found(1e-6, 200.0, 100.0), FULL.name, base)
     assert UNEXPLAINED in reason(found(2e-6, 200.0, 100.0), FULL.name, base)

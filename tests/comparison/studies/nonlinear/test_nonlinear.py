@@ -10,8 +10,8 @@ import pytest
 
 from comparison.studies.nonlinear.methods import bouncing_ball as ball
 from comparison.studies.nonlinear.methods.lyapunov import Exponent, closest_measured, exponents, mean_interval
+from comparison.studies.nonlinear.methods.perturbed_orbits import CLEAR, follow
 from comparison.studies.nonlinear.methods.recurrence import period
-from comparison.studies.nonlinear.methods.twins import CLEAR, follow
 from comparison.studies.nonlinear.methods.zero_one import LEAST, chaos_indicator, growth_rates
 
 FINE = {"round_off": 1e-15}
@@ -27,17 +27,17 @@ def orbit(advance, start, count, skip=0):
 
 
 def along(advance, start, periods, distances, **settings):
-    """Follow twins of a map, given as its stages; times count stages."""
+    """Follow perturbed orbits of a map, given as its stages; times count stages."""
     steps = advance if isinstance(advance, list) else [advance]
 
-    def twin(state, when, end):
+    def perturbed(state, when, end):
         del end
         return steps[when % len(steps)](state)
 
     settings = FINE | {"scale": np.ones(len(start))} | settings
     return follow(
-        lambda state, when: (twin(state, when, when + 1), when + 1),
-        twin, np.array(start), 0, periods * len(steps), distances=np.array(distances), **settings,
+        lambda state, when: (perturbed(state, when, when + 1), when + 1),
+        perturbed, np.array(start), 0, periods * len(steps), distances=np.array(distances), **settings,
     )  # fmt: skip
 
 
@@ -76,11 +76,11 @@ def test_the_balls_linear_map_is_the_derivative_and_has_the_known_determinant_an
     assert np.trace(tangent) == pytest.approx(1 + e**2 + (1 + e) ** 2 * table, abs=1e-10)
 
 
-def test_twins_on_the_periodic_motion_close_in_with_the_known_exponent():
+def test_perturbed_orbits_on_the_periodic_motion_close_in_with_the_known_exponent():
     advance = partial(ball.advance, amplitude=ball.REGULAR)
     start = ball.on_the_periodic_motion(ball.REGULAR)
     found, coarse = exponents(along(advance, start, 220, [1e-8, 1e-5]), 1, skip=20)
-    # ln e exactly while the eigenvalues are a complex pair, whose turn is cut somewhere by the end.
+    # ln e exactly while the eigenvalues are a complex pair, whose rotation is cut somewhere by the end.
     assert found.value == pytest.approx(log(ball.RESTITUTION), abs=0.02)
     assert found.sign == -1
     assert found.collapsed == 0.0
@@ -88,7 +88,7 @@ def test_twins_on_the_periodic_motion_close_in_with_the_known_exponent():
     assert coarse.value == pytest.approx(found.value, abs=1e-3)
 
 
-def test_twins_on_the_strange_attractor_part_as_the_product_of_the_linear_maps_does():
+def test_perturbed_orbits_on_the_strange_attractor_part_as_the_product_of_the_linear_maps_does():
     start = of_the_ball(ball.CHAOTIC, 1)[-1]
     advance = partial(ball.advance, amplitude=ball.CHAOTIC)
     state, vector, total = start, np.ones(2), 0.0
@@ -99,7 +99,7 @@ def test_twins_on_the_strange_attractor_part_as_the_product_of_the_linear_maps_d
         vector /= np.linalg.norm(vector)
     (found,) = exponents(along(advance, start, 600, [1e-8]), 1)
     assert found.sign == 1
-    # Nothing is collapsed: the twins part from 1e-8, their errors from 1e-15.
+    # Nothing is collapsed: the perturbed orbits part from 1e-8, their errors from 1e-15.
     assert found.collapsed == 0.0
     # One orbit seen twice: what differs is the first direction and what 1e-8 is not small beside (grazing).
     assert found.value == pytest.approx(total / 600, abs=0.02)
@@ -158,22 +158,22 @@ def test_the_interval_of_a_mean_covers_it_as_often_as_it_says():
     assert 178 <= covered <= 199
 
 
-def test_collapsed_twins_give_a_bound_and_keep_their_direction():
-    """Every other turn forgets its start but for an error of 1e-9, the others double the distance."""
-    turn = {"runs": 0}
+def test_collapsed_orbits_give_a_bound_and_keep_their_direction():
+    """Every other stage forgets its start but for an error of 1e-9, the others double the distance."""
+    counter = {"runs": 0}
 
     def advance(state):
-        odd = (turn["runs"] // 3) % 2  # the orbit, the twin at round-off, the one twin
-        turn["runs"] += 1
-        return 2.0 * state if odd else np.array([1e-9 * (turn["runs"] % 3), 0.0])
+        odd = (counter["runs"] // 3) % 2  # the orbit, the perturbed one at round-off, the other one
+        counter["runs"] += 1
+        return 2.0 * state if odd else np.array([1e-9 * (counter["runs"] % 3), 0.0])
 
-    twins = along(advance, [0.0, 0.0], 10, [1e-6], round_off=1e-12)
-    assert twins.collapsed[0].tolist() == [True, False] * 5
-    assert np.exp(twins.logs[0]) == pytest.approx([CLEAR * 1e-3, 2.0] * 5, rel=1e-9)
-    assert exponents(twins, 1)[0].collapsed == 0.5
-    # Both kinds of turn as the stages of one period: every one has a collapsed stage.
-    assert exponents(twins, 2)[0].collapsed == 1.0
-    assert exponents(twins, 2)[0].value == pytest.approx(log(CLEAR * 1e-3) + log(2.0), rel=1e-9)
+    orbits = along(advance, [0.0, 0.0], 10, [1e-6], round_off=1e-12)
+    assert orbits.collapsed[0].tolist() == [True, False] * 5
+    assert np.exp(orbits.logs[0]) == pytest.approx([CLEAR * 1e-3, 2.0] * 5, rel=1e-9)
+    assert exponents(orbits, 1)[0].collapsed == 0.5
+    # Both kinds of stage as the stages of one period: every one has a collapsed stage.
+    assert exponents(orbits, 2)[0].collapsed == 1.0
+    assert exponents(orbits, 2)[0].value == pytest.approx(log(CLEAR * 1e-3) + log(2.0), rel=1e-9)
 
 
 def test_a_bound_above_zero_says_nothing_and_one_below_tells_the_sign():

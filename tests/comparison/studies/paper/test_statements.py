@@ -87,18 +87,18 @@ def test_a_perturbed_run_as_different_as_any_two_cycles_is_chaos_and_one_that_st
 
 
 def test_scattered_points_and_a_repeating_motion(made_up):
-    loose = made_up.motions(long={runs.CENTRAL: {"x": noise(made_up, 1), "y": noise(made_up, 2)}})
+    noisy = made_up.motions(long={runs.CENTRAL: {"x": noise(made_up, 1), "y": noise(made_up, 2)}})
     of_x, of_y = ({"scene": runs.CENTRAL, "channel": f"slider_{axis}"} for axis in "xy")
-    assert dynamics.scattered(loose, "reference", of_x).verdict == SUPPORTED
+    assert dynamics.scattered(noisy, "reference", of_x).verdict == SUPPORTED
     assert dynamics.scattered(made_up.motions(), "reference", of_x).verdict == CONTRADICTED
     # Scattered at a fifth of all angles only: it depends on the angle of the section.
     here = np.append(np.tile(np.arange(made_up.sparse) < made_up.sparse // 5, made_up.cycles), False)
     partly = made_up.motions(long={runs.CENTRAL: {"x": here * noise(made_up, 1)}})
     assert dynamics.scattered(partly, "reference", of_x).verdict == UNDECIDED
-    assert dynamics.periodic(loose, "reference", of_y).verdict == SUPPORTED  # noise of 1e-3 of the stroke
+    assert dynamics.periodic(noisy, "reference", of_y).verdict == SUPPORTED  # noise of 1e-3 of the stroke
     shaken = made_up.motions(long={runs.CENTRAL: {"y": 100 * noise(made_up, 2)}})
     assert dynamics.periodic(shaken, "reference", of_y).verdict == CONTRADICTED
-    assert dynamics.recurring(loose, "reference", of_y).verdict != SUPPORTED
+    assert dynamics.recurring(noisy, "reference", of_y).verdict != SUPPORTED
     wave = np.sin(2 * np.pi * np.arange(made_up.cycles * made_up.sparse + 1) / made_up.sparse)
     again = made_up.motions(long={runs.CENTRAL: {"y": 1e-5 * wave}})
     assert dynamics.recurring(again, "reference", of_y).verdict == SUPPORTED

@@ -60,7 +60,7 @@ def test_a_scene_says_what_scatters_and_no_run_depends_on_it(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("entries", "told"),
+    ("entries", "reported"),
     [
         (entry("clearance.sider"), "'clearance.sider' is not a key of a scene"),
         (entry("contact.law"), "contact.law is no number of a scene"),
@@ -70,8 +70,8 @@ def test_a_scene_says_what_scatters_and_no_run_depends_on_it(tmp_path):
         (2 * entry("clearance.slider"), "names a key twice"),
     ],
 )
-def test_an_input_that_cannot_be_drawn_is_told(entries, told, tmp_path):
-    with pytest.raises(SceneError, match=told):
+def test_an_input_that_cannot_be_drawn_is_reported(entries, reported, tmp_path):
+    with pytest.raises(SceneError, match=reported):
         inputs_of(scene_with(tmp_path, entries))
 
 
@@ -84,14 +84,14 @@ def test_a_distribution_or_deviation_that_is_none_is_refused_with_the_scene(tmp_
 
 def test_the_largest_errors_are_those_of_the_second_cycle(scene, make_table):
     run, ideal, nominal = make_table(), make_table(), make_table()
-    turn = scene.data["output"]["samples_per_cycle"]
+    per_cycle = scene.data["output"]["samples_per_cycle"]
     for channel, first, second in (
         ("slider_y", 9.0, -2.0),
         ("slider_vy", 9.0, 3.0),
         ("slider_ay", 9.0, -4.0),
     ):
         run.frame.loc[10, channel] += first
-        run.frame.loc[turn + 10, channel] += second
+        run.frame.loc[per_cycle + 10, channel] += second
     nominal.frame["slider_y"] += 1.0
     assert respond(run, ideal, nominal, scene.period) == pytest.approx([2.0, 3.0, 4.0, 3.0], rel=1e-9)
     assert len(RESPONSES) == 4
@@ -114,7 +114,7 @@ def test_draws_do_not_depend_on_processes_or_chunks_and_are_kept(fake_models, sc
     assert one.failures == []
 
 
-def test_a_run_that_cannot_be_made_is_told_and_the_others_stay(fake_models, tmp_path):
+def test_a_run_that_cannot_be_made_is_reported_and_the_others_stay(fake_models, tmp_path):
     wild = scene_with(tmp_path, entry("clearance.slider", deviation="2e-4"))
     assert fake_models.read_text() == ""
     few = wild.with_values({"output.samples_per_cycle": 50, "output.groups": ["accelerations"]})

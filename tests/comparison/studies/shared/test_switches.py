@@ -81,7 +81,7 @@ def test_what_the_surface_law_stores_beyond_the_corner_law():
 
 @pytest.fixture(scope="module")
 def literal() -> Table:
-    """Half a turn under the literal law, sampled every microsecond."""
+    """Half a cycle under the literal law, sampled every microsecond."""
     values = {
         "contact.law": "paper-switching",
         "drive.cycles": 0.55,
@@ -101,7 +101,7 @@ def test_every_switch_of_the_literal_law_creates_what_its_two_potentials_differ_
     assert np.abs(measured).max() > 1e-4
     # Depths are read from samples 1 us beside the switch: 3e-4 of an energy; 1e-9 J is the integration's.
     assert measured == pytest.approx(theory, rel=1e-3, abs=1e-8)
-    # Between switches nothing is created but the integration's error, 1e-9 J in a turn.
+    # Between switches nothing is created but the integration's error, 1e-9 J in a cycle.
     assert measured.sum() == pytest.approx(-literal.values("energy_residual")[-1], rel=1e-6, abs=1e-8)
 
 

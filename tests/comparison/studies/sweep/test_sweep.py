@@ -57,7 +57,7 @@ def test_what_is_measured_of_a_run_whose_numbers_are_known():
         "contacts",
     )
     found = measure(run, ideal, 1.0, (*asked, "impulse", "largest:peak_force", "steps", "max:slider_vx"))
-    # The largest error, 9, is in the first turn; in the second it is -3.
+    # The largest error, 9, is in the first cycle; in the second it is -3.
     assert list(found.values()) == [-3.5, 9.5, 2.0, np.sqrt(95 / 5), 3.0, 2.0, 0.75, 7.0, 12.0, None]
     assert measure(Table(frame), None, 1.0, ("contacts", "impulse")) == {"contacts": None, "impulse": None}
     assert set(USUAL) <= set(names())

@@ -68,7 +68,7 @@ def test_the_table_does_not_depend_on_the_number_of_processes():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "reported"),
     [
         (["--grid", "drive.sped_rpm=1"], "'drive.sped_rpm' is not a key of a scene; did you mean 'drive.sp"),
         (["--grid", "drive=1"], "'drive' is not a key of a scene"),
@@ -83,10 +83,10 @@ def test_the_table_does_not_depend_on_the_number_of_processes():
         (["--grid", "drive.speed_rpm=1", "--model", "adams"], "model 'adams' is not known"),
     ],
 )  # fmt: skip
-def test_a_mistake_is_told_in_one_line_before_anything_runs(arguments, told, here, capsys):
+def test_a_mistake_is_reported_in_one_line_before_anything_runs(arguments, reported, here, capsys):
     assert sweep(*arguments) == 2
     err = capsys.readouterr().err
-    assert told in err
+    assert reported in err
     assert err.count("\n") == 1
     assert here.read_text() == ""
 
@@ -147,7 +147,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
-def test_a_full_disk_is_told_in_one_line_and_what_was_kept_stays(here, tmp_path):
+def test_a_full_disk_is_reported_in_one_line_and_what_was_kept_stays(here, tmp_path):
     """The system refuses to let any file grow beyond 2000 bytes, in the midst of a line."""
     axis = ["--grid", "drive.speed_rpm=100,110,120,130,140,150,160,170,180,190", "--jobs", "1"]
     env = environment(tmp_path)
@@ -221,7 +221,7 @@ def test_a_cluster_gives_the_same_table(scheduler, here, tmp_path):
     assert len({line.split()[-1] for line in here.read_text().splitlines()}) == 4  # processes
 
 
-def test_a_scheduler_that_is_not_there_is_told_in_one_line(here, tmp_path):
+def test_a_scheduler_that_is_not_there_is_reported_in_one_line(here, tmp_path):
     if importlib.util.find_spec("distributed") is None:
         pytest.skip(NO_DASK)
     arguments = command("--grid", "drive.speed_rpm=1", "--scheduler", "tcp://127.0.0.1:9", "--out", "out")

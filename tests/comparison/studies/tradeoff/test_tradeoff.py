@@ -19,7 +19,7 @@ from comparison.studies.shared.formulations import (
 from comparison.studies.tradeoff import growth
 from comparison.studies.tradeoff.front import asymptotic, cost_at, curve_of, front, observed_order
 from comparison.studies.tradeoff.measure import QUANTITIES, Timed, measure
-from comparison.studies.tradeoff.methods import LOOSE, SCENES, SWEEPS
+from comparison.studies.tradeoff.methods import SCENES, SWEEPS, WITH_CLEARANCE
 from comparison.studies.tradeoff.study import STUDY, Results
 from comparison.studies.tradeoff.tables import bounds, orders, ratio_at
 
@@ -92,7 +92,7 @@ def test_every_method_is_a_setting_of_its_scenes_and_only_that(sweep):
         assert made.coordinates == (15 if whole else 2)
 
 
-def measured(costs, scenes=LOOSE):
+def measured(costs, scenes=WITH_CLEARANCE):
     """Rows of some methods: an error of ten times the setting, costs in its power -1/8."""
     return [
         {
@@ -111,20 +111,22 @@ def test_ratios_are_taken_at_equal_error_and_failures_are_no_points():
     rows = measured({MINIMAL: 1.0, MULTIPLIERS: 30.0})
     rows[0] |= {"status": "gave up", "errors": {}, "seconds": None}
     base, found = SWEEPS[0], pd.json_normalize(rows)
-    assert len(curve_of(found[found["scene"] == LOOSE[0]], base, X)) == len(base.settings) - 1
-    ratios = ratio_at(found, LOOSE[1], MULTIPLIERS, MINIMAL).dropna()
+    assert len(curve_of(found[found["scene"] == WITH_CLEARANCE[0]], base, X)) == len(base.settings) - 1
+    ratios = ratio_at(found, WITH_CLEARANCE[1], MULTIPLIERS, MINIMAL).dropna()
     assert len(ratios)
     assert ratios.to_numpy() == pytest.approx(30.0, rel=1e-9)
     assert "1.00 (6 of 7)" in orders(found)  # an error of 1e-5 m is too large to be asymptotic
-    assert bounds(found).count("\n") == 1 + 9 * len(LOOSE)
+    assert bounds(found).count("\n") == 1 + 9 * len(WITH_CLEARANCE)
 
 
 def test_the_cheapest_base_counts_where_there_are_several():
-    rows = pd.json_normalize(measured({MINIMAL: 1.0, MINIMAL_SCIPY: 5.0, MULTIPLIERS: 30.0}, LOOSE[:1]))
-    both = ratio_at(rows, LOOSE[0], MULTIPLIERS, MINIMAL_SCIPY, MINIMAL)
-    pd.testing.assert_series_equal(both, ratio_at(rows, LOOSE[0], MULTIPLIERS, MINIMAL))
+    rows = pd.json_normalize(
+        measured({MINIMAL: 1.0, MINIMAL_SCIPY: 5.0, MULTIPLIERS: 30.0}, WITH_CLEARANCE[:1])
+    )
+    both = ratio_at(rows, WITH_CLEARANCE[0], MULTIPLIERS, MINIMAL_SCIPY, MINIMAL)
+    pd.testing.assert_series_equal(both, ratio_at(rows, WITH_CLEARANCE[0], MULTIPLIERS, MINIMAL))
     # The slow base has settings down to 1e-9 alone; finer than that the other one is the only base.
-    assert ratio_at(rows, LOOSE[0], MULTIPLIERS, MINIMAL_SCIPY).count() < both.count()
+    assert ratio_at(rows, WITH_CLEARANCE[0], MULTIPLIERS, MINIMAL_SCIPY).count() < both.count()
 
 
 def test_the_ratio_in_long_runs_is_of_the_longest_that_both_have():
@@ -137,7 +139,7 @@ def test_the_ratio_in_long_runs_is_of_the_longest_that_both_have():
 
 def test_a_measured_run_has_its_errors_against_the_exact_one(tmp_path, monkeypatch):
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
-    sweep, name = SWEEPS[0], LOOSE[0]
+    sweep, name = SWEEPS[0], WITH_CLEARANCE[0]
 
     def rows_of(*settings):
         tasks = [Timed("reference", sweep.scene(name, setting), 3, 0.5, name) for setting in settings]
@@ -158,7 +160,7 @@ def test_a_measured_run_has_its_errors_against_the_exact_one(tmp_path, monkeypat
 def test_the_page_shows_tables_drawings_and_failures(tmp_path):
     rows = measured(dict.fromkeys(METHODS, 1.0), SCENES)
     rows[0] |= {"status": "gave up", "seconds": None, "evaluations": None, "errors": {}}
-    of = {"method": MINIMAL.title, "scene": LOOSE[0], "channels": "motion"}
+    of = {"method": MINIMAL.title, "scene": WITH_CLEARANCE[0], "channels": "motion"}
     run = {"cycles": 10.0, "seconds": 0.05, "contacts": 500}
     grown = [{"table": table} | of | run for table in ("cycles", "contacts", "channels")]
     study = replace(STUDY, measure=lambda config, *_: Results(config, rows, grown, [1e-12, 1e-12]))

@@ -1,12 +1,12 @@
-"""What every setting promises on every shipped scene and what it costs, for ``accuracy/measured.toml``.
+"""Error bound and cost of every setting on every shipped scene, for ``accuracy/measured.toml``.
 
 Errors: each formulation runs the first cycle at all its settings from several starts 10 nm apart, against the
 reference at 1e-14 from the same start; the largest counts. Times: the least of some runs, after one that
-compiles. Finished pieces are kept, so that an interrupted pass goes on; each pass replaces only its columns.
+compiles. Finished pieces are cached, so that a pass can be resumed; each pass replaces only its columns.
 
-    python benchmarks/promises.py --errors
-    python benchmarks/promises.py --seconds [--rounds 3] [--of minimal multiplier]
-    python benchmarks/promises.py --check
+    python benchmarks/error_bounds.py --errors
+    python benchmarks/error_bounds.py --seconds [--rounds 3] [--of minimal multiplier]
+    python benchmarks/error_bounds.py --check
 """
 
 import argparse
@@ -19,7 +19,7 @@ from math import ceil, floor, log10
 from pathlib import Path
 from typing import Any
 
-import promise_runs as runs
+import error_bound_runs as runs
 
 import comparison
 from comparison.accuracy.levels import NAMES, AccuracyError, expected, solver_values
@@ -36,21 +36,21 @@ TABLE = Path(comparison.__file__).parent / "accuracy" / "measured.toml"
 SAFETY = 3.0
 """Single runs scatter by a factor of 3, at most 10; the largest of many starts has most of that in it.
 
-Of 3500 runs of the reference from starts halfway between these, 3 were beyond, by factors of 6, 6 and 33.
+Of 3500 runs of the reference from starts halfway between these, 3 were outside, by factors of 6, 6 and 33.
 """
 ROUND_OFF = 1e-15
-"""m; some units in the last place of x, which is about -0.5 m: no error below it is promised."""
+"""m; some units in the last place of x, which is about -0.5 m: no error bound is below it."""
 HEAD = """\
-# What every setting promises on the shipped scenes and what it costs. Written by benchmarks/promises.py.
+# Error bound and cost of every setting on the shipped scenes. Written by benchmarks/error_bounds.py.
 #
-# A scene: `physics`, the hash of what errors depend on beside the setting; `turns` of the crank over which
-# errors were measured; `unsure`, how far the other model's most accurate run is from the one that counts as
-# exact (m): nothing closer is confirmed.
-# A row: `measured`, the largest error of slider_x (m) over these turns, of starts 10 nm apart; `error`, what
-# is promised (m): three times that, for other starts, at least three times `unsure`, rounded up, of a coarser
-# setting no less than of a finer one; `seconds`, processor time of each `unit`, after `start` (s), of steps
-# finer than were timed that of the finest timed one.
-# A start may happen to graze a wall, where errors jump: one of some thousand runs of the reference is beyond.
+# A scene: `physics`, the hash of what errors depend on besides the setting; `cycles` of the crank over which
+# errors were measured; `unsure`, the distance of the other model's most accurate run from the one that counts
+# as exact (m): nothing closer is confirmed.
+# A row: `measured`, the largest error of slider_x (m) over these cycles, of starts 10 nm apart; `error`, the
+# error bound (m): three times that, for other starts, at least three times `unsure`, rounded up, of a coarser
+# setting no less than of a finer one; `seconds`, processor time of each `unit`, after `start` (s); of steps
+# finer than those timed, that of the finest timed one.
+# A start may happen to graze a wall, where errors jump: one of some thousand reference runs is outside.
 # Measured on {machine}."""
 Table = dict[str, Any]
 Piece = tuple[str, str, int]
@@ -68,14 +68,14 @@ def pieces(counts: dict[str, int]) -> list[Piece]:
 
 
 def finished(ledger: Path, todo: list[Piece], work: Callable[..., Table]) -> Iterator[tuple[Piece, Table]]:
-    """Do each piece that is not kept, and keep it."""
+    """Do each piece that is not cached, and cache it."""
     ledger.parent.mkdir(parents=True, exist_ok=True)
-    kept, begun = read_rows(ledger), time.monotonic()
+    cached, begun = read_rows(ledger), time.monotonic()
     models = fingerprint("reference") + fingerprint("exudyn")
     for count, (name, formulation, number) in enumerate(todo, 1):
         asked = [runs.SETTINGS[formulation], runs.EXACT]
         key = digest([load_scene(name).hash, formulation, number, asked, models, platform_name()])
-        row = kept.get(key) or append_row(ledger, key, work(name, formulation, number))
+        row = cached.get(key) or append_row(ledger, key, work(name, formulation, number))
         print(f"{count}/{len(todo)} {time.monotonic() - begun:.0f} s: {name}, {formulation}", file=sys.stderr)
         yield (name, formulation, number), row
 
@@ -87,24 +87,26 @@ def measure_errors() -> None:
     def work(name: str, formulation: str, number: int) -> Table:
         return runs.errors(runs.moved(runs.first_cycle(name), begins[number]), formulation)
 
-    for (name, formulation, _), row in finished(cache_folder() / "promises.jsonl", pieces(runs.STARTS), work):
+    for (name, formulation, _), row in finished(
+        cache_folder() / "error-bounds.jsonl", pieces(runs.STARTS), work
+    ):
         table.setdefault(name, {}).setdefault(formulation, []).append(row)
     old = tables()
     for name, found in table.items():
         finest = f"{runs.SETTINGS['tree'][-1]:g}"
         unsure = rounded_up(max((row["errors"][finest] for row in found.get("tree", ())), default=ROUND_OFF))
         scene = runs.first_cycle(name)
-        head = {"physics": physics(scene), "turns": scene.data["drive"]["cycles"], "unsure": unsure}
+        head = {"physics": physics(scene), "cycles": scene.data["drive"]["cycles"], "unsure": unsure}
         old[name] = old.get(name, {}) | head
         for formulation, rows in found.items():
             entry = old[name].setdefault(runs.model_of(formulation), {}).setdefault(formulation, {})
-            entry["unit"] = "step" if runs.key_of(formulation).endswith("step") else "turn"
-            entry["rows"] = promised(formulation, rows, unsure, entry.get("rows", []))
+            entry["unit"] = "step" if runs.key_of(formulation).endswith("step") else "cycle"
+            entry["rows"] = bounded(formulation, rows, unsure, entry.get("rows", []))
     write(old)
 
 
-def promised(formulation: str, found: list[Table], unsure: float, old: list[Table]) -> list[Table]:
-    """Return a formulation's settings with the largest errors and what is promised; the times stay."""
+def bounded(formulation: str, found: list[Table], unsure: float, old: list[Table]) -> list[Table]:
+    """Return a formulation's settings with the largest errors and the error bounds; the times stay."""
     times = {row["setting"]: row["seconds"] for row in old if "seconds" in row}
     rows: list[Table] = []
     floor_so_far = 0.0
@@ -139,7 +141,7 @@ def measure_seconds(formulations: list[str], rounds: int) -> None:
     for name, formulation, _ in todo:
         short = runs.first_cycle(name).with_values({"drive.cycles": 0.02})
         run_one(runs.at(short, formulation, runs.SETTINGS[formulation][0]), runs.model_of(formulation))
-    ledger = cache_folder() / f"promises-seconds-{rounds}.jsonl"
+    ledger = cache_folder() / f"error-bounds-seconds-{rounds}.jsonl"
     old = tables()
     for (name, formulation, _), found in finished(
         ledger, todo, lambda name, formulation, _: runs.seconds(load_scene(name), formulation, rounds)

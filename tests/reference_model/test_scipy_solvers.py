@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 from scipy.integrate import DOP853, LSODA
 
-from reference_model import by_scipy, integrate, simulate
-from reference_model.by_scipy import SOLVERS
+from reference_model import integrate, scipy_solvers, simulate
 from reference_model.constants import Formulation
 from reference_model.forces import CONTACTS, MEMORY, no_contacts
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.jacobian import jacobian
 from reference_model.reactions import REACTIONS
 from reference_model.reading import read_parameters
+from reference_model.scipy_solvers import SOLVERS
 from reference_model.start import start
 from reference_model.switching import PULL
 
 MULTIPLIER = {"solver.reference.formulation": "multiplier"}
 QUARTER = {"drive.cycles": 0.25}
-"""The first quarter turn: twelve contacts, among them some of two corners at once."""
+"""The first quarter cycle: twelve contacts, among them some of two corners at once."""
 
 
 def by(method, tolerance=1e-12):
@@ -194,9 +194,9 @@ def test_modes_that_hand_over_to_each_other_do_not_hang(scene) -> None:
     assert result.provenance["counters"]["steps"] < 10_000
 
 
-def test_endless_switching_at_one_instant_is_given_up(scene, monkeypatch) -> None:
+def test_endless_switching_at_one_instant_is_stopped(scene, monkeypatch) -> None:
     """As in the compiled integrator: every step is said to end a mode at its very start."""
-    monkeypatch.setattr(by_scipy, "first_switch", lambda *step: (step[3], PULL, 0))
+    monkeypatch.setattr(scipy_solvers, "first_switch", lambda *step: (step[3], PULL, 0))
     result = simulate(scene({**QUARTER, **by("LSODA")}))
     assert result.status == "chatter"
     assert result.provenance["counters"]["steps"] == 0
@@ -220,9 +220,9 @@ def lost(t, _):
     ids=["pole", "not a number"],
 )
 def test_a_failed_step_says_why(solver, code) -> None:
-    codes = [by_scipy.step(solver)]
+    codes = [scipy_solvers.step(solver)]
     while codes[-1] == integrate.REACHED and solver.status == "running":
-        codes.append(by_scipy.step(solver))
+        codes.append(scipy_solvers.step(solver))
     assert codes[-1] == code
 
 

@@ -1,4 +1,4 @@
-"""The names of an accuracy keep what they promise, on every shipped scene as it is and from other starts.
+"""The names of an accuracy keep their error bounds, on every shipped scene as it is and from other starts.
 
 Exact is what the reference gives at 1e-14 from the same start. The other starts lie between those of the
 table, which are whole multiples of 10 nm.
@@ -13,11 +13,11 @@ import exudyn_model
 import reference_model
 from comparison.accuracy.levels import NAMES, expected, solver_values
 from comparison.scene import Scene, load_scene, shipped_scenes
-from comparison.scene.formulation import loose
+from comparison.scene.formulation import joints_with_clearance
 
 SIMULATE = {"reference": reference_model.simulate, "exudyn": exudyn_model.simulate}
-LOOSE = [name for name in shipped_scenes() if loose(load_scene(name).data)]
-# m; the first is the scene itself. Of a thousand starts about one grazes a wall and is beyond its promise, as
+WITH_CLEARANCE = [name for name in shipped_scenes() if joints_with_clearance(load_scene(name).data)]
+# m; the first is the scene itself. Of a thousand starts about one grazes a wall and is outside its bound, as
 # the table says: -10.5e-8 m on poisson-0.33 at strict, by 6 times.
 FRESH = (0.0, 3.5e-8, 20.5e-8)
 
@@ -44,25 +44,25 @@ def exact(name: str, moved: float) -> np.ndarray:
 
 def assert_kept(name: str, model: str, formulation: str, accuracy: str, moved: float) -> None:
     values = {f"solver.{model}.formulation": formulation}
-    # The promise is the shipped scene's: a moved start is another one, which would only borrow it.
+    # The error bound is the shipped scene's: a moved start is another one, which would only borrow it.
     shipped = load_scene(name, values)
     chosen = solver_values(model, accuracy, shipped)
-    promised = expected(shipped.with_values(chosen), model)
-    assert not any("measured on" in caution for caution in promised.cautions)
+    bound = expected(shipped.with_values(chosen), model)
+    assert not any("measured on" in caution for caution in bound.cautions)
     found = slider_x(started(name, moved).with_values(values).with_values(chosen), model)
-    assert np.abs(found - exact(name, moved)).max() <= promised.error
+    assert np.abs(found - exact(name, moved)).max() <= bound.error
 
 
 @pytest.mark.parametrize("moved", FRESH)
 @pytest.mark.parametrize("name", shipped_scenes())
-def test_the_reference_keeps_its_promises(name: str, moved: float) -> None:
+def test_the_reference_keeps_its_error_bounds(name: str, moved: float) -> None:
     for accuracy in NAMES:
         assert_kept(name, "reference", "minimal", accuracy, moved)
 
 
 @pytest.mark.parametrize("moved", FRESH[:2])
-@pytest.mark.parametrize("name", LOOSE)
-def test_the_tree_keeps_its_promises(name: str, moved: float) -> None:
+@pytest.mark.parametrize("name", WITH_CLEARANCE)
+def test_the_tree_keeps_its_error_bounds(name: str, moved: float) -> None:
     """Against the other model: an error that the tree's own finest run shared would be seen."""
     for accuracy in NAMES:
         assert_kept(name, "exudyn", "tree", accuracy, moved)
@@ -70,6 +70,6 @@ def test_the_tree_keeps_its_promises(name: str, moved: float) -> None:
 
 @pytest.mark.slow  # some 15 s a scene
 @pytest.mark.parametrize("name", shipped_scenes())
-def test_five_bodies_keep_their_promises(name: str) -> None:
+def test_five_bodies_keep_their_error_bounds(name: str) -> None:
     for accuracy in NAMES:
         assert_kept(name, "exudyn", "full", accuracy, FRESH[1])

@@ -32,7 +32,7 @@ from reference_model.jacobian import jacobian
 from reference_model.observation import CHANNELS, audit, note_forces, observe, widen
 from reference_model.parameters import SCIPY_METHODS
 from reference_model.progress import BUFFERED, ENDED, EVENT_BUFFER, SAMPLES, STEPS, SWITCHES, Progress, switch
-from reference_model.recording import Samples, force_turn, has_peak, keep
+from reference_model.recording import Samples, force_peak, has_peak, keep
 from reference_model.watch import watch_contacts, watch_energy
 
 SOLVERS: dict[str, type[OdeSolver]] = dict(zip(SCIPY_METHODS, (BDF, Radau, LSODA, DOP853), strict=True))
@@ -51,7 +51,7 @@ _PEAK_SHARE = 1e-4
 wave, this makes it short by (pi 1e-4)^2 / 2 = 5e-8 of itself."""
 
 
-class ByScipy:
+class ScipySolver:
     """One run by one of scipy's solvers.
 
     Parameters
@@ -197,7 +197,7 @@ class ByScipy:
                 continue
             if before[RATE, k] < 0.0 < after[RATE, k]:
                 self._note_peak(turning_time(c, p.modes, k, t, end, dense), dense)
-            if force_turn(c, k, speed, h, before, after) > 0.0:
+            if force_peak(c, k, speed, h, before, after) > 0.0:
                 share = minimize_scalar(
                     lambda share, k=k: -self._force(k, t + share * h, dense),
                     bounds=(0.0, 1.0),

@@ -1,15 +1,16 @@
 """Neighbours of an orbit that are brought back to a small distance again and again.
 
-Two neighbouring states are moved on, the logarithm of how much they parted is noted, and the second one is
-pulled back along its direction to the distance it started with (G. Benettin, L. Galgani, A. Giorgilli and
-J.-M. Strelcyn, Meccanica 15 (1980) 9-30, Part 2). A period of the drive consists of *stages*, and the twins
-are brought back after each: where a whole period takes them from round-off to the size of the attractor and
-back, a part of it does not.
+Two neighbouring states are integrated, the logarithm of the growth of their distance is recorded, and the
+perturbed one is rescaled along its direction to the initial distance (G. Benettin, L. Galgani, A. Giorgilli
+and J.-M. Strelcyn, Meccanica 15 (1980) 9-30, Part 2). A period of the drive consists of *stages*, and the
+perturbed orbits are rescaled after each: a whole period takes them from round-off to the size of the
+attractor and back, a part of it does not.
 
-A computed state carries an error of its own. How far twins part by it alone is seen from one more twin, which
-starts every stage at round-off from the first state: along the same orbit, with the same growth. A twin that
-has not come `CLEAR` times as far as that one is *collapsed*: its distance is error and not motion. Its growth
-is then not known, only bounded from above, and it starts the next stage in the direction it had before.
+A computed state has an error of its own. The divergence due to it alone is that of one more perturbed orbit,
+which starts every stage at round-off from the first state: along the same orbit, with the same growth. A
+perturbed orbit that has not come `CLEAR` times as far as that one is *collapsed*: its distance is error and
+not motion. Its growth is then unknown, only bounded from above, and it starts the next stage in the direction
+it had before.
 """
 
 from __future__ import annotations
@@ -27,13 +28,13 @@ CLEAR = 10.0
 
 Orbit = Callable[[Array, int], tuple[Array, int]]
 """State and when -> state and when at the end of a stage."""
-Twin = Callable[[Array, int, int], Array]
+Perturbed = Callable[[Array, int, int], Array]
 """State, when, until when -> state."""
 
 
 @dataclass(frozen=True)
-class Twins:
-    """What became of twins at m distances over n stages.
+class PerturbedOrbits:
+    """Perturbed orbits at m distances over n stages.
 
     Attributes
     ----------
@@ -46,7 +47,7 @@ class Twins:
     collapsed
         Whether d1 is no more than error, shape (m, n).
     noise
-        What the twin at round-off came to, shape (n,).
+        Final distance of the perturbed orbit that starts at round-off, shape (n,).
     """
 
     distances: Array
@@ -58,7 +59,7 @@ class Twins:
 
 def follow(
     orbit: Orbit,
-    twin: Twin,
+    perturbed: Perturbed,
     start: Array,
     when: int,
     until: int,
@@ -66,23 +67,23 @@ def follow(
     distances: Array,
     round_off: float,
     scale: Array,
-) -> Twins:
-    """Follow an orbit with its twins.
+) -> PerturbedOrbits:
+    """Follow an orbit with its perturbed orbits.
 
     Parameters
     ----------
     orbit
         Takes the first state over a stage, which it chooses.
-    twin
-        Takes a twin over a stage; for the same state it must give the same as ``orbit``.
+    perturbed
+        Takes a perturbed state over a stage; for the same state it must give the same as ``orbit``.
     start
         The first state, shape (k,).
     when, until
         When it is; stages begin before ``until``.
     distances
-        d0 of each twin, in the unit of ``scale`` times state, shape (m,).
+        d0 of each perturbed orbit, in the unit of ``scale`` times state, shape (m,).
     round_off
-        The distance, in that unit, at which the twin starts that shows the error.
+        Initial distance, in that unit, of the perturbed orbit that shows the error.
     scale
         What each coordinate is multiplied with before distances are taken, shape (k,).
     """
@@ -94,9 +95,11 @@ def follow(
     collapsed: list[NDArray[np.bool_]] = []
     while when < until:
         after, end = orbit(state, when)
-        error = float(np.linalg.norm((twin(state + round_off * even / scale, when, end) - after) * scale))
+        error = float(
+            np.linalg.norm((perturbed(state + round_off * even / scale, when, end) - after) * scale)
+        )
         starts = state + distances[:, None] * directions / scale
-        apart = (np.array([twin(beside, when, end) for beside in starts]) - after) * scale
+        apart = (np.array([perturbed(beside, when, end) for beside in starts]) - after) * scale
         grown = np.linalg.norm(apart, axis=1)
         lost = grown <= CLEAR * error
         directions[~lost] = apart[~lost] / grown[~lost, None]
@@ -106,4 +109,6 @@ def follow(
         noise.append(error)
         times.append((when, end))
         state, when = after, end
-    return Twins(distances, np.array(times), np.array(logs).T, np.array(collapsed).T, np.array(noise))
+    return PerturbedOrbits(
+        distances, np.array(times), np.array(logs).T, np.array(collapsed).T, np.array(noise)
+    )

@@ -7,7 +7,7 @@ import numpy as np
 
 from comparison.execution.run import RunError, run_one
 from comparison.scene import Scene, load_scene
-from comparison.scene.formulation import loose
+from comparison.scene.formulation import joints_with_clearance
 
 TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 STEPS = (8e-6, 4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)
@@ -19,11 +19,10 @@ SETTINGS = {
     "native": STEPS[:-2],
 }
 STARTS = {"minimal": 60, "multiplier": 10, "tree": 20, "full": 2, "native": 1}
-"""As many as a few minutes allow: a cycle takes the reference 10 ms, the full formulation (five bodies) up to
-30 s.
+"""As many as a few minutes allow: a cycle takes the reference 10 ms, the five bodies up to 30 s.
 """
 APART = 1e-8
-"""m; between starts: far below what is known of any press, far above every promise that starts could hide."""
+"""m; between starts: far below what is known of any press, far above every error bound a start could hide."""
 EXACT = 1e-14
 """Tolerance of the reference's run that counts as exact."""
 MOST_STEPS = 400_000
@@ -44,7 +43,7 @@ def key_of(formulation: str) -> str:
 
 def formulations(scene: Scene) -> list[str]:
     """Return those that can run a scene."""
-    free = loose(scene.data)
+    free = joints_with_clearance(scene.data)
     there = ["minimal"] + ([] if "crank_pin" in free else ["multiplier"])
     return there + (["tree"] if free else []) + ["full"] + (["native"] if free == ("slider",) else [])
 
@@ -91,7 +90,7 @@ def errors(scene: Scene, formulation: str) -> Found:
 
 
 def seconds(scene: Scene, formulation: str, rounds: int) -> Found:
-    """Return what a start costs and, at each setting, a turn or a step, s."""
+    """Return what a start costs and, at each setting, a cycle or a step, s."""
     model, stepped = model_of(formulation), key_of(formulation).endswith("step")
     if stepped:
         scene = scene.with_values({"drive.cycles": min(1.0, scene.data["drive"]["cycles"])})
@@ -104,7 +103,7 @@ def seconds(scene: Scene, formulation: str, rounds: int) -> Found:
             try:
                 whole = least(at(scene, formulation, setting), model, rounds)
             except RunError:
-                continue  # `failed` tells it
+                continue  # `failed` reports it
             rate = max(whole - start, 0.0) / (steps if stepped else scene.duration / scene.period)
         found["seconds"][f"{setting:g}"] = rate
     return found
