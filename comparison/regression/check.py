@@ -14,12 +14,10 @@ from comparison.engines.platform import platform_name, versions
 from comparison.execution.run import MODELS, Job, Outcome, Progress, describe, run_all
 from comparison.regression.baseline import Baseline, RunRecord
 from comparison.regression.checkpoints import settings
+from comparison.regression.confirmation import Which, confirm
 from comparison.regression.deviation import COUNTERS_ELSEWHERE, Finding, changes
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
 from comparison.scene.formulation import smallest_in_exudyn
-
-Which = tuple[str, str]
-"""A model and a tier."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +93,8 @@ def gate(
     for (name, which, job), outcome in zip(planned, outcomes, strict=True):
         ran.setdefault(name, {})[which] = (job, outcome)
     elsewhere = _elsewhere(baseline)
-    notes = list(elsewhere)
+    records = {name: baseline.scenes[name].runs for name in ran}
+    notes = [*elsewhere, *confirm(ran, records, n_jobs)]
     cases = [_thresholds(baseline)]
     for name in gone:
         reported = f"{baseline.scenes[name].source!r} of the baseline is neither a shipped scene nor a file"
@@ -109,7 +108,7 @@ def gate(
         record = baseline.scenes[scene.name]
         if physics_hash(scene) != record.hash:
             notes.append(f"scene {scene.name!r}: its numbers are not those that the baseline was made with")
-        cases += _scene(scene.name, ran[scene.name], record.runs, exact=not elsewhere)
+        cases += _scene(scene.name, ran[scene.name], records[scene.name], exact=not elsewhere)
     return Gate(cases, notes)
 
 

@@ -16,38 +16,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comparison.accuracy.thresholds import thresholds
-from comparison.accuracy.uncertainty import spread, window_samples
 from comparison.agreement.compare import Runs, model_uncertainty
+from comparison.execution.run import Job
 from comparison.regression.baseline import Checkpoint, RunRecord
-from comparison.scene import Scene
+from comparison.regression.neighbours import scatter
 from comparison.tables.channels import channels, expected
 from comparison.tables.table import Table
 
 COUNT = 5  # of a channel: with ten scenes the file stays near 100 kB
 
-# Chatter ends earlier or later from one start to the next, and what is left of it falls by decades within a
-# hundredth of a cycle: neighbours are compared within a window wider than that of u by this factor.
-LATER = 5
 
-
-def record(runs: Runs, scene: Scene, model: str, tier: str, neighbours: Sequence[Table] = ()) -> RunRecord:
+def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) -> RunRecord:
     """Choose a run's checkpoints, spread evenly over the samples that can be one.
 
     Parameters
     ----------
     runs
         The run, and the others of its family that give the uncertainty.
-    scene
-        What was run.
-    model, tier
-        By which, and at which of `comparison.accuracy.tiers.TIERS`.
+    gated, tier
+        What was run, at which of `comparison.accuracy.tiers.TIERS`.
     neighbours
         The run from starts next to its own. They count like perturbed runs: on another machine round-off
         alone leads to one of them, after each chatter to another one.
     """
-    limits = thresholds(tier)
-    time = runs.base.time
-    width = window_samples(scene.period, float(time[-1] - time[0]) / (time.size - 1))
+    limits, scene, time = thresholds(tier), gated.scene, runs.base.time
     predictable: dict[str, NDArray[np.bool_]] = {}
     found: dict[str, list[Checkpoint]] = {}
     unexcited, unpredictable = [], []
@@ -55,7 +47,7 @@ def record(runs: Runs, scene: Scene, model: str, tier: str, neighbours: Sequence
         channel, values = channels()[name], runs.base.values(name)
         u = model_uncertainty(runs, name, scene)
         assert u is not None  # every model of ours can be refined
-        u = np.maximum(u, spread(values, [table.values(name) for table in neighbours], LATER * width))
+        u = np.maximum(u, scatter(gated, runs.base, neighbours, name))
         extent = float(np.ptp(values))
         predictable[name] = u <= limits.alpha * channel.scale_value(scene.data, extent)
         if channel.follows is not None:
@@ -69,7 +61,7 @@ def record(runs: Runs, scene: Scene, model: str, tier: str, neighbours: Sequence
             at = np.unique(((np.arange(COUNT) + 0.5) / COUNT * candidates.size).astype(int))
             found[name] = [_checkpoint(time[i], values[i], limits.k * u[i]) for i in candidates[at].tolist()]
     return RunRecord(
-        settings=settings(scene.data, runs.base, model),
+        settings=settings(scene.data, runs.base, gated.model),
         counters=counters(runs.base),
         spread=_spread(runs, neighbours),
         unexcited=unexcited,

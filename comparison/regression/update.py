@@ -11,7 +11,6 @@ from pydantic import BaseModel, ValidationError
 
 from comparison.accuracy.levels import refinement
 from comparison.accuracy.thresholds import thresholds_record
-from comparison.accuracy.uncertainty import perturbed_scenes
 from comparison.agreement.compare import Runs
 from comparison.agreement.cross_check import family
 from comparison.engines.platform import platform_name, versions
@@ -25,15 +24,14 @@ from comparison.regression.baseline import (
     SceneRecord,
     explain,
 )
-from comparison.regression.check import Which, gated_runs, physics_hash, source
+from comparison.regression.check import gated_runs, physics_hash, source
 from comparison.regression.checkpoints import record
+from comparison.regression.neighbours import RECORDED, neighbours
 from comparison.scene import Scene, SceneError
 from comparison.tables.table import Table
 
 RATES = Path("reports/detection/detection.json")
 """The measured rates of the verdicts' errors, as seen from the baseline's folder."""
-# Multiples of the perturbed runs' shift: the perturbed runs alone do not show the scatter of chatter.
-NEIGHBOURS = (-2.0, -1.0, 1.0, 2.0)
 
 
 class _Measured(BaseModel):
@@ -74,7 +72,12 @@ def renewed(
     """
     rates = _rates(folder / RATES, old)
     planned = [
-        (scene, which, gated, dict([*family(gated.scene, gated.model), *_neighbours(gated, which)]))
+        (
+            scene,
+            which,
+            gated,
+            dict([*family(gated.scene, gated.model), *neighbours(gated, which[1], RECORDED).items()]),
+        )
         for scene in scenes
         for which, gated in gated_runs(scene).items()
     ]
@@ -82,10 +85,10 @@ def renewed(
     records: dict[str, dict[str, dict[str, RunRecord]]] = {}
     for scene, (model, tier), gated, jobs in planned:
         tables = {kind: _table(job, next(outcomes)) for kind, job in jobs.items()}
-        neighbours = [tables.pop(kind) for kind, _ in _neighbours(gated, (model, tier))]
+        others = [tables.pop(kind) for kind in neighbours(gated, tier, RECORDED)]
         runs = Runs(refinement=refinement(model, gated.scene), **tables)
         by_model = records.setdefault(scene.name, {})
-        by_model.setdefault(model, {})[tier] = record(runs, gated.scene, model, tier, neighbours)
+        by_model.setdefault(model, {})[tier] = record(runs, gated, tier, others)
     return Baseline(
         platform=platform_name(),
         versions=versions(),
@@ -98,20 +101,6 @@ def renewed(
             for scene in scenes
         },
     )
-
-
-def _neighbours(gated: Job, which: Which) -> list[tuple[str, Job]]:
-    """Return the run from starts next to its own; none where there is no clearance.
-
-    Nor at the standard tier, where the family's steps differ by more than any start.
-    """
-    if which[1] != "tight":
-        return []
-    return [
-        (f"{kind} {times:+g}", Job(scene, gated.model))
-        for times in NEIGHBOURS
-        for kind, scene in perturbed_scenes(gated.scene, times).items()
-    ]
 
 
 def _table(job: Job, outcome: Outcome) -> Table:

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from comparison.accuracy.thresholds import thresholds
 from comparison.agreement.compare import Runs, model_uncertainty
 from comparison.engines.platform import _processor, platform_name, versions
+from comparison.execution.run import Job
 from comparison.regression.baseline import (
     Baseline,
     Checkpoint,
@@ -102,7 +103,7 @@ def family(make_table):
 
 def test_checkpoints_are_predictable_samples_with_k_u_as_threshold(family, scene):
     runs = family(1e-4)
-    made = record(runs, scene, "exudyn", "standard")
+    made = record(runs, Job(scene, "exudyn"), "standard")
     limits = thresholds()
     assert set(made.channels) | set(made.unexcited) | set(made.unpredictable) == set(runs.base.channels)
     for name in ("slider_x", "slider_omega", "corner_ll_normal"):
@@ -124,10 +125,10 @@ def test_checkpoints_are_predictable_samples_with_k_u_as_threshold(family, scene
 def test_where_nothing_is_predictable_or_nothing_happens_there_is_no_checkpoint(family, scene):
     zero = np.zeros(401)
     still = family(1e-4, slider_omega=zero, corner_ur_normal=zero)
-    made = record(still, scene, "exudyn", "standard")
+    made = record(still, Job(scene, "exudyn"), "standard")
     assert made.unexcited == ["slider_omega", "corner_ur_normal"]
     # At the tight tier u may be 5e-5 of the clearance; here it is 1e-3 of it and more.
-    wild = record(family(1.0, slider_ax=np.sin(np.arange(401.0))), scene, "exudyn", "tight")
+    wild = record(family(1.0, slider_ax=np.sin(np.arange(401.0))), Job(scene, "exudyn"), "tight")
     assert "slider_x" in wild.unpredictable
     # What follows from a position is not predictable where that is not, though it be the same in all runs.
     assert "slider_ax" in wild.unpredictable
@@ -137,7 +138,7 @@ def test_where_nothing_is_predictable_or_nothing_happens_there_is_no_checkpoint(
 def test_counters_settings_and_contacts_are_those_of_the_run(family, scene):
     runs = family(1e-4)
     base = replace(runs.base, provenance={"counters": {"steps": 7}, "formulation": "tree"})
-    made = record(replace(runs, base=base), scene, "exudyn", "standard")
+    made = record(replace(runs, base=base), Job(scene, "exudyn"), "standard")
     assert made.counters == {"steps": 7, "contacts": 0}
     assert made.spread == {}
     assert made.settings == {**scene.data["solver"]["exudyn"], "formulation": "tree"}
@@ -154,9 +155,9 @@ def test_neighbouring_starts_raise_the_thresholds_and_give_the_spread_of_the_cou
     ]
     finer = replace(runs.finer, events=pd.DataFrame({"corner": ["ll", "lr"]}))
     runs = replace(runs, base=base, finer=finer)
-    alone = record(runs, scene, "exudyn", "standard")
+    alone = record(runs, Job(scene, "exudyn"), "standard")
     assert alone.spread == {"contacts": 2}
-    made = record(runs, scene, "exudyn", "standard", neighbours)
+    made = record(runs, Job(scene, "exudyn"), "standard", neighbours)
     assert made.spread == {"steps": 3, "contacts": 2}
     # k times three times the distance of the neighbour that is further off, the largest within the window.
     x = {point.time: point for point in made.channels["slider_x"]}
