@@ -43,6 +43,18 @@ def cache_folder() -> Path:
 _FOLDER = str(cache_folder())
 
 
+def _symbol_of_record(record: numba.types.Record) -> tuple[str, tuple[int]]:
+    """Return what stands for a record type in the symbols of compiled functions.
+
+    By default numba numbers the types of a process. Functions that different processes have compiled for
+    different records then get the same symbols, and whoever loads them from the cache calls the wrong one.
+    """
+    return "Record", (int(hashlib.sha256(record.name.encode()).hexdigest()[:16], 16),)
+
+
+numba.types.Record.mangling_args = property(_symbol_of_record)
+
+
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile ``function`` with numba and cache the machine code in :func:`cache_folder`.
 

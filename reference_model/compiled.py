@@ -35,6 +35,19 @@ def source_hash() -> str:
 _FOLDER = str(user_cache_path("sixbar-crossval", appauthor=False) / "numba" / f"reference-{source_hash()}")
 
 
+def _mangled(record: numba.types.Record) -> tuple[str, tuple[int]]:
+    """Name a record type in the symbols of machine code by its fields, the same in every process.
+
+    numba's own name is its number among the types of the process. Two processes that compile a kernel for two
+    formulations, each its first record, give both the same symbols, and a third process that loads both from
+    the cache runs the code of one in place of the other's: without an error, with other results.
+    """
+    return "Record", (int.from_bytes(hashlib.sha256(record.name.encode()).digest()[:8]),)
+
+
+numba.types.Record.mangling_args = property(_mangled)
+
+
 def kernel(function: F) -> F:
     """Compile `function` to machine code at its first call, cached on disk between processes."""
     return _compile(function, inline=False)

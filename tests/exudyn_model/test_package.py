@@ -73,3 +73,22 @@ def rooms(folder):
 
 def test_tests_lie_as_their_sources_do():
     assert rooms(Path(__file__).parent) == rooms(PACKAGE)
+
+
+def test_compiled_functions_of_two_records_have_different_symbols_in_all_processes(tmp_path):
+    """Else a process that loads what two others have compiled would call the one in place of the other."""
+    code = """
+import sys
+import numba
+from exudyn_model.contact import point
+
+for name in {order}:
+    print(name, *numba.from_dtype(point.law_type(name)).mangling_args)
+"""
+    order = ["guide", "pin"]
+    first, second = (
+        sorted(run_python(code.format(order=names), PACKAGE.parent, tmp_path).splitlines())
+        for names in (order, order[::-1])
+    )
+    assert first == second
+    assert len({line.split(maxsplit=1)[1] for line in first}) == 2

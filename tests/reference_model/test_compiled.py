@@ -9,6 +9,7 @@ from pathlib import Path
 from platformdirs import user_cache_path
 
 import reference_model
+from reference_model.constants import Formulation
 
 SOURCES = Path(reference_model.__file__).parent
 RUN = """
@@ -59,3 +60,28 @@ def test_a_numba_that_always_counts_references_gives_the_same(tmp_path: Path) ->
     """One that has dropped its internal option `_nrt`, and so refuses it."""
     dropped = "from numba.core.options import DefaultOptions\ndel DefaultOptions._nrt\n"
     assert run(SOURCES.parent, tmp_path, dropped) == run(SOURCES.parent, user_cache_path())
+
+
+def test_what_two_processes_compiled_for_two_formulations_has_no_symbol_in_common() -> None:
+    """A process that loads both ran the one's code in place of the other's, where the symbols were equal.
+
+    numba names record types by their number among the types of a process, which is that of any formulation
+    that a process compiles first.
+    """
+    code = """
+import sys
+import numba, numpy as np
+from reference_model import compiled
+from reference_model.constants import Constants, Formulation, as_record
+
+for formulation in sys.argv[1:]:
+    record = as_record(Constants(*np.zeros(len(Constants._fields))), Formulation[formulation])
+    print(formulation, *numba.typeof(record).mangling_args)
+"""
+    names = [each.name for each in Formulation]
+    found = [
+        set(subprocess.check_output([sys.executable, "-c", code, *order], text=True).splitlines())
+        for order in (names, names[::-1], names[2:])
+    ]
+    assert found[0] == found[1] > found[2]
+    assert len({line.split(maxsplit=1)[1] for line in found[0]}) == len(names)
