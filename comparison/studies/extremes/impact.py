@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
 
-from comparison.studies.identification.kinematics import Geometry, Lengths, Topology, motion
+from comparison.studies.identification.kinematics import Geometry, Topology, lengths_of, motion
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 
@@ -57,15 +57,8 @@ def rod4_inclination(data: dict[str, Any], offset: float, angle: Array) -> Array
     mechanism = data["mechanism"]
     pivot_x, pivot_y = mechanism["rocker_pivot"]
     geometry = Geometry(pivot_x, pivot_y, mechanism["guide_x"] + offset)
-    lengths = Lengths(
-        mechanism["crank"]["length"],
-        mechanism["rod2"]["length"],
-        mechanism["rocker"]["length"],
-        mechanism["rocker"]["centroid"],
-        mechanism["rod4"]["length"],
-    )
     topology = Topology(1, mechanism["rocker_branch"], mechanism["slider_branch"], "centroid", -1)
-    return motion(geometry, topology, lengths, angle).tangent
+    return motion(geometry, topology, lengths_of(mechanism), angle).tangent
 
 
 def effective_mass(data: dict[str, Any], corners: int, time: float = 0.0) -> float:

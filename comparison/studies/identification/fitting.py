@@ -32,12 +32,8 @@ class Fit:
 
     Attributes
     ----------
-    topology, geometry
-        The press.
-    shown
-        What it shows, shape (5,); nan if nothing was found that can be assembled.
-    residuals
-        Over the facts' allowances, shape (5,).
+    shown, residuals
+        What the press shows, and its residuals over the facts' allowances, shape (5,).
     covariance
         Of the geometry, m^2, shape (3, 3), from the Jacobian at the best fit.
     """
@@ -61,10 +57,8 @@ class Profile:
 
     Attributes
     ----------
-    best
-        Of the unknown, m.
-    values
-        What it is held at, m, shape (n,).
+    best, values
+        The best of the unknown, and what it is held at, shape (n,), m.
     growth
         Of the sum of squared residuals over that of the best geometry, the other unknowns fitted, shape (n,).
     """
@@ -76,11 +70,9 @@ class Profile:
     @property
     def two_sigma(self) -> tuple[float, float]:
         """Return where the growth passes 4, to either side, m."""
-        low, high = self.values < self.best, self.values > self.best
-        return (
-            float(np.interp(4.0, self.growth[low][::-1], self.values[low][::-1])),
-            float(np.interp(4.0, self.growth[high], self.values[high])),
-        )
+        low, high = np.flatnonzero(self.values < self.best)[::-1], self.values > self.best
+        below, above = (float(np.interp(4.0, self.growth[at], self.values[at])) for at in (low, high))
+        return below, above
 
 
 def residuals(geometry: Sequence[float], topology: Topology, facts: pd.DataFrame, allowances: Array) -> Array:
@@ -122,23 +114,14 @@ def fit(topology: Topology, facts: pd.DataFrame, drawn: int = DRAWN) -> Fit | No
         return None
     fitted = Geometry(*map(float, best.x))
     jacobian = np.asarray(best.jac, dtype=np.float64)
-    covariance = np.asarray(np.linalg.pinv(jacobian.T @ jacobian), dtype=np.float64)
+    covariance = np.asarray(np.linalg.pinv(jacobian.T @ jacobian))
     return Fit(topology, fitted, shown(fitted, topology)[1], np.asarray(best.fun), covariance)
 
 
 def profile(fitted: Fit, which: int, values: Array, facts: pd.DataFrame) -> Profile:
-    """Return what it costs to hold one unknown while the others are fitted.
+    """Return what it costs to hold one unknown at values, m, shape (n,), while the others are fitted.
 
-    Parameters
-    ----------
-    fitted
-        The best fit; the searches start along its covariance.
-    which
-        The unknown's place in `Geometry`.
-    values
-        What it is held at, m, shape (n,).
-    facts
-        As of the fit.
+    ``which``: its place in `Geometry`. The searches start along the covariance of the best fit.
     """
     free = [k for k in range(3) if k != which]
     slope = fitted.covariance[free, which] / fitted.covariance[which, which]
