@@ -7,10 +7,9 @@ from functools import partial
 import pandas as pd
 
 from comparison.formatting import MISSING, number, quantity
-from comparison.studies.extremes.step_stability.baumgarte import DEFAULT, SCENES, Run
-from comparison.studies.extremes.step_stability.config import Config
+from comparison.studies.extremes.step_stability.baumgarte import DEFAULT, SCENES, scene
 from comparison.studies.extremes.step_stability.explicit import limit, longest_step
-from comparison.studies.shared.frames import Columns, largest, markdown
+from comparison.studies.shared.frames import crossed, largest, markdown, rows_table
 from comparison.studies.shared.rates import rate
 
 NO_WORSE = 3.0
@@ -22,18 +21,19 @@ STIFF = 1e3
 _METRES, _SPEED = partial(quantity, unit="m"), partial(quantity, unit="m/s")
 
 
-def values(config: Config, runs: pd.DataFrame) -> dict[str, object]:
+def values(runs: pd.DataFrame) -> dict[str, object]:
     """Return what stands in the template, from the runs of `baumgarte.measured`."""
-    S, loosest, most = limit(-1.0), config.tolerances[0], config.gains[-1]
+    S, most = limit(-1.0), runs["alpha"].max()
     ideal, _ = SCENES
     single = runs[runs["cycles"] == 1.0]
     equal = single[single["alpha"] == single["beta"]]
+    loosest, *_ = tolerances = equal["tolerance"].unique().tolist()
     stiffest = equal[(equal["alpha"] == most) & (equal["scene"] == ideal)].set_index("tolerance")["mean_step"]
     stiff = single[single["alpha"] >= STIFF]
     loose = largest(stiff.assign(excess=stiff["position"] / stiff["tolerance"]), "excess")
     # The reference's largest step is a fiftieth of a cycle.
-    fine = 0.1 * 50.0 / Run(ideal, 0.0, 0.0, loosest, 1.0).ran.period
-    tables = {f"{each:g}": _steps(equal[equal["tolerance"] == each]) for each in config.tolerances}
+    fine = 0.1 * 50.0 / scene(ideal, 0.0, 0.0, loosest, 1.0).period
+    tables = {f"{each:g}": _steps(equal[equal["tolerance"] == each]) for each in tolerances}
     mapped = single[single["tolerance"] == loosest]
     return {
         "S": number(S, 4),
@@ -49,77 +49,65 @@ def values(config: Config, runs: pd.DataFrame) -> dict[str, object]:
         "excess_at": f"alpha = {loose['alpha']:g}/s, beta = {loose['beta']:g}/s, {loose['scene']}",
         "fine": number(fine, 2),
         "default": f"{DEFAULT:g}",
-        "cycles": f"{config.cycles[-1]:g}",
+        "cycles": f"{runs['cycles'].max():g}",
     }
 
 
 def _steps(equal: pd.DataFrame) -> str:
     """Return both scenes' steps and drift side by side, a row a gain."""
-    parts: Columns = {
-        "steps": str,
-        "rejected": "{:,}".format,
-        "mean step h": partial(quantity, unit="s"),
-        "h alpha": number,
-        "largest Φ": _METRES,
-        "largest Φ'": _SPEED,
-    }
     ended = [
         f"{n:,}" if end == "success" else f"{n:,}: {end}" for n, end in equal[["steps", "status"]].to_numpy()
     ]
-    renamed = {"mean_step": "mean step h", "position": "largest Φ", "velocity": "largest Φ'"}
-    shown = equal.assign(steps=ended, **{"h alpha": equal["mean_step"] * equal["alpha"]}).rename(
-        columns=renamed
-    )
-    wide = pd.concat(
-        [shown[shown["scene"] == name].set_index("alpha").add_prefix(f"{name}: ") for name in SCENES], axis=1
-    )
-    wide["alpha = beta (1/s)"] = wide.index
-    wide["S / alpha"] = [quantity(longest_step(gain, gain), "s") if gain else "∞" for gain in wide.index]
-    columns: Columns = {"alpha = beta (1/s)": "{:g}".format, "S / alpha": str}
-    return markdown(
-        wide, columns | {f"{name}: {part}": write for name in SCENES for part, write in parts.items()}
-    )
+    parts = {
+        "steps": ended,
+        "rejected": equal["rejected"].map("{:,}".format),
+        "mean step h": equal["mean_step"].map(partial(quantity, unit="s")),
+        "h alpha": (equal["mean_step"] * equal["alpha"]).map(number),
+        "largest Φ": equal["position"].map(_METRES),
+        "largest Φ'": equal["velocity"].map(_SPEED),
+    }
+    written = pd.DataFrame(parts).set_index(equal["alpha"])
+    gains = equal["alpha"].unique()
+    theory = [quantity(longest_step(gain, gain), "s") if gain else "∞" for gain in gains]
+    first = pd.DataFrame({"alpha = beta (1/s)": [f"{gain:g}" for gain in gains], "S / alpha": theory}, gains)
+    both = [written[(equal["scene"] == name).to_numpy()].add_prefix(f"{name}: ") for name in SCENES]
+    return markdown(pd.concat([first, *both], axis=1))
 
 
 def _map(single: pd.DataFrame) -> str:
     """Return the drift over both gains, alpha downwards."""
-    written = [
+    cells = [
         f"{_METRES(run['position'], digits=2)}, {_SPEED(run['velocity'], digits=2)}"
         if run["status"] == "success"
         else run["status"]
         for run in single.to_dict("records")
     ]
-    named = single.assign(written=written, beta=[f"beta = {beta:g}" for beta in single["beta"]])
-    wide = named.pivot_table("written", "alpha", "beta", aggfunc="first", sort=False)
-    columns: Columns = {"alpha (1/s)": "{:g}".format}
-    return markdown(wide.rename_axis("alpha (1/s)").reset_index(), columns | dict.fromkeys(wide, str))
+    alphas, betas = ([f"{gain:g}" for gain in single[name]] for name in ("alpha", "beta"))
+    return crossed("alpha (1/s)", alphas, [f"beta = {beta}" for beta in betas], cells)
 
 
 def _growth(runs: pd.DataFrame) -> str:
     """Return the drift over many cycles, without gains and with the default."""
-    rows = []
     shown = runs[(runs["alpha"] == runs["beta"]) & runs["alpha"].isin([0.0, DEFAULT])]
-    for (scene, gain), group in shown.groupby(["scene", "alpha"]):
-        for part, write in (("position", _METRES), ("velocity", _SPEED)):
-            order = rate(group["cycles"].tolist(), group[part].tolist())
-            rows.append(
-                {"scene": scene, "alpha = beta (1/s)": f"{gain:g}", "drift of": part}
-                | {f"{run['cycles']:g} cycles": write(run[part]) for run in group.to_dict("records")}
-                | {"order in the cycles": number(order, 2)}
-            )
-    return markdown(pd.DataFrame(rows))
+    return rows_table(
+        {"scene": str(name), "alpha = beta (1/s)": f"{gain:g}", "drift of": part}
+        | {f"{cycles:g} cycles": write(drift) for cycles, drift in group[["cycles", part]].to_numpy()}
+        | {"order in the cycles": number(rate(group["cycles"].tolist(), group[part].tolist()), 2)}
+        for (name, gain), group in shown.groupby(["scene", "alpha"])
+        for part, write in (("position", _METRES), ("velocity", _SPEED))
+    )
 
 
 def _choice(equal: pd.DataFrame) -> str:
     """Return which gains left the least drift, by scene and tolerance."""
     rows = []
-    proposed = f"largest gain up to {HARMLESS:g}/s within {NO_WORSE:g} of the least drift"
-    for (scene, tolerance), group in equal.groupby(["scene", "tolerance"], sort=False):
+    for (name, tolerance), group in equal.groupby(["scene", "tolerance"], sort=False):
         least, worst = group["position"].min(), largest(group, "position")
         good = group[(group["position"] <= NO_WORSE * least) & (group["alpha"] <= HARMLESS)]
+        proposed = f"largest gain up to {HARMLESS:g}/s within {NO_WORSE:g} of the least drift"
         rows.append(
             {
-                "scene": scene,
+                "scene": str(name),
                 "tolerance": f"{tolerance:g}",
                 proposed: f"{good['alpha'].max():g}" if len(good) else MISSING,
                 "least drift": _METRES(least),
@@ -127,4 +115,4 @@ def _choice(equal: pd.DataFrame) -> str:
                 "its steps over those without gains": f"{worst['steps'] / group['steps'].iloc[0]:.1f}",
             }
         )
-    return markdown(pd.DataFrame(rows))
+    return rows_table(rows)
