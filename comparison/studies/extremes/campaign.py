@@ -46,8 +46,8 @@ class CellOutcome:
     Attributes
     ----------
     rows, verdicts
-        Of each formulation's run, by its name. A row has its time ``limit``, s; of a run that was not
-        started also the time that is ``expected``, s.
+        Of each formulation's run, by its name. A row has its time ``limit``, s, and the error ``bound`` of
+        its setting, m; of a run that was not started also the time that is ``expected``, s.
     exact
         Rows of the runs that it is held against, by the names of their formulations.
     magnification
@@ -110,7 +110,7 @@ def _outcome(number: int, cell: Cell, rows: dict[Run, Row]) -> CellOutcome:
     of.exact = {method.name: rows[number, method] for method in EXACT if (number, method) in rows}
     for method in cell.methods:
         of.rows[method.name] = row = rows[number, method]
-        of.verdicts[method.name] = judge(row, of.exact, _bound(cell, method))
+        of.verdicts[method.name] = judge(row, of.exact, row.get("bound", nan))
     if (number, PERTURBED) in rows:
         moved = _move(cell)
         of.magnification = apart(rows[number, STRICT], rows[number, PERTURBED]) / moved if moved else inf
@@ -130,15 +130,17 @@ def _run(
         except SceneError as error:
             rows[number, method] = {"status": "bad input", "message": str(error)}
             continue
-        seconds = expected(scene, method.model).seconds
-        if isfinite(seconds) and seconds > HOPELESS * limit:
-            rows[number, method] = {"status": LATE, "message": "", "limit": limit, "expected": seconds}
+        usual = expected(scene, method.model)
+        rows[number, method] = {"limit": limit, "bound": usual.error}
+        if isfinite(usual.seconds) and usual.seconds > HOPELESS * limit:
+            rows[number, method] |= {"status": LATE, "message": "", "expected": usual.seconds}
         else:
             tasks[limit][number, method] = CellRun(scene, method.model, limit)
     total, done = sum(map(len, tasks.values())) or 1, 0
-    for limit, some in tasks.items():
+    for some in tasks.values():
         ran = run_tasks(some, n_jobs, part(on_progress, done / total, (done + len(some)) / total))
-        rows |= {run: row | {"limit": limit} for run, row in ran.items()}
+        for run, row in ran.items():
+            rows[run] |= row
         done += len(some)
     return rows
 
@@ -147,14 +149,6 @@ def _limit(cell: Cell, method: Method) -> float:
     if cell.axis == CYCLES_AXIS and method not in (*EXACT, PERTURBED):
         return LONG_LIMIT
     return SHORT_LIMIT if cell.axis == HYPERCUBE or cell.law == LITERAL_LAW else LIMIT
-
-
-def _bound(cell: Cell, method: Method) -> float:
-    """Return the error bound of a run's x over the first cycle, m; nan where none is on record."""
-    try:
-        return expected(scene_of(cell, method), method.model).error
-    except SceneError:
-        return nan
 
 
 def _move(cell: Cell) -> float:
