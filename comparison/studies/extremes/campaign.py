@@ -41,27 +41,19 @@ Run = tuple[int, Method]
 
 @dataclass
 class CellOutcome:
-    """What became of a cell.
-
-    Attributes
-    ----------
-    rows, verdicts
-        Of each formulation's run, by its name. A row has its time ``limit``, s, and the error ``bound`` of
-        its setting, m; of a run that was not started also the time that is ``expected``, s.
-    exact
-        Rows of the runs that it is held against, by the names of their formulations.
-    magnification
-        By how much two starts move apart at most in the first cycle; nan where unknown.
-    refined
-        What refined reruns found of errors that nothing else accounts for, by the names of the formulations.
-    """
+    """What became of a cell."""
 
     cell: Cell
     rows: dict[str, Row] = field(default_factory=dict)
     verdicts: dict[str, Verdict] = field(default_factory=dict)
+    """Of each formulation's run, by its name. A row has its time ``limit``, s, and the error ``bound`` of its
+    setting, m; of a run that was not started also the time that is ``expected``, s."""
     exact: dict[str, Row] = field(default_factory=dict)
+    """Rows of the runs that it is held against, by the names of their formulations."""
     magnification: float = nan
+    """By how much two starts move apart at most in the first cycle; nan where unknown."""
     refined: dict[str, Refined] = field(default_factory=dict)
+    """What refined reruns found of errors that nothing else accounts for, by name of the formulation."""
 
 
 def run_campaign(cells: Sequence[Cell], n_jobs: int, on_progress: Progress | None) -> list[CellOutcome]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -28,21 +29,15 @@ MISSING = 1e3
 
 @dataclass(frozen=True)
 class Fit:
-    """The best geometry of a topology.
-
-    Attributes
-    ----------
-    shown, residuals
-        What the press shows, and its residuals over the facts' allowances, shape (5,).
-    covariance
-        Of the geometry, m^2, shape (3, 3), from the Jacobian at the best fit.
-    """
+    """The best geometry of a topology."""
 
     topology: Topology
     geometry: Geometry
     shown: Array
     residuals: Array
+    """Of what the press shows, over the facts' allowances; both have shape (5,)."""
     covariance: Array
+    """Of the geometry, m^2, shape (3, 3), from the Jacobian at the best fit."""
 
     @property
     def misfit(self) -> float:
@@ -53,19 +48,13 @@ class Fit:
 
 @dataclass(frozen=True)
 class Profile:
-    """What it costs to hold one unknown.
-
-    Attributes
-    ----------
-    best, values
-        The best of the unknown, and what it is held at, shape (n,), m.
-    growth
-        Of the sum of squared residuals over that of the best geometry, the other unknowns fitted, shape (n,).
-    """
+    """What it costs to hold one unknown."""
 
     best: float
     values: Array
+    """What it is held at, shape (n,); like the best in m."""
     growth: Array
+    """Of the sum of squared residuals over that of the best geometry, the others fitted, shape (n,)."""
 
     @property
     def two_sigma(self) -> tuple[float, float]:
@@ -100,18 +89,15 @@ def fit(topology: Topology, facts: pd.DataFrame, drawn: int = DRAWN) -> Fit | No
         return residuals(geometry.tolist(), topology, facts, allowances)
 
     costs = np.array([np.sum(of(start, COARSE) ** 2) for start in starts])
-    best = None
+    search = partial(least_squares, of, bounds=(low, high), x_scale=0.1)
+    tried = []
     for n in np.argsort(costs)[:STARTS]:
-        if costs[n] >= MISSING**2:
-            continue
-        geometry = starts[n]
-        for allowances in (COARSE, facts["allowance"].to_numpy()):
-            found = least_squares(of, geometry, args=(allowances,), bounds=(low, high), x_scale=0.1)
-            geometry = found.x
-        if best is None or found.cost < best.cost:
-            best = found
-    if best is None:
+        if costs[n] < MISSING**2:
+            coarse = search(starts[n], args=(COARSE,))
+            tried.append(search(coarse.x, args=(facts["allowance"].to_numpy(),)))
+    if not tried:
         return None
+    best = min(tried, key=lambda found: found.cost)
     fitted = Geometry(*map(float, best.x))
     jacobian = np.asarray(best.jac, dtype=np.float64)
     covariance = np.asarray(np.linalg.pinv(jacobian.T @ jacobian))

@@ -81,29 +81,21 @@ class Geometry(NamedTuple):
 
 @dataclass(frozen=True)
 class Motion:
-    """One crank cycle; every array has shape (n,).
-
-    Attributes
-    ----------
-    assembled
-        The smallest margin (m) by which two links reach each other; negative where the linkage cannot be
-        assembled at some crank angle.
-    A, B, C, F
-        Joints; F is the slider.
-    velocity, acceleration
-        Of the slider, positive upwards, at a crank speed of 1 rad/s: m/s and m/s^2.
-    tangent
-        Tangent of rod 4's angle to the guide.
-    """
+    """One crank cycle; every array has shape (n,)."""
 
     assembled: float
+    """The smallest margin (m) by which two links reach each other; negative where the linkage cannot be
+    assembled at some crank angle."""
     A: Points
     B: Points
     C: Points
     F: Points
+    """Joints; F is the slider."""
     velocity: Array
     acceleration: Array
+    """Of the slider, positive upwards, at a crank speed of 1 rad/s: m/s and m/s^2."""
     tangent: Array
+    """Tangent of rod 4's angle to the guide."""
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")

@@ -47,21 +47,16 @@ NUDGE = 1e-9
 
 @dataclass(frozen=True)
 class Config:
-    """What is fitted and how much is run.
-
-    Attributes
-    ----------
-    members, samples
-        Runs in an ensemble, of which peaks are taken, and their samples a cycle.
-    cycles, long_samples
-        Of the runs whose ranges are taken, and samples a cycle.
-    """
+    """What is fitted and how much is run."""
 
     topologies: Sequence[Topology]
     members: int
+    """Runs in an ensemble."""
     samples: int
+    """A cycle, of the runs whose peaks are taken."""
     cycles: int
     long_samples: int
+    """A cycle, of the runs whose ranges are taken."""
 
 
 @dataclass(frozen=True)

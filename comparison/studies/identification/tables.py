@@ -29,24 +29,17 @@ _metres, _two = partial(quantity, unit="m"), partial(number, digits=2)
 
 
 class RadiusFit(NamedTuple):
-    """A straight line through the logarithms of radii and peaks.
-
-    Attributes
-    ----------
-    power
-        Of the radius in the peaks.
-    radius, low, high
-        At which the mean of the peaks is the published one, m, nan where they do not grow with it; one
-        standard deviation to either side, from the scatter of the scenes through `POWER`.
-    scatter
-        Factor by which the scenes scatter about their mean.
-    """
+    """A straight line through the logarithms of radii and peaks."""
 
     power: float
+    """Of the radius in the peaks."""
     radius: float
+    """At which the mean of the peaks is the published one, m; nan where they do not grow with it."""
     low: float
     high: float
+    """One standard deviation to either side, from the scatter of the scenes through `POWER`, m."""
     scatter: float
+    """Factor by which the scenes scatter about their mean."""
 
 
 def of_fits(fits: Sequence[Fit], facts: pd.DataFrame, profiles: Sequence[Profile]) -> dict[str, object]:

@@ -75,23 +75,16 @@ class Draws(Task):
 
 @dataclass(frozen=True)
 class Drawn:
-    """What came of draws.
-
-    Attributes
-    ----------
-    u, responses
-        Inputs in standard deviations, shape (n, d), and a row with the columns of `RESPONSES` by its number,
-        of each run that succeeded.
-    failures
-        One line for each run that did not.
-    seconds
-        Processor time of a run, the mean, s.
-    """
+    """What came of draws."""
 
     u: Array
+    """Inputs in standard deviations, shape (n, d), of the runs that succeeded."""
     responses: pd.DataFrame
+    """A row for each of these runs by its number, with the columns of `RESPONSES`."""
     failures: list[str]
+    """One line for each run that did not."""
     seconds: float
+    """Processor time of a run, the mean, s."""
 
 
 def run_draws(

@@ -29,23 +29,16 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Plane:
-    """A plane fitted to a response.
-
-    Attributes
-    ----------
-    mean, mean_error
-        At u = 0, and its standard error.
-    gradient, errors
-        Per standard deviation of each input, and their standard errors, shape (d,).
-    rest
-        Standard deviation of what the plane leaves.
-    """
+    """A plane fitted to a response."""
 
     mean: float
     mean_error: float
+    """At u = 0, and its standard error."""
     gradient: Array
     errors: Array
+    """Per standard deviation of each input, and their standard errors, shape (d,)."""
     rest: float
+    """Standard deviation of what the plane leaves."""
 
     @property
     def deviation(self) -> float:

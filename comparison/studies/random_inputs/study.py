@@ -39,26 +39,20 @@ SLOPES = (("displacement", "clearance.slider"), ("acceleration", "contact.restit
 
 @dataclass(frozen=True)
 class Config:
-    """How much is run.
-
-    Attributes
-    ----------
-    samples
-        A cycle. Peaks of the acceleration last less: what is between samples is seen by none of the runs.
-    runs, plane, common
-        Of Monte Carlo; that a plane is fitted to; and with the same inputs at every tolerance.
-    factors
-        Scales of the scatter over which a gradient is measured; the last is 1.
-    tolerances
-        Of the reference, the finest last.
-    """
+    """How much is run."""
 
     samples: int
+    """A cycle. Peaks of the acceleration last less: what is between samples is seen by none of the runs."""
     runs: int
+    """Of Monte Carlo."""
     plane: int
+    """Runs that a plane is fitted to."""
     factors: tuple[float, ...]
+    """Scales of the scatter over which a gradient is measured; the last is 1."""
     tolerances: tuple[float, ...]
+    """Of the reference, the finest last."""
     common: int
+    """Runs with the same inputs at every tolerance."""
 
 
 @dataclass(frozen=True)

@@ -21,75 +21,52 @@ Case = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Panel:
-    """One of the two panels of a limit's figure, with logarithmic axes.
-
-    Attributes
-    ----------
-    x, y
-        Labels of its axes, with units.
-    quantities, by
-        Columns that it shows, a line each and for each model; with one quantity, the column whose values
-        have a line each instead.
-    guide
-        A line of the expected order: from and to which abscissa, its first ordinate, the order.
-    label
-        Of a line, with ``{0}`` for quantity or value and ``{1}`` for the model; empty: no legend.
-    rows
-        The rows that are shown, as `pandas.DataFrame.query` takes them; empty: all.
-    """
+    """One of the two panels of a limit's figure, with logarithmic axes."""
 
     x: str
     y: str
+    """Labels of its axes, with units."""
     quantities: tuple[str, ...]
+    """Columns that it shows, a line each and for each model."""
     guide: tuple[float, float, float, float]
+    """A line of the expected order: from and to which abscissa, its first ordinate, the order."""
     by: str = "variable"
+    """With one quantity: the column whose values have a line each."""
     label: str = ""
+    """Of a line, with ``{0}`` for quantity or value and ``{1}`` for the model; empty: no legend."""
     rows: str = ""
+    """The rows that are shown, as `pandas.DataFrame.query` takes them; empty: all."""
 
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit as data: its runs, what is measured of them, and how that is shown.
-
-    Attributes
-    ----------
-    name
-        Of what stands in the template and, after ``limit_``, of its figure.
-    variable
-        The entry of a case that goes to its limit.
-    measure
-        From a case, its run and the run that it is held against to columns of a row.
-    columns
-        Of the table of all runs; ``"run"`` is the model, with the status of a run that did not succeed.
-    orders, by
-        Columns whose order in the variable is measured, and those whose combinations have an order each; a
-        row without one of them belongs to none.
-    theory
-        Combination -> column -> expected order.
-    asymptotic
-        The rows that orders are taken of, as `pandas.DataFrame.query` takes them; empty: all.
-    held_against
-        The run that a case is held against; by default its own.
-    derive
-        Adds columns to the frame of all runs.
-    values
-        What else stands in the template.
-    """
+    """A limit as data: its runs, what is measured of them, and how that is shown."""
 
     name: str
+    """Of what stands in the template and, after ``limit_``, of its figure."""
     variable: str
+    """The entry of a case that goes to its limit."""
     cases: Sequence[Case]
     scene: Callable[[Case], Scene]
     measure: Callable[[Case, Table, Table], Mapping[str, float]]
+    """From a case, its run and the run that it is held against to columns of a row."""
+    values: Callable[[pd.DataFrame], Mapping[str, object]]
+    """From the frame of all runs to what else stands in the template."""
     columns: Columns
+    """Of the table of all runs; ``"run"`` is the model, with the status of a run that did not succeed."""
     orders: Sequence[str]
+    """Columns whose order in the variable is measured."""
     by: tuple[str, ...]
+    """Columns whose combinations have an order each; a row without one of them belongs to none."""
     theory: Mapping[tuple[object, ...], Mapping[str, float]]
+    """Combination -> column -> expected order."""
     panels: tuple[Panel, Panel]
     asymptotic: str = ""
+    """The rows that orders are taken of, as `pandas.DataFrame.query` takes them; empty: all."""
     held_against: Callable[[Case], Job] | None = None
+    """The run that a case is held against; by default its own."""
     derive: Callable[[pd.DataFrame], pd.DataFrame] = pd.DataFrame.copy
-    values: Callable[[pd.DataFrame], Mapping[str, object]] = lambda _: {}
+    """Adds columns to the frame of all runs."""
 
 
 def jobs(limit: Limit) -> list[Job]:

@@ -22,31 +22,22 @@ SHARES = (0.0, 0.6, 0.9, 1.0)
 
 @dataclass(frozen=True)
 class Config:
-    """Values of settings.
-
-    Attributes
-    ----------
-    gains
-        Baumgarte's alpha and beta, 1/s, ascending from 0; the default of a scene among them.
-    tolerances
-        Of a step under them, rad and m, descending; the first one is that of all pairs and of the long runs.
-    cycles
-        Lengths of the long runs, ascending from 1.
-    moduli
-        Young's, of contacts under fixed steps, Pa, ascending.
-    impact_steps, phases
-        Steps (s) of single impacts, and how much of one the touch comes after a state in flight.
-    map_steps
-        Steps (s) of a quarter of a cycle, ascending.
-    """
+    """Values of settings."""
 
     gains: tuple[float, ...]
+    """Baumgarte's alpha and beta, 1/s, ascending from 0; the default of a scene among them."""
     tolerances: tuple[float, ...]
+    """Of a step under them, rad and m, descending; the first is that of all pairs and of the long runs."""
     cycles: tuple[float, ...]
+    """Lengths of the long runs, ascending from 1."""
     moduli: tuple[float, ...]
+    """Young's, of contacts under fixed steps, Pa, ascending."""
     impact_steps: tuple[float, ...]
+    """Of single impacts, s."""
     phases: tuple[float, ...]
+    """How much of a step the touch comes after a state in flight."""
     map_steps: tuple[float, ...]
+    """Of a quarter of a cycle, s, ascending."""
 
 
 @dataclass(frozen=True)
