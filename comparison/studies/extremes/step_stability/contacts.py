@@ -85,15 +85,12 @@ class Impact:
         """
         theory = float(rebounds(METHODS[self.method], self.wh, np.array([self.phase]))[0])
         row = asdict(self) | {"wh": self.wh, "status": outcome.status, "theory": theory}
-        run = outcome.table
-        if run is None or run.events is None:
-            return row
-        first, momentum = run.events.iloc[0], effective_mass(self.scene().data, 2) * self.speed
-        return row | {
-            "rebound": run.values("slider_vx")[-1] / self.speed,
-            "impulse": first["impulse"] / momentum - 1,
-            "touch": first["normal_speed"] / self.speed,
-        }
+        if (run := outcome.table) is not None:
+            first, momentum = contacts(run).iloc[0], effective_mass(self.scene().data, 2) * self.speed
+            row["rebound"] = run.values("slider_vx")[-1] / self.speed
+            row["impulse"] = first["impulse"] / momentum - 1
+            row["touch"] = first["normal_speed"] / self.speed
+        return row
 
 
 def run_impacts(impacts: Sequence[Impact], n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
@@ -111,9 +108,8 @@ def run_map(
     """Return a row for each method, step (s) and modulus (Pa), see `map_row`."""
     points = list(product(METHODS, steps, moduli))
     jobs = [Job(map_scene(*point), "exudyn") for point in points]
-    outcomes = run_all(
-        [*jobs, *(Job(map_scene("", 1.0, young), "reference") for young in moduli)], n_jobs, on_progress
-    )
+    jobs += [Job(map_scene("", 1.0, young), "reference") for young in moduli]
+    outcomes = run_all(jobs, n_jobs, on_progress)
     exact = dict(zip(moduli, outcomes[len(points) :], strict=True))
     mapped = zip(points, outcomes, strict=False)
     return pd.DataFrame([map_row(*point, outcome, exact[point[2]]) for point, outcome in mapped])

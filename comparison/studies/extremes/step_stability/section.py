@@ -10,7 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from comparison.execution.run import Progress
-from comparison.studies.extremes.step_stability import baumgarte, baumgarte_tables, contacts_tables, figures
+from comparison.studies.extremes.step_stability import baumgarte, contacts_tables, figures
 from comparison.studies.extremes.step_stability.contacts import LEAST, Impact, run_impacts, run_map
 from comparison.studies.extremes.step_stability.fixed_steps import METHODS
 from comparison.studies.shared.progress import part
@@ -60,7 +60,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
 
 def page(results: Results) -> Mapping[str, object]:
     """Return what stands in the template."""
-    gains = baumgarte_tables.values(results.gains)
+    gains = baumgarte.values(results.gains)
     fixed = contacts_tables.values(results.impacts, results.points)
     return {f"gains_{key}": value for key, value in gains.items()} | {
         f"contacts_{key}": value for key, value in fixed.items()
