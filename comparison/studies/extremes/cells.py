@@ -18,8 +18,7 @@ from comparison.studies.shared.formulations import Method
 
 LITERAL_LAW = "paper-switching"
 LAWS = ("hertz-corners", "strip", LITERAL_LAW)
-SEED = 1
-"""Of the Latin hypercube."""
+SEED = 1  # of the Latin hypercube
 CYCLES, SAMPLES = 1.0, 250
 """An error bound is one over the first cycle; samples of a cycle."""
 CYCLES_AXIS, HYPERCUBE = "cycles", "hypercube"

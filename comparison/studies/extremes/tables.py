@@ -140,20 +140,19 @@ def differing(runs: pd.DataFrame) -> pd.DataFrame:
     ``axis``, ``value``, ``law``; by each formulation's name its class, and by its name in tables the class
     with the error; ``why`` and ``kinds``: reasons of all, and their kinds.
     """
-    rows = []
-    for _, cell in runs[runs["formulation"].isin(_COMPARED)].groupby("cell"):
-        if cell["class"].nunique() < 2:
-            continue
-        row = {name: cell[name].iloc[0] for name in ("axis", "value", "law")} | dict.fromkeys(_COMPARED, "")
-        row |= {NAMES[name]: "" for name in _COMPARED}
-        for run in cell.to_dict("records"):
-            row |= {run["formulation"]: run["class"], NAMES[run["formulation"]]: short(run)}
-        for heading, column, mark in (("why", "reason", ". "), ("kinds", "kind", "; ")):
-            told = cell[cell[column] != ""]
-            row[heading] = mark.join(told["formulation"].astype(str) + ": " + told[column])
-        rows.append(row)
-    names = [name for of in _COMPARED for name in (of, NAMES[of])]
-    return pd.DataFrame(rows, columns=["axis", "value", "law", *names, "why", "kinds"])
+    ran = runs[runs["formulation"].isin(_COMPARED)].astype({"formulation": str, "class": str})
+    ran = ran[ran.groupby("cell")["class"].transform("nunique") > 1]
+    ran = ran.assign(short=[short(run) for run in ran.to_dict("records")])
+    classes, shorts = (
+        ran.pivot_table(of, "cell", "formulation", aggfunc="first").reindex(columns=_COMPARED)
+        for of in ("class", "short")
+    )
+    told = {
+        heading: (ran["formulation"] + ": " + ran[of])[ran[of] != ""].groupby(ran["cell"]).agg(mark.join)
+        for heading, of, mark in (("why", "reason", ". "), ("kinds", "kind", "; "))
+    }
+    asked = ran.groupby("cell")[["axis", "value", "law"]].first()
+    return asked.join([classes, shorts.rename(columns=NAMES)]).assign(**told).fillna("")
 
 
 def along_the_axes(cells: pd.DataFrame) -> str:

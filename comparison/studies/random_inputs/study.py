@@ -22,8 +22,7 @@ from comparison.tables.arrays import Array
 
 SCENE = "150rpm-0.2mm"
 TOLERANCE = 1e-10
-MONTE_CARLO, GRADIENT = 1, 2
-"""Seeds."""
+MONTE_CARLO, GRADIENT = 1, 2  # seeds
 LIMITS = {
     "displacement": (5.3e-5, 5.5e-5),
     "velocity": (7.8e-3, 8.2e-3),

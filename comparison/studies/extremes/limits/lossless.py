@@ -13,10 +13,6 @@ from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.limits.convergence import Case, Limit, Panel
 from comparison.tables.table import Table
 
-TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
-"""Of the reference."""
-STEPS = (1e-5, 5e-6, 2.5e-6, 1.25e-6)
-"""s, of the trapezoidal rule, index 2."""
 CYCLES = {"reference": 1.0, "exudyn": 0.25}
 BOTH, NO_FRICTION, NO_DAMPING = "restitution 1, friction 0", "friction 0", "restitution 1"
 _KEYS: dict[str, dict[str, object]] = {
@@ -25,10 +21,10 @@ _KEYS: dict[str, dict[str, object]] = {
     NO_DAMPING: {"contact.restitution": 1.0},
 }
 _SETTINGS = {
-    "reference": ("solver.reference.tolerance", TOLERANCES, 1e-10),
-    "exudyn": ("solver.exudyn.step", STEPS, STEPS[1]),
+    "reference": ("solver.reference.tolerance", (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), 1e-10),
+    "exudyn": ("solver.exudyn.step", (1e-5, 5e-6, 2.5e-6, 1.25e-6), 5e-6),
 }
-"""Of each model the key, its values where nothing is lost, and the one where something is."""
+"""Of each model the key, its values (rad, s) where nothing is lost, and the one where something is."""
 _ENERGIES = ("damping", "friction", "residual", "kinetic")
 
 

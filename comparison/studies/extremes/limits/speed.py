@@ -15,8 +15,7 @@ from comparison.studies.extremes.limits.convergence import Case, Limit, Panel
 from comparison.studies.shared.switches import corner_stiffness
 from comparison.tables.table import Table
 
-SPEEDS = (60.0, 30.0, 15.0, 7.5, 3.75, 1.9, 1.0)
-"""rpm."""
+SPEEDS = (60.0, 30.0, 15.0, 7.5, 3.75, 1.9, 1.0)  # rpm
 SLOWEST_TREE = 3.75
 """rpm: an explicit method takes steps of one length however slow the press is, see the template."""
 FRICTIONS = (0.0, 0.15)

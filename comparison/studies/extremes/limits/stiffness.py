@@ -18,8 +18,7 @@ from comparison.studies.shared.switches import corner_stiffness
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 
-MODULI = tuple(10.0**power for power in range(8, 16))
-"""Pa."""
+MODULI = tuple(10.0**power for power in range(8, 16))  # Pa
 TILTS = {"two": 0.0, "one": 2e-3}
 """Corners that hit at once -> the slider's angle, rad: upright, or so that one corner comes alone."""
 ASYMPTOTIC = 1e11
