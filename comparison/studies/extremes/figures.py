@@ -11,12 +11,19 @@ import numpy as np
 import pandas as pd
 
 from comparison.report import svg
+from comparison.studies.extremes import formulations
 from comparison.studies.extremes.cells import BASE_LABEL, HYPERCUBE, UNITS
-from comparison.studies.extremes.formulations import FULL, METHODS, MINIMAL, MULTIPLIERS, TREE
 from comparison.studies.extremes.verdicts import Class
 
-_TITLES = ("R minimal", "R LSODA", "R multipliers", "E tree", "E full", "E index 2", "E own contact")
-SHORT = {method.name: title for method, title in zip(METHODS, _TITLES, strict=True)}
+SHORT = {
+    formulations.MINIMAL.name: "R minimal",
+    formulations.IMPLICIT.name: "R LSODA",
+    formulations.MULTIPLIERS.name: "R multipliers",
+    formulations.TREE.name: "E tree",
+    formulations.FULL.name: "E full",
+    formulations.INDEX2.name: "E index 2",
+    formulations.NATIVE.name: "E own contact",
+}
 """R: reference, E: Exudyn."""
 _LOOKS: dict[str, tuple[str, str, str, str]] = {
     Class.CONVERGED: ("o", svg.SHADE, svg.LIMIT, ""),
@@ -31,10 +38,10 @@ _LOOKS: dict[str, tuple[str, str, str, str]] = {
 _ROW, _AROUND = 0.135, 1.3
 """Inches: a row of squares; head and legend."""
 _ERRORS = {
-    MINIMAL.name: ("o", svg.FIRST),
-    MULTIPLIERS.name: ("+", svg.FIRST),
-    TREE.name: ("^", svg.SECOND),
-    FULL.name: ("x", svg.SECOND),
+    formulations.MINIMAL.name: ("o", svg.FIRST),
+    formulations.MULTIPLIERS.name: ("+", svg.FIRST),
+    formulations.TREE.name: ("^", svg.SECOND),
+    formulations.FULL.name: ("x", svg.SECOND),
 }
 _LEAST = 1e-6
 """Of error over bound: what a logarithmic axis shows of zero."""
