@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from math import isfinite, nan
+from math import inf, isfinite, nan
 
 from comparison.accuracy.levels import expected
 from comparison.execution.ledger import Row
@@ -21,7 +21,7 @@ from comparison.studies.extremes.formulations import (
     TREE,
 )
 from comparison.studies.extremes.runs import LIMIT, CellRun, run_tasks
-from comparison.studies.extremes.verdicts import Refined, Verdict, judge, magnification
+from comparison.studies.extremes.verdicts import Refined, Verdict, apart, judge
 from comparison.studies.shared.formulations import Method
 from comparison.studies.shared.progress import part
 
@@ -41,29 +41,19 @@ Run = tuple[int, Method]
 
 @dataclass
 class CellOutcome:
-    """What became of a cell.
-
-    Attributes
-    ----------
-    cell
-        Which.
-    rows, verdicts
-        Of each formulation's run, by its name. A row has its time ``limit``, s; of a run that was not
-        started also the time that is ``expected``, s.
-    exact
-        Rows of the runs that it is held against, by the names of their formulations.
-    magnification
-        By how much two starts move apart at most in the first cycle; nan where unknown.
-    refined
-        What refined reruns found of errors that nothing else accounts for, by the names of the formulations.
-    """
+    """What became of a cell."""
 
     cell: Cell
     rows: dict[str, Row] = field(default_factory=dict)
     verdicts: dict[str, Verdict] = field(default_factory=dict)
+    """Of each formulation's run, by its name. A row has its time ``limit``, s, and the error ``bound`` of its
+    setting, m; of a run that was not started also the time that is ``expected``, s."""
     exact: dict[str, Row] = field(default_factory=dict)
+    """Rows of the runs that it is held against, by the names of their formulations."""
     magnification: float = nan
+    """By how much two starts move apart at most in the first cycle; nan where unknown."""
     refined: dict[str, Refined] = field(default_factory=dict)
+    """What refined reruns found of errors that nothing else accounts for, by name of the formulation."""
 
 
 def run_campaign(cells: Sequence[Cell], n_jobs: int, on_progress: Progress | None) -> list[CellOutcome]:
@@ -72,22 +62,18 @@ def run_campaign(cells: Sequence[Cell], n_jobs: int, on_progress: Progress | Non
     rows = _run(cells, wanted, n_jobs, part(on_progress, *SHARES[:2]))
     # The tree's strict run takes longer than its standard one: not where that did not come to the end, nor
     # under the laws of a whole side.
-    strict = [
-        (number, STRICT_TREE)
-        for number, cell in enumerate(cells)
-        if cell.law == LAWS[0] and rows.get((number, TREE), {"status": "success"})["status"] == "success"
-    ]
+    usual = [number for number, cell in enumerate(cells) if cell.law == LAWS[0]]
+    failed = {
+        number for (number, method), row in rows.items() if method == TREE and row["status"] != "success"
+    }
+    strict = [(number, STRICT_TREE) for number in usual if number not in failed]
     strict += [(number, STRICT) for number in range(len(cells))]
     rows |= _run(cells, strict, n_jobs, part(on_progress, *SHARES[1:3]))
     # The perturbed run would take as long as the strict one. Under the laws of a whole side LSODA takes all
     # its time.
-    last = []
-    for number, cell in enumerate(cells):
-        status = rows[number, STRICT]["status"]
-        if status == "success":
-            last.append((number, PERTURBED))
-        elif status != "bad input" and cell.law == LAWS[0]:
-            last.append((number, STRICT_IMPLICIT))
+    ended = [rows[number, STRICT]["status"] for number in range(len(cells))]
+    last = [(number, PERTURBED) for number, status in enumerate(ended) if status == "success"]
+    last += [(number, STRICT_IMPLICIT) for number in usual if ended[number] not in ("success", "bad input")]
     rows |= _run(cells, last, n_jobs, part(on_progress, *SHARES[2:]))
     return [_outcome(number, cell, rows) for number, cell in enumerate(cells)]
 
@@ -116,9 +102,10 @@ def _outcome(number: int, cell: Cell, rows: dict[Run, Row]) -> CellOutcome:
     of.exact = {method.name: rows[number, method] for method in EXACT if (number, method) in rows}
     for method in cell.methods:
         of.rows[method.name] = row = rows[number, method]
-        of.verdicts[method.name] = judge(row, of.exact, _bound(cell, method))
+        of.verdicts[method.name] = judge(row, of.exact, row.get("bound", nan))
     if (number, PERTURBED) in rows:
-        of.magnification = magnification(rows[number, STRICT], rows[number, PERTURBED], _move(cell))
+        moved = _move(cell)
+        of.magnification = apart(rows[number, STRICT], rows[number, PERTURBED]) / moved if moved else inf
     return of
 
 
@@ -135,15 +122,17 @@ def _run(
         except SceneError as error:
             rows[number, method] = {"status": "bad input", "message": str(error)}
             continue
-        seconds = expected(scene, method.model).seconds
-        if isfinite(seconds) and seconds > HOPELESS * limit:
-            rows[number, method] = {"status": LATE, "message": "", "limit": limit, "expected": seconds}
+        usual = expected(scene, method.model)
+        rows[number, method] = {"limit": limit, "bound": usual.error}
+        if isfinite(usual.seconds) and usual.seconds > HOPELESS * limit:
+            rows[number, method] |= {"status": LATE, "message": "", "expected": usual.seconds}
         else:
             tasks[limit][number, method] = CellRun(scene, method.model, limit)
     total, done = sum(map(len, tasks.values())) or 1, 0
-    for limit, some in tasks.items():
+    for some in tasks.values():
         ran = run_tasks(some, n_jobs, part(on_progress, done / total, (done + len(some)) / total))
-        rows |= {run: row | {"limit": limit} for run, row in ran.items()}
+        for run, row in ran.items():
+            rows[run] |= row
         done += len(some)
     return rows
 
@@ -154,17 +143,6 @@ def _limit(cell: Cell, method: Method) -> float:
     return SHORT_LIMIT if cell.axis == HYPERCUBE or cell.law == LITERAL_LAW else LIMIT
 
 
-def _bound(cell: Cell, method: Method) -> float:
-    """Return the error bound of a run's x over the first cycle, m; nan where none is on record."""
-    try:
-        return expected(scene_of(cell, method), method.model).error
-    except SceneError:
-        return nan
-
-
 def _move(cell: Cell) -> float:
-    """Return by how much the perturbed start is moved, m; of a cell without a scene nothing is asked."""
-    try:
-        return min(MOVED * float(cell.scene.data["clearance"]["slider"]), MOST_MOVED)
-    except SceneError:
-        return nan
+    """Return by how much the perturbed start is moved, m."""
+    return min(MOVED * float(cell.scene.data["clearance"]["slider"]), MOST_MOVED)

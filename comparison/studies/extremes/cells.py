@@ -12,21 +12,13 @@ from typing import Any
 from scipy.stats import qmc
 
 from comparison.scene import Scene, load_scene
-from comparison.studies.extremes.formulations import (
-    FULL,
-    INDEX2,
-    METHODS,
-    MINIMAL,
-    MULTIPLIERS,
-    TREE,
-)
+from comparison.studies.extremes.formulations import FULL, INDEX2, METHODS, MINIMAL, MULTIPLIERS, TREE
 from comparison.studies.extremes.runs import BASE
 from comparison.studies.shared.formulations import Method
 
 LITERAL_LAW = "paper-switching"
 LAWS = ("hertz-corners", "strip", LITERAL_LAW)
-SEED = 1
-"""Of the Latin hypercube."""
+SEED = 1  # of the Latin hypercube
 CYCLES, SAMPLES = 1.0, 250
 """An error bound is one over the first cycle; samples of a cycle."""
 CYCLES_AXIS, HYPERCUBE = "cycles", "hypercube"
@@ -49,41 +41,25 @@ There LSODA takes all its time, and Exudyn's own contact is a law of corners alo
 
 @dataclass(frozen=True)
 class Cell:
-    """One scene at an extreme.
-
-    Attributes
-    ----------
-    axis
-        What is pushed.
-    label
-        How far, for a reader.
-    law
-        Contact law.
-    methods
-        Formulations that run it.
-    changes
-        Dotted keys that differ from the scene `BASE`.
-    settings
-        Of a solver, dotted keys: they replace those of the formulation that runs it.
-    """
+    """One scene at an extreme, and the formulations that run it."""
 
     axis: str
+    """What is pushed."""
     label: str
+    """How far, for a reader."""
     law: str
     methods: tuple[Method, ...]
     changes: Mapping[str, object] = field(default_factory=dict, hash=False)
+    """Dotted keys that differ from the scene `BASE`."""
     settings: Mapping[str, object] = field(default_factory=dict, hash=False)
+    """Of a solver, dotted keys: they replace those of the formulation that runs it."""
 
     @cached_property
     def scene(self) -> Scene:
         """The scene, without the solver of a formulation; raises `SceneError` where it is refused."""
-        usual: dict[str, object] = {
-            "drive.cycles": CYCLES,
-            "output.groups": [],
-            "output.samples_per_cycle": SAMPLES,
-            "contact.law": self.law,
-        }
-        return load_scene(BASE, usual | dict(self.changes))
+        usual: dict[str, object] = {"drive.cycles": CYCLES, "contact.law": self.law}
+        sampled = {"output.groups": [], "output.samples_per_cycle": SAMPLES}
+        return load_scene(BASE, usual | sampled | dict(self.changes))
 
 
 def cells(axes: Sequence[str], points: int) -> list[Cell]:
@@ -105,16 +81,16 @@ def along(axis: str, law: str) -> list[Cell]:
 
 
 def _cells(part: Mapping[str, Any], law: str) -> list[Cell]:
-    methods: tuple[Method, ...] = COMMON if law != LAWS[0] else METHODS
-    if law == LAWS[0] and not part.get("audited"):
-        methods = tuple(method for method in METHODS if method != INDEX2)
+    methods: Sequence[Method] = METHODS if law == LAWS[0] else COMMON
     if "only" in part:
-        methods = tuple(method for method in METHODS if method.name in part["only"])
+        methods = [method for method in METHODS if method.name in part["only"]]
+    elif not part.get("audited"):
+        methods = [method for method in methods if method != INDEX2]
     cells = []
     for value in part["values"]:
         values = {key: factor * value for key, factor in part["keys"].items()} | part.get("fixed", {})
         both = ({}, values) if part.get("settings") else (values, {})
-        cells.append(Cell(part["axis"], part.get("label", "{:g}").format(value), law, methods, *both))
+        cells.append(Cell(part["axis"], part.get("label", "{:g}").format(value), law, tuple(methods), *both))
     return cells
 
 

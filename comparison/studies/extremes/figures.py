@@ -11,26 +11,18 @@ import numpy as np
 import pandas as pd
 
 from comparison.report import svg
+from comparison.studies.extremes import formulations
 from comparison.studies.extremes.cells import BASE_LABEL, HYPERCUBE, UNITS
-from comparison.studies.extremes.formulations import (
-    FULL,
-    IMPLICIT,
-    INDEX2,
-    MINIMAL,
-    MULTIPLIERS,
-    NATIVE,
-    TREE,
-)
 from comparison.studies.extremes.verdicts import Class
 
 SHORT = {
-    MINIMAL.name: "R minimal",
-    IMPLICIT.name: "R LSODA",
-    MULTIPLIERS.name: "R multipliers",
-    TREE.name: "E tree",
-    FULL.name: "E full",
-    INDEX2.name: "E index 2",
-    NATIVE.name: "E own contact",
+    formulations.MINIMAL.name: "R minimal",
+    formulations.IMPLICIT.name: "R LSODA",
+    formulations.MULTIPLIERS.name: "R multipliers",
+    formulations.TREE.name: "E tree",
+    formulations.FULL.name: "E full",
+    formulations.INDEX2.name: "E index 2",
+    formulations.NATIVE.name: "E own contact",
 }
 """R: reference, E: Exudyn."""
 _LOOKS: dict[str, tuple[str, str, str, str]] = {
@@ -46,10 +38,10 @@ _LOOKS: dict[str, tuple[str, str, str, str]] = {
 _ROW, _AROUND = 0.135, 1.3
 """Inches: a row of squares; head and legend."""
 _ERRORS = {
-    MINIMAL.name: ("o", svg.FIRST),
-    MULTIPLIERS.name: ("+", svg.FIRST),
-    TREE.name: ("^", svg.SECOND),
-    FULL.name: ("x", svg.SECOND),
+    formulations.MINIMAL.name: ("o", svg.FIRST),
+    formulations.MULTIPLIERS.name: ("+", svg.FIRST),
+    formulations.TREE.name: ("^", svg.SECOND),
+    formulations.FULL.name: ("x", svg.SECOND),
 }
 _LEAST = 1e-6
 """Of error over bound: what a logarithmic axis shows of zero."""
@@ -70,9 +62,8 @@ def _axes(runs: pd.DataFrame, laws: Sequence[str], path: Path) -> None:
     new = ~cells["axis"].duplicated()
     heads = cells["axis"].map(lambda axis: f"{axis} ({UNITS[axis]}):  " if axis in UNITS else f"{axis}:  ")
     runs = runs.merge(cells.assign(row=cells.index)).assign(sign=_sign)
-    columns = [
-        [name for name in SHORT if name in set(runs.loc[runs["law"] == law, "formulation"])] for law in laws
-    ]
+    ran = [set(runs.loc[runs["law"] == law, "formulation"]) for law in laws]
+    columns = [[name for name in SHORT if name in names] for names in ran]
     options = {"sharey": True, "width_ratios": [len(names) for names in columns]}
     with svg.panels(path, 1, len(laws), height=_AROUND + _ROW * len(cells), **options) as panels:
         for axes, law, names in zip(panels, laws, columns, strict=True):
@@ -80,9 +71,8 @@ def _axes(runs: pd.DataFrame, laws: Sequence[str], path: Path) -> None:
                 x, y = names.index(run["formulation"]), run["row"]
                 axes.barh(y, 0.94, 0.9, x - 0.47, color=_LOOKS[run["class"]][1], alpha=0.6)
                 axes.text(x, y, run["sign"], ha="center", va="center_baseline", size=7)
-            axes.set_xticks(
-                range(len(names)), [SHORT[name] for name in names], rotation=60, ha="left", size=7
-            )
+            titles = [SHORT[name] for name in names]
+            axes.set_xticks(range(len(names)), titles, rotation=60, ha="left", size=7)
             axes.set_yticks(cells.index, heads.where(new, "") + cells["value"], size=7.5)
             axes.set_title(law, size=9)
             axes.tick_params(top=True, labeltop=True, bottom=False, labelbottom=False, length=0)
@@ -109,12 +99,12 @@ def _sign(runs: pd.DataFrame) -> list[str]:
 def _hypercube(runs: pd.DataFrame, path: Path) -> None:
     """Draw the points of the hypercube, a panel a formulation: modulus over speed."""
     look: dict[str, Any] = {"ms": 3.5, "mew": 0.9, "mfc": "none"}
+    occurring = [(kind, _LOOKS[kind]) for kind in Class if (runs["class"] == kind).any()]
     with svg.panels(path, 2, 2, height=5.0, sharex=True, sharey=True) as panels:
         for axes, name in zip(panels, _ERRORS, strict=True):
-            for kind, (mark, _, colour, _) in _LOOKS.items():
-                if (runs["class"] == kind).any():
-                    of = runs[(runs["formulation"] == name) & (runs["class"] == kind)]
-                    axes.plot(of["speed"], of["modulus"], mark, color=colour, label=str(kind), **look)
+            for kind, (mark, _, colour, _) in occurring:
+                of = runs[(runs["formulation"] == name) & (runs["class"] == kind)]
+                axes.plot(of["speed"], of["modulus"], mark, color=colour, label=str(kind), **look)
             axes.margins(0.03)
             axes.set_title(SHORT[name], size=9, loc="left")
         panels[0].set(xscale="log", yscale="log")
@@ -133,23 +123,13 @@ def _errors(runs: pd.DataFrame, path: Path) -> None:
     with svg.panels(path, height=3.2) as (axes,):
         for name, (mark, colour) in _ERRORS.items():
             of = known[known["formulation"] == name]
-            axes.plot(
-                of["magnification"],
-                of["ratio"],
-                mark,
-                color=colour,
-                ms=3.5,
-                mfc="none",
-                mew=0.8,
-                label=SHORT[name],
-            )
-        axes.set(xscale="log", yscale="log")
+            look: dict[str, Any] = {"color": colour, "ms": 3.5, "mfc": "none", "mew": 0.8}
+            axes.plot(of["magnification"], of["ratio"], mark, label=SHORT[name], **look)
+        axes.set(xscale="log", yscale="log", ylabel="error / error bound")
         axes.margins(x=0.03, y=0.03)
         ends = np.array(axes.get_xlim())
-        axes.plot(
-            ends, ends / base, color=svg.DIFFERENCE, dashes=(4, 2), lw=0.9, label="as the scene magnifies"
-        )
+        line: dict[str, Any] = {"color": svg.DIFFERENCE, "dashes": (4, 2), "lw": 0.9}
+        axes.plot(ends, ends / base, label="as the scene magnifies", **line)
         axes.axhline(1.0, color=svg.THRESHOLD, lw=0.8)
         axes.set_xlabel("distance of two starts after a cycle, over that at its start")
-        axes.set_ylabel("error / error bound")
         svg.legend_above(axes, 3)

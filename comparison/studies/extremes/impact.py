@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
 
-from comparison.studies.identification.kinematics import Geometry, Lengths, Topology, motion
+from comparison.studies.identification.kinematics import Geometry, Topology, lengths_of, motion
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 
@@ -43,45 +43,23 @@ def duration(m: float, K: float, v: float) -> float:
 
 
 def rod4_inclination(data: dict[str, Any], offset: float, angle: Array) -> Array:
-    """Return the tangent of rod 4's angle to the guide with the slider off the guide's centre line.
+    """Return the tangent of rod 4's angle to the guide at crank angles, rad, shape (n,).
 
-    Parameters
-    ----------
-    data
-        Of a scene.
-    offset
-        m, to the right.
-    angle
-        Of the crank, rad, shape (n,).
+    ``data``: of a scene; the slider is off the guide's centre line, m, to the right.
     """
     mechanism = data["mechanism"]
     pivot_x, pivot_y = mechanism["rocker_pivot"]
     geometry = Geometry(pivot_x, pivot_y, mechanism["guide_x"] + offset)
-    lengths = Lengths(
-        mechanism["crank"]["length"],
-        mechanism["rod2"]["length"],
-        mechanism["rocker"]["length"],
-        mechanism["rocker"]["centroid"],
-        mechanism["rod4"]["length"],
-    )
     topology = Topology(1, mechanism["rocker_branch"], mechanism["slider_branch"], "centroid", -1)
-    return motion(geometry, topology, lengths, angle).tangent
+    return motion(geometry, topology, lengths_of(mechanism), angle).tangent
 
 
 def effective_mass(data: dict[str, Any], corners: int, time: float = 0.0) -> float:
     """Return the mass (kg) that a corner feels in a frictionless impact on the left wall.
 
-    Two at once do not rotate the slider and share what rod 4 and slider put against the wall; one alone
-    rotates the slider as well: 1/m = sin^2(theta4) L4^2/I4 + r_y^2/J5.
-
-    Parameters
-    ----------
-    data
-        Of a scene whose slider is all but upright.
-    corners
-        That hit at once: 1 or 2.
-    time
-        Of the touch, s: it decides the inclination of rod 4.
+    Of a scene's data with the slider all but upright; the time of the touch, s, decides the inclination of
+    rod 4. Two corners at once do not rotate the slider and share what rod 4 and slider put against the wall;
+    one alone rotates the slider as well: 1/m = sin^2(theta4) L4^2/I4 + r_y^2/J5.
     """
     mechanism, drive = data["mechanism"], data["drive"]
     rod, slider = mechanism["rod4"], mechanism["slider"]

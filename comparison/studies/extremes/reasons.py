@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite, nan
-
-import numpy as np
+from math import isfinite
 
 from comparison.execution.ledger import Row
 from comparison.execution.quality_checks import FEW_STEPS
@@ -16,7 +14,7 @@ from comparison.studies.extremes.cells import BASE_LABEL, LAWS, LITERAL_LAW, NEW
 from comparison.studies.extremes.formulations import STRICT
 from comparison.studies.extremes.refinement import HAIR
 from comparison.studies.extremes.runs import BASE, out_of_time
-from comparison.studies.extremes.verdicts import Class, Refined, Verdict
+from comparison.studies.extremes.verdicts import Class, Refined, Verdict, apart
 
 SCATTER = 10.0
 """Errors of single runs scatter by so much about their bound (`benchmarks/error_bounds.py`)."""
@@ -32,18 +30,12 @@ USUAL_NEWTON = 1e-7
 
 @dataclass(frozen=True)
 class Base:
-    """What a cell's numbers are compared with.
-
-    Attributes
-    ----------
-    bounded
-        The cell that changes nothing under hertz-corners: the scene that error bounds are measured on.
-    law
-        The same under the cell's own law.
-    """
+    """What a cell's numbers are compared with."""
 
     bounded: CellOutcome
+    """The cell that changes nothing under hertz-corners: the scene that error bounds are measured on."""
     law: CellOutcome
+    """The same under the cell's own law."""
 
 
 def bases(outcomes: Sequence[CellOutcome]) -> dict[str, Base]:
@@ -100,12 +92,12 @@ def may_jam(of: CellOutcome) -> bool:
 
 def _ending(row: Row) -> Reason:
     """Return how a run ended that did not finish."""
+    cause = Cause.ENDED
     if "expected" in row:
-        values = {name: row[name] for name in ("status", "expected", "limit")}
-        return Reason(Cause.NOT_STARTED, values)
-    if out_of_time(row):
-        return Reason(Cause.OUT_OF_TIME, {"status": row["status"], "limit": row["limit"]})
-    return Reason(Cause.ENDED, {"status": row["status"]})
+        cause = Cause.NOT_STARTED
+    elif out_of_time(row):
+        cause = Cause.OUT_OF_TIME
+    return Reason(cause, {name: row[name] for name in ("status", "expected", "limit") if name in row})
 
 
 def _why_degraded(of: CellOutcome, name: str, base: Base) -> list[Reason]:
@@ -140,9 +132,9 @@ def _why_degraded(of: CellOutcome, name: str, base: Base) -> list[Reason]:
 
 def _last_resort(of: CellOutcome, name: str) -> Reason:
     """Return the reason of an error that no factor accounts for."""
-    verdict, apart = of.verdicts[name], _apart(of)
-    if apart > verdict.bound:
-        return Reason(Cause.STRICT_APART, {"apart": apart})
+    verdict, strict = of.verdicts[name], apart(*of.exact.values())
+    if strict > verdict.bound:
+        return Reason(Cause.STRICT_APART, {"apart": strict})
     together = [
         other
         for other, its in of.verdicts.items()
@@ -155,20 +147,12 @@ def _last_resort(of: CellOutcome, name: str) -> Reason:
 
 def _of_refined(refined: Refined | None, verdict: Verdict) -> Reason | None:
     """Return what refined reruns say of the error; nothing where they do not account for it either."""
-    if refined is None:
-        return None
-    if refined.apart >= verdict.error / SCATTER:
+    if refined is not None and refined.apart >= verdict.error / SCATTER:
         return Reason(Cause.UNRESOLVED, {"hair": HAIR, "apart": refined.apart})
-    if refined.finer is None:
+    if refined is None or refined.finer is None:
         return None
     if refined.finer.kind is Class.STOPPED:
         return Reason(Cause.EDGE, {"status": refined.status})
     if refined.finer.error <= verdict.error / GAIN:
         return Reason(Cause.TOO_COARSE, {"error": refined.finer.error})
     return None
-
-
-def _apart(of: CellOutcome) -> float:
-    """Return how far the runs that count as exact are from one another, m; nan with less than two."""
-    runs = [np.asarray(row["x"]) for row in of.exact.values() if row["status"] == "success"]
-    return float(np.ptp(runs, axis=0).max()) if len(runs) > 1 else nan

@@ -10,16 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import nan
 
-import numpy as np
-
 from comparison.accuracy.levels import finer
-from comparison.execution.ledger import Row
 from comparison.execution.run import Progress
 from comparison.studies.extremes.campaign import CellOutcome, perturbed, scene_of
 from comparison.studies.extremes.cells import CYCLES
 from comparison.studies.extremes.formulations import METHODS, STRICT, STRICT_IMPLICIT
 from comparison.studies.extremes.runs import LIMIT, CellRun, run_tasks
-from comparison.studies.extremes.verdicts import Refined, judge
+from comparison.studies.extremes.verdicts import Refined, apart, judge
 from comparison.studies.shared.formulations import Method
 
 HAIR = 1e-13
@@ -33,17 +30,7 @@ def rerun(
     n_jobs: int,
     on_progress: Progress | None,
 ) -> None:
-    """Run what answers both questions, and note it in the outcomes.
-
-    Parameters
-    ----------
-    outcomes
-        Of all cells.
-    unexplained
-        Number of the cell and name of the formulation of each run in question.
-    n_jobs, on_progress
-        As for a study.
-    """
+    """Run what answers both questions of runs, each by its cell's number and formulation's name; note it."""
     methods = {method.name: method for method in METHODS}
     tasks: dict[tuple[int, str], CellRun] = {}
     for number, name in unexplained:
@@ -55,25 +42,17 @@ def rerun(
             tasks[number, name] = CellRun(better, method.model, LIMIT)
     rows = run_tasks(tasks, n_jobs, on_progress)
     for number, name in unexplained:
-        of, row = outcomes[number], rows.get((number, name))
-        apart = _apart(of, rows.get((number, _BESIDE)))
-        if row is None:
-            of.refined[name] = Refined(apart, None)
+        of = outcomes[number]
+        exact = _exact(of)
+        moved = nan if exact is None else apart(of.exact[exact.name], rows[number, _BESIDE])
+        if (row := rows.get((number, name))) is None:
+            of.refined[name] = Refined(moved, None)
         else:
             verdict = judge(row, of.exact, of.verdicts[name].bound)
-            of.refined[name] = Refined(apart, verdict, str(row["status"]))
+            of.refined[name] = Refined(moved, verdict, str(row["status"]))
 
 
 def _exact(of: CellOutcome) -> Method | None:
     """Return who of the reference counts as exact."""
-    for method in (STRICT, STRICT_IMPLICIT):
-        if of.exact.get(method.name, {"status": ""})["status"] == "success":
-            return method
-    return None
-
-
-def _apart(of: CellOutcome, row: Row | None) -> float:
-    exact = _exact(of)
-    if exact is None or row is None or row["status"] != "success":
-        return nan
-    return float(np.abs(np.asarray(row["x"]) - np.asarray(of.exact[exact.name]["x"])).max())
+    ended = {name: row["status"] for name, row in of.exact.items()}
+    return next((each for each in (STRICT, STRICT_IMPLICIT) if ended.get(each.name) == "success"), None)

@@ -12,12 +12,12 @@ import pandas as pd
 
 from comparison.execution.run import Progress
 from comparison.files import replacing
-from comparison.studies.extremes import differences, figures, refinement, tables
+from comparison.studies.extremes import figures, tables
 from comparison.studies.extremes.campaign import LONG_LIMIT, SHORT_LIMIT, run_campaign
-from comparison.studies.extremes.causes import Cause
 from comparison.studies.extremes.cells import AXES, HYPERCUBE, LAWS, cells
 from comparison.studies.extremes.limits import section as limits
 from comparison.studies.extremes.reasons import unexplained
+from comparison.studies.extremes.refinement import rerun
 from comparison.studies.extremes.runs import LIMIT
 from comparison.studies.extremes.step_stability import section as step_stability
 from comparison.studies.shared.progress import part
@@ -30,17 +30,7 @@ Part = Study[Any, Any]
 
 @dataclass(frozen=True)
 class Config:
-    """What is run.
-
-    Attributes
-    ----------
-    axes
-        Names of those along which one number is pushed.
-    points
-        Of the Latin hypercube.
-    parts
-        Which have a section of the page each.
-    """
+    """Axes along which one number is pushed, points of the Latin hypercube, and further parts of the page."""
 
     axes: Sequence[str]
     points: int
@@ -59,19 +49,16 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     """Run all parts."""
     grid, reruns, *others = (part(on_progress, *ends) for ends in pairwise(SHARES))
     outcomes = run_campaign(cells(config.axes, config.points), n_jobs, grid)
-    refinement.rerun(outcomes, unexplained(outcomes), n_jobs, reruns)
-    parts = [
-        (each, each.measure(each.full, n_jobs, share))
-        for each, share in zip(config.parts, others, strict=False)
-    ]
-    return Results(tables.frame(outcomes), parts)
+    rerun(outcomes, unexplained(outcomes), n_jobs, reruns)
+    parts = zip(config.parts, others, strict=False)
+    found = [(each, each.measure(each.full, n_jobs, share)) for each, share in parts]
+    return Results(tables.frame(outcomes), found)
 
 
 def page(results: Results) -> Mapping[str, object]:
     """Return what stands in the page."""
     runs = results.runs
-    different = differences.differing(runs)
-    left = runs[runs["kind"] == Cause.UNEXPLAINED.kind].to_dict("records")
+    different = tables.differing(runs)
     return {
         "limit": f"{LIMIT:g}",
         "short_limit": f"{SHORT_LIMIT:g}",
@@ -81,14 +68,9 @@ def page(results: Results) -> Mapping[str, object]:
         "drifts": tables.drifts(runs),
         "cycles": tables.cycles(runs),
         "stops": tables.stops(runs),
-        "differences": differences.along_the_axes(different),
-        "hypercube": differences.in_the_hypercube(different),
-        "unexplained": "\n".join(
-            f"- {run['axis']} {run['value']}, {run['law']}, {run['formulation']}: "
-            f"{differences.short(run['class'], run['error_m'])}"
-            for run in left
-        )
-        or "None.",
+        "differences": tables.along_the_axes(different),
+        "hypercube": tables.in_the_hypercube(different),
+        "unexplained": tables.unexplained(runs),
         "parts": "\n".join(each.text(found) for each, found in results.parts),
     }
 

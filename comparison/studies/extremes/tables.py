@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from functools import partial
+from typing import Any
 
 import pandas as pd
 
 from comparison.execution.ledger import Row
-from comparison.formatting import number, quantity, table
+from comparison.formatting import number, quantity
 from comparison.studies.extremes.campaign import CellOutcome
-from comparison.studies.extremes.causes import kind
-from comparison.studies.extremes.cells import CYCLES_AXIS
-from comparison.studies.extremes.formulations import METHODS
+from comparison.studies.extremes.causes import Cause, kind
+from comparison.studies.extremes.cells import CYCLES_AXIS, HYPERCUBE
+from comparison.studies.extremes.formulations import COMPARED, METHODS
 from comparison.studies.extremes.reasons import bases, reasons
 from comparison.studies.extremes.runs import out_of_time
 from comparison.studies.extremes.verdicts import Class
@@ -21,15 +22,10 @@ from comparison.studies.shared.frames import Columns, largest, markdown
 STUDY_LIMIT = "(the study's limit of time)"
 NAMES = {method.name: f"{method.model}, {method.name}" for method in METHODS}
 """What a formulation is called in a table of both models."""
+_COMPARED = [method.name for method in COMPARED]
 _MEASURED = (
-    "energy_share",
-    "constraint_m",
-    "steps_per_contact",
-    "contacts",
-    "largest_force_N",
-    "steps",
-    "work",
-)
+    "energy_share", "constraint_m", "steps_per_contact", "contacts", "largest_force_N", "steps", "work",
+)  # fmt: skip
 """Of a row of `runs.measure`."""
 _SHOWN = (
     "axis", "value", "law", "model", "formulation", "class", "error_m", "bound_m", "lasted_cycles",
@@ -37,14 +33,14 @@ _SHOWN = (
 )  # fmt: skip
 """Columns of ``cells.csv``."""
 _ROUNDED = (
-    "error_m",
-    "magnification",
-    "energy_share",
-    "constraint_m",
-    "steps_per_contact",
-    "largest_force_N",
-)
+    "error_m", "magnification", "energy_share", "constraint_m", "steps_per_contact", "largest_force_N",
+)  # fmt: skip
 """To three digits: what the machine's last bits do not change."""
+_DRIFTS = {
+    "energy_share": ("spurious energy over the dissipated", "where most", partial(number, digits=2)),
+    "constraint_m": ("constraint's violation", "where largest", partial(quantity, unit="m", digits=2)),
+}
+"""Column of the frame -> heading, heading of where it is largest, and what writes it."""
 
 
 def frame(outcomes: Sequence[CellOutcome]) -> pd.DataFrame:
@@ -56,32 +52,32 @@ def frame(outcomes: Sequence[CellOutcome]) -> pd.DataFrame:
     """
     by_law, rows = bases(outcomes), []
     for position, of in enumerate(outcomes):
+        cell = {
+            "cell": position,
+            "speed": of.cell.changes.get("drive.speed_rpm"),
+            "modulus": of.cell.changes.get("contact.youngs_modulus"),
+            "axis": of.cell.axis,
+            "value": of.cell.label,
+            "law": of.cell.law,
+            "magnification": of.magnification,
+            "scene": " ".join(f"{key}={value}" for key, value in of.cell.changes.items()),
+        }
         for method in of.cell.methods:
             verdict, row = of.verdicts[method.name], of.rows[method.name]
             why = reasons(of, method.name, by_law[of.cell.law])
-            rows.append(
-                {
-                    "cell": position,
-                    "speed": of.cell.changes.get("drive.speed_rpm"),
-                    "modulus": of.cell.changes.get("contact.youngs_modulus"),
-                    "axis": of.cell.axis,
-                    "value": of.cell.label,
-                    "law": of.cell.law,
-                    "model": method.model,
-                    "formulation": method.name,
-                    "class": verdict.kind.value,
-                    "error_m": verdict.error,
-                    "bound_m": verdict.bound,
-                    "lasted_cycles": verdict.lasted,
-                    "magnification": of.magnification,
-                    **{name: row.get(name) for name in _MEASURED},
-                    "status": row["status"],
-                    "reason": "; ".join(map(str, why)),
-                    "kind": kind(why),
-                    "try": _remedy(row),
-                    "scene": " ".join(f"{key}={value}" for key, value in of.cell.changes.items()),
-                }
-            )
+            run = {
+                "model": method.model,
+                "formulation": method.name,
+                "class": verdict.kind.value,
+                "error_m": verdict.error,
+                "bound_m": verdict.bound,
+                "lasted_cycles": verdict.lasted,
+                "status": row["status"],
+                "reason": "; ".join(map(str, why)),
+                "kind": kind(why),
+                "try": _remedy(row),
+            }
+            rows.append(cell | run | {name: row.get(name) for name in _MEASURED})
     runs = pd.DataFrame(rows).astype(dict.fromkeys(_MEASURED, float))
     ordered = {"formulation": list(NAMES), "class": [each.value for each in Class]}
     return runs.assign(**{name: pd.Categorical(runs[name], values) for name, values in ordered.items()})
@@ -102,17 +98,13 @@ def counts(runs: pd.DataFrame) -> str:
     total = pd.crosstab(runs["formulation"], runs["class"], dropna=False).assign(
         runs=lambda of: of.sum(axis=1)
     )
-    rows = [
-        [NAMES[str(name)], *map(str, row)] for name, row in zip(total.index, total.to_numpy(), strict=True)
-    ]
-    return table(("formulation", *map(str, total.columns)), rows)
+    return markdown(total.rename(index=NAMES).reset_index())
 
 
 def stops(runs: pd.DataFrame) -> str:
     """Return the statuses of what stopped: how often by which formulation, and what they say to try."""
-    stopped = runs[runs["class"] == Class.STOPPED]
-    by = {"formulation": [NAMES[str(name)] for name in stopped["formulation"]]}
-    named = stopped.assign(**by).rename(columns={"try": "what it says to try"})
+    stopped = runs[runs["class"] == Class.STOPPED].rename(columns={"try": "what it says to try"})
+    named = stopped.assign(formulation=stopped["formulation"].astype(str).map(NAMES))
     total = named.groupby(["formulation", "status", "what it says to try"]).size()
     return markdown(total.reset_index(name="runs"))
 
@@ -121,12 +113,11 @@ def drifts(runs: pd.DataFrame) -> str:
     """Return the largest spurious energy and violation of a constraint, by formulation and class."""
     rows = []
     finished = runs[runs["class"].isin([Class.CONVERGED, Class.DEGRADED])]
-    for (name, _), group in finished.groupby(["formulation", "class"], observed=True):
-        row = {"formulation": NAMES[str(name)], "class": group["class"].iloc[0]}
+    for (name, ended), group in finished.groupby(["formulation", "class"], observed=True):
+        row = {"formulation": NAMES[str(name)], "class": ended}
         for column, (heading, where, write) in _DRIFTS.items():
-            known = group.dropna(subset=[column])
-            if len(known):
-                top = largest(known, column)
+            if group[column].notna().any():
+                top = largest(group, column)
                 row |= {heading: write(top[column]), where: f"{top['axis']} {top['value']}, {top['law']}"}
         if len(row) > 2:
             rows.append(row)
@@ -136,20 +127,58 @@ def drifts(runs: pd.DataFrame) -> str:
 
 def cycles(runs: pd.DataFrame) -> str:
     """Return the long runs: what they cost and what drifts."""
-    shown = runs[runs["axis"] == CYCLES_AXIS]
+    columns: Columns = {"cycles": str, "formulation": NAMES.__getitem__, "status": str}
+    columns |= {"steps": "{:.0f}".format} | {heading: write for heading, _, write in _DRIFTS.values()}
     renamed = {"value": "cycles"} | {name: of[0] for name, of in _DRIFTS.items()}
-    columns: Columns = {
-        "cycles": str,
-        "formulation": NAMES.__getitem__,
-        "status": str,
-        "steps": "{:.0f}".format,
+    shown = runs[runs["axis"] == CYCLES_AXIS].rename(columns=renamed)
+    return markdown(shown, columns | {"contacts": "{:.0f}".format})
+
+
+def differing(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each cell whose classes differ between the formulations that are compared.
+
+    ``axis``, ``value``, ``law``; by each formulation's name its class, and by its name in tables the class
+    with the error; ``why`` and ``kinds``: reasons of all, and their kinds.
+    """
+    ran = runs[runs["formulation"].isin(_COMPARED)].astype({"formulation": str, "class": str})
+    ran = ran[ran.groupby("cell")["class"].transform("nunique") > 1]
+    ran = ran.assign(short=[short(run) for run in ran.to_dict("records")])
+    classes, shorts = (
+        ran.pivot_table(of, "cell", "formulation", aggfunc="first").reindex(columns=_COMPARED)
+        for of in ("class", "short")
+    )
+    told = {
+        heading: (ran["formulation"] + ": " + ran[of])[ran[of] != ""].groupby(ran["cell"]).agg(mark.join)
+        for heading, of, mark in (("why", "reason", ". "), ("kinds", "kind", "; "))
     }
-    columns |= {heading: write for heading, _, write in _DRIFTS.values()}
-    return markdown(shown.rename(columns=renamed), columns | {"contacts": "{:.0f}".format})
+    asked = ran.groupby("cell")[["axis", "value", "law"]].first()
+    return asked.join([classes, shorts.rename(columns=NAMES)]).assign(**told).fillna("")
 
 
-_DRIFTS = {
-    "energy_share": ("spurious energy over the dissipated", "where most", partial(number, digits=2)),
-    "constraint_m": ("constraint's violation", "where largest", partial(quantity, unit="m", digits=2)),
-}
-"""Column of the frame -> heading, heading of where it is largest, and what writes it."""
+def along_the_axes(cells: pd.DataFrame) -> str:
+    """Return a table of the cells along the axes whose classes differ, with all reasons."""
+    headings = ["axis", "value", "law", *(NAMES[name] for name in _COMPARED), "why"]
+    return markdown(cells[cells["axis"] != HYPERCUBE], dict.fromkeys(headings, str))
+
+
+def in_the_hypercube(cells: pd.DataFrame) -> str:
+    """Return the same of the hypercube, points with the same classes and kinds of reasons together."""
+    by = ["law", *_COMPARED, "kinds"]
+    points = cells[cells["axis"] == HYPERCUBE].groupby(by, sort=False)["value"].agg(["size", " ".join])
+    rows = points.reset_index().sort_values(["law", "size"], ascending=[True, False], kind="stable")
+    return markdown(rows.rename(columns=NAMES | {"kinds": "why", "size": "points", "join": "which"}))
+
+
+def unexplained(runs: pd.DataFrame) -> str:
+    """Return a line for each run whose class nothing explains."""
+    left = runs[runs["kind"] == Cause.UNEXPLAINED.kind].to_dict("records")
+    lines = [
+        f"- {run['axis']} {run['value']}, {run['law']}, {run['formulation']}: {short(run)}" for run in left
+    ]
+    return "\n".join(lines) or "None."
+
+
+def short(run: Mapping[Hashable, Any]) -> str:
+    """Return the class of a run, of a degraded one with its error."""
+    kind, error = str(run["class"]), run["error_m"]
+    return f"{kind}, {quantity(error, 'm', 2)}" if kind == Class.DEGRADED else kind

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from math import inf, nan
+from math import nan
 
 import numpy as np
 
 from comparison.execution.ledger import Row
 from comparison.execution.quality_checks import MUCH_DRIFT, MUCH_ENERGY
-from comparison.tables.arrays import Array
 
 
 class Class(StrEnum):
@@ -31,58 +30,34 @@ _BY_STATUS = {"bad input": Class.REFUSED, "crashed": Class.CRASHED, "unusable": 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of one run.
-
-    Attributes
-    ----------
-    kind
-        Its class.
-    error
-        Largest distance of slider_x from the exact runs over the first cycle, m; nan without any.
-    bound
-        On the error at its setting, m; nan where none is on record.
-    lasted
-        Share of the first cycle over which the distance stays within the bound.
-    """
+    """What became of one run."""
 
     kind: Class
     error: float = nan
+    """Largest distance of slider_x from the exact runs over the first cycle, m; nan without any."""
     bound: float = nan
+    """On the error at its setting, m; nan where none is on record."""
     lasted: float = nan
+    """Share of the first cycle over which the distance stays within the bound."""
 
 
 @dataclass(frozen=True)
 class Refined:
-    """What the refined reruns of one run found.
-
-    Attributes
-    ----------
-    apart
-        Largest distance of slider_x in the first cycle, of two starts `refinement.HAIR` apart, m; nan if
-        unknown.
-    finer
-        The same run at a finer setting; None where there is none.
-    status
-        How that one ended.
-    """
+    """What the refined reruns of one run found."""
 
     apart: float
+    """Largest distance of slider_x in the first cycle, of starts a hair apart, m; nan if unknown."""
     finer: Verdict | None
+    """The same run at a finer setting; None where there is none."""
     status: str = ""
+    """How that one ended."""
 
 
 def judge(row: Row, exact: Mapping[str, Row], bound: float) -> Verdict:
-    """Judge a run by those that count as exact.
+    """Judge a run (`runs.measure`) by those that count as exact, the most accurate runs of each model.
 
-    Parameters
-    ----------
-    row
-        Of the run (`comparison.studies.extremes.runs.measure`).
-    exact
-        The most accurate runs of each model. Those that finished the first cycle are used: with two of them
-        the run must be close to both, as either may be the one that is wrong.
-    bound
-        Error bound of slider_x at the run's setting over the first cycle, m.
+    Those that finished the first cycle are used: with two of them the run must be close to both, as either
+    may be the one that is wrong. ``bound``: on the error of slider_x at its setting over the cycle, m.
     """
     if row["status"] != "success":
         return Verdict(_BY_STATUS.get(row["status"], Class.STOPPED), bound=bound)
@@ -98,9 +73,7 @@ def judge(row: Row, exact: Mapping[str, Row], bound: float) -> Verdict:
     return Verdict(kind, float(distance.max()), bound, lasted)
 
 
-def magnification(exact: Row, perturbed: Row, distance: float) -> float:
-    """Return by how much two starts so far apart (m) move apart in the first cycle; nan if unknown."""
-    if exact["status"] != "success" or perturbed["status"] != "success":
-        return nan
-    apart: Array = np.abs(np.asarray(exact["x"]) - np.asarray(perturbed["x"]))
-    return float(apart.max()) / distance if distance > 0.0 else inf
+def apart(*rows: Row) -> float:
+    """Return how far the finished ones of runs are from one another at most, m; nan with less than two."""
+    runs = [np.asarray(row["x"], dtype=np.float64) for row in rows if row["status"] == "success"]
+    return float(np.ptp(runs, axis=0).max()) if len(runs) > 1 else nan

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.scene import load_scene
-from comparison.studies.identification.kinematics import Geometry, Lengths, Topology, motion
+from comparison.studies.identification.kinematics import Geometry, Lengths, Topology, lengths_of, motion
 from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array
 
@@ -23,17 +23,12 @@ quotient falls 1.3 % short, as the page reports."""
 
 
 def printed_facts() -> pd.DataFrame:
-    """Return the five facts that the geometry is fitted to.
+    """Return the five facts that the geometry is fitted to, by what they are.
 
-    Returns
-    -------
-    facts
-        By what it is: ``value``, what the ideal motion should show, in ``unit``; ``allowance``, by how much
-        it may miss (one standard deviation): the rounding of the print, and what the clearance adds to a
-        figure of a motion with clearance; ``rounding``, half a unit of the last printed digit alone.
+    ``value``: what the ideal motion should show, in ``unit``; ``allowance``: by how much it may miss (one
+    standard deviation): the rounding of the print, and what the clearance adds to a figure of a motion with
+    clearance; ``rounding``: half a unit of the last printed digit alone.
 
-    Notes
-    -----
     The range of the velocity (Fig. 14c) is one with clearance. The clearance widens it by something between
     nothing and the largest error of the velocity (Fig. 14e): half of that, give or take half, is taken off.
     The tangent of rod 4's angle is the quotient of the largest errors of y and x in Fig. 14: at constant x
@@ -63,9 +58,7 @@ def vibration() -> float:
 def table_1() -> tuple[Lengths, float]:
     """Return the lengths of Table 1, and the speed of the crank, rad/s."""
     data = load_scene(BASE).data
-    crank, rod2, rocker, rod4 = (data["mechanism"][part] for part in ("crank", "rod2", "rocker", "rod4"))
-    lengths = Lengths(crank["length"], rod2["length"], rocker["length"], rocker["centroid"], rod4["length"])
-    return lengths, pi / 30 * abs(float(data["drive"]["speed_rpm"]))
+    return lengths_of(data["mechanism"]), pi / 30 * abs(float(data["drive"]["speed_rpm"]))
 
 
 def shipped_geometry() -> Geometry:
@@ -76,14 +69,9 @@ def shipped_geometry() -> Geometry:
 
 
 def shown(geometry: Geometry, topology: Topology) -> tuple[float, Array]:
-    """Return what a press with the lengths of Table 1 shows.
+    """Return `Motion.assembled` of a press with the lengths of Table 1, and what it shows.
 
-    Returns
-    -------
-    assembled
-        As in `Motion.assembled`.
-    values
-        Shape (5,), in the order of `printed_facts`; nan where the press cannot be assembled at every angle.
+    Shape (5,), in the order of `printed_facts`; nan where it cannot be assembled at every angle.
     """
     lengths, speed = table_1()
     cycle = motion(geometry, topology, lengths, tau * np.arange(ANGLES) / ANGLES)
@@ -100,9 +88,8 @@ def shown(geometry: Geometry, topology: Topology) -> tuple[float, Array]:
             crank -= min(max(step, -tau / ANGLES), tau / ANGLES)
     stroke = top + _highest(-cycle.F.imag)[0]
     low, high = -speed * _highest(-cycle.velocity)[0], speed * _highest(cycle.velocity)[0]
-    return cycle.assembled, np.array(
-        [np.degrees(crank) % 360.0, stroke, low, high, _highest(cycle.tangent)[0]]
-    )
+    values = (np.degrees(crank) % 360.0, stroke, low, high, _highest(cycle.tangent)[0])
+    return cycle.assembled, np.array(values)
 
 
 def _highest(values: Array) -> tuple[float, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -28,25 +29,15 @@ MISSING = 1e3
 
 @dataclass(frozen=True)
 class Fit:
-    """The best geometry of a topology.
-
-    Attributes
-    ----------
-    topology, geometry
-        The press.
-    shown
-        What it shows, shape (5,); nan if nothing was found that can be assembled.
-    residuals
-        Over the facts' allowances, shape (5,).
-    covariance
-        Of the geometry, m^2, shape (3, 3), from the Jacobian at the best fit.
-    """
+    """The best geometry of a topology."""
 
     topology: Topology
     geometry: Geometry
     shown: Array
     residuals: Array
+    """Of what the press shows, over the facts' allowances; both have shape (5,)."""
     covariance: Array
+    """Of the geometry, m^2, shape (3, 3), from the Jacobian at the best fit."""
 
     @property
     def misfit(self) -> float:
@@ -57,30 +48,20 @@ class Fit:
 
 @dataclass(frozen=True)
 class Profile:
-    """What it costs to hold one unknown.
-
-    Attributes
-    ----------
-    best
-        Of the unknown, m.
-    values
-        What it is held at, m, shape (n,).
-    growth
-        Of the sum of squared residuals over that of the best geometry, the other unknowns fitted, shape (n,).
-    """
+    """What it costs to hold one unknown."""
 
     best: float
     values: Array
+    """What it is held at, shape (n,); like the best in m."""
     growth: Array
+    """Of the sum of squared residuals over that of the best geometry, the others fitted, shape (n,)."""
 
     @property
     def two_sigma(self) -> tuple[float, float]:
         """Return where the growth passes 4, to either side, m."""
-        low, high = self.values < self.best, self.values > self.best
-        return (
-            float(np.interp(4.0, self.growth[low][::-1], self.values[low][::-1])),
-            float(np.interp(4.0, self.growth[high], self.values[high])),
-        )
+        low, high = np.flatnonzero(self.values < self.best)[::-1], self.values > self.best
+        below, above = (float(np.interp(4.0, self.growth[at], self.values[at])) for at in (low, high))
+        return below, above
 
 
 def residuals(geometry: Sequence[float], topology: Topology, facts: pd.DataFrame, allowances: Array) -> Array:
@@ -108,37 +89,25 @@ def fit(topology: Topology, facts: pd.DataFrame, drawn: int = DRAWN) -> Fit | No
         return residuals(geometry.tolist(), topology, facts, allowances)
 
     costs = np.array([np.sum(of(start, COARSE) ** 2) for start in starts])
-    best = None
+    search = partial(least_squares, of, bounds=(low, high), x_scale=0.1)
+    tried = []
     for n in np.argsort(costs)[:STARTS]:
-        if costs[n] >= MISSING**2:
-            continue
-        geometry = starts[n]
-        for allowances in (COARSE, facts["allowance"].to_numpy()):
-            found = least_squares(of, geometry, args=(allowances,), bounds=(low, high), x_scale=0.1)
-            geometry = found.x
-        if best is None or found.cost < best.cost:
-            best = found
-    if best is None:
+        if costs[n] < MISSING**2:
+            coarse = search(starts[n], args=(COARSE,))
+            tried.append(search(coarse.x, args=(facts["allowance"].to_numpy(),)))
+    if not tried:
         return None
+    best = min(tried, key=lambda found: found.cost)
     fitted = Geometry(*map(float, best.x))
     jacobian = np.asarray(best.jac, dtype=np.float64)
-    covariance = np.asarray(np.linalg.pinv(jacobian.T @ jacobian), dtype=np.float64)
+    covariance = np.asarray(np.linalg.pinv(jacobian.T @ jacobian))
     return Fit(topology, fitted, shown(fitted, topology)[1], np.asarray(best.fun), covariance)
 
 
 def profile(fitted: Fit, which: int, values: Array, facts: pd.DataFrame) -> Profile:
-    """Return what it costs to hold one unknown while the others are fitted.
+    """Return what it costs to hold one unknown at values, m, shape (n,), while the others are fitted.
 
-    Parameters
-    ----------
-    fitted
-        The best fit; the searches start along its covariance.
-    which
-        The unknown's place in `Geometry`.
-    values
-        What it is held at, m, shape (n,).
-    facts
-        As of the fit.
+    ``which``: its place in `Geometry`. The searches start along the covariance of the best fit.
     """
     free = [k for k in range(3) if k != which]
     slope = fitted.covariance[free, which] / fitted.covariance[which, which]

@@ -6,10 +6,11 @@ by each of them checks this one.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 from math import inf, isfinite
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,29 +31,27 @@ class Lengths(NamedTuple):
     rod4: float
 
 
+def lengths_of(mechanism: Mapping[str, Any]) -> Lengths:
+    """Return the lengths of a scene's mechanism."""
+    rocker = mechanism["rocker"]
+    crank, rod2, rod4 = (mechanism[part]["length"] for part in ("crank", "rod2", "rod4"))
+    return Lengths(crank, rod2, rocker["length"], rocker["centroid"], rod4)
+
+
 @dataclass(frozen=True)
 class Topology:
-    """The two-valued choices of an arrangement.
-
-    Attributes
-    ----------
-    crank
-        1: counter-clockwise, -1: clockwise.
-    rocker
-        1: joint B lies to the left of the line from A to H, -1: to its right.
-    slider
-        -1: rod 4 points down from the rocker's tip, 1: up.
-    pin
-        Where rod 2 is attached to the rocker: ``"centroid"`` or ``"tip"``.
-    side
-        -1: the guide is to the left of the crank pivot, 1: to its right.
-    """
+    """The two-valued choices of an arrangement, 1 or -1 but for the pin."""
 
     crank: int
+    """1: counter-clockwise, -1: clockwise."""
     rocker: int
+    """1: joint B lies to the left of the line from A to H, -1: to its right."""
     slider: int
+    """-1: rod 4 points down from the rocker's tip, 1: up."""
     pin: str
+    """Where rod 2 is attached to the rocker: ``"centroid"`` or ``"tip"``."""
     side: int
+    """-1: the guide is to the left of the crank pivot, 1: to its right."""
 
     def words(self, text: str) -> str:
         """Fill words for crank, B, pin, slider and guide into a text with five places."""
@@ -68,9 +67,8 @@ class Topology:
         return self.words("crank {}, B {} of A–H, rod 2 at the rocker's {}, slider {}, guide {}")
 
 
-TOPOLOGIES = tuple(
-    Topology(*choices) for choices in product((1, -1), (1, -1), (-1, 1), ("centroid", "tip"), (-1, 1))
-)
+_CHOICES = product((1, -1), (1, -1), (-1, 1), ("centroid", "tip"), (-1, 1))
+TOPOLOGIES = tuple(Topology(*choices) for choices in _CHOICES)
 
 
 class Geometry(NamedTuple):
@@ -83,44 +81,27 @@ class Geometry(NamedTuple):
 
 @dataclass(frozen=True)
 class Motion:
-    """One crank cycle; every array has shape (n,).
-
-    Attributes
-    ----------
-    assembled
-        The smallest margin (m) by which two links reach each other; negative where the linkage cannot be
-        assembled at some crank angle.
-    A, B, C, F
-        Joints; F is the slider.
-    velocity, acceleration
-        Of the slider along the guide, positive upwards, at a crank speed of 1 rad/s: m/s and m/s^2.
-    tangent
-        Tangent of rod 4's angle to the guide.
-    """
+    """One crank cycle; every array has shape (n,)."""
 
     assembled: float
+    """The smallest margin (m) by which two links reach each other; negative where the linkage cannot be
+    assembled at some crank angle."""
     A: Points
     B: Points
     C: Points
     F: Points
+    """Joints; F is the slider."""
     velocity: Array
     acceleration: Array
+    """Of the slider, positive upwards, at a crank speed of 1 rad/s: m/s and m/s^2."""
     tangent: Array
+    """Tangent of rod 4's angle to the guide."""
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def motion(geometry: Geometry, topology: Topology, lengths: Lengths, angle: Array) -> Motion:
-    """Move the press.
+    """Move the press to crank angles, counter-clockwise from the x axis either way, rad, shape (n,).
 
-    Parameters
-    ----------
-    geometry, topology, lengths
-        The press.
-    angle
-        Of the crank, counter-clockwise from the x axis whichever way it rotates, rad, shape (n,).
-
-    Notes
-    -----
     Where links do not reach each other the half chord is set to zero: `Motion.assembled` shows by how much
     they miss. Velocities follow from rigid rods: their ends have the same velocity along them.
     """
@@ -150,16 +131,9 @@ def motion(geometry: Geometry, topology: Topology, lengths: Lengths, angle: Arra
     height = topology.slider * np.sqrt(np.maximum(fall, 0.0))
     height1 = across * C1.real / height
     height2 = (across * C2.real - C1.real**2 - height1**2) / height
-    return Motion(
-        assembled=float(min(_margin(chord, lengths.rod2), _margin(fall, lengths.rod4))),
-        A=A,
-        B=B,
-        C=C,
-        F=geometry.guide + 1j * (C.imag + height),
-        velocity=C1.imag + height1,
-        acceleration=C2.imag + height2,
-        tangent=np.abs(across / height),
-    )
+    F = geometry.guide + 1j * (C.imag + height)
+    assembled = min(_margin(chord, lengths.rod2), _margin(fall, lengths.rod4))
+    return Motion(assembled, A, B, C, F, C1.imag + height1, C2.imag + height2, np.abs(across / height))
 
 
 def _dot(a: Points, b: Points) -> Array:

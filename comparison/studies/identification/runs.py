@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import pandas as pd
 
 from comparison.execution.run import MODELS, Job, Progress, run_all, successful
-from comparison.scene import Scene, load_scene
+from comparison.scene import load_scene
 from comparison.studies.identification.facts import BASE
 from comparison.studies.identification.fitting import Fit
 from comparison.studies.identification.kinematics import Topology
@@ -46,45 +47,29 @@ NUDGE = 1e-9
 
 @dataclass(frozen=True)
 class Config:
-    """What is fitted and how much is run.
-
-    Attributes
-    ----------
-    topologies
-        To be fitted.
-    members
-        Runs in an ensemble.
-    samples
-        A cycle, of the runs whose peaks are taken.
-    cycles, long_samples
-        Of the runs whose ranges are taken, and samples a cycle.
-    """
+    """What is fitted and how much is run."""
 
     topologies: Sequence[Topology]
     members: int
+    """Runs in an ensemble."""
     samples: int
+    """A cycle, of the runs whose peaks are taken."""
     cycles: int
     long_samples: int
+    """A cycle, of the runs whose ranges are taken."""
 
 
 @dataclass(frozen=True)
 class Runs:
-    """What was run.
-
-    Attributes
-    ----------
-    ratios
-        Median of the largest errors in the second cycle over the published one: a row for each key that is
-        varied and its value, a column for each scene and channel.
-    ranges
-        A row for each reference offset (m) with the columns of `PRINTED_RANGES`.
-    ideal
-        Model -> one cycle of the scene ``ideal``.
-    """
+    """What was run."""
 
     ratios: pd.DataFrame
+    """Median of the largest errors in the second cycle over the published one: a row for each key that is
+    varied and its value, a column for each scene and channel."""
     ranges: pd.DataFrame
+    """A row for each reference offset (m) with the columns of `PRINTED_RANGES`."""
     ideal: dict[str, Table]
+    """Model -> one cycle of the scene ``ideal``."""
 
     @property
     def by_radius(self) -> pd.DataFrame:
@@ -126,9 +111,8 @@ def simulate(runner_up: Fit, config: Config, n_jobs: int, on_progress: Progress 
             jobs[setting, name] = _job(name, still | {"joints.slider": "ideal"}, config)
             for k in range(config.members):
                 jobs[setting, name, k] = _job(name, values, config, k)
-    for offset in OFFSETS:
-        for joint, cycles in (("clearance", config.cycles), ("ideal", 1)):
-            jobs[offset, joint] = Job(_long(offset, joint, cycles, config.long_samples), "reference")
+    for offset, (joint, cycles) in product(OFFSETS, (("clearance", config.cycles), ("ideal", 1))):
+        jobs[offset, joint] = _long(offset, joint, cycles, config.long_samples)
     for model in MODELS:
         jobs["ideal", model] = Job(load_scene("ideal", {"drive.cycles": 1.0}), model)
     outcomes = run_all(list(jobs.values()), n_jobs, on_progress)
@@ -157,7 +141,7 @@ def _job(name: str, values: Values, config: Config, member: int = 0) -> Job:
     return Job(scene.with_values({"initial.slider_offset": start}), "reference")
 
 
-def _long(offset: float, joint: str, cycles: int, samples: int) -> Scene:
+def _long(offset: float, joint: str, cycles: int, samples: int) -> Job:
     values: Values = {
         "mechanism.reference_offset": offset,
         "joints.slider": joint,
@@ -165,7 +149,7 @@ def _long(offset: float, joint: str, cycles: int, samples: int) -> Scene:
         "output.groups": [],
         "output.samples_per_cycle": samples,
     }
-    return load_scene(BASE, values)
+    return Job(load_scene(BASE, values), "reference")
 
 
 def _ranges(run: Table, ideal: Table) -> list[float]:

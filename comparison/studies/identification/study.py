@@ -11,11 +11,10 @@ import pandas as pd
 from comparison.execution.run import Progress
 from comparison.studies.identification import figures
 from comparison.studies.identification.facts import printed_facts
-from comparison.studies.identification.fit_tables import of_fits
 from comparison.studies.identification.fitting import Fit, Profile, fit, profile
 from comparison.studies.identification.kinematics import TOPOLOGIES
-from comparison.studies.identification.run_tables import of_runs
 from comparison.studies.identification.runs import Config, Runs, simulate
+from comparison.studies.identification.tables import of_fits, of_runs
 from comparison.studies.shared.progress import part
 from comparison.studies.shared.study import Study
 

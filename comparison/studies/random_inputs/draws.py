@@ -36,22 +36,10 @@ _runner = cache(runner)
 
 @dataclass(frozen=True)
 class Draws(Task):
-    """Runs with inputs drawn about a scene, or a part of them.
+    """So many runs of a scene with drawn inputs, or a part of them from the run ``first`` on.
 
-    Attributes
-    ----------
-    scene
-        With its solver's settings.
-    inputs
-        What is drawn.
-    count
-        How many runs.
-    seed
-        The same seed draws the same inputs, whatever the solver's settings.
-    factor
-        What the standard deviations are multiplied with.
-    first
-        Number of the first run.
+    The same seed draws the same inputs, whatever the solver's settings; ``factor`` multiplies their standard
+    deviations.
     """
 
     scene: Scene
@@ -87,24 +75,16 @@ class Draws(Task):
 
 @dataclass(frozen=True)
 class Drawn:
-    """What came of draws.
-
-    Attributes
-    ----------
-    u
-        Inputs in standard deviations, shape (n, d): of the runs that succeeded.
-    responses
-        A row for each of these runs by its number, with the columns of `RESPONSES`.
-    failures
-        One line for each run that did not succeed.
-    seconds
-        Processor time of a run, the mean, s.
-    """
+    """What came of draws."""
 
     u: Array
+    """Inputs in standard deviations, shape (n, d), of the runs that succeeded."""
     responses: pd.DataFrame
+    """A row for each of these runs by its number, with the columns of `RESPONSES`."""
     failures: list[str]
+    """One line for each run that did not."""
     seconds: float
+    """Processor time of a run, the mean, s."""
 
 
 def run_draws(
@@ -134,18 +114,10 @@ def measure(draws: Draws, progress: Progress) -> Row:
 
 
 def respond(run: Table, ideal: Table, nominal: Table, period: float) -> list[float]:
-    """Return the responses of one run, in the order of `RESPONSES`.
+    """Return the responses of a run of two cycles or more, period in s, in the order of `RESPONSES`.
 
-    Parameters
-    ----------
-    run
-        Two cycles or more.
-    ideal
-        The ideal mechanism with the same numbers, at the same times.
-    nominal
-        The ideal mechanism with the scene's own numbers: at the same crank angles.
-    period
-        Of the crank, s.
+    ``ideal``: the ideal mechanism with the same numbers, at the same times; ``nominal``: that with the
+    scene's own numbers, at the same crank angles.
     """
     within = second_cycle(run.time, period)
     errors = [run.values(channel) - ideal.values(channel) for channel in _CHANNELS]

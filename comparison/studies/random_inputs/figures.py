@@ -24,29 +24,18 @@ _STEPS = 120
 
 
 def draw_probabilities(responses: pd.DataFrame, planes: Mapping[str, Plane], path: Path) -> None:
-    """Draw the probability of exceeding a limit over the limit: counted, and by first order.
-
-    Parameters
-    ----------
-    responses
-        Of the Monte Carlo runs, a column a response.
-    planes
-        One a response.
-    path
-        Where to.
-    """
+    """Draw the probability of exceeding a limit over the limit, a panel a response: counted, first order."""
     with svg.panels(path, 2, 2, height=4.8) as four:
         for axes, (name, unit) in zip(four, RESPONSES.items(), strict=True):
             values, plane = responses[name].to_numpy(), planes[name]
             factor, scaled = prefix(float(np.median(values)), unit)
-            low, high = np.quantile(values, (0.002, 0.9995))
-            reach = (high - low) or 1.0  # a response that nothing moves
-            limits = np.linspace(low, high + 0.1 * reach, _STEPS)
+            first, last = np.quantile(values, (0.002, 0.9995))
+            reach = (last - first) or 1.0  # a response that nothing moves
+            limits = np.linspace(first, last + 0.1 * reach, _STEPS)
             counted = np.array([counted_probability(values > limit) for limit in limits])
-            axes.fill_between(
-                limits / factor, np.maximum(counted[:, 1], 1e-5), counted[:, 2], color=svg.SHADE, lw=0
-            )
-            curves = {"Monte Carlo": counted[:, 0]} | {
+            value, low, up = counted.T
+            axes.fill_between(limits / factor, np.maximum(low, 1e-5), up, color=svg.SHADE, lw=0)
+            curves = {"Monte Carlo": value} | {
                 label: np.array([failure_probability(plane, limit, with_rest=rest)[0] for limit in limits])
                 for label, rest in (("first order", False), ("first order with residual", True))
             }
@@ -64,13 +53,8 @@ def draw_probabilities(responses: pd.DataFrame, planes: Mapping[str, Plane], pat
 def draw_gradients(slopes: Mapping[str, tuple[str, pd.DataFrame]], path: Path) -> None:
     """Draw gradients with their standard errors over the scale at which they are measured.
 
-    Parameters
-    ----------
-    slopes
-        Name of response and input -> unit, and ``gradient`` and ``error`` by the scatter of the runs over
-        that of the inputs.
-    path
-        Where to.
+    By response and input: unit, and ``gradient`` and ``error`` by the scatter of the runs over that of the
+    inputs.
     """
     with svg.panels(path, len(slopes), height=2.4 * len(slopes), sharex=True) as every:
         for axes, (name, (unit, found)) in zip(every, slopes.items(), strict=True):
@@ -90,14 +74,8 @@ def draw_gradients(slopes: Mapping[str, tuple[str, pd.DataFrame]], path: Path) -
 def draw_precision(labels: Sequence[str], changes: Mapping[str, Array], path: Path) -> None:
     """Draw how far the failure probability changes when the solver is coarser.
 
-    Parameters
-    ----------
-    labels
-        Tolerance, and what a run costs, for all but the finest.
-    changes
-        Response -> change of the probability with its interval, shape (n, 3).
-    path
-        Where to.
+    With a label for each tolerance but the finest, and by response the changes with their intervals, shape
+    (n, 3).
     """
     x = np.arange(len(labels))
     with svg.panels(path, height=3.4) as (axes,):

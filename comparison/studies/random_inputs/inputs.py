@@ -47,16 +47,9 @@ def label(one: RandomInput) -> str:
 
 
 def values_at(scene: Scene, inputs: Sequence[RandomInput], u: Array) -> dict[str, object]:
-    """Return the values of the keys.
+    """Return the values of the keys for independent standard normal numbers u, shape (d,).
 
-    Parameters
-    ----------
-    scene
-        Its own values are the middle of the distributions (of a lognormal one the median).
-    inputs
-        What scatters.
-    u
-        Independent standard normal numbers, shape (d,).
+    The scene's own values are the middle of the distributions (of a lognormal one the median).
     """
     values: dict[str, Any] = {}
     for one, number in zip(inputs, u.tolist(), strict=True):

@@ -29,25 +29,16 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Plane:
-    """A plane fitted to a response.
-
-    Attributes
-    ----------
-    mean
-        At u = 0, and its standard error.
-    gradient
-        Per standard deviation of each input, shape (d,).
-    errors
-        Standard errors of the gradient, shape (d,).
-    rest
-        Standard deviation of what the plane leaves.
-    """
+    """A plane fitted to a response."""
 
     mean: float
     mean_error: float
+    """At u = 0, and its standard error."""
     gradient: Array
     errors: Array
+    """Per standard deviation of each input, and their standard errors, shape (d,)."""
     rest: float
+    """Standard deviation of what the plane leaves."""
 
     @property
     def deviation(self) -> float:
@@ -63,14 +54,7 @@ class Plane:
 
 
 def fit_plane(u: Array, response: Array) -> Plane:
-    """Fit a plane.
-
-    Parameters
-    ----------
-    u
-        Inputs in standard deviations, shape (n, d).
-    response
-        Shape (n,).
+    """Fit a plane to responses, shape (n,), over inputs in standard deviations, shape (n, d).
 
     Raises
     ------
@@ -93,18 +77,7 @@ def fit_plane(u: Array, response: Array) -> Plane:
 def failure_probability(plane: Plane, limit: float, *, with_rest: bool = False) -> tuple[float, float, float]:
     """Return P(response > limit) after first order, with the interval that the standard errors leave.
 
-    Parameters
-    ----------
-    plane
-        Of the response.
-    limit
-        In its unit.
-    with_rest
-        Whether what the plane leaves counts as one more independent normal input.
-
-    Returns
-    -------
-    value, low, high
+    With the rest: what the plane leaves counts as one more independent normal input.
     """
     variance = plane.deviation**2 + (plane.rest**2 if with_rest else 0.0)
     if variance == 0.0:
@@ -122,35 +95,26 @@ def failure_probability(plane: Plane, limit: float, *, with_rest: bool = False) 
 def counted_probability(failed: BoolArray) -> tuple[float, float, float]:
     """Return the share of failures with its exact interval (C. J. Clopper and E. S. Pearson, 1934)."""
     count, trials = int(np.count_nonzero(failed)), int(failed.size)
-    bounds = binomtest(count, trials).proportion_ci(CONFIDENCE, method="exact")
-    return count / trials, float(bounds.low), float(bounds.high)
+    return count / trials, *_exact_interval(count, trials)
 
 
 def paired_change(failed: BoolArray, reference: BoolArray) -> tuple[float, float, float]:
     """Return by how much the share of failures differs between runs with the same inputs, with its interval.
 
     Only runs that fail in one of the two count (Q. McNemar, Psychometrika 12 (1947) 153-157); their share in
-    one direction has the exact interval of Clopper and Pearson, given how many they are.
-
-    Parameters
-    ----------
-    failed, reference
-        Shape (n,), the same inputs in the same order.
-
-    Returns
-    -------
-    value, low, high
+    one direction has the exact interval of Clopper and Pearson, given how many they are. Both arrays have
+    shape (n,) and the same inputs in the same order.
     """
-    more = int(np.count_nonzero(failed & ~reference))
-    less = int(np.count_nonzero(reference & ~failed))
+    more, less = int(np.sum(failed & ~reference)), int(np.sum(reference & ~failed))
     if more + less == 0:
         # None of n runs changed: with that confidence no more than this share does, either way.
         most = 1.0 - (0.5 * (1.0 - CONFIDENCE)) ** (1.0 / failed.size)
         return 0.0, -most, most
     share = (more + less) / failed.size
-    bounds = binomtest(more, more + less).proportion_ci(CONFIDENCE, method="exact")
-    return (
-        (more - less) / failed.size,
-        share * (2 * float(bounds.low) - 1),
-        share * (2 * float(bounds.high) - 1),
-    )
+    low, high = _exact_interval(more, more + less)
+    return (more - less) / failed.size, share * (2 * low - 1), share * (2 * high - 1)
+
+
+def _exact_interval(count: int, trials: int) -> tuple[float, float]:
+    bounds = binomtest(count, trials).proportion_ci(CONFIDENCE, method="exact")
+    return float(bounds.low), float(bounds.high)

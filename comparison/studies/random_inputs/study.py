@@ -22,8 +22,7 @@ from comparison.tables.arrays import Array
 
 SCENE = "150rpm-0.2mm"
 TOLERANCE = 1e-10
-MONTE_CARLO, GRADIENT = 1, 2
-"""Seeds."""
+MONTE_CARLO, GRADIENT = 1, 2  # seeds
 LIMITS = {
     "displacement": (5.3e-5, 5.5e-5),
     "velocity": (7.8e-3, 8.2e-3),
@@ -39,30 +38,20 @@ SLOPES = (("displacement", "clearance.slider"), ("acceleration", "contact.restit
 
 @dataclass(frozen=True)
 class Config:
-    """How much is run.
-
-    Attributes
-    ----------
-    samples
-        A cycle. Peaks of the acceleration last less: what is between samples is seen by none of the runs.
-    runs
-        Of Monte Carlo.
-    plane
-        Runs that a plane is fitted to.
-    factors
-        Scales of the scatter over which a gradient is measured; the last is 1.
-    tolerances
-        Of the reference, the finest last.
-    common
-        Runs with the same inputs at every tolerance.
-    """
+    """How much is run."""
 
     samples: int
+    """A cycle. Peaks of the acceleration last less: what is between samples is seen by none of the runs."""
     runs: int
+    """Of Monte Carlo."""
     plane: int
+    """Runs that a plane is fitted to."""
     factors: tuple[float, ...]
+    """Scales of the scatter over which a gradient is measured; the last is 1."""
     tolerances: tuple[float, ...]
+    """Of the reference, the finest last."""
     common: int
+    """Runs with the same inputs at every tolerance."""
 
 
 @dataclass(frozen=True)
@@ -96,22 +85,19 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     """Run all draws and fit the planes."""
     usual = scene(config.samples)
     inputs = inputs_of(usual)
-    scaled = [Draws(usual, inputs, config.plane, GRADIENT, factor) for factor in config.factors]
+    draws = [Draws(usual, inputs, config.plane, GRADIENT, factor) for factor in config.factors]
     # At the usual tolerance they are the first of the many.
-    coarser = [
-        Draws(scene(config.samples, tolerance), inputs, config.common, MONTE_CARLO)
-        for tolerance in config.tolerances
-    ]
-    many = Draws(usual, inputs, config.runs, MONTE_CARLO)
-    *drawn, counted = run_draws([*scaled, *coarser, many], n_jobs, on_progress)
+    same = [scene(config.samples, tolerance) for tolerance in config.tolerances]
+    draws += [Draws(each, inputs, config.common, MONTE_CARLO) for each in same]
+    draws.append(Draws(usual, inputs, config.runs, MONTE_CARLO))
+    *drawn, many = run_draws(draws, n_jobs, on_progress)
     planes = {
         factor: {name: fit_plane(of.u, of.responses[name].to_numpy()) for name in RESPONSES}
         for factor, of in zip(config.factors, drawn, strict=False)
     }
-    common = dict(zip(config.tolerances, drawn[len(scaled) :], strict=True))
-    return Results(
-        config, inputs, counted, planes, common, {name: _changes(common, name) for name in COMPARED}
-    )
+    common = dict(zip(config.tolerances, drawn[len(planes) :], strict=True))
+    changes = {name: _changes(common, name) for name in COMPARED}
+    return Results(config, inputs, many, planes, common, changes)
 
 
 def _changes(common: dict[float, Drawn], response: str) -> Array:
@@ -123,17 +109,13 @@ def _changes(common: dict[float, Drawn], response: str) -> Array:
 def draw(results: Results, folder: Path) -> None:
     """Draw probabilities, gradients over the scale, and changes over the tolerance."""
     draw_probabilities(results.many.responses, results.planes[1.0], folder / "probabilities.svg")
-    labels = [label(one) for one in results.inputs]
     slopes = {}
     for response, key in SLOPES:
+        column = [label(one) for one in results.inputs].index(key)
         at = {factor: planes[response] for factor, planes in results.planes.items()}
-        column = labels.index(key)
         # Per standard deviation of the input, not of the runs.
         found = {factor: (plane.gradient[column], plane.errors[column]) for factor, plane in at.items()}
-        slopes[f"{response} by {key}"] = (
-            RESPONSES[response],
-            pd.DataFrame.from_dict(found, orient="index", columns=["gradient", "error"]),
-        )
+        slopes[f"{response} by {key}"] = RESPONSES[response], pd.DataFrame(found, ["gradient", "error"]).T
     draw_gradients(slopes, folder / "gradients.svg")
     costs = [f"{tolerance:.0e}\n{1e3 * of.seconds:.1f} ms" for tolerance, of in results.common.items()]
     draw_precision(costs[:-1], results.changes, folder / "precision.svg")
@@ -166,14 +148,10 @@ STUDY = Study(
     "random-inputs",
     small=Config(samples=40, runs=60, plane=30, factors=(0.1, 1.0), tolerances=(1e-7, 1e-10), common=20),
     full=Config(
-        samples=500,
-        runs=10_000,
-        plane=400,
-        factors=(0.003, 0.03, 0.3, 1.0),
+        samples=500, runs=10_000, plane=400, common=2000, factors=(0.003, 0.03, 0.3, 1.0),
         tolerances=(1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11),
-        common=2000,
     ),
     measure=measure,
     page=page,
     draw=draw,
-)
+)  # fmt: skip

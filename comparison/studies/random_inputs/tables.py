@@ -25,24 +25,22 @@ def inputs(drawn: Sequence[RandomInput]) -> str:
 
 def moments(planes: Mapping[str, Plane], responses: pd.DataFrame) -> str:
     """Return means and standard deviations by both methods, and how much of them the plane has."""
-    rows = []
-    for name, unit in RESPONSES.items():
+
+    def row(name: str, unit: str) -> dict[str, str]:
         plane, counted = planes[name], responses[name]
-        total = plane.deviation**2 + plane.rest**2
         mean = f"{quantity(plane.mean, unit)} ± {quantity(2 * plane.mean_error, unit, 2)}"
         deviations = [quantity(value, unit) for value in (plane.deviation, float(counted.std(ddof=0)))]
-        rows.append(
-            {
-                "largest error of the second cycle": name,
-                "mean: plane, Monte Carlo": f"{mean}, {quantity(float(counted.mean()), unit)}",
-                "standard deviation: plane, Monte Carlo": ", ".join(deviations),
-                "residual of the plane": quantity(plane.rest, unit),
-                "share of the variance that the plane explains": f"{plane.deviation**2 / total:.0%}"
-                if total
-                else MISSING,
-            }
-        )
-    return rows_table(rows)
+        total = plane.deviation**2 + plane.rest**2
+        explained = f"{plane.deviation**2 / total:.0%}" if total else MISSING
+        return {
+            "largest error of the second cycle": name,
+            "mean: plane, Monte Carlo": f"{mean}, {quantity(float(counted.mean()), unit)}",
+            "standard deviation: plane, Monte Carlo": ", ".join(deviations),
+            "residual of the plane": quantity(plane.rest, unit),
+            "share of the variance that the plane explains": explained,
+        }
+
+    return rows_table(row(*each) for each in RESPONSES.items())
 
 
 def importance(planes: Mapping[str, Plane], labels: Sequence[str]) -> str:
@@ -63,9 +61,9 @@ def probabilities(
     """Return the probabilities of exceeding limits: counted, and by first order."""
 
     def row(name: str, limit: float) -> dict[str, str]:
-        plane, counted = planes[name], responses[name].to_numpy()
+        plane = planes[name]
         found = {
-            "Monte Carlo": counted_probability(counted > limit),
+            "Monte Carlo": counted_probability(responses[name].to_numpy() > limit),
             "first order": failure_probability(plane, limit),
             "first order with the residual as one more input": failure_probability(
                 plane, limit, with_rest=True
@@ -81,20 +79,15 @@ def probabilities(
 
 def precision(common: Mapping[float, Drawn], changes: Mapping[str, Array]) -> str:
     """Return cost, and change of the failure probabilities against the finest tolerance, by tolerance."""
-    finest = len(common) - 1
 
-    def cell(n: int, change: Array) -> str:
-        if n == finest:
-            return "compared with"
-        value, low, high = 100 * change[n]
-        return f"{value:+.2f} % ({low:+.2f} … {high:+.2f})"
-
-    return rows_table(
-        {
-            "tolerance": f"{tolerance:.0e}",
-            "processor time of a run": quantity(of.seconds, "s"),
-            "failed runs": str(len(of.failures)),
+    def row(n: int, tolerance: float, of: Drawn) -> dict[str, str]:
+        cells = {
+            f"change, {name}": "{:+.2f} % ({:+.2f} … {:+.2f})".format(*(100 * change[n]))
+            if n < len(change)
+            else "compared with"
+            for name, change in changes.items()
         }
-        | {f"change, {name}": cell(n, change) for name, change in changes.items()}
-        for n, (tolerance, of) in enumerate(common.items())
-    )
+        cost = {"processor time of a run": quantity(of.seconds, "s"), "failed runs": str(len(of.failures))}
+        return {"tolerance": f"{tolerance:.0e}"} | cost | cells
+
+    return rows_table(row(n, *each) for n, each in enumerate(common.items()))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -36,6 +36,13 @@ def rows_table(rows: Iterable[Mapping[str, str]]) -> str:
     """Return a table of rows with the same columns, heading -> cell; nothing where there is no row."""
     lines = list(rows)
     return table(list(lines[0]), [list(row.values()) for row in lines]) if lines else ""
+
+
+def crossed(heading: str, rows: Sequence[str], columns: Sequence[str], cells: Sequence[str]) -> str:
+    """Return cells as a table over the names of their rows and columns, each in the order of the first."""
+    named = pd.DataFrame({heading: rows, "column": columns, "cell": cells})
+    wide = named.pivot_table("cell", heading, "column", aggfunc="first", sort=False)
+    return markdown(wide.reset_index())
 
 
 def largest(frame: pd.DataFrame, column: str) -> dict[str, Any]:

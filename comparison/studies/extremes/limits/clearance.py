@@ -17,7 +17,6 @@ from comparison.studies.shared.errors import error
 from comparison.tables.table import Table
 
 _CENTRED = {"mechanism.reference_offset": 0.0, "drive.cycles": 1.0, "output.groups": []}
-_SMALLEST_TOLERANCE = 1e-12
 WIDE, TIGHT = "clearance > 3 depths", "clearance < depth / 3"
 _DEVIATIONS = ("x", "y", "vx", "vy")
 
@@ -30,7 +29,7 @@ def scene(case: Case) -> Scene:
         "clearance.slider": clearance,
         "solver.exudyn.formulation": "tree",
         # The tolerance is one of the rod's angle; a thousandth of the angle that crosses the clearance.
-        "solver.reference.tolerance": max(_SMALLEST_TOLERANCE, min(1e-10, clearance / 240)),
+        "solver.reference.tolerance": max(1e-12, min(1e-10, clearance / 240)),
     }
     return load_scene("150rpm-0.2mm", _CENTRED | values)
 
@@ -53,9 +52,9 @@ def measure(_: Case, run: Table, still: Table) -> dict[str, float]:
 
 def derive(frame: pd.DataFrame) -> pd.DataFrame:
     """Add on which side of the transition from free flight to two springs a run is."""
-    free, pressed = frame["clearance"] > 3 * frame["deepest"], frame["clearance"] < frame["deepest"] / 3
-    where = np.select([free, pressed], [WIDE, TIGHT], "")
-    return frame.assign(where=pd.Series(where).replace("", None), **{"y / x": frame["y"] / frame["x"]})
+    ratio = frame["clearance"] / frame["deepest"]
+    where = pd.Series(np.select([ratio > 3, ratio < 1 / 3], [WIDE, TIGHT], "")).replace("", None)
+    return frame.assign(where=where, **{"y / x": frame["y"] / frame["x"]})
 
 
 def values(frame: pd.DataFrame) -> dict[str, object]:
@@ -70,32 +69,19 @@ def values(frame: pd.DataFrame) -> dict[str, object]:
 
 
 _METRES, _SPEED = partial(quantity, unit="m"), partial(quantity, unit="m/s")
+_ORDERS = {"x": 1.0, "y": 1.0, "vx": 0.5, "vy": 0.5, "largest force": 0.6}
 LIMIT = Limit(
     name="clearance",
     variable="clearance",
     cases=[{"model": model, "clearance": 10.0**-n} for n in range(3, 10) for model in MODELS],
-    scene=scene,
-    held_against=ideal,
-    measure=measure,
-    derive=derive,
-    values=values,
+    scene=scene, held_against=ideal, measure=measure, derive=derive, values=values,
     columns={
-        "clearance": _METRES,
-        "run": str,
-        "x": _METRES,
-        "y": _METRES,
-        "y / x": partial(number, digits=4),
-        "vx": _SPEED,
-        "vy": _SPEED,
-        "deepest": _METRES,
-        "largest force": partial(quantity, unit="N"),
+        "clearance": _METRES, "run": str, "x": _METRES, "y": _METRES, "y / x": partial(number, digits=4),
+        "vx": _SPEED, "vy": _SPEED, "deepest": _METRES, "largest force": partial(quantity, unit="N"),
         "contacts": "{:.0f}".format,
     },
-    orders=(*_DEVIATIONS, "largest force", "deepest"),
-    by=("model", "where"),
-    theory={
-        (model, WIDE): {"x": 1.0, "y": 1.0, "vx": 0.5, "vy": 0.5, "largest force": 0.6} for model in MODELS
-    },
+    orders=(*_ORDERS, "deepest"), by=("model", "where"),
+    theory={(model, WIDE): _ORDERS for model in MODELS},
     panels=(
         Panel(
             "clearance (m)", "largest deviation (m)", ("x", "y"), (1e-5, 1e-3, 1e-5, 1.0),

@@ -13,10 +13,6 @@ from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.limits.convergence import Case, Limit, Panel
 from comparison.tables.table import Table
 
-TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
-"""Of the reference."""
-STEPS = (1e-5, 5e-6, 2.5e-6, 1.25e-6)
-"""s, of the trapezoidal rule, index 2."""
 CYCLES = {"reference": 1.0, "exudyn": 0.25}
 BOTH, NO_FRICTION, NO_DAMPING = "restitution 1, friction 0", "friction 0", "restitution 1"
 _KEYS: dict[str, dict[str, object]] = {
@@ -24,7 +20,11 @@ _KEYS: dict[str, dict[str, object]] = {
     NO_FRICTION: {"friction.coefficient": 0.0},
     NO_DAMPING: {"contact.restitution": 1.0},
 }
-_SETTING = {"reference": "solver.reference.tolerance", "exudyn": "solver.exudyn.step"}
+_SETTINGS = {
+    "reference": ("solver.reference.tolerance", (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12), 1e-10),
+    "exudyn": ("solver.exudyn.step", (1e-5, 5e-6, 2.5e-6, 1.25e-6), 5e-6),
+}
+"""Of each model the key, its values (rad, s) where nothing is lost, and the one where something is."""
 _ENERGIES = ("damping", "friction", "residual", "kinetic")
 
 
@@ -34,7 +34,7 @@ def scene(case: Case) -> Scene:
         "drive.cycles": CYCLES[case["model"]],
         "output.groups": ["energy"],
         "output.samples_per_cycle": 4000,
-        _SETTING[case["model"]]: case["setting"],
+        _SETTINGS[case["model"]][0]: case["setting"],
     }
     return load_scene("150rpm-0.2mm", _KEYS[case["case"]] | usual)
 
@@ -42,15 +42,6 @@ def scene(case: Case) -> Scene:
 def measure(_: Case, run: Table, __: Table) -> dict[str, float]:
     """Return the largest sizes over a run: losses, residual and kinetic energy, J."""
     return {name: float(np.abs(run.values(f"energy_{name}")).max()) for name in _ENERGIES}
-
-
-def derive(frame: pd.DataFrame) -> pd.DataFrame:
-    """Add the setting in words."""
-    settings = [
-        f"tolerance {value:.0e}" if model == "reference" else f"step {quantity(value, 's')}"
-        for model, value in zip(frame["model"], frame["setting"], strict=True)
-    ]
-    return frame.assign(**{"tolerance or step": settings})
 
 
 def values(frame: pd.DataFrame) -> dict[str, object]:
@@ -65,42 +56,31 @@ def values(frame: pd.DataFrame) -> dict[str, object]:
     }
 
 
-_SETTINGS = {"reference": (TOLERANCES, 1e-10), "exudyn": (STEPS, STEPS[1])}
-"""Of each model where nothing is lost, and where something is."""
-_RESIDUAL = "largest energy residual (J)", ("residual",)
+def _case(case: str, model: str, setting: float) -> Case:
+    written = f"tolerance {setting:.0e}" if model == "reference" else f"step {quantity(setting, 's')}"
+    return {"case": case, "model": model, "setting": setting, "tolerance or step": written}
+
+
+def _panel(x: str, model: str, guide: tuple[float, float, float, float]) -> Panel:
+    rows = f"model == {model!r} and case == {BOTH!r}"
+    return Panel(x, "largest energy residual (J)", ("residual",), guide, rows=rows)
+
+
+_LOST = [(model, case) for model in MODELS for case in (NO_FRICTION, NO_DAMPING)]
 LIMIT = Limit(
     name="lossless",
     variable="setting",
-    cases=[
-        {"case": BOTH, "model": model, "setting": setting}
-        for model in MODELS
-        for setting in _SETTINGS[model][0]
-    ]
-    + [
-        {"case": case, "model": model, "setting": _SETTINGS[model][1]}
-        for model in MODELS
-        for case in (NO_FRICTION, NO_DAMPING)
-    ],
-    scene=scene,
-    measure=measure,
-    derive=derive,
-    values=values,
+    cases=[_case(BOTH, model, each) for model in MODELS for each in _SETTINGS[model][1]]
+    + [_case(case, model, _SETTINGS[model][2]) for model, case in _LOST],
+    scene=scene, measure=measure, values=values,
     columns={
         **dict.fromkeys(("case", "run", "tolerance or step"), str),
         **dict.fromkeys(_ENERGIES, partial(quantity, unit="J")),
     },
-    orders=("residual",),
-    by=("model",),
-    asymptotic=f"case == {BOTH!r}",
+    orders=("residual",), by=("model",), asymptotic=f"case == {BOTH!r}",
     theory={("reference",): {"residual": 1.0}, ("exudyn",): {"residual": 2.0}},
     panels=(
-        Panel(
-            "tolerance of the reference (rad)", *_RESIDUAL, (1e-12, 1e-8, 1e-11, 1.0),
-            rows=f"model == 'reference' and case == {BOTH!r}",
-        ),
-        Panel(
-            "step of Exudyn (s)", *_RESIDUAL, (1e-6, 1e-5, 4e-9, 2.0),
-            rows=f"model == 'exudyn' and case == {BOTH!r}",
-        ),
+        _panel("tolerance of the reference (rad)", "reference", (1e-12, 1e-8, 1e-11, 1.0)),
+        _panel("step of Exudyn (s)", "exudyn", (1e-6, 1e-5, 4e-9, 2.0)),
     ),
 )  # fmt: skip

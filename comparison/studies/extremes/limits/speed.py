@@ -15,14 +15,14 @@ from comparison.studies.extremes.limits.convergence import Case, Limit, Panel
 from comparison.studies.shared.switches import corner_stiffness
 from comparison.tables.table import Table
 
-SPEEDS = (60.0, 30.0, 15.0, 7.5, 3.75, 1.9, 1.0)
-"""rpm."""
+SPEEDS = (60.0, 30.0, 15.0, 7.5, 3.75, 1.9, 1.0)  # rpm
 SLOWEST_TREE = 3.75
 """rpm: an explicit method takes steps of one length however slow the press is, see the template."""
 FRICTIONS = (0.0, 0.15)
 _STATIC = 1e-6
 """rpm of the ideal mechanism that stands for the press at rest."""
 _SAMPLES = 360
+_ONE_CYCLE: dict[str, object] = {"drive.cycles": 1.0, "output.samples_per_cycle": _SAMPLES}
 _SIDES = {"ll": 1.0, "ul": 1.0, "lr": -1.0, "ur": -1.0}
 _UNITS = {
     "wall force": "N", "torque": "N m", "depth": "m", "kinetic energy": "J", "last touch": "s",
@@ -32,33 +32,24 @@ _UNITS = {
 
 def scene(case: Case) -> Scene:
     """Return one cycle at a speed."""
-    groups = ["corners"] if case["model"] == "exudyn" else ["corners", "joints", "energy"]
-    return load_scene(
-        "150rpm-0.2mm",
-        {
-            "drive.speed_rpm": case["speed"],
-            "drive.cycles": 1.0,
-            "friction.coefficient": case["friction"],
-            "output.groups": groups,
-            "output.samples_per_cycle": _SAMPLES,
-            # At 1 rpm the last impacts are 1e-11 m deep: what a looser tolerance leaves of them never
-            # settles.
-            "solver.reference.tolerance": 1e-12,
-            "solver.exudyn.formulation": "tree",
-            "solver.exudyn.step": 60.0 / case["speed"] / 500,
-        },
-    )
+    values = _ONE_CYCLE | {
+        "drive.speed_rpm": case["speed"],
+        "friction.coefficient": case["friction"],
+        "output.groups": ["corners"] if case["model"] == "exudyn" else ["corners", "joints", "energy"],
+        # At 1 rpm the last impacts are 1e-11 m deep: what a looser tolerance leaves of them never settles.
+        "solver.reference.tolerance": 1e-12,
+        "solver.exudyn.formulation": "tree",
+        "solver.exudyn.step": 60.0 / case["speed"] / 500,
+    }
+    return load_scene("150rpm-0.2mm", values)
 
 
 def at_rest(_: Case) -> Job:
     """Return the run of the ideal mechanism, all but at rest, its slider on the line of the right wall."""
-    clearance = load_scene("150rpm-0.2mm").data["clearance"]["slider"]
-    values = {
+    values = _ONE_CYCLE | {
         "drive.speed_rpm": _STATIC,
-        "drive.cycles": 1.0,
-        "mechanism.reference_offset": clearance,
+        "mechanism.reference_offset": load_scene("150rpm-0.2mm").data["clearance"]["slider"],
         "output.groups": ["joints"],
-        "output.samples_per_cycle": _SAMPLES,
     }
     return Job(load_scene("ideal", values), "reference")
 
@@ -69,15 +60,15 @@ def measure(case: Case, run: Table, static: Table) -> dict[str, float]:
     The largest differences, and the largest kinetic energy; of the whole cycle the number of contacts, when
     the last began, and the mean step. Units are those of `_UNITS`.
     """
-    data, late = scene(case).data, slice(_SAMPLES // 2, None)
+    data, late, events = scene(case).data, slice(_SAMPLES // 2, None), contacts(run)
     held = static.values("guide_force")[late]
     walls = sum(sign * run.values(f"corner_{corner}_normal")[late] for corner, sign in _SIDES.items())
     # Upright and at rest, each corner of the side bears half.
     depth = (np.abs(held) / 2 / corner_stiffness(data["contact"])) ** (1 / data["contact"]["exponent"])
     x = run.values("slider_x")[late] - data["mechanism"]["guide_x"] - data["clearance"]["slider"]
     found = {
-        "contacts": len(contacts(run)),
-        "last touch": float(contacts(run)["start"].max()),
+        "contacts": len(events),
+        "last touch": float(events["start"].max()),
         "mean step": float(run.time[-1]) / run.provenance["counters"]["steps"],
         "wall force": float(np.abs(walls - held).max()),
         "depth": float(np.abs(x - depth).max()),
@@ -107,34 +98,21 @@ LIMIT = Limit(
     variable="speed",
     cases=[
         {"friction": friction, "model": model, "speed": speed}
-        for friction in FRICTIONS
-        for model in MODELS
-        for speed in SPEEDS
+        for friction in FRICTIONS for model in MODELS for speed in SPEEDS
         if model == "reference" or speed >= SLOWEST_TREE
     ],
-    scene=scene,
-    held_against=at_rest,
-    measure=measure,
-    values=values,
+    scene=scene, held_against=at_rest, measure=measure, values=values,
     columns={
-        "friction": "{:g}".format,
-        "run": str,
-        "speed": "{:g} rpm".format,
-        "contacts": "{:.0f}".format,
+        "friction": "{:g}".format, "run": str, "speed": "{:g} rpm".format, "contacts": "{:.0f}".format,
         **{name: partial(quantity, unit=unit) for name, unit in _UNITS.items()},
     },
-    orders=tuple(_UNITS),
-    by=("friction", "model"),
-    theory={
-        (0.0, model): dict.fromkeys(list(_UNITS)[:4], 2.0) | {"last touch": 0.0} for model in MODELS
-    },
+    orders=tuple(_UNITS), by=("friction", "model"),
+    theory={(0.0, model): dict.fromkeys(list(_UNITS)[:4], 2.0) | {"last touch": 0.0} for model in MODELS},
     panels=(
         Panel(
             "speed (rpm)", "|wall force − static| (N)", ("wall force",), (1.0, 60.0, 6e-5, 2.0),
             by="friction", label="friction {0:g}, {1}",
         ),
-        Panel(
-            "speed (rpm)", "|torque − static| (N m)", ("torque",), (1.0, 60.0, 4e-5, 2.0), by="friction"
-        ),
+        Panel("speed (rpm)", "|torque − static| (N m)", ("torque",), (1.0, 60.0, 4e-5, 2.0), by="friction"),
     ),
 )  # fmt: skip

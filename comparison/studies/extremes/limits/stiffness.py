@@ -18,31 +18,29 @@ from comparison.studies.shared.switches import corner_stiffness
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 
-MODULI = tuple(10.0**power for power in range(8, 16))
-"""Pa."""
+MODULI = tuple(10.0**power for power in range(8, 16))  # Pa
 TILTS = {"two": 0.0, "one": 2e-3}
 """Corners that hit at once -> the slider's angle, rad: upright, or so that one corner comes alone."""
 ASYMPTOTIC = 1e11
 """Pa, from which on orders are taken: softer contacts last milliseconds, in which the press moves."""
 FLIGHTS = 3
+_X, _CHANGES = ([f"{name} {k + 1}" for k in range(FLIGHTS)] for name in ("x", "x in flight"))
 
 
 def scene(case: Case) -> Scene:
     """Return a quarter of a cycle without friction."""
-    return load_scene(
-        "150rpm-0.2mm",
-        {
-            "contact.youngs_modulus": case["modulus"],
-            "friction.coefficient": 0.0,
-            "initial.slider_angle": TILTS[case["corners"]],
-            "drive.cycles": 0.25,
-            "output.groups": [],
-            "output.samples_per_cycle": 4000,
-            "solver.reference.tolerance": 1e-12,
-            "solver.exudyn.formulation": "tree",
-            "solver.exudyn.tolerance": 1e-12,
-        },
-    )
+    values = {
+        "contact.youngs_modulus": case["modulus"],
+        "friction.coefficient": 0.0,
+        "initial.slider_angle": TILTS[case["corners"]],
+        "drive.cycles": 0.25,
+        "output.groups": [],
+        "output.samples_per_cycle": 4000,
+        "solver.reference.tolerance": 1e-12,
+        "solver.exudyn.formulation": "tree",
+        "solver.exudyn.tolerance": 1e-12,
+    }
+    return load_scene("150rpm-0.2mm", values)
 
 
 def stiffest(case: Case) -> Job:
@@ -62,7 +60,7 @@ def measure(case: Case, run: Table, hard: Table) -> dict[str, float]:
         "point mass": depth(m, corner_stiffness(contact), v, contact["restitution"]),
         "duration": float(first["end"] - first["start"]),
         "restitution": float(first["impulse"]) / (m * v) - 1.0,
-        **{f"x {k + 1}": float(value) for k, value in enumerate(x)},
+        **dict(zip(_X, map(float, x), strict=True)),
     }
 
 
@@ -84,13 +82,18 @@ def law() -> float:
 def derive(frame: pd.DataFrame) -> pd.DataFrame:
     """Add ratios and errors. x has no known limit: its order is that of the last two changes."""
     excess = frame["restitution"] - law()
-    changes = frame.groupby(["corners", "model"], sort=False)[[f"x {k + 1}" for k in range(FLIGHTS)]].diff(-1)
+    changes = frame.groupby(["corners", "model"], sort=False)[_X].diff(-1).abs()
+    last = changes.where(frame["modulus"] >= MODULI[-3]).set_axis(_CHANGES, axis=1)
     ratio = {"in that of a point mass": frame["depth"] / frame["point mass"], "less the law's": excess}
-    last = changes.abs().where(frame["modulus"] >= MODULI[-3])
-    return frame.assign(**ratio, error=excess.abs(), **dict(zip(_CHANGES, last.to_numpy().T, strict=True)))
+    return frame.assign(**ratio, error=excess.abs()).join(last)
 
 
-_CHANGES = [f"x in flight {k + 1}" for k in range(FLIGHTS)]
+def values(_: pd.DataFrame) -> dict[str, object]:
+    """Return what the runs were made with, and the law's restitution."""
+    tilt = quantity(TILTS["one"], "rad")
+    return {"tilt": tilt, "law": f"{law():.10f}", "asymptotic": f"{ASYMPTOTIC:.0e}"}
+
+
 _ORDERS = ("depth", "duration", "error", *_CHANGES)
 _MODULUS = "Young's modulus (Pa)"
 LIMIT = Limit(
@@ -98,32 +101,16 @@ LIMIT = Limit(
     variable="modulus",
     cases=[
         {"corners": corners, "modulus": young, "model": model}
-        for corners in TILTS
-        for young in MODULI
-        for model in MODELS
+        for corners in TILTS for young in MODULI for model in MODELS
     ],
-    scene=scene,
-    held_against=stiffest,
-    measure=measure,
-    derive=derive,
-    values=lambda _: {
-        "tilt": quantity(TILTS["one"], "rad"),
-        "law": f"{law():.10f}",
-        "asymptotic": f"{ASYMPTOTIC:.0e}",
-    },
+    scene=scene, held_against=stiffest, measure=measure, derive=derive, values=values,
     columns={
-        "corners": str,
-        "modulus": "{:.0e} Pa".format,
-        "run": str,
-        "depth": partial(quantity, unit="m", digits=4),
-        "in that of a point mass": partial(number, digits=5),
-        "duration": partial(quantity, unit="s", digits=4),
-        "restitution": "{:.7f}".format,
+        "corners": str, "modulus": "{:.0e} Pa".format, "run": str,
+        "depth": partial(quantity, unit="m", digits=4), "in that of a point mass": partial(number, digits=5),
+        "duration": partial(quantity, unit="s", digits=4), "restitution": "{:.7f}".format,
         "less the law's": partial(number, digits=2),
     },
-    orders=_ORDERS,
-    by=("corners", "model"),
-    asymptotic=f"modulus >= {ASYMPTOTIC}",
+    orders=_ORDERS, by=("corners", "model"), asymptotic=f"modulus >= {ASYMPTOTIC}",
     theory={(corners, model): dict.fromkeys(_ORDERS, -0.4) for corners in TILTS for model in MODELS},
     panels=(
         Panel(

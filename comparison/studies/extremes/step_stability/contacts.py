@@ -7,9 +7,11 @@ impact returns more or less than it should. `fixed_steps` says how much.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import product
 from math import nan, pi, sqrt
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,7 +19,6 @@ import pandas as pd
 from comparison.execution.run import Job, Outcome, Progress, run_all
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.impact import contacts, duration, effective_mass
-from comparison.studies.extremes.step_stability.config import Config
 from comparison.studies.extremes.step_stability.fixed_steps import METHODS, rebounds
 from comparison.studies.shared.switches import corner_stiffness
 from comparison.tables.table import Table
@@ -58,26 +59,23 @@ class Impact:
         cycle = 60.0 / _SLOWEST
         base = load_scene("150rpm-0.2mm")
         before = (_APPROACH + self.phase) * self.step * self.speed
-        loosened = {} if tolerance is None else {"solver.exudyn.tolerance": tolerance}
-        return base.with_values(
-            {
-                "contact.exponent": 1.0,
-                "contact.restitution": 1.0,
-                "contact.youngs_modulus": self.modulus,
-                "friction.coefficient": 0.0,
-                "environment.gravity": 0.0,
-                "drive.speed_rpm": _SLOWEST,
-                "drive.cycles": count * self.step / cycle,
-                "initial.slider_vx": -self.speed,
-                "initial.slider_offset": before - base.data["clearance"]["slider"],
-                "output.groups": ["corners"],
-                "output.samples_per_cycle": round(cycle / self.step),
-                "solver.exudyn.method": self.method,
-                # A sample a step, although their quotient rounds.
-                "solver.exudyn.step": self.step * (1 + 1e-6),
-                **loosened,
-            }
-        )
+        values = {
+            "contact.exponent": 1.0,
+            "contact.restitution": 1.0,
+            "contact.youngs_modulus": self.modulus,
+            "friction.coefficient": 0.0,
+            "environment.gravity": 0.0,
+            "drive.speed_rpm": _SLOWEST,
+            "drive.cycles": count * self.step / cycle,
+            "initial.slider_vx": -self.speed,
+            "initial.slider_offset": before - base.data["clearance"]["slider"],
+            "output.groups": ["corners"],
+            "output.samples_per_cycle": round(cycle / self.step),
+            "solver.exudyn.method": self.method,
+            # A sample a step, although their quotient rounds.
+            "solver.exudyn.step": self.step * (1 + 1e-6),
+        }
+        return base.with_values(values | ({"solver.exudyn.tolerance": tolerance} if tolerance else {}))
 
     def measure(self, outcome: Outcome) -> dict[str, object]:
         """Return what the slider leaves with and what one mass would, in speeds before the impact.
@@ -87,48 +85,34 @@ class Impact:
         """
         theory = float(rebounds(METHODS[self.method], self.wh, np.array([self.phase]))[0])
         row = asdict(self) | {"wh": self.wh, "status": outcome.status, "theory": theory}
-        run = outcome.table
-        if run is None or run.events is None:
-            return row
-        first, momentum = run.events.iloc[0], effective_mass(self.scene().data, 2) * self.speed
-        return row | {
-            "rebound": run.values("slider_vx")[-1] / self.speed,
-            "impulse": first["impulse"] / momentum - 1,
-            "touch": first["normal_speed"] / self.speed,
-        }
+        if (run := outcome.table) is not None:
+            first, momentum = contacts(run).iloc[0], effective_mass(self.scene().data, 2) * self.speed
+            row["rebound"] = run.values("slider_vx")[-1] / self.speed
+            row["impulse"] = first["impulse"] / momentum - 1
+            row["touch"] = first["normal_speed"] / self.speed
+        return row
 
 
-def measured(config: Config, n_jobs: int, on_progress: Progress | None) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Run all impacts and the map.
+def run_impacts(impacts: Sequence[Impact], n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
+    """Return a row each (`Impact.measure`). ``loosened``: where Newton failed, the status with `LOOSE`."""
+    ended = run_all([Job(impact.scene(), "exudyn") for impact in impacts], n_jobs, on_progress)
+    rows = pd.DataFrame([each.measure(of) for each, of in zip(impacts, ended, strict=True)])
+    failed = [number for number, of in enumerate(ended) if of.status == "newton-failed"]
+    again = run_all([Job(impacts[number].scene(LOOSE), "exudyn") for number in failed], n_jobs)
+    return rows.assign(loosened=pd.Series([of.status for of in again], failed, dtype=object))
 
-    Returns
-    -------
-    impacts
-        A row each (`Impact.measure`). ``loosened``: where Newton failed, the status with `LOOSE`.
-    points
-        Of the map, a row each (`map_row`).
-    """
-    moduli = config.moduli
-    impacts = [
-        impact
-        for of in product(METHODS, config.impact_steps, moduli, config.phases)
-        if (impact := Impact(*of)).wh >= LEAST
-    ]
-    points = list(product(METHODS, config.map_steps, moduli))
-    jobs = [Job(impact.scene(), "exudyn") for impact in impacts]
-    jobs += [Job(map_scene(*point), "exudyn") for point in points]
+
+def run_map(
+    steps: Sequence[float], moduli: Sequence[float], n_jobs: int, on_progress: Progress | None
+) -> pd.DataFrame:
+    """Return a row for each method, step (s) and modulus (Pa), see `map_row`."""
+    points = list(product(METHODS, steps, moduli))
+    jobs = [Job(map_scene(*point), "exudyn") for point in points]
     jobs += [Job(map_scene("", 1.0, young), "reference") for young in moduli]
     outcomes = run_all(jobs, n_jobs, on_progress)
-    ended = dict(zip(impacts, outcomes, strict=False))
-    failed = [impact for impact, outcome in ended.items() if outcome.status == "newton-failed"]
-    again = run_all([Job(impact.scene(LOOSE), "exudyn") for impact in failed], n_jobs)
-    loosened = {impact: outcome.status for impact, outcome in zip(failed, again, strict=True)}
-    exact = dict(zip(moduli, outcomes[-len(moduli) :], strict=True))
-    mapped = zip(points, outcomes[len(impacts) :], strict=False)
-    return (
-        pd.DataFrame([each.measure(of) | {"loosened": loosened.get(each)} for each, of in ended.items()]),
-        pd.DataFrame([map_row(*point, outcome, exact[point[2]]) for point, outcome in mapped]),
-    )
+    exact = dict(zip(moduli, outcomes[len(points) :], strict=True))
+    mapped = zip(points, outcomes, strict=False)
+    return pd.DataFrame([map_row(*point, outcome, exact[point[2]]) for point, outcome in mapped])
 
 
 def map_scene(method: str, step: float, young: float) -> Scene:
@@ -154,31 +138,24 @@ def map_row(method: str, step: float, young: float, outcome: Outcome, exact: Out
     """
     data = map_scene(method, step, young).data
     run = outcome.table or outcome.partial
-    lasting = nan
+    row: dict[str, object] = {"method": method, "step": step, "modulus": young, "status": outcome.status}
+    row["until"] = nan if run is None or len(run.frame) == 0 else float(run.time[-1])
     if exact.table is not None:
-        speed = float(contacts(exact.table)["normal_speed"].iloc[0])
-        lasting = duration(effective_mass(data, 1), corner_stiffness(data["contact"]), speed)
-    row = {
-        "method": method,
-        "step": step,
-        "modulus": young,
-        "status": outcome.status,
-        "count": lasting / step,
-        "until": nan if run is None or len(run.frame) == 0 else float(run.time[-1]),
-    }
-    if outcome.table is not None and exact.table is not None:
-        guide, clearance = data["mechanism"]["guide_x"], data["clearance"]["slider"]
-        row["wrong"] = _wrong(outcome.table, exact.table, guide, clearance)
-        row["speed"] = _largest(outcome.table, "slider_vx") / _largest(exact.table, "slider_vx")
+        touch = float(contacts(exact.table)["normal_speed"].iloc[0])
+        row["count"] = duration(effective_mass(data, 1), corner_stiffness(data["contact"]), touch) / step
+        if outcome.table is not None:
+            row["wrong"] = _wrong(outcome.table, exact.table, data)
+            row["speed"] = _largest(outcome.table, "slider_vx") / _largest(exact.table, "slider_vx")
     return row
 
 
-def _wrong(run: Table, exact: Table, guide: float, clearance: float) -> float:
+def _wrong(run: Table, exact: Table, data: Mapping[str, Any]) -> float:
     if "energy_residual" in run.channels:
         lost = run.values("energy_damping")[-1] + run.values("energy_friction")[-1]
         return float(-run.values("energy_residual")[-1] / lost)
+    guide, clearance = data["mechanism"]["guide_x"], data["clearance"]["slider"]
     deepest, right = (_largest(each, "slider_x", guide) - clearance for each in (run, exact))
-    return deepest / right - 1
+    return float(deepest / right - 1)
 
 
 def _largest(run: Table, channel: str, middle: float = 0.0) -> float:

@@ -8,7 +8,7 @@ from math import exp, log10, pi
 import numpy as np
 import pandas as pd
 
-from comparison.formatting import MISSING, number, quantity, table
+from comparison.formatting import number, quantity
 from comparison.scene import load_scene
 from comparison.studies.extremes.impact import restitution
 from comparison.studies.extremes.step_stability.contacts import LOOSE
@@ -19,7 +19,7 @@ from comparison.studies.extremes.step_stability.fixed_steps import (
     rebounds,
     spectral_radius,
 )
-from comparison.studies.shared.frames import Columns, largest, markdown
+from comparison.studies.shared.frames import Columns, crossed, largest, markdown, rows_table
 from comparison.tables.arrays import Array
 
 ALL_PHASES = np.linspace(0.005, 1.0, 200)
@@ -34,34 +34,40 @@ _two = partial(number, digits=2)
 
 
 def values(impacts: pd.DataFrame, points: pd.DataFrame) -> dict[str, object]:
-    """Return what stands in the template, from what `contacts.measured` returns."""
+    """Return what stands in the template, from what `contacts.run_impacts` and `contacts.run_map` return."""
     gone = impacts[impacts["status"] != "success"]
     stopped, ran = points[points["status"] != "success"], points[points["status"] == "success"]
     wrong = ran[ran["wrong"].abs() > WRONG]
     fastest = largest(ran, "speed")
     e = restitution(load_scene("150rpm-0.2mm").data["contact"]["restitution"])
     rigid = {name: rebounds(method, 1e4, ALL_PHASES).max() for name, method in METHODS.items()}
-    bounds = {
-        name: [_two(_least_steps(method, of)) for of in (1.0, 1 / e)] for name, method in METHODS.items()
-    }
-    helped = {name: of["loosened"] == "success" for name, of in gone.groupby(gone["method"].astype(str))}
+    bounds = [
+        f"{name}: {_two(_least_steps(method, 1.0))} without loss in the law, "
+        f"{_two(_least_steps(method, 1 / e))} with the scene's restitution"
+        for name, method in METHODS.items()
+    ]
+    helped = [
+        f"{(of == 'success').sum()} of {len(of)} of {name}" for name, of in gone.groupby("method")["loosened"]
+    ]
     return {
-        "linear": _linear(),
+        "linear": rows_table(
+            {"method": name} | {f"w h = {wh:g}": f"{spectral_radius(method, wh):.6f}" for wh in _FREQUENCIES}
+            for name, method in METHODS.items()
+        ),
         "radius": f"{SPECTRAL_RADIUS:g}",
         "phases": len(ALL_PHASES),
-        "one_mass": _one_mass(),
+        "one_mass": rows_table(
+            _one_mass(name, method, count) for name, method in METHODS.items() for count in _PER_CONTACT
+        ),
         "rigid": ", ".join(f"{number(most)} ({name})" for name, most in rigid.items()),
         "restitution": number(e, 4),
-        "bounds": "; ".join(
-            f"{name}: {elastic} without loss in the law, {usual} with the scene's restitution"
-            for name, (elastic, usual) in bounds.items()
-        ),
-        "five_bodies": _five_bodies(impacts),
+        "bounds": "; ".join(bounds),
+        "five_bodies": rows_table(_five_bodies(of) for _, of in impacts.groupby(["method", "step"])),
         "impacts": len(impacts),
         "gone": len(gone),
         "kinds": ", ".join(sorted(set(gone["status"]))) or "none",
         "loose": f"{LOOSE:g}",
-        "helped": " and ".join(f"{of.sum()} of {len(of)} of {name}" for name, of in helped.items()) or "none",
+        "helped": " and ".join(helped) or "none",
         "events": _events(impacts[impacts["status"] == "success"]),
         "maps": "\n\n".join(f"{name}:\n\n{_map(of)}" for name, of in points.groupby("method")),
         "stopped": len(stopped),
@@ -82,26 +88,6 @@ def growth(of: Array) -> float:
     return exp(float(np.mean(np.log(of))))
 
 
-def _linear() -> str:
-    rows = [
-        [name, *(f"{spectral_radius(method, wh):.6f}" for wh in _FREQUENCIES)]
-        for name, method in METHODS.items()
-    ]
-    return table(("method", *(f"w h = {wh:g}" for wh in _FREQUENCIES)), rows)
-
-
-def _one_mass() -> str:
-    rows = []
-    for name, method in METHODS.items():
-        for count in _PER_CONTACT:
-            of = rebounds(method, pi / count, ALL_PHASES)
-            sizes = (of.min(), of.mean(), of.max(), growth(of))
-            rows.append([name, f"{count:g}", number(pi / count), *(f"{size:.4f}" for size in sizes)])
-    return table(
-        ("method", "steps per contact", "w h", "least", "mean", "largest", "growth per impact"), rows
-    )
-
-
 def _least_steps(method: Method, allowed: float) -> float:
     """Return the steps per contact below which the growth per impact exceeds what is allowed."""
     counts = np.geomspace(0.05, 20.0, 500)
@@ -109,49 +95,48 @@ def _least_steps(method: Method, allowed: float) -> float:
     return float(counts[np.flatnonzero(grows)[-1]])
 
 
-def _five_bodies(impacts: pd.DataFrame) -> str:
-    """Return, by method and step, how far the rebounds of five bodies are from those of one mass."""
-    rows = []
-    for (method, _), group in impacts.groupby(["method", "step"]):
-        failed = group.loc[group["status"] != "success", "wh"]
-        rows.append(
-            {
-                "method": method,
-                "step": quantity(group["step"].iloc[0], "s"),
-                "w h": f"{number(group['wh'].min())} … {number(group['wh'].max())}",
-                "impacts": len(group),
-                "largest difference from one mass": _two((group["rebound"] - group["theory"]).abs().max()),
-                "largest rebound": number(group["rebound"].max()),
-                "failed": f"{len(failed)}, w h from {number(failed.min())}" if len(failed) else "none",
-            }
-        )
-    return markdown(pd.DataFrame(rows))
+def _one_mass(name: str, method: Method, count: float) -> dict[str, str]:
+    of = rebounds(method, pi / count, ALL_PHASES)
+    sizes = {"least": of.min(), "mean": of.mean(), "largest": of.max(), "growth per impact": growth(of)}
+    first = {"method": name, "steps per contact": f"{count:g}", "w h": number(pi / count)}
+    return first | {heading: f"{size:.4f}" for heading, size in sizes.items()}
+
+
+def _five_bodies(impacts: pd.DataFrame) -> dict[str, str]:
+    """Return how far the rebounds of five bodies are from those of one mass, by one method and step."""
+    failed = impacts.loc[impacts["status"] != "success", "wh"]
+    return {
+        "method": impacts["method"].iloc[0],
+        "step": quantity(impacts["step"].iloc[0], "s"),
+        "w h": f"{number(impacts['wh'].min())} … {number(impacts['wh'].max())}",
+        "impacts": str(len(impacts)),
+        "largest difference from one mass": _two((impacts["rebound"] - impacts["theory"]).abs().max()),
+        "largest rebound": number(impacts["rebound"].max()),
+        "failed": f"{len(failed)}, w h from {number(failed.min())}" if len(failed) else "none",
+    }
 
 
 def _events(ran: pd.DataFrame) -> str:
     """Hold the table of contacts against the motion: largest sizes, by steps per contact."""
-    sizes = pd.DataFrame(
-        {
-            "rebound less 1": ran["rebound"] - 1,
-            "table's impulse / (m v) less (1 + rebound)": ran["impulse"] - ran["rebound"],
-            "table's speed / v less 1": ran["touch"] - 1,
-        }
-    ).abs()
-    sizes = sizes.groupby(pd.cut(pi / ran["wh"], _CLASSES, right=False), observed=True).max()[::-1]
+    differences = {
+        "rebound less 1": ran["rebound"] - 1,
+        "table's impulse / (m v) less (1 + rebound)": ran["impulse"] - ran["rebound"],
+        "table's speed / v less 1": ran["touch"] - 1,
+    }
+    classes = pd.cut(pi / ran["wh"], _CLASSES, right=False).rename("steps per contact")
+    sizes = pd.DataFrame(differences).abs().groupby(classes, observed=True).max()[::-1]
     first: Columns = {"steps per contact": lambda each: f"{each.left:g} … {each.right:g}"}
-    return markdown(sizes.rename_axis("steps per contact").reset_index(), first | dict.fromkeys(sizes, _two))
+    return markdown(sizes.reset_index(), first | dict.fromkeys(sizes, _two))
 
 
 def _map(points: pd.DataFrame) -> str:
     """Return error and steps per contact of each run of a method, the stiffest wall first."""
-    written = []
-    for run in points.to_dict("records"):
-        until = MISSING if np.isnan(run["until"]) else quantity(run["until"], "s", 2)
-        end = _two(run["wrong"]) if run["status"] == "success" else f"{run['status']} at {until}"
-        written.append(f"{end} ({_two(run['count'])})")
-    named = points.assign(written=written, step=[quantity(step, "s") for step in points["step"]])
-    wide = named.pivot_table("written", "modulus", "step", aggfunc="first", sort=False).sort_index(
-        ascending=False
-    )
-    first: Columns = {"modulus (Pa)": "{:.0e}".format}
-    return markdown(wide.rename_axis("modulus (Pa)").reset_index(), first | dict.fromkeys(wide, str))
+    points = points.sort_values("modulus", ascending=False, kind="stable")
+    cells = [
+        f"{_two(run['wrong'])} ({_two(run['count'])})"
+        if run["status"] == "success"
+        else f"{run['status']} at {quantity(run['until'], 's', 2)} ({_two(run['count'])})"
+        for run in points.to_dict("records")
+    ]
+    moduli = [f"{modulus:.0e}" for modulus in points["modulus"]]
+    return crossed("modulus (Pa)", moduli, [quantity(step, "s") for step in points["step"]], cells)

@@ -13,21 +13,15 @@ _ROUNDING = 1e-12
 
 def stability_polynomial() -> Polynomial:
     """Return R(z) = 1 + sum of b A^k 1 z^(k+1), k = 0..11: what one step with l h = z multiplies y by."""
-    powers, terms = np.ones(DOP853.A.shape[0]), [1.0]
-    for _ in range(DOP853.A.shape[0]):
+    powers, terms = np.ones(len(DOP853.B)), [1.0]
+    for _ in DOP853.B:
         terms.append(float(DOP853.B @ powers))
         powers = DOP853.A @ powers
     return Polynomial(terms)
 
 
 def limit(direction: complex = -1.0) -> float:
-    """Return |l h| up to which |R| <= 1 all the way along the ray of a root l; 0 where it grows at once.
-
-    Parameters
-    ----------
-    direction
-        The root l, of any size.
-    """
+    """Return |l h| up to which |R| <= 1 along the ray of a root l of any size; 0 where it grows at once."""
     along = stability_polynomial()
     unit = direction / abs(direction)
     size = np.linspace(0.0, LONGEST, 120_001)

@@ -29,7 +29,6 @@ _SETTLED = 60
 class Method:
     """The coefficients of a method, see the module."""
 
-    name: str
     alpha_m: float
     alpha_f: float
     beta: float
@@ -40,15 +39,12 @@ def generalized_alpha(radius: float) -> Method:
     """Return the method of a spectral radius at infinite frequency (J. Chung, G. Hulbert, 1993)."""
     alpha_m, alpha_f = (2 * radius - 1) / (radius + 1), radius / (radius + 1)
     shift = alpha_f - alpha_m
-    return Method("generalized-alpha", alpha_m, alpha_f, 0.25 * (1 + shift) ** 2, 0.5 + shift)
+    return Method(alpha_m, alpha_f, 0.25 * (1 + shift) ** 2, 0.5 + shift)
 
 
 METHODS = {
-    method.name: method
-    for method in (
-        generalized_alpha(SPECTRAL_RADIUS),
-        Method("trapezoidal-index2", 0.0, 0.0, 0.25, 0.5),
-    )
+    "generalized-alpha": generalized_alpha(SPECTRAL_RADIUS),
+    "trapezoidal-index2": Method(0.0, 0.0, 0.25, 0.5),
 }
 
 
@@ -75,20 +71,15 @@ def spectral_radius(method: Method, wh: float) -> float:
 def rebounds(method: Method, wh: float, phases: Array) -> Array:
     """Return the speeds at which a mass flies off a unilateral linear spring, in units of that before.
 
+    Of all contacts that follow on one another, since a mass may touch again while its algorithmic
+    acceleration dies away.
+
     Parameters
     ----------
-    method
-        Of the steps.
     wh
         Step times the frequency sqrt(K/m); the exact contact lasts pi / wh steps and returns 1.
     phases
         How much of a step before the touch the last state in flight is, in (0, 1]; shape (n,).
-
-    Returns
-    -------
-    rebounds
-        Shape (n,). Of all contacts that follow on one another, since a mass may touch again while its
-        algorithmic acceleration dies away.
     """
     m = method
     # In steps and speeds before the touch: h = 1 and v = 1. The wall is at q = 0, the mass comes from below.

@@ -21,7 +21,7 @@ from comparison.studies.extremes.reasons import Base, reasons
 from comparison.studies.extremes.refinement import rerun
 from comparison.studies.extremes.runs import CellRun, out_of_time, run_cell, run_tasks
 from comparison.studies.extremes.study import STUDY
-from comparison.studies.extremes.verdicts import Class, Refined, Verdict, judge, magnification
+from comparison.studies.extremes.verdicts import Class, Refined, Verdict, apart, judge
 
 UNEXPLAINED = "not explained"
 EVERY_CELL = cells(STUDY.full.axes, STUDY.full.points)
@@ -130,10 +130,13 @@ def test_formulations_that_leave_at_one_instant_have_one_reason():
     assert UNEXPLAINED in reason(of, FULL.name, Base(unchanged, unchanged))
 
 
-def test_magnification_is_the_largest_distance_over_the_first():
+def test_runs_are_as_far_apart_as_the_farthest_two_that_finished():
     moved = EXACT + 1e-9 * np.linspace(1.0, 40.0, 11)
-    assert magnification(row(EXACT), row(moved), 1e-9) == pytest.approx(40.0, rel=1e-6)
-    assert math.isnan(magnification(row(EXACT), row([], "work-limit"), 1e-9))
+    assert apart(row(EXACT), row(moved)) == pytest.approx(40e-9, rel=1e-6)
+    assert apart(row(EXACT), row([], "work-limit"), row(EXACT - 1e-9), row(moved)) == pytest.approx(
+        41e-9, rel=1e-6
+    )
+    assert math.isnan(apart(row(EXACT), row([], "work-limit")))
 
 
 def reason(of: CellOutcome, name: str, base: Base) -> str:

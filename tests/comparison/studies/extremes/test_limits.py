@@ -11,7 +11,7 @@ from comparison.execution.run import MODELS, Outcome, runner
 from comparison.studies.extremes.impact import restitution
 from comparison.studies.extremes.limits import clearance, lossless, speed, stiffness
 from comparison.studies.extremes.limits.convergence import Limit, jobs, orders, runs, values
-from comparison.studies.extremes.limits.figures import draw
+from comparison.studies.extremes.limits.section import draw
 from comparison.studies.shared.rates import rate
 
 
@@ -48,7 +48,7 @@ def of_reference(limit: Limit, found: pd.DataFrame, **combination: object) -> pd
 
 def shown(limit: Limit, found: pd.DataFrame, folder) -> str:
     """Return what stands on the page, after its figure was drawn."""
-    draw(limit, found, folder)
+    draw([(limit, found)], folder)
     assert (folder / f"limit_{limit.name}.svg").is_file()
     return str(values(limit, found)[f"{limit.name}_runs"])
 

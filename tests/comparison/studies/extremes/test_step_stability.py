@@ -12,7 +12,7 @@ from scipy.integrate import DOP853
 
 from comparison.execution.run import runner
 from comparison.studies.extremes.step_stability import explicit
-from comparison.studies.extremes.step_stability.baumgarte import Run
+from comparison.studies.extremes.step_stability.baumgarte import scene as gains_scene
 from comparison.studies.extremes.step_stability.contacts import Impact
 from comparison.studies.extremes.step_stability.fixed_steps import (
     METHODS,
@@ -56,7 +56,7 @@ def test_roots_of_the_constraint_error() -> None:
 def test_the_reference_takes_the_steps_that_stability_allows() -> None:
     """Loose tolerance, stiff error equation: the error control has nothing else to follow."""
     alpha = STUDY.full.gains[-1]
-    scene = Run("ideal slider", alpha, alpha, STUDY.full.tolerances[0], 0.2).ran
+    scene = gains_scene("ideal slider", alpha, alpha, STUDY.full.tolerances[0], 0.2)
     mean = scene.duration / runner("reference")(scene).provenance["counters"]["steps"]
     assert 0.9 < mean / explicit.longest_step(alpha, alpha) < 1.0
 

@@ -11,8 +11,8 @@ import pytest
 from comparison.studies.identification.facts import printed_facts, shipped_geometry, shown, table_1
 from comparison.studies.identification.fitting import fit, profile
 from comparison.studies.identification.kinematics import TOPOLOGIES, Geometry, Topology, motion
-from comparison.studies.identification.run_tables import fit_radius
 from comparison.studies.identification.runs import RADII
+from comparison.studies.identification.tables import fit_radius
 from comparison.studies.shared.published import published
 
 LENGTHS, _ = table_1()
