@@ -120,10 +120,6 @@ def scales(
     """
     force, slip = float(np.max(contacts["strongest"])), float(np.max(contacts["fastest_slip"]))
     omega, duration = parameters.drive.omega, parameters.samples * parameters.sample_interval
-    impulse = np.asarray(events["impulse"], dtype=float)
-    # A mean of the squared inverse: a long rest beside short impacts says nothing of the steps in those
-    shortness = (events["end"] - events["start"]) ** -2.0
-    inverse_square = float(impulse @ shortness) / float(impulse.sum()) if impulse.sum() > 0.0 else 0.0
     found = {
         "one": 1.0,
         "newton": tolerance,
@@ -137,12 +133,16 @@ def scales(
         # Positions are rounded to some 1e-15 m
         rounded_speed, squared = 1e-13 / step, (omega * step) ** 2
         cycles = parameters.drive.cycles
+        # A mean of the squares: a long rest beside short impacts says nothing of the steps in those
+        impulse = np.asarray(events["impulse"], dtype=float)
+        shares = step / np.maximum(events["end"] - events["start"], step)
+        squared_share = float(impulse @ shares**2) / float(impulse.sum()) if impulse.sum() > 0.0 else 0.0
         found |= {
             "rounded_speed": rounded_speed,
             "crank_speed_order": abs(omega) * parameters.mechanism.crank.length * (1e-4 + 10 * squared)
             + rounded_speed,
             "drift_order": 1e-7 + 10 * squared * (1 + cycles),
-            "energy_order": _energy_order(parameters, step, inverse_square * step**2),
+            "energy_order": _energy_order(parameters, step, squared_share),
         }
     return found
 
