@@ -38,27 +38,15 @@ OPEN = "open"
 
 @dataclass(frozen=True)
 class Evidence:
-    """What one opinion, or one look at a model's own run, says.
-
-    Attributes
-    ----------
-    name
-        Of the opinion.
-    model
-        Whose code it is.
-    distances
-        Largest over the window from the run of the reference and of Exudyn, in the channel's unit; empty if
-        the run did not succeed.
-    stands
-        With the run of which model; "" with neither.
-    status
-        Of the run.
-    """
+    """What one opinion, or one look at a model's own run, says."""
 
     name: str
     model: str
     distances: tuple[float, ...]
+    """Largest over the window from the run of the reference and of Exudyn, in the channel's unit; () if it
+    did not succeed."""
     stands: str
+    """With the run of which model; "" with neither."""
     status: str
 
 

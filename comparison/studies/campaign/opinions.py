@@ -27,17 +27,7 @@ BESIDE = 2
 
 @dataclass(frozen=True)
 class Opinion:
-    """A run that is asked.
-
-    Attributes
-    ----------
-    name
-        What it is called.
-    model
-        Whose code it is.
-    scene
-        What it runs.
-    """
+    """A run that is asked."""
 
     name: str
     model: str

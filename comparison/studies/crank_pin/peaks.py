@@ -26,18 +26,12 @@ REACH = 0.01
 
 @dataclass(frozen=True)
 class Case:
-    """Runs that differ by a nudge only.
-
-    Attributes
-    ----------
-    peaks
-        (channel, whether only near the published instant) -> the peak of each run that succeeded.
-    stopped
-        What became of the others.
-    """
+    """Runs that differ by a nudge only."""
 
     peaks: dict[tuple[str, bool], list[Peak]]
+    """(channel, whether only near the published instant) -> the peak of each run that succeeded."""
     stopped: list[str]
+    """What became of the others."""
 
 
 def summarise(outcomes: Sequence[Outcome], still: Table, period: float) -> Case:

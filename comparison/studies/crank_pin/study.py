@@ -39,53 +39,35 @@ NUDGE = 1e-7
 
 @dataclass(frozen=True)
 class Config:
-    """What is varied and how often it runs.
-
-    Attributes
-    ----------
-    varied
-        Key -> its values; each is run as an ensemble.
-    members
-        Runs in an ensemble.
-    samples
-        A cycle, of all runs but those of `samplings`.
-    samplings
-        Samples a cycle of one run each.
-    """
+    """What is varied and how often it runs."""
 
     varied: Mapping[str, Sequence[float]]
+    """Key -> its values; each is run as an ensemble."""
     members: int
+    """Runs in an ensemble."""
     samples: int
+    """A cycle, of all runs but those of `samplings`."""
     samplings: tuple[int, ...]
+    """Samples a cycle of one run each."""
 
 
 @dataclass(frozen=True)
 class Runs:
-    """What was run.
-
-    Attributes
-    ----------
-    config
-        What was asked.
-    members
-        (key, value) of what is varied -> the runs of its ensemble.
-    sampled, still
-        Samples a cycle -> the run of the scene as it is, and the ideal mechanism's.
-    exudyn
-        Journal radius (m) -> Exudyn's run.
-    smooth
-        The largest journal without friction.
-    bound
-        What a rigid shift of the pin by its clearance moves the slider by, m.
-    """
+    """What was run."""
 
     config: Config
     members: dict[tuple[str, float], list[Outcome]]
+    """(key, value) of what is varied -> the runs of its ensemble."""
     sampled: dict[int, Outcome]
+    """Samples a cycle -> the run of the scene as it is."""
     exudyn: dict[float, Outcome]
+    """Journal radius (m) -> Exudyn's run."""
     smooth: Outcome
+    """The largest journal without friction."""
     still: dict[int, Table]
+    """Samples a cycle -> the ideal mechanism's run."""
     bound: Array
+    """What a rigid shift of the pin by its clearance moves the slider by, m."""
 
 
 def scene(values: Values, samples: int = 1000, member: int = 0) -> Scene:

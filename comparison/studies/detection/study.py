@@ -26,30 +26,19 @@ _PARTS = (0.01, 0.4, 1.0)
 
 @dataclass(frozen=True)
 class Config:
-    """What is compared.
-
-    Attributes
-    ----------
-    both
-        Kinds of comparisons of both models.
-    own
-        Kinds of comparisons of a model with itself.
-    roundings
-        Variants of rounding under which both models run; the first is what the others are held against.
-    faults
-        Of the catalogue.
-    parameters
-        Whose smallest detectable change is sought, see `limits.PARAMETERS`.
-    halvings
-        Of the decades in that search.
-    """
+    """What is compared."""
 
     both: tuple[cross_model.Kind, ...]
+    """Kinds of comparisons of both models."""
     own: tuple[alarms.Kind, ...]
+    """Kinds of comparisons of a model with itself."""
     roundings: tuple[rounding.Rounding, ...]
+    """Variants of rounding under which both models run; the first is what the others are held against."""
     faults: tuple[Fault, ...]
     parameters: tuple[tuple[str, str, str], ...]
+    """Whose smallest detectable change is sought, see `limits.PARAMETERS`."""
     halvings: int
+    """Of the decades in that search."""
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:

@@ -27,31 +27,20 @@ from comparison.tables.table import Table
 
 @dataclass(frozen=True)
 class Results:
-    """What was run, and what follows from it at once.
-
-    Attributes
-    ----------
-    config
-        How much was run.
-    perturbed, exponents
-        Perturbed runs, None where they cannot be followed, and their exponents, one a distance.
-    runs
-        (scene, model) -> its long run.
-    long
-        (scene, model) -> the scene of that run.
-    sections
-        (scene, model) -> states by cycle and angle, shape (cycles, angles, 4), without the first cycles.
-    swept
-        (key, value) -> run of the main scene with this value.
-    """
+    """What was run, and what follows from it at once."""
 
     config: Config
     perturbed: dict[Key, PerturbedOrbits | None]
     exponents: dict[Key, list[Exponent]]
+    """Perturbed runs, None where they cannot be followed, and their exponents, one a distance."""
     runs: dict[tuple[str, str], Table]
+    """(scene, model) -> its long run."""
     long: dict[tuple[str, str], Scene]
+    """(scene, model) -> the scene of that run."""
     sections: dict[tuple[str, str], Array]
+    """(scene, model) -> states by cycle and angle, shape (cycles, angles, 4), without the first cycles."""
     swept: dict[tuple[str, float], Outcome]
+    """(key, value) -> run of the main scene with this value."""
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:

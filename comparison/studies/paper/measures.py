@@ -47,24 +47,16 @@ _STILL = CENTRAL
 
 @dataclass(frozen=True)
 class Measured:
-    """What stands in place of a printed figure, in its unit.
-
-    Attributes
-    ----------
-    value
-        Of the first run.
-    time
-        s; nan where it belongs to no instant.
-    others
-        The same of runs that start a nudge elsewhere.
-    sampled
-        The same of the samples alone; nan where there is no such thing.
-    """
+    """What stands in place of a printed figure, in its unit."""
 
     value: float
+    """Of the first run."""
     time: float = float("nan")
+    """s; nan where it belongs to no instant."""
     others: tuple[float, ...] = ()
+    """The same of runs that start a nudge elsewhere."""
     sampled: float = float("nan")
+    """The same of the samples alone; nan where there is no such thing."""
 
 
 def scene_of(identifier: str) -> str:

@@ -24,45 +24,29 @@ COSTS = {"seconds": "processor time (s)", "evaluations": "evaluations of the equ
 
 @dataclass(frozen=True)
 class Config:
-    """How much is measured.
-
-    Attributes
-    ----------
-    settings
-        Of each method, from the coarsest, at most.
-    rounds, busy
-        Runs of each, and s that they take together, at least.
-    cycles
-        Of the longest run.
-    """
+    """How much is measured."""
 
     settings: int
+    """Of each method, from the coarsest, at most."""
     rounds: int
     busy: float
+    """Runs of each, and s that they take together, at least."""
     cycles: float
+    """Of the longest run."""
 
 
 @dataclass(frozen=True)
 class Results:
-    """What was measured.
-
-    Attributes
-    ----------
-    config
-        How much was run.
-    rows
-        Of every setting of every method: ``method``, ``model``, ``scene``, ``setting`` and what
-        `comparison.studies.tradeoff.measure` returns of it.
-    grown
-        The same of each run of `comparison.studies.tradeoff.growth`.
-    confirmed
-        Distance of the models' most accurate runs, m of x, of each of `WITH_CLEARANCE`.
-    """
+    """What was measured."""
 
     config: Config
     rows: list[Row]
+    """Of every setting of every method: ``method``, ``model``, ``scene``, ``setting`` and what
+    `comparison.studies.tradeoff.measure` returns of it."""
     grown: list[Row]
+    """The same of each run of `comparison.studies.tradeoff.growth`."""
     confirmed: list[float]
+    """Distance of the models' most accurate runs, m of x, of each of `WITH_CLEARANCE`."""
 
 
 def measured(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
