@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import starmap
 
 from comparison.engines.platform import platform_name, versions
 from comparison.formatting import MISSING, number, quantity, table
@@ -18,7 +19,7 @@ from comparison.studies.detection.alarm_tables import (
     span,
 )
 from comparison.studies.detection.faults import Fault, Trial
-from comparison.studies.detection.rates import count, interval, share
+from comparison.studies.detection.rates import confirmation_of, count, interval, share
 from comparison.studies.detection.results import Results
 from comparison.studies.detection.tasks import Found
 
@@ -28,8 +29,7 @@ WORDS = {"differ": "**differs**", "cannot compare": "**refused**", "agree": "agr
 
 def page(results: Results) -> dict[str, object]:
     """Return what stands in the page."""
-    columns = [f"in the {_short(model)}, {tier} tier" for model, tier in limits.PLACES]
-    rows = [
+    smallest = [
         [name, *(MISSING if value is None else number(value, 2) for value in row)]
         for name, row in results.smallest.items()
     ]
@@ -61,7 +61,7 @@ def page(results: Results) -> dict[str, object]:
         "missed": misses(results.faults),
         "least": number(limits.LEAST, 1),
         "largest": number(limits.MOST, 1),
-        "smallest": table(("number", *columns), rows),
+        "smallest": table(("number", *starmap(_place, limits.PLACES)), smallest),
     }
 
 
@@ -85,20 +85,15 @@ def overview(results: Results) -> str:
 
 def fault_table(faults: Tried, kind: str) -> str:
     """Return one row a fault of a kind, in the order of the catalogue."""
-    rows: dict[Fault, dict[tuple[str, str], str]] = {}
+    rows: dict[Fault, dict[str, str]] = {}
     for trial, found in faults:
         if trial.fault.kind == kind:
-            rows.setdefault(trial.fault, {})[trial.model, trial.tier] = verdict_cell(trial, found)
-    places = [
-        place
-        for place in (*limits.PLACES, ("exudyn", "standard"))
-        if any(place in cells for cells in rows.values())
-    ]
-    headings = ("fault", "scene", *(f"in the {_short(model)}, {tier} tier" for model, tier in places))
-    return table(
-        headings,
-        [[f.name, f.scene, *(cells.get(place, "") for place in places)] for f, cells in rows.items()],
-    )
+            rows.setdefault(trial.fault, {})[_place(trial.model, trial.tier)] = verdict_cell(trial, found)
+    tried = {place for cells in rows.values() for place in cells}
+    known = starmap(_place, (*limits.PLACES, ("exudyn", "standard")))
+    places = [place for place in known if place in tried]
+    lines = [[f.name, f.scene, *(cells.get(place, "") for place in places)] for f, cells in rows.items()]
+    return table(("fault", "scene", *places), lines)
 
 
 def verdict_cell(trial: Trial, found: Found) -> str:
@@ -107,7 +102,7 @@ def verdict_cell(trial: Trial, found: Found) -> str:
         return f"**{trial.fault.unexcited} unexcited**"
     verdict, first = str(found["verdict"]), found["first"]
     word = WORDS.get(verdict, verdict)
-    confirmation = found.get("confirmation") or {}
+    confirmation = confirmation_of(found)
     if confirmation.get("outcome") == "underestimated":
         return f"{word}: {confirmation['sentence']}"
     if first is None:
@@ -129,5 +124,5 @@ def misses(faults: Tried) -> str:
     return "\n".join(["Missed at the tight tier:", "", *lines]) if lines else "None is missed."
 
 
-def _short(model: str) -> str:
-    return {"exudyn": "Exudyn model"}.get(model, model)
+def _place(model: str, tier: str) -> str:
+    return f"in the {'Exudyn model' if model == 'exudyn' else model}, {tier} tier"

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from scipy.stats import binomtest
 
@@ -46,11 +47,16 @@ def count(found: Sequence[Found]) -> Counts:
     """Count how comparisons without a fault ended."""
     verdicts = Counter(result["verdict"] for result in found)
     corrected = sum(
-        result["verdict"] == "agree" and (result.get("confirmation") or {}).get("outcome") == "underestimated"
+        result["verdict"] == "agree" and confirmation_of(result).get("outcome") == "underestimated"
         for result in found
     )
     alarms = verdicts.total() - verdicts["agree"] - verdicts["indeterminate"]
     return Counts(verdicts.total(), verdicts["indeterminate"], corrected, alarms)
+
+
+def confirmation_of(found: Found) -> dict[str, Any]:
+    """Return what ensembles said of a difference; empty where they were not asked."""
+    return found.get("confirmation") or {}
 
 
 def interval(count: int, trials: int) -> tuple[float, float]:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
-from pathlib import Path
 
 from comparison.execution.run import Progress
 from comparison.studies.detection import alarms, cross_model, limits, rounding
 from comparison.studies.detection.copies import installed
 from comparison.studies.detection.cross_model import Draw
 from comparison.studies.detection.faults import Fault, catalogue, controls, trials
-from comparison.studies.detection.figures import draw_smallest
+from comparison.studies.detection.figures import draw
 from comparison.studies.detection.finding import find_all
 from comparison.studies.detection.page import page
 from comparison.studies.detection.results import Results, record
@@ -98,12 +97,6 @@ def _next(found: Iterator[Found], of: Sequence[object]) -> list[Found]:
     return list(islice(found, len(of)))
 
 
-def figures(results: Results, folder: Path) -> None:
-    """Draw the smallest detectable changes."""
-    places = [f"{model}, {tier}" for model, tier in limits.PLACES]
-    draw_smallest(places, results.smallest, folder / "smallest.svg")
-
-
 def _few_faults() -> tuple[Fault, ...]:
     """Return a wrong number and some wrong tables: none that needs a copy of a model."""
     numbers, tables = ([fault for fault in catalogue() if fault.kind == kind] for kind in ("number", "table"))
@@ -130,6 +123,6 @@ STUDY = Study(
     ),
     measure=measure,
     page=page,
-    draw=figures,
+    draw=draw,
     data=record,
 )
