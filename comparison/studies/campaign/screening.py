@@ -54,15 +54,6 @@ def screen(scene: Scene, reference: Runs, tree: Table) -> Screening:
 
     The two part where in a channel of the motion any sample before the first unpredictable stretch may speak
     against agreement, or more of all predictable samples than a verdict lets pass.
-
-    Parameters
-    ----------
-    scene
-        What both ran.
-    reference
-        Its whole family.
-    tree
-        Its run at the scene's settings.
     """
     limits, size = thresholds(TIER), clearance(scene)
     parted, farthest, coverage = [], 0.0, 1.0

@@ -37,19 +37,11 @@ def remembered(table: Table, scene: Scene, first_cycle: int) -> list[Memory]:
     where d' is given from outside, as in the slow rise and fall of the load during the rest, the depth
     departs from the elastic one by a share of 1 / v.
 
-    Parameters
-    ----------
-    table
-        A long run with its contacts.
-    scene
-        What it is the result of.
-    first_cycle
-        That counts, from 0.
-
     Returns
     -------
-    list of Memory
-        Four for each angle of `LATER`; none where the slider does not rest on both corners in every cycle.
+    remembered
+        Four for each angle of `LATER`, from ``first_cycle`` (from 0) on; none where the slider does not rest
+        on both corners in every cycle.
     """
     cycles = by_cycle(states(table, scene) * scale(scene), scene)
     speeds = _speeds(table, scene, first_cycle, len(cycles) - 1)

@@ -23,6 +23,7 @@ from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
 
 Found = Mapping[Key, Sequence[Exponent]]
+"""Exponents, one a distance; none where the runs could not be followed."""
 Sections = Mapping[tuple[str, str], Array]
 SECTION = 15
 """The sample of a cycle, of `ANGLES`, that stands for the others: in the slider's chatter."""
@@ -37,12 +38,7 @@ EVERY = 5
 def believed(found: Found, scatter: Mapping[str, float]) -> dict[Key, Exponent]:
     """Return the exponent to believe of each orbit, of those whose perturbed runs are neighbours.
 
-    Parameters
-    ----------
-    found
-        Exponents, one a distance; none where the runs could not be followed.
-    scatter
-        Scene -> largest scatter of its states over the angles, m.
+    Of each scene the largest scatter of its states over the angles is given, m.
     """
     best = {}
     for key, of in found.items():
@@ -65,21 +61,21 @@ def answer(best: Mapping[Key, Exponent], names: Sequence[str]) -> str:
             verdict = "chaotic"
         elif runs and {e.sign for e in runs.values()} == {-1}:
             verdict = "not chaotic"
-        lines.append([name, f"**{verdict}**", *(f"{count_measured[m]} of {count[m]}" for m in MODELS)])
-    return table(("scene", "verdict", *(f"{m} runs that measure the exponent" for m in MODELS)), lines)
+        share = {f"{m} runs that measure the exponent": f"{count_measured[m]} of {count[m]}" for m in MODELS}
+        lines.append({"scene": name, "verdict": f"**{verdict}**"} | share)
+    return rows_table(lines)
 
 
 def by_distance(found: Found) -> str:
     """Return the exponents of the main scene by model, tolerance and distance."""
-    wide = DISTANCES["reference"]
     lines = []
-    for (name, model, tolerance), of in sorted(
-        found.items(), key=lambda item: (item[0][1] != MODELS[0], -item[0][2])
-    ):
-        if name == MAIN:
-            cells = dict(zip(DISTANCES[model], map(_exponent, of), strict=False))
-            lines.append([model, f"{tolerance:.0e}", *(cells.get(distance, "") for distance in wide)])
-    return table(("model", "tolerance", *(f"{distance:.0e} m" for distance in wide)), lines)
+    for model in MODELS:
+        runs = {tolerance: of for (name, by, tolerance), of in found.items() if (name, by) == (MAIN, model)}
+        for tolerance in sorted(runs, reverse=True):
+            cells = dict(zip(DISTANCES[model], map(_exponent, runs[tolerance]), strict=False))
+            wide = {f"{distance:.0e} m": cells.get(distance, "") for distance in DISTANCES["reference"]}
+            lines.append({"model": model, "tolerance": f"{tolerance:.0e}"} | wide)
+    return rows_table(lines)
 
 
 def by_scene(
@@ -93,10 +89,9 @@ def by_scene(
     for name, of in scatter.items():
         line = {"scene": name}
         for model in MODELS:
-            range_of = sorted(
-                (e for key, e in best.items() if key[:2] == (name, model)), key=lambda e: e.value
-            )
-            ends = [range_of[0], range_of[-1]] if len(range_of) > 1 else range_of
+            of_model = [e for key, e in best.items() if key[:2] == (name, model)]
+            of_model.sort(key=lambda e: e.value)
+            ends = of_model[:1] + of_model[1:][-1:]
             line[f"exponent, {model}"] = " … ".join(map(_exponent, ends)) or MISSING
         series = {model: sections[name, model][:, SECTION, 0] for model in MODELS}
         for model, x in series.items():
