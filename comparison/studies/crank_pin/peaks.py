@@ -14,12 +14,8 @@ from comparison.studies.shared.published import published
 from comparison.studies.shared.rates import rate
 from comparison.tables.table import Table
 
-PRINTED = {
-    "slider_y": published("F7-R-d"),
-    "slider_vy": published("F7-R-v"),
-    "slider_ay": published("F7-R-a"),
-}
 WORDS = {"slider_y": "displacement", "slider_vy": "velocity", "slider_ay": "acceleration"}
+PRINTED = {channel: published(f"F7-R-{word[0]}") for channel, word in WORDS.items()}
 REACH = 0.01
 """s; a peak this close to the published instant (2.5 % of a crank cycle) counts as the same passage."""
 

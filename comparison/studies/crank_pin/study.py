@@ -23,11 +23,8 @@ from comparison.tables.table import Table
 Values = dict[str, object]
 
 BASE = "150rpm-0.2mm"
-RADIUS, MODULUS, TOLERANCE = (
-    "clearance.journal_radius",
-    "contact.youngs_modulus",
-    "solver.reference.tolerance",
-)
+RADIUS, MODULUS = "clearance.journal_radius", "contact.youngs_modulus"
+TOLERANCE = "solver.reference.tolerance"
 SHOWN = (RADIUS, 10e-3)
 BUILT = 20e-3
 """m; a larger journal would reach beyond the pivot of a 45 mm crank."""
@@ -120,7 +117,6 @@ def figures(runs: Runs, folder: Path) -> None:
         still.time,
         {channel: error(shown, still, channel) for channel in WORDS},
         runs.bound,
-        PRINTED,
         {E: case.peaks["slider_ay", True] for E, case in _varied(runs, MODULUS).items()},
     )
 
@@ -161,13 +157,12 @@ def page(runs: Runs) -> dict[str, object]:
 
 def _contact_at(run: Table, instant: float) -> str:
     """Say whether the journal touches its bearing at an instant (s), and since when."""
-    events = run.events
-    if events is None:
+    if run.events is None:
         return "not known"
-    row = events[(events["start"] <= instant) & (events["end"] >= instant)]
-    if row.empty:
+    closed = run.events[(run.events["start"] <= instant) & (run.events["end"] >= instant)]
+    if closed.empty:
         return "open"
-    return f"closed, from {row['start'].iloc[0]:.4f} to {row['end'].iloc[0]:.4f} s"
+    return f"closed, from {closed['start'].iloc[0]:.4f} to {closed['end'].iloc[0]:.4f} s"
 
 
 def _varied(runs: Runs, key: str) -> dict[float, Case]:

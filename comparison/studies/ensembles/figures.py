@@ -18,8 +18,6 @@ def draw(path: Path, cycles: Array, a: Array, b: Array, predictable: float) -> N
 
     Parameters
     ----------
-    path
-        Where to.
     cycles
         Time in crank cycles, shape (n,).
     a, b

@@ -33,18 +33,12 @@ def sweep(
 
     Parameters
     ----------
-    base
-        The scene whose keys are varied.
-    points
-        Values of the keys, one run each and model.
-    models
-        Who runs them.
+    base, points
+        The scene, and values of its keys for one run each and model.
     asked
         Quantities, of `comparison.studies.sweep.outputs.names`.
     folder
         It is there.
-    spread
-        Who does the work.
     on_progress
         Called with the finished share, 0 to 1.
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -15,11 +13,9 @@ from comparison.execution.task_store import SUCCESS, measure_all, on_processes
 from comparison.formatting import quantity
 from comparison.studies.shared.study import Study
 from comparison.studies.tradeoff import growth, tables
-from comparison.studies.tradeoff.figures import draw
+from comparison.studies.tradeoff.figures import COSTS, draw
 from comparison.studies.tradeoff.measure import LONG, QUANTITIES, TRUTH, Timed, confirmations, measure
 from comparison.studies.tradeoff.methods import CHIEF, SCENES, SWEEPS, TITLES, WITH_CLEARANCE
-
-COSTS = {"seconds": "processor time (s)", "evaluations": "evaluations of the equations"}
 
 
 @dataclass(frozen=True)
@@ -70,23 +66,6 @@ def measured(config: Config, n_jobs: int, on_progress: Progress | None) -> Resul
     return Results(config, rows[:swept], rows[swept:], confirmations(WITH_CLEARANCE, n_jobs))
 
 
-def figures(results: Results, folder: Path) -> None:
-    """Draw work over precision of each scene."""
-    rows = pd.json_normalize(results.rows)
-    for scene in SCENES:
-        words, unit = QUANTITIES[CHIEF[scene]]
-        label = f"{words} ({unit})" if unit else words
-        for cost, cost_label in COSTS.items():
-            draw(
-                folder / f"{scene}-{cost}.svg",
-                rows[rows["scene"] == scene],
-                CHIEF[scene],
-                label,
-                cost,
-                cost_label,
-            )
-
-
 def page(results: Results) -> dict[str, object]:
     """Return what stands in the page."""
     rows, config = pd.json_normalize(results.rows), results.config
@@ -118,17 +97,12 @@ def page(results: Results) -> dict[str, object]:
     }
 
 
-def data(results: Results) -> dict[str, Any]:
-    """Return what goes into tradeoff.json."""
-    return {"machine": platform_name(), "rows": results.rows}
-
-
 STUDY = Study(
     "tradeoff",
     small=Config(settings=2, rounds=1, busy=0.0, cycles=3.0),
     full=Config(settings=8, rounds=3, busy=0.5, cycles=1000.0),
     measure=measured,
     page=page,
-    draw=figures,
-    data=data,
+    draw=lambda results, folder: draw(pd.json_normalize(results.rows), folder),
+    data=lambda results: {"machine": platform_name(), "rows": results.rows},
 )
