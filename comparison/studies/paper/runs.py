@@ -83,12 +83,11 @@ def short_scene(config: Config, name: str, member: int = 0) -> Scene:
     """Return two cycles of a condition, at the models' tightest settings."""
     scene = _two_cycles(config, name, "accelerations")
     mechanism = scene.data["mechanism"]
-    start = (
-        ("mechanism.crank_angle_deg", mechanism["crank_angle_deg"] + member * PIN_NUDGE)
-        if name == PIN
-        else ("initial.slider_offset", mechanism["reference_offset"] + member * NUDGE)
-    )
-    return _tight(scene.with_values(dict([start])))
+    if name == PIN:
+        start = {"mechanism.crank_angle_deg": mechanism["crank_angle_deg"] + member * PIN_NUDGE}
+    else:
+        start = {"initial.slider_offset": mechanism["reference_offset"] + member * NUDGE}
+    return _tight(scene.with_values(start))
 
 
 def ideal_scene(config: Config, name: str) -> Scene:
