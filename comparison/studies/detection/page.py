@@ -1,13 +1,17 @@
-"""The study's page: its template filled, and the tables of the faults."""
+"""The study's page: its template filled, the tables of the faults, and the figure."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
 from itertools import starmap
+from pathlib import Path
+
+import numpy as np
 
 from comparison.engines.platform import platform_name, versions
 from comparison.formatting import MISSING, number, quantity, table
+from comparison.report import svg
 from comparison.studies.detection import alarms, cross_model, limits
 from comparison.studies.detection.alarm_tables import (
     alarm_list,
@@ -122,6 +126,21 @@ def misses(faults: Tried) -> str:
         if trial.tier == "tight" and not trial.detected(found)
     ]
     return "\n".join(["Missed at the tight tier:", "", *lines]) if lines else "None is missed."
+
+
+def draw(results: Results, folder: Path) -> None:
+    """Draw the smallest detectable change of each number, from the top; none where nothing was detected."""
+    names = list(results.smallest)
+    changes = np.array(list(results.smallest.values()), dtype=np.float64).T
+    marks = (("o", svg.FIRST), ("x", svg.SECOND), ("s", svg.DIFFERENCE))
+    with svg.panels(folder / "smallest.svg", height=0.9 + 0.26 * len(names)) as (axes,):
+        axes.set(xscale="log", xlim=(limits.LEAST, 2.0 * limits.MOST), ylim=(len(names) - 0.5, -0.5))
+        axes.set_yticks(range(len(names)), names)
+        axes.set_xlabel("smallest detectable relative change")
+        for place, (mark, colour), x in zip(limits.PLACES, marks, changes, strict=True):
+            label = ", ".join(place)
+            axes.plot(x, range(x.size), mark, color=colour, mfc="none", ms=5, label=label)
+        svg.legend_above(axes)
 
 
 def _place(model: str, tier: str) -> str:

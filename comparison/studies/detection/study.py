@@ -11,9 +11,8 @@ from comparison.studies.detection import alarms, cross_model, limits, rounding
 from comparison.studies.detection.copies import installed
 from comparison.studies.detection.cross_model import Draw
 from comparison.studies.detection.faults import Fault, catalogue, controls, trials
-from comparison.studies.detection.figures import draw
 from comparison.studies.detection.finding import find_all
-from comparison.studies.detection.page import page
+from comparison.studies.detection.page import draw, page
 from comparison.studies.detection.results import Results, record
 from comparison.studies.detection.tasks import Comparison, Found
 from comparison.studies.shared.progress import part

@@ -14,7 +14,7 @@ from comparison.scene import Scene
 from comparison.studies.ensembles.statistics import Sample, distances
 from comparison.studies.nonlinear.memory import Memory
 from comparison.studies.nonlinear.methods.lyapunov import Exponent, closest_measured
-from comparison.studies.nonlinear.methods.recurrence import period
+from comparison.studies.nonlinear.methods.recurrence import LONGEST, period
 from comparison.studies.nonlinear.methods.zero_one import LEAST, chaos_indicator
 from comparison.studies.nonlinear.press import STATE
 from comparison.studies.nonlinear.scenes import ANGLES, DISTANCES, MAIN, Key
@@ -98,7 +98,7 @@ def by_scene(
             line[f"K, {model}"] = f"{chaos_indicator(x):.2f}" if x.size >= LEAST else MISSING
         clearance = scenes[name, MODELS[0]].data["clearance"]["slider"]
         repeats = period(series[MODELS[0]], SAME * clearance)
-        line["section repeats after, cycles (of 16)"] = "never" if repeats is None else str(repeats)
+        line[f"section repeats after, cycles (of {LONGEST})"] = "never" if repeats is None else str(repeats)
         line["largest scatter over the angles"] = quantity(float(of.max()), "m", 2)
         line["least"] = quantity(float(of.min()), "m", 2)
         lines.append(line)
