@@ -12,16 +12,7 @@ import numpy as np
 from comparison.engines.platform import platform_name, versions
 from comparison.formatting import MISSING, number, quantity, table
 from comparison.report import svg
-from comparison.studies.detection import alarms, cross_model, limits
-from comparison.studies.detection.alarm_tables import (
-    alarm_list,
-    between,
-    both_table,
-    channel_table,
-    own_table,
-    rounding_table,
-    span,
-)
+from comparison.studies.detection import alarm_tables, alarms, cross_model, limits
 from comparison.studies.detection.faults import Fault, Trial
 from comparison.studies.detection.rates import confirmation_of, count, interval, share
 from comparison.studies.detection.results import Results
@@ -47,17 +38,17 @@ def page(results: Results) -> dict[str, object]:
         "wanted": " and ".join(f"{kind.wanted} at the {kind.tier} tier" for kind, _ in results.both),
         "most": f"{cross_model.MOST:g}",
         "seed": cross_model.SEED,
-        "rounding": rounding_table(results),
-        "both": both_table(results),
-        "speed": span(alarms.SPEED_RPM),
-        "clearance": span(alarms.CLEARANCE, 1e3),
-        "modulus": span(alarms.MODULUS, 1e-9),
-        "restitution": span(alarms.RESTITUTION),
-        "friction": span(alarms.FRICTION),
-        "factors": span(alarms.FACTORS),
-        "own": own_table(results),
-        "listed": alarm_list(results),
-        "channels": channel_table(results),
+        "rounding": alarm_tables.rounding_table(results),
+        "both": alarm_tables.both_table(results),
+        "speed": alarm_tables.span(alarms.SPEED_RPM),
+        "clearance": alarm_tables.span(alarms.CLEARANCE, 1e3),
+        "modulus": alarm_tables.span(alarms.MODULUS, 1e-9),
+        "restitution": alarm_tables.span(alarms.RESTITUTION),
+        "friction": alarm_tables.span(alarms.FRICTION),
+        "factors": alarm_tables.span(alarms.FACTORS),
+        "own": alarm_tables.own_table(results),
+        "listed": alarm_tables.alarm_list(results),
+        "channels": alarm_tables.channel_table(results),
         "controls": ", ".join(f"{times} times {verdict}" for verdict, times in healthy.items()),
         "numbers": fault_table(results.faults, "number"),
         "codes": fault_table(results.faults, "code"),
@@ -81,7 +72,7 @@ def overview(results: Results) -> str:
         )
     lines += [
         f"- {tier} tier: {sum(detected)} of {len(detected)} faults detected "
-        f"({between(interval(sum(detected), len(detected)))} at 95 %)."
+        f"({alarm_tables.between(interval(sum(detected), len(detected)))} at 95 %)."
         for tier, detected in results.detections.items()
     ]
     return "\n".join(lines)

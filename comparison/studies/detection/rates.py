@@ -33,11 +33,6 @@ class Counts:
         return self.draws - self.indeterminate
 
     @property
-    def agree(self) -> int:
-        """Number of comparisons that agree, corrected ones included."""
-        return self.decided - self.alarms
-
-    @property
     def upper_limit(self) -> float:
         """One-sided 95 % limit of the rate of alarms."""
         return upper_limit(self.alarms, self.decided)

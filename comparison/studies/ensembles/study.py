@@ -47,7 +47,6 @@ class Ensemble(NamedTuple):
     changed: dict[str, object]
 
 
-DETECTED = "a difference"
 FIRST = Ensemble("", "", "reference", 1, {})
 MODELS = Ensemble("reference against Exudyn", "the question", "exudyn", 2, {})
 OTHERS = (

@@ -99,17 +99,13 @@ def draw(results: Results, folder: Path) -> None:
     (reference, exudyn), main = (results.sections[MAIN, m] for m in MODELS), results.long[MAIN, "reference"]
     figures.draw_sections(reference, exudyn, folder / "sections.svg")
     figures.draw_bifurcation(results.swept, scenes.swept(results.config), folder / "bifurcation.svg")
-    kept = {
-        key: of
-        for key, of in results.exponents.items()
-        if key[0] == MAIN and (key[1] == "reference" or key[2] == USUAL[key[1]]) and of
+    coarsest = results.config.tolerances["reference"][0]
+    shown = {
+        f"{model}, {tol:.0e}": (DISTANCES[model], of)
+        for (name, model, tol), of in results.exponents.items()
+        if of and name == MAIN and (tol == USUAL["exudyn"] if model == "exudyn" else tol != coarsest)
     }
-    coarsest = (MAIN, "reference", results.config.tolerances["reference"][0])
-    kept.pop(coarsest, None)
-    figures.draw_exponents(
-        {f"{model}, {tol:.0e}": (DISTANCES[model], of) for (_, model, tol), of in kept.items()},
-        folder / "exponents.svg",
-    )
+    figures.draw_exponents(shown, folder / "exponents.svg")
     orbit = results.perturbed[MAIN, "reference", USUAL["reference"]]
     figures.draw_growth(spread(reference, main), orbit, folder / "growth.svg")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from math import nan
 
 import numpy as np
 
@@ -118,15 +119,6 @@ def memory(found: Sequence[Memory]) -> str:
 
 def distributions(sections: Sections, scenes: Mapping[tuple[str, str], Scene], names: Sequence[str]) -> str:
     """Return the comparison of both models' sections, where they scatter more than what is predictable."""
-    headings = (
-        "scene",
-        "tests",
-        "found to differ",
-        "smallest adjusted p",
-        "largest distance of distributions",
-        "largest Wasserstein distance over the scatter",
-        "largest correlation of successive cycles",
-    )
     lines = []
     for name in names:
         scene = scenes[name, MODELS[0]].data
@@ -139,19 +131,17 @@ def distributions(sections: Sections, scenes: Mapping[tuple[str, str], Scene], n
                     samples.append(Sample(channel, f"{angle}", channels()[channel].unit, *of))
                     correlations.append(abs(float(np.corrcoef(of[0][1:], of[0][:-1])[0, 1])))
         tests = distances(samples)
-        cells = (
-            [
-                f"**{sum(test.found for test in tests)}**",
-                f"{min(test.adjusted for test in tests):.2g}",
-                f"{max(test.statistic for test in tests):.2f}",
-                f"{max(test.wasserstein / test.scale for test in tests):.2f}",
-                f"{max(correlations):.2f}",
-            ]
-            if tests
-            else [MISSING] * 5
-        )
-        lines.append([name, f"{len(tests)}", *cells])
-    return table(headings, lines)
+        scatter_apart = max((test.wasserstein / test.scale for test in tests), default=nan)
+        cells = {
+            "found to differ": f"**{sum(test.found for test in tests)}**",
+            "smallest adjusted p": f"{min((test.adjusted for test in tests), default=nan):.2g}",
+            "largest distance of distributions": f"{max((t.statistic for t in tests), default=nan):.2f}",
+            "largest Wasserstein distance over the scatter": f"{scatter_apart:.2f}",
+            "largest correlation of successive cycles": f"{max(correlations, default=nan):.2f}",
+        }
+        of_scene = {"scene": name, "tests": f"{len(tests)}"}
+        lines.append(of_scene | (cells if tests else dict.fromkeys(cells, MISSING)))
+    return rows_table(lines)
 
 
 def _exponent(e: Exponent) -> str:

@@ -33,7 +33,7 @@ LEAST = 1e-16
 COLUMNS = 250
 """Of a panel half as wide as the page."""
 UNITS = {"slider_y": (1e6, "µm"), "slider_vy": (1e3, "mm/s"), "slider_ay": (1.0, "m/s²")}
-WORDS = {"slider_y": "displacement", "slider_vy": "velocity", "slider_ay": "acceleration"}
+WORDS = {channel: word for word, channel in QUANTITIES.items()}
 ERRORS = {
     "figure-9": ("F9-210", "F9-69"),
     "figure-10": ("F10-28", "F10-33"),

@@ -25,11 +25,7 @@ CONDITIONS = {
 }
 """Pair with clearance, speed, clearance, elastic modulus and Poisson's ratio, as printed -> the scene."""
 _CONDITION = ["pair", "speed_rpm", "clearance_mm", "youngs_modulus_GPa", "poisson"]
-PEAKS = {
-    "peak_displacement_error": "slider_y",
-    "peak_velocity_error": "slider_vy",
-    "peak_acceleration_error": "slider_ay",
-}
+PEAKS = {f"peak_{word}_error": channel for word, channel in QUANTITIES.items()}
 RANGES = {
     "range_x_deviation": ("slider_x", "start"),
     "range_x_velocity": ("slider_vx", "nothing"),
