@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,31 +10,20 @@ from matplotlib.ticker import FixedLocator, NullLocator, ScalarFormatter
 
 from comparison.report import svg
 from comparison.report.decimate import envelope
-from comparison.studies.crank_pin.peaks import PRINTED
-from comparison.studies.shared.errors import Peak
+from comparison.studies.crank_pin.peaks import PRINTED, WORDS
+from comparison.studies.crank_pin.runs import MODULUS, Runs
+from comparison.studies.shared.errors import error
 from comparison.studies.shared.published import Published
-from comparison.tables.arrays import Array
 
 PASSAGE = (0.735, 0.765)
 """s; around the published instants."""
 
 
-def draw(
-    folder: Path,
-    time: Array,
-    errors: Mapping[str, Array],
-    bound: Array,
-    by_modulus: Mapping[float, Sequence[Peak]],
-) -> None:
-    """Write displacement.svg, passage.svg and stiffness.svg.
-
-    Parameters
-    ----------
-    time, errors, bound
-        s; channel -> error of one run; what a rigid shift of the pin moves the slider by, m; shape (n,).
-    by_modulus
-        Young's modulus (Pa) -> peaks of the acceleration's error near the published instant, m/s^2.
-    """
+def draw(runs: Runs, folder: Path) -> None:
+    """Draw the errors of the shown run, and the peaks over the modulus."""
+    still = runs.still[runs.config.samples]
+    time, bound = still.time, runs.bound
+    errors = {channel: error(runs.shown, still, channel) for channel in WORDS}
     with svg.panels(folder / "displacement.svg") as (axes,):
         kept = envelope(errors["slider_y"])
         for sign, label in ((1, "a rigid shift of the pin"), (-1, None)):
@@ -54,10 +42,11 @@ def draw(
         both[1].set_xlabel("time (s)")
         svg.legend_above(both[0])
     with svg.panels(folder / "stiffness.svg") as (axes,):
-        _stiffness(axes, by_modulus)
+        _stiffness(axes, runs)
 
 
-def _stiffness(axes: Axes, by_modulus: Mapping[float, Sequence[Peak]]) -> None:
+def _stiffness(axes: Axes, runs: Runs) -> None:
+    by_modulus = {E: case.peaks["slider_ay", True] for E, case in runs.by_value(MODULUS).items()}
     axes.set(xscale="log", yscale="log", xlabel="Young's modulus (GPa)", ylabel="peak of the error (m/s²)")
     moduli = np.array(list(by_modulus))
     sizes = [np.abs([p.value for p in peaks]) for peaks in by_modulus.values()]
