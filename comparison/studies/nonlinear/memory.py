@@ -66,14 +66,12 @@ def _speeds(table: Table, scene: Scene, first: int, last: int) -> Array | None:
     """Return the impact speeds (m/s) of both corners at rest, shape (cycles, 2)."""
     if table.events is None:
         return None
-    corner = table.events["corner"].to_numpy()
-    start, end, speed = (table.events[name].to_numpy(float) for name in ("start", "end", "normal_speed"))
-    speeds = np.empty((last - first, len(CORNERS)))
-    for row, cycle in enumerate(range(first, last)):
+    speeds = []
+    for cycle in range(first, last):
         when = (cycle + RESTING) * scene.period
-        for column, name in enumerate(CORNERS):
-            closed = np.flatnonzero((corner == name) & (start < when) & (end > when))
-            if not closed.size:
-                return None
-            speeds[row, column] = speed[closed[0]]
-    return speeds
+        closed = table.events[(table.events["start"] < when) & (table.events["end"] > when)]
+        of_corner = closed.drop_duplicates("corner").set_index("corner")["normal_speed"].reindex(CORNERS)
+        if of_corner.isna().any():
+            return None
+        speeds.append(of_corner.to_numpy(float))
+    return np.array(speeds)

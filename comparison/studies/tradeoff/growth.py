@@ -38,13 +38,9 @@ def growing(most: float) -> list[Timing]:
         return {"cycles": cycles, **labels}, method, load_scene(name, values)
 
     ten, recorded = min(10.0, most), {", ".join(("motion", *of)): list(of) for of in GROUPS}
+    of_cycles = ((method, cycles) for method, lengths in LENGTHS.items() for cycles in lengths)
     return [
-        *(
-            run(cycles, method, BASE, FEW, table="cycles")
-            for method, lengths in LENGTHS.items()
-            for cycles in lengths
-            if cycles <= most
-        ),
+        *(run(n, method, BASE, FEW, table="cycles") for method, n in of_cycles if n <= most),
         *(run(ten, MINIMAL, name, FEW, table="contacts", scene=name) for name in CLEARANCES),
         *(
             run(ten, MINIMAL, BASE, {"output.groups": of}, table="channels", channels=names)
