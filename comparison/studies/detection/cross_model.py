@@ -104,19 +104,9 @@ def moved(scene: Scene, share: float, rng: np.random.Generator) -> Scene:
 def sample(
     kind: Kind, roundings: Sequence[Rounding], find: Callable[[Sequence[Draw]], Sequence[Found]]
 ) -> dict[Rounding, list[Found]]:
-    """Draw by the rule of stopping.
+    """Draw by the rule of stopping; return what is found under each variant, in the order of its draws.
 
-    Parameters
-    ----------
-    kind, roundings
-        What is drawn, under the variants that count.
-    find
-        Compares draws. It is called with as many as are missing everywhere, until none is.
-
-    Returns
-    -------
-    found
-        Of each variant, in the order of its draws.
+    ``find`` compares draws. It is called with as many as are missing everywhere, until none is.
     """
     wanted = ceil(kind.wanted / len(roundings))
     most = ceil(MOST * wanted)

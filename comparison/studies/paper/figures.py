@@ -58,12 +58,9 @@ def draw(runs: Runs, folder: Path) -> None:
 def grid(
     path: Path, rows: int, titles: Sequence[str], height: float, **options: Any
 ) -> Iterator[list[list[Axes]]]:
-    """Draw a figure with a column a title as `svg.panels` does; the legend is that of its first panel.
+    """Draw a figure with a column a title as `svg.panels` does; yield its panels by row and column.
 
-    Yields
-    ------
-    axes
-        By row and column.
+    The legend is that of the first panel.
     """
     with svg.panels(path, rows, len(titles), height=height, **options) as panels:
         for panel, title in zip(panels, titles, strict=False):

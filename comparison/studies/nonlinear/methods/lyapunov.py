@@ -46,16 +46,10 @@ class Exponent:
 
 
 def exponents(orbits: PerturbedOrbits, period: int, skip: int = 0) -> list[Exponent]:
-    """Return the exponent of each distance, smallest first, per period of the drive.
+    """Return the exponent of each distance, smallest first, per period of the drive, counted as by `Orbit`.
 
-    Parameters
-    ----------
-    orbits
-        What `follow` found, with growing distances.
-    period
-        Of the drive, as `Orbit` counts. A stage belongs to the period in which it begins.
-    skip
-        Periods that are left out: until then the directions have not settled.
+    A stage belongs to the period in which it begins. The first ``skip`` periods are left out: until then the
+    directions have not settled.
 
     Notes
     -----

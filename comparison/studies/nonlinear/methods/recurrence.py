@@ -11,20 +11,11 @@ LONGEST = 16
 
 
 def period(section: Array, tolerance: float) -> int | None:
-    """Return after how many periods of the drive a stroboscopic section repeats.
+    """Return after how many periods of the drive, the fewest, the whole of a stroboscopic section repeats.
 
-    Parameters
-    ----------
-    section
-        One value or state a period, shape (n,) or (n, k), in units in which the tolerance makes sense.
-    tolerance
-        Two states this close are the same.
-
-    Returns
-    -------
-    int or None
-        The shortest that holds over the whole section; None: none up to `LONGEST`, or the section is too
-        short to have shown it twice.
+    The section has one value or state a period, shape (n,) or (n, k); two of them that are as close as the
+    tolerance, in their unit, are the same. None: no period up to `LONGEST` holds, or the section is too short
+    to have shown it twice.
     """
     points = section.reshape(len(section), -1)
     for count in range(1, min(LONGEST, len(points) // 2) + 1):
