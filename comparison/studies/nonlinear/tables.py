@@ -43,9 +43,9 @@ def believed(found: Found, scatter: Mapping[str, float]) -> dict[Key, Exponent]:
     """
     best = {}
     for key, of in found.items():
-        name, model, _ = key
-        near = [e for e, d in zip(of, DISTANCES[model], strict=True) if d <= NEAR * scatter[name]]
         if of:
+            name, model, _ = key
+            near = [e for e, d in zip(of, DISTANCES[model], strict=True) if d <= NEAR * scatter[name]]
             best[key] = near[closest_measured(near)] if near else of[0]
     return best
 
