@@ -53,9 +53,8 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     copies = {engine for variant in config.roundings for engine in variant.engines.values()}
     with installed([*changes, *(copy for copy in rounding.REARRANGED if copy.engine in copies)]):
         measurements = rounding.measurements(config.roundings)
-        bits = rounding.hashes(
-            config.roundings, find_all(measurements, n_jobs, part(on_progress, 0.0, _PARTS[0]))
-        )
+        measured = find_all(measurements, n_jobs, part(on_progress, 0.0, _PARTS[0]))
+        bits = rounding.hashes(config.roundings, measured)
         found = iter(find_all(tasks, n_jobs, part(on_progress, *_PARTS[:2])))
         both = _both_models(config.both, bits, n_jobs, on_progress)
     return Results(

@@ -19,12 +19,9 @@ TRANSIENT = 10
 
 def controls(periods: int) -> str:
     """Return what the tools say of the ball where it moves regularly and where it does not."""
-    return rows_table(
-        [
-            _row("one impact a period", ball.REGULAR, log(ball.RESTITUTION), "ln e", periods),
-            _row("strange attractor", ball.CHAOTIC, None, "product of the exact linear maps", periods),
-        ]
-    )
+    regular = _row("one impact a period", ball.REGULAR, log(ball.RESTITUTION), "ln e", periods)
+    chaotic = _row("strange attractor", ball.CHAOTIC, None, "product of the exact linear maps", periods)
+    return rows_table([regular, chaotic])
 
 
 def _row(words: str, amplitude: float, known: float | None, source: str, periods: int) -> dict[str, str]:
