@@ -38,43 +38,22 @@ OPEN = "open"
 
 @dataclass(frozen=True)
 class Evidence:
-    """What one opinion, or one look at a model's own run, says.
-
-    Attributes
-    ----------
-    name
-        Of the opinion.
-    model
-        Whose code it is.
-    distances
-        Largest over the window from the run of the reference and of Exudyn, in the channel's unit; empty if
-        the run did not succeed.
-    stands
-        With the run of which model; "" with neither.
-    status
-        Of the run.
-    """
+    """What one opinion, or one look at a model's own run, says."""
 
     name: str
     model: str
     distances: tuple[float, ...]
+    """Largest over the window from the run of the reference and of Exudyn, in the channel's unit; () if it
+    did not succeed."""
     stands: str
+    """With the run of which model; "" with neither."""
     status: str
 
 
 def adjudicate(result: SceneComparison, tables: tuple[Table, Table], scene: Scene, run: Run) -> Row:
     """Return who errs, and all that says so, as JSON holds it.
 
-    Parameters
-    ----------
-    result
-        The comparison of reference and Exudyn, with a channel that differs.
-    tables
-        Their runs.
-    scene
-        What they ran.
-    run
-        Runs a scene by a model.
+    The result is that of reference and Exudyn, whose runs are the tables, with a channel that differs.
     """
     channel, first, last = deciding(result)
     seen = float(result.time[first])
@@ -179,14 +158,8 @@ def decide(
 ) -> tuple[str, str]:
     """Return the model that errs, or `OPEN`, and the reason in one clause.
 
-    Parameters
-    ----------
-    evidence
-        The opinions.
-    inside
-        Model -> what its run shows against itself.
-    span
-        s: what happens outside it has nothing to do with the difference.
+    ``inside`` is what the run of each model shows against itself; what happens outside the span, s, has
+    nothing to do with the difference.
     """
     against: dict[str, list[str]] = {model: [] for model in MODELS}
     for model, found in inside.items():

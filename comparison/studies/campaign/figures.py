@@ -11,31 +11,22 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 
 from comparison.accuracy.thresholds import thresholds
-from comparison.execution.ledger import Row
 from comparison.report import svg
-from comparison.studies.campaign.population import CLEARANCE, SPEED_RPM, Case
+from comparison.studies.campaign import stages
+from comparison.studies.campaign.population import CLEARANCE, SPEED_RPM
 from comparison.studies.campaign.screening import LIMIT, TIER, clearance
-from comparison.studies.campaign.stages import (
-    AGREE,
-    BROKEN,
-    DIFFER,
-    FAILED,
-    NOT_DECIDED,
-    UNDERESTIMATED,
-)
+from comparison.studies.campaign.tables import Found
 from comparison.tables.arrays import Array
 
-Found = Sequence[tuple[Case, Row]]
-"""The scenes with what was found."""
 _DECADES = np.arange(-15.0, -2.9, 0.5)
 _SHARES = np.linspace(0.0, 1.0, 21)
 _MARKS: dict[str, dict[str, Any]] = {
-    AGREE: {"marker": ".", "color": svg.FIRST, "markersize": 3},
-    NOT_DECIDED: {"marker": "o", "color": svg.THRESHOLD, "markerfacecolor": "none", "markersize": 4},
-    FAILED: {"marker": "x", "color": svg.INK, "markersize": 4},
-    UNDERESTIMATED: {"marker": "s", "color": svg.DIFFERENCE, "markerfacecolor": "none", "markersize": 5},
-    BROKEN: {"marker": "^", "color": svg.OUTSIDE, "markersize": 5},
-    DIFFER: {"marker": "D", "color": svg.SECOND, "markersize": 5},
+    stages.AGREE: {"marker": ".", "color": svg.FIRST, "ms": 3},
+    stages.NOT_DECIDED: {"marker": "o", "color": svg.THRESHOLD, "mfc": "none", "ms": 4},
+    stages.FAILED: {"marker": "x", "color": svg.INK, "ms": 4},
+    stages.UNDERESTIMATED: {"marker": "s", "color": svg.DIFFERENCE, "mfc": "none", "ms": 5},
+    stages.BROKEN: {"marker": "^", "color": svg.OUTSIDE, "ms": 5},
+    stages.DIFFER: {"marker": "D", "color": svg.SECOND, "ms": 5},
 }
 """By outcome; the rare ones last, so that they lie on top."""
 
@@ -43,9 +34,9 @@ _MARKS: dict[str, dict[str, Any]] = {
 def draw_distances(found: Found, path: Path) -> None:
     """Draw how many scenes have which largest distance between the single runs, and which coverage."""
     groups = (
-        ("agree", svg.FIRST, {AGREE, UNDERESTIMATED}),
-        ("differ or broken", svg.SECOND, {DIFFER, BROKEN}),
-        ("not decided", svg.THRESHOLD, {NOT_DECIDED}),
+        ("agree", svg.FIRST, {stages.AGREE, stages.UNDERESTIMATED}),
+        ("differ or broken", svg.SECOND, {stages.DIFFER, stages.BROKEN}),
+        ("not decided", svg.THRESHOLD, {stages.NOT_DECIDED}),
     )
     screened = [(row["outcome"], row["screening"]) for _, row in found if row["screening"] is not None]
     with svg.panels(path, 1, 2) as (left, right):
@@ -79,8 +70,9 @@ def draw_places(found: Found, path: Path) -> None:
         for outcome, mark in _MARKS.items():
             own = [case.scene for case, row in found if row["outcome"] == outcome]
             speeds = [abs(scene.data["drive"]["speed_rpm"]) for scene in own]
-            values = ([1e3 * clearance(scene) for scene in own], [_restitution(scene.data) for scene in own])
-            for axes, of in zip((left, right), values, strict=True):
+            clearances = [1e3 * clearance(scene) for scene in own]
+            restitutions = [scene.data["contact"]["restitution"] for scene in own]
+            for axes, of in ((left, clearances), (right, restitutions)):
                 axes.plot(speeds, of, linestyle="none", label=outcome, **mark)
         left.set(yscale="log", ylim=(0.8e3 * CLEARANCE[0], 1.2e3 * CLEARANCE[1]), ylabel="clearance (mm)")
         _plain(left.yaxis, (0.05, 0.1, 0.2, 0.5, 1.0))
@@ -97,7 +89,3 @@ def _plain(axis: Axis, ticks: Sequence[float]) -> None:
     shown = [tick for tick in ticks if low <= tick <= high]
     axis.set_ticks(shown, [f"{tick:g}" for tick in shown])
     axis.set_ticks([], minor=True)
-
-
-def _restitution(scene: dict[str, Any]) -> float:
-    return float(scene["contact"]["restitution"])

@@ -27,17 +27,7 @@ BESIDE = 2
 
 @dataclass(frozen=True)
 class Opinion:
-    """A run that is asked.
-
-    Attributes
-    ----------
-    name
-        What it is called.
-    model
-        Whose code it is.
-    scene
-        What it runs.
-    """
+    """A run that is asked."""
 
     name: str
     model: str
@@ -65,18 +55,9 @@ def _touching(table: Table) -> BoolArray:
 
 
 def excerpt(scene: Scene, table: Table, first: int, last: int, finer: int = 1) -> Scene:
-    """Return the scene from one sample of its table to another, as a scene of its own.
+    """Return the scene from one sample of its table to another, with ``finer`` times as many samples.
 
-    Parameters
-    ----------
-    scene
-        The whole scene.
-    table
-        A result of it.
-    first, last
-        Samples; the first 0, or one at which nothing touches.
-    finer
-        Times as many samples.
+    The first is 0, or a sample at which nothing touches.
     """
     per_cycle = scene.data["output"]["samples_per_cycle"]
     values: dict[str, object] = {

@@ -54,21 +54,14 @@ GRAVITY_RANGE = (-20.0, 20.0)
 
 @dataclass(frozen=True)
 class Case:
-    """One scene of the campaign.
-
-    Attributes
-    ----------
-    number
-        Its place in the population, from 0: with the seed it determines everything else.
-    scene
-        At the settings of the tight tier.
-    family
-        Whether its whole family of runs is compared in any case.
-    """
+    """One scene of the campaign."""
 
     number: int
+    """Its place in the population, from 0: with the seed it determines everything else."""
     scene: Scene
+    """At the settings of the tight tier."""
     family: bool = False
+    """Whether its whole family of runs is compared in any case."""
 
 
 def cases(count: int, seed: int) -> list[Case]:

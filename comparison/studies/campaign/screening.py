@@ -29,26 +29,18 @@ MOTION = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "sli
 
 @dataclass(frozen=True)
 class Screening:
-    """What the cheap look shows.
-
-    Attributes
-    ----------
-    parted
-        Whether the single runs part, see `screen`.
-    time, channel
-        s: the first sample at which they do, and where; None and "" where they do not.
-    distance
-        Largest between the runs over the samples that the reference's runs show as predictable, on the scale
-        of each channel, times the clearance: in m for slider_x.
-    coverage
-        Share of these samples, of the positions the least: the most that both families can show.
-    """
+    """What the cheap look shows."""
 
     parted: bool
+    """Whether the single runs part, see `screen`."""
     time: float | None
     channel: str
+    """s: the first sample at which they do, and where; None and "" where they do not."""
     distance: float
+    """Largest between the runs over the samples that the reference's runs show as predictable, on the scale
+    of each channel, times the clearance: in m for slider_x."""
     coverage: float
+    """Share of these samples, of the positions the least: the most that both families can show."""
 
 
 def clearance(scene: Scene) -> float:
@@ -62,15 +54,6 @@ def screen(scene: Scene, reference: Runs, tree: Table) -> Screening:
 
     The two part where in a channel of the motion any sample before the first unpredictable stretch may speak
     against agreement, or more of all predictable samples than a verdict lets pass.
-
-    Parameters
-    ----------
-    scene
-        What both ran.
-    reference
-        Its whole family.
-    tree
-        Its run at the scene's settings.
     """
     limits, size = thresholds(TIER), clearance(scene)
     parted, farthest, coverage = [], 0.0, 1.0

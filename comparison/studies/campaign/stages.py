@@ -42,13 +42,7 @@ class _FailedError(Exception):
 
 
 class _Scene:
-    """The runs of one scene, each made when it is first asked for.
-
-    Attributes
-    ----------
-    failures
-        Of runs whose status is not "success".
-    """
+    """The runs of one scene, each made when first asked for; ``failures`` lists those without success."""
 
     def __init__(self, scene: Scene, run: Run) -> None:
         self.scene, self.failures = scene, list[Row]()
@@ -99,15 +93,6 @@ def broken(table: Table | None) -> list[str]:
 
 def examine(case: Case, run: Run, confirm: Confirm) -> Row:
     """Take a scene through the stages.
-
-    Parameters
-    ----------
-    case
-        The scene.
-    run
-        Runs a scene by a model.
-    confirm
-        See `Confirm`.
 
     Returns
     -------

@@ -15,21 +15,12 @@ from comparison.engines.platform import platform_name, versions
 from comparison.execution.ledger import Row
 from comparison.execution.run import MODELS, Progress
 from comparison.formatting import percent, quantity
-from comparison.studies.campaign import population, tables
+from comparison.studies.campaign import population, stages, tables
 from comparison.studies.campaign.adjudication import OPEN
 from comparison.studies.campaign.figures import draw_distances, draw_places
 from comparison.studies.campaign.opinions import FINE_SAMPLES, SMALL_STEP
 from comparison.studies.campaign.population import Case
 from comparison.studies.campaign.screening import LIMIT, TIER
-from comparison.studies.campaign.stages import (
-    AGREE,
-    BROKEN,
-    DIFFER,
-    FAILED,
-    NOT_DECIDED,
-    UNDERESTIMATED,
-    VIOLATED,
-)
 from comparison.studies.campaign.tasks import run_cases
 from comparison.studies.shared.study import Study
 
@@ -52,7 +43,7 @@ class Results:
     rows: Sequence[Row]
 
     @property
-    def found(self) -> list[tuple[Case, Row]]:
+    def found(self) -> tables.Found:
         """Each scene with what was found of it."""
         return list(zip(self.cases, self.rows, strict=True))
 
@@ -94,8 +85,8 @@ def page(results: Results) -> dict[str, object]:
         "underestimated": tables.underestimated(found),
         "breaches": tables.breaches(found),
         "failures": tables.failures(found),
-        "failed": tables.not_decided(found, FAILED),
-        "not_decided": tables.not_decided(found, NOT_DECIDED),
+        "failed": tables.not_decided(found, stages.FAILED),
+        "not_decided": tables.not_decided(found, stages.NOT_DECIDED),
         "mended": "\n\n".join(_entry(fault) for fault in mended()),
         "limit": quantity(LIMIT, "m"),
         "drawn": tables.drawn(found),
@@ -111,8 +102,8 @@ def page(results: Results) -> dict[str, object]:
 def outcome(rows: Sequence[Row]) -> str:
     """Return what came of it in one paragraph."""
     count = Counter(row["outcome"] for row in rows)
-    decided = count[AGREE] + count[UNDERESTIMATED] + count[DIFFER]
-    errs = Counter(NAMES[row["adjudication"]["errs"]] for row in rows if row["outcome"] == DIFFER)
+    decided = count[stages.AGREE] + count[stages.UNDERESTIMATED] + count[stages.DIFFER]
+    errs = Counter(NAMES[row["adjudication"]["errs"]] for row in rows if row["outcome"] == stages.DIFFER)
     who = ", ".join(f"{errs[words]} {words}" for words in NAMES.values())
     broken = Counter(model for row in rows for model in _broken(row))
     broke = " and ".join(f"{broken[model]} of the {model} model" for model in MODELS)
@@ -120,17 +111,18 @@ def outcome(rows: Sequence[Row]) -> str:
     failed = " and ".join(f"{runs[model]} of the {model} model" for model in MODELS)
     return (
         f"**Of {len(rows)} random scenes of {population.CYCLES:g} cycles {decided} are decided: "
-        f"{count[AGREE]} agree, in {count[UNDERESTIMATED]} the uncertainty had been underestimated, "
-        f"{count[DIFFER]} differ ({who}).** In {count[BROKEN]} others a run breaks an invariant (of all "
-        f"scenes: {broke}). {count[NOT_DECIDED]} are not decided for want of predictable "
-        f"samples, {count[FAILED]} cannot be compared; runs that did not succeed: {failed}."
+        f"{count[stages.AGREE]} agree, in {count[stages.UNDERESTIMATED]} the uncertainty had been "
+        f"underestimated, {count[stages.DIFFER]} differ ({who}).** In {count[stages.BROKEN]} others a run "
+        f"breaks an invariant (of all scenes: {broke}). {count[stages.NOT_DECIDED]} are not decided for want "
+        f"of predictable samples, {count[stages.FAILED]} cannot be compared; runs that did not succeed: "
+        f"{failed}."
     )
 
 
 def _broken(row: Row) -> set[str]:
     """Return the models of which a run of this scene breaks an invariant."""
     shown = {model for model, of in row["breaches"].items() if of}
-    return shown | {one["model"] for one in row["failures"] if one["status"] == VIOLATED}
+    return shown | {one["model"] for one in row["failures"] if one["status"] == stages.VIOLATED}
 
 
 def mended() -> list[dict[str, Any]]:

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
+
+import pandas as pd
 
 from comparison.execution.ledger import Row
 from comparison.execution.run import MODELS
-from comparison.formatting import MISSING, number, percent, quantity, table
+from comparison.formatting import MISSING, number, percent, quantity
 from comparison.studies.campaign.population import Case
 from comparison.studies.campaign.stages import COMPARED, DIFFER, OUTCOMES, UNDERESTIMATED
 from comparison.studies.detection.rates import share, upper_limit
+from comparison.studies.shared.frames import largest, rows_table
 from comparison.tables.channels import CONTACTS, channels
 
 Found = Sequence[tuple[Case, Row]]
-NONE = "There was none."
+"""The scenes with what was found."""
+STAGES = ("single runs", "families", "confirmation", "adjudication")
 
 
 def counts(found: Found) -> str:
@@ -23,47 +26,43 @@ def counts(found: Found) -> str:
     groups: dict[str, list[Row]] = {"all": [row for _, row in found]}
     for case, row in found:
         groups.setdefault(_joints(case), []).append(row)
-    rows = [
-        [
-            name,
-            str(len(own)),
-            *(str(sum(row["outcome"] == outcome for row in own)) for outcome in OUTCOMES),
-            str(sum(row["stage"] == COMPARED for row in own)),
-        ]
+    return rows_table(
+        {"clearance at": name, "scenes": str(len(own))}
+        | {outcome: str(sum(row["outcome"] == outcome for row in own)) for outcome in OUTCOMES}
+        | {"families of runs compared": str(sum(row["stage"] == COMPARED for row in own))}
         for name, own in groups.items()
-    ]
-    return table(("clearance at", "scenes", *OUTCOMES, "families of runs compared"), rows)
+    )
 
 
 def _joints(case: Case) -> str:
     joints = case.scene.data["joints"]
-    with_clearance = [
-        name.replace("_", " ") for name in ("slider", "crank_pin") if joints[name] == "clearance"
-    ]
-    return " and ".join(with_clearance)
+    loose = [name.replace("_", " ") for name in ("slider", "crank_pin") if joints[name] == "clearance"]
+    return " and ".join(loose)
+
+
+def _listed(rows: Iterable[Mapping[str, str]]) -> str:
+    return rows_table(rows) or "There was none."
 
 
 def differences(found: Found) -> str:
     """Return one row a scene that differs, with who errs and why."""
     rows = []
     for case, row in found:
-        if row["outcome"] != DIFFER:
-            continue
-        of, reported = row["adjudication"], row["confirmation"]
-        unit = channels()[of["channel"]].unit
-        rows.append(
-            [
-                str(case.number),
-                f"{of['time']:.6g} s",
-                contacts(of["missing"]) or "the same in both",
-                f"{of['channel']}: {quantity(of['apart'], unit, 2)}",
-                "" if reported is None else reported["outcome"],
-                f"**{of['errs']}**",
-                of["why"],
-            ]
-        )
-    headings = ("scene", "seen from", "contact", "apart by", "claim", "errs", "why")
-    return table(headings, rows) if rows else NONE
+        if row["outcome"] == DIFFER:
+            of, reported = row["adjudication"], row["confirmation"]
+            apart = quantity(of["apart"], channels()[of["channel"]].unit, 2)
+            rows.append(
+                {
+                    "scene": str(case.number),
+                    "seen from": f"{of['time']:.6g} s",
+                    "contact": contacts(of["missing"]) or "the same in both",
+                    "apart by": f"{of['channel']}: {apart}",
+                    "claim": "" if reported is None else reported["outcome"],
+                    "errs": f"**{of['errs']}**",
+                    "why": of["why"],
+                }
+            )
+    return _listed(rows)
 
 
 def contacts(missing: Sequence[dict[str, Any]]) -> str:
@@ -79,47 +78,45 @@ def opinions(found: Found) -> str:
     """Return on which side the third opinions stand, with their distances, one row a scene and side."""
     rows = []
     for case, row in found:
-        if row["adjudication"] is None:
-            continue
-        of = row["adjudication"]
-        unit = channels()[of["channel"]].unit
+        of = row["adjudication"] or {"evidence": []}
         for side in (*MODELS, ""):
             own = [one for one in of["evidence"] if one["stands"] == side and one["distances"]]
-            if not own:
-                continue
-            ends = [
-                f"{quantity(min(distances), unit, 2)} to {quantity(max(distances), unit, 2)}"
-                for distances in zip(*(one["distances"] for one in own), strict=True)
-            ]
-            names = "; ".join(one["name"] for one in own)
-            rows.append([str(case.number), side or "neither", str(len(own)), names, *ends])
-    headings = ("scene", "stand with", "how many", "which", *(f"distance from {model}" for model in MODELS))
-    return table(headings, rows) if rows else NONE
+            if own:
+                unit = channels()[of["channel"]].unit
+                line = {"scene": str(case.number), "stand with": side or "neither", "how many": str(len(own))}
+                line["which"] = "; ".join(one["name"] for one in own)
+                for model, *distances in zip(MODELS, *(one["distances"] for one in own), strict=True):
+                    ends = (quantity(end, unit, 2) for end in (min(distances), max(distances)))
+                    line[f"distance from {model}"] = " to ".join(ends)
+                rows.append(line)
+    return _listed(rows)
 
 
 def underestimated(found: Found) -> str:
     """Return one row a scene whose uncertainty had been too small."""
-    rows = [
-        [str(case.number), number(reported["factor"], 2), reported["sentence"]]
+    return _listed(
+        {
+            "scene": str(case.number),
+            "factor": number(reported["factor"], 2),
+            "what the ensembles say": reported["sentence"],
+        }
         for case, row in found
         if row["outcome"] == UNDERESTIMATED and (reported := row["confirmation"]) is not None
-    ]
-    return table(("scene", "factor", "what the ensembles say"), rows) if rows else NONE
+    )
 
 
 def not_decided(found: Found, outcome: str) -> str:
     """Return the scenes of an outcome in which nothing was decided, with the reason."""
-    rows = [
-        [
-            str(case.number),
-            _joints(case),
-            MISSING if row["coverage"] is None else percent(row["coverage"]),
-            row["reason"],
-        ]
+    return _listed(
+        {
+            "scene": str(case.number),
+            "clearance at": _joints(case),
+            "samples predictable": MISSING if row["coverage"] is None else percent(row["coverage"]),
+            "reason": row["reason"],
+        }
         for case, row in found
         if row["outcome"] == outcome
-    ]
-    return table(("scene", "clearance at", "samples predictable", "reason"), rows) if rows else NONE
+    )
 
 
 def failures(found: Found) -> str:
@@ -127,40 +124,39 @@ def failures(found: Found) -> str:
     where: dict[tuple[str, str, str], list[str]] = {}
     for case, row in found:
         for one in row["failures"]:
-            status = one["status"] + "".join(f", {name}" for name in one["invariants"])
+            status = ", ".join((one["status"], *one["invariants"]))
             where.setdefault((one["model"], status, one["kind"]), []).append(str(case.number))
-    rows = [[*which, str(len(numbers)), _some(numbers)] for which, numbers in sorted(where.items())]
-    return table(("model", "status", "run", "how many", "scenes"), rows) if rows else NONE
+    return _listed(
+        {"model": model, "status": status, "run": kind, "how many": str(len(scenes)), "scenes": _some(scenes)}
+        for (model, status, kind), scenes in sorted(where.items())
+    )
 
 
 def breaches(found: Found) -> str:
     """Return what tables show against their own model, by model and kind."""
-    worst: dict[tuple[str, str], tuple[float, Case, dict[str, Any]]] = {}
-    scenes: Counter[tuple[str, str]] = Counter()
-    for case, row in found:
-        for model, shown in row["breaches"].items():
-            for name in {one["name"] for one in shown}:
-                scenes[model, name] += 1
-            for one in shown:
-                key = (model, one["name"])
-                if key not in worst or one["value"] > worst[key][0]:
-                    worst[key] = one["value"], case, one
+    shown = pd.DataFrame(
+        [
+            {"model": model, "scene": case.number, **one}
+            for case, row in found
+            for model, of in row["breaches"].items()
+            for one in of
+        ],
+        columns=["model", "scene", "name", "corner", "time", "value", "bound"],
+    )
     rows = []
-    for (model, name), (value, case, one) in sorted(worst.items()):
-        unit = "s" if name == "overlap" else "m"
-        place = f"scene {case.number}, {CONTACTS[one['corner']]}, {one['time']:.6g} s"
+    for (model, name), of in shown.groupby(["model", "name"]):
+        worst, unit = largest(of, "value"), "s" if name == "overlap" else "m"
         rows.append(
-            [
-                model,
-                name,
-                str(scenes[model, name]),
-                quantity(value, unit),
-                quantity(one["bound"], unit),
-                place,
-            ]
+            {
+                "model": str(model),
+                "invariant": str(name),
+                "scenes": str(of["scene"].nunique()),
+                "largest": quantity(worst["value"], unit),
+                "bound": quantity(worst["bound"], unit),
+                "where": f"scene {worst['scene']}, {CONTACTS[worst['corner']]}, {worst['time']:.6g} s",
+            }
         )
-    headings = ("model", "invariant", "scenes", "largest", "bound", "where")
-    return table(headings, rows) if rows else NONE
+    return _listed(rows)
 
 
 def drawn(found: Found) -> str:
@@ -180,21 +176,16 @@ def _would_stop(row: Row) -> bool:
 
 def seconds(found: Found) -> str:
     """Return the processor time by stage."""
-    total: Counter[str] = Counter()
-    for _, row in found:
-        total.update(row["seconds"])
-    scenes = Counter(stage for _, row in found for stage in row["seconds"])
-    rows = [
-        [
-            stage,
-            str(scenes[stage]),
-            quantity(total[stage] / scenes[stage], "s"),
-            f"{total[stage] / 60.0:.1f} min",
-        ]
-        for stage in ("single runs", "families", "confirmation", "adjudication")
-        if scenes[stage]
-    ]
-    return table(("stage", "scenes", "processor time a scene", "altogether"), rows)
+    spent = pd.DataFrame([row["seconds"] for _, row in found], columns=list(STAGES)).dropna(axis=1, how="all")
+    return rows_table(
+        {
+            "stage": str(stage),
+            "scenes": str(of.count()),
+            "processor time a scene": quantity(of.mean(), "s"),
+            "altogether": f"{of.sum() / 60.0:.1f} min",
+        }
+        for stage, of in spent.items()
+    )
 
 
 def _some(numbers: Iterable[str], most: int = 12) -> str:

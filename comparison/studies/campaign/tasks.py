@@ -59,13 +59,7 @@ class CaseTask(Task):
 
 
 def run_cases(cases: Sequence[Case], n_jobs: int, on_progress: Progress | None) -> list[Row]:
-    """Examine all cases; what was examined before is not examined again.
-
-    Returns
-    -------
-    rows
-        In the order of the cases, as `comparison.studies.campaign.stages.examine` gives them.
-    """
+    """Examine all cases, but for those that were before; return their rows, as `examine` gives them."""
     tasks = [CaseTask(case) for case in cases]
     rows = measure_all(examine_case, tasks, on_processes(n_jobs, LIMIT), on_progress)
     return [_complete(row) for row in rows]

@@ -23,29 +23,20 @@ time in a run of seconds rounds at 1e-15 s."""
 
 @dataclass(frozen=True)
 class Breach:
-    """Something that no correct run shows.
-
-    Attributes
-    ----------
-    name
-        "open-depth" or "overlap", as the models call these invariants.
-    corner
-        Of `comparison.tables.channels.CORNERS`; for overlaps also "pin".
-    time
-        s: of the deepest sample; where the overlap begins.
-    value, bound
-        m or s.
-    since, until
-        s: first and last of the consecutive samples about it that are outside the bound; an overlap's ends.
-    """
+    """Something that no correct run shows."""
 
     name: str
+    """"open-depth" or "overlap", as the models call these invariants."""
     corner: str
+    """Of `comparison.tables.channels.CORNERS`; for overlaps also "pin"."""
     time: float
+    """s: of the deepest sample; where the overlap begins."""
     value: float
     bound: float
+    """m or s."""
     since: float
     until: float
+    """s: first and last of the consecutive samples about it that are outside the bound; an overlap's ends."""
 
 
 def breaches(table: Table) -> list[Breach]:

@@ -14,30 +14,20 @@ from comparison.studies.shared.published import published
 from comparison.studies.shared.rates import rate
 from comparison.tables.table import Table
 
-PRINTED = {
-    "slider_y": published("F7-R-d"),
-    "slider_vy": published("F7-R-v"),
-    "slider_ay": published("F7-R-a"),
-}
 WORDS = {"slider_y": "displacement", "slider_vy": "velocity", "slider_ay": "acceleration"}
+PRINTED = {channel: published(f"F7-R-{word[0]}") for channel, word in WORDS.items()}
 REACH = 0.01
 """s; a peak this close to the published instant (2.5 % of a crank cycle) counts as the same passage."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """Runs that differ by a nudge only.
-
-    Attributes
-    ----------
-    peaks
-        (channel, whether only near the published instant) -> the peak of each run that succeeded.
-    stopped
-        What became of the others.
-    """
+    """Runs that differ by a nudge only."""
 
     peaks: dict[tuple[str, bool], list[Peak]]
+    """(channel, whether only near the published instant) -> the peak of each run that succeeded."""
     stopped: list[str]
+    """What became of the others."""
 
 
 def summarise(outcomes: Sequence[Outcome], still: Table, period: float) -> Case:

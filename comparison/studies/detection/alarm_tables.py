@@ -3,61 +3,56 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from comparison.accuracy.tiers import TIERS
-from comparison.formatting import MISSING, table
+from comparison.formatting import MISSING
 from comparison.studies.detection import rounding
-from comparison.studies.detection.rates import count, interval, share
+from comparison.studies.detection.rates import confirmation_of, count, interval, share
 from comparison.studies.detection.results import Results, pooled
 from comparison.studies.detection.tasks import Found
+from comparison.studies.shared.frames import rows_table
 from comparison.tables.channels import channels
-
-_COUNTED = (
-    "draws",
-    "indeterminate",
-    "decided",
-    "of these agree with a corrected uncertainty",
-    "false alarms",
-    "rate, 95 % interval",
-    "upper limit, 95 %",
-    "samples predictable: least, tenth, median draw",
-)
 
 
 def both_table(results: Results) -> str:
     """Return the alarms of both models against each other: of each kind, and by variant of rounding."""
     rows = []
     for kind, by_rounding in results.both:
-        rows.append([f"**{kind.label}**", "all", *_cells(pooled(by_rounding))])
-        rows += [["", variant.name, *_cells(found)] for variant, found in by_rounding.items()]
-    return table(("comparison", "rounding", *_COUNTED), rows)
+        groups = {"all": pooled(by_rounding)} | {variant.name: of for variant, of in by_rounding.items()}
+        for name, found in groups.items():
+            label = f"**{kind.label}**" if name == "all" else ""
+            rows.append({"comparison": label, "rounding": name} | _counted(found))
+    return rows_table(rows)
 
 
 def own_table(results: Results) -> str:
     """Return the alarms of each model against itself."""
-    rows = [[kind.label, span(kind.cycles), *_cells(found)] for kind, found in results.own]
-    return table(("model against itself", "crank cycles", *_COUNTED), rows)
+    return rows_table(
+        {"model against itself": kind.label, "crank cycles": span(kind.cycles)} | _counted(found)
+        for kind, found in results.own
+    )
 
 
-def _cells(found: Sequence[Found]) -> list[str]:
+def _counted(found: Sequence[Found]) -> dict[str, str]:
     counts = count(found)
     covered = [
         np.mean([c[1] for c in f["channels"].values() if c[0] != "unexcited"]) for f in found if f["channels"]
     ]
     quantiles = np.quantile(covered, (0.0, 0.1, 0.5)) if covered else []
-    return [
-        str(counts.draws),
-        f"{counts.indeterminate} ({share(counts.indeterminate / counts.draws)})",
-        str(counts.decided),
-        str(counts.underestimated),
-        str(counts.alarms),
-        between(interval(counts.alarms, counts.decided)),
-        share(counts.upper_limit),
-        ", ".join(f"{value:.0%}" for value in quantiles) or MISSING,
-    ]
+    return {
+        "draws": str(counts.draws),
+        "indeterminate": f"{counts.indeterminate} ({share(counts.indeterminate / counts.draws)})",
+        "decided": str(counts.decided),
+        "of these agree with a corrected uncertainty": str(counts.underestimated),
+        "false alarms": str(counts.alarms),
+        "rate, 95 % interval": between(interval(counts.alarms, counts.decided)),
+        "upper limit, 95 %": share(counts.upper_limit),
+        "samples predictable: least, tenth, median draw": ", ".join(f"{value:.0%}" for value in quantiles)
+        or MISSING,
+    }
 
 
 def alarm_list(results: Results) -> str:
@@ -67,53 +62,43 @@ def alarm_list(results: Results) -> str:
         for kind, by_rounding in results.both
         for variant, found in by_rounding.items()
     ] + [(kind.label, found) for kind, found in results.own]
-    lines = [
-        f"- {place}, draw {draw}{_scene(found)}: {found['verdict']}: {_why(found)}."
-        for place, all_found in groups
-        for draw, found in enumerate(all_found)
-        if found["verdict"] not in ("agree", "indeterminate") or found.get("confirmation")
-    ]
-    return "\n".join(lines) if lines else "There was none."
-
-
-def _scene(found: Found) -> str:
-    return f" ({found['scene']})" if found.get("scene") else ""
-
-
-def _why(found: Found) -> str:
-    return str((found.get("confirmation") or {}).get("sentence") or found["reason"])
+    lines = []
+    for place, all_found in groups:
+        for draw, found in enumerate(all_found):
+            if found["verdict"] not in ("agree", "indeterminate") or confirmation_of(found):
+                scene = f" ({found['scene']})" if found.get("scene") else ""
+                why = confirmation_of(found).get("sentence") or found["reason"]
+                lines.append(f"- {place}, draw {draw}{scene}: {found['verdict']}: {why}.")
+    return "\n".join(lines) or "There was none."
 
 
 def channel_table(results: Results) -> str:
     """Return the alarms by channel."""
-    kinds = results.without_fault
     rows = []
     for name in channels():
-        verdicts = [
-            Counter(f["channels"][name][0] for f in found if name in f["channels"]) for _, found in kinds
-        ]
-        if any(verdicts):
-            rows.append([name, *(f"{v['differ']} of {v['differ'] + v['agree']}" for v in verdicts)])
-    return table(("channel", *(label for label, _ in kinds)), rows)
+        verdicts = {
+            label: Counter(f["channels"][name][0] for f in found if name in f["channels"])
+            for label, found in results.without_fault
+        }
+        if any(verdicts.values()):
+            cells = {label: f"{v['differ']} of {v['differ'] + v['agree']}" for label, v in verdicts.items()}
+            rows.append({"channel": name} | cells)
+    return rows_table(rows)
 
 
 def rounding_table(results: Results) -> str:
     """Return the first digits of the hashes by variant, and at which tiers it counts."""
-    counted: Mapping[str, Sequence[rounding.Rounding]] = {
-        tier: rounding.effective(results.bits, tier) for tier in TIERS
-    }
-    rows = [
-        [
-            variant.name,
-            " ".join(f"`{name}={value}`" for name, value in variant.environment) or "nothing",
-            "yes" if variant.engines else "no",
-            *(bits[:8] for bits in all_bits),
-            ", ".join(tier for tier in TIERS if variant in counted[tier]) or "nowhere",
-        ]
+    counted = {tier: rounding.effective(results.bits, tier) for tier in TIERS}
+    return rows_table(
+        {
+            "variant": variant.name,
+            "environment": " ".join(f"`{name}={value}`" for name, value in variant.environment) or "nothing",
+            "copies": "yes" if variant.engines else "no",
+            **{", ".join(place): bits[:8] for place, bits in zip(rounding.PLACES, all_bits, strict=True)},
+            "counts at the tiers": ", ".join(t for t in TIERS if variant in counted[t]) or "nowhere",
+        }
         for variant, all_bits in results.bits.items()
-    ]
-    headings = ("variant", "environment", "copies", *(f"{model}, {tier}" for model, tier in rounding.PLACES))
-    return table((*headings, "counts at the tiers"), rows)
+    )
 
 
 def between(bounds: tuple[float, float]) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from math import cos, pi, sin, sqrt
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from comparison.accuracy.tiers import tight
 from comparison.accuracy.uncertainty import PERTURBATION
 from comparison.execution.run import MODELS
 from comparison.scene import Scene, load_scene
+from comparison.studies.detection import cross_model
 from comparison.studies.detection.pairs import Pair
 from comparison.studies.detection.tasks import Side
 
@@ -89,17 +89,9 @@ def scene(rng: np.random.Generator, cycles: tuple[float, float]) -> Scene:
 
 def moved(drawn: Scene, kind: Kind, rng: np.random.Generator) -> Scene:
     """Return the scene with its start moved within the ball and its setting multiplied."""
-    start, settings = drawn.data["initial"], drawn.data["solver"][kind.model]
-    shift = PERTURBATION * drawn.data["clearance"]["slider"] * sqrt(rng.uniform())
-    direction = rng.uniform(0.0, 2.0 * pi)
-    length = drawn.data["mechanism"]["slider"]["length"]
-    return drawn.with_values(
-        {
-            "initial.slider_offset": start["slider_offset"] + shift * cos(direction),
-            "initial.slider_angle": start["slider_angle"] + shift * sin(direction) / length,
-            f"solver.{kind.model}.{kind.setting}": settings[kind.setting] * _log_uniform(rng, FACTORS),
-        }
-    )
+    beside = cross_model.moved(drawn, PERTURBATION, rng)
+    setting = drawn.data["solver"][kind.model][kind.setting] * _log_uniform(rng, FACTORS)
+    return beside.with_values({f"solver.{kind.model}.{kind.setting}": setting})
 
 
 @cache

@@ -23,6 +23,7 @@ from comparison.accuracy.tiers import tight
 from comparison.execution.run import MODELS
 from comparison.scene import Scene, load_scene, shipped_scenes
 from comparison.studies.detection.pairs import Pair
+from comparison.studies.detection.rates import count
 from comparison.studies.detection.rounding import ROUNDINGS, Rounding
 from comparison.studies.detection.tasks import Found, Side
 
@@ -100,29 +101,12 @@ def moved(scene: Scene, share: float, rng: np.random.Generator) -> Scene:
     return scene.with_values({"mechanism.crank_angle_deg": mechanism["crank_angle_deg"] + degrees(turned)})
 
 
-def decided(found: Sequence[Found]) -> int:
-    """Count the comparisons with a verdict."""
-    return sum(result["verdict"] != "indeterminate" for result in found)
-
-
 def sample(
     kind: Kind, roundings: Sequence[Rounding], find: Callable[[Sequence[Draw]], Sequence[Found]]
 ) -> dict[Rounding, list[Found]]:
-    """Draw by the rule of stopping.
+    """Draw by the rule of stopping; return what is found under each variant, in the order of its draws.
 
-    Parameters
-    ----------
-    kind
-        What is drawn.
-    roundings
-        The variants that count.
-    find
-        Compares draws. It is called with as many as are missing everywhere, until none is.
-
-    Returns
-    -------
-    dict
-        Variant -> what was found, in the order of its draws.
+    ``find`` compares draws. It is called with as many as are missing everywhere, until none is.
     """
     wanted = ceil(kind.wanted / len(roundings))
     most = ceil(MOST * wanted)
@@ -131,7 +115,7 @@ def sample(
         draws = [
             Draw(kind, rounding, number)
             for rounding, found in drawn.items()
-            for number in range(len(found), min(most, len(found) + wanted - decided(found)))
+            for number in range(len(found), min(most, len(found) + wanted - count(found).decided))
         ]
         if not draws:
             return drawn

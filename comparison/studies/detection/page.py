@@ -1,24 +1,20 @@
-"""The study's page: its template filled, and the tables of the faults."""
+"""The study's page: its template filled, the tables of the faults, and the figure."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import starmap
+from pathlib import Path
+
+import numpy as np
 
 from comparison.engines.platform import platform_name, versions
 from comparison.formatting import MISSING, number, quantity, table
-from comparison.studies.detection import alarms, cross_model, limits
-from comparison.studies.detection.alarm_tables import (
-    alarm_list,
-    between,
-    both_table,
-    channel_table,
-    own_table,
-    rounding_table,
-    span,
-)
+from comparison.report import svg
+from comparison.studies.detection import alarm_tables, alarms, cross_model, limits
 from comparison.studies.detection.faults import Fault, Trial
-from comparison.studies.detection.rates import count, interval, share
+from comparison.studies.detection.rates import confirmation_of, count, interval, share
 from comparison.studies.detection.results import Results
 from comparison.studies.detection.tasks import Found
 
@@ -28,8 +24,7 @@ WORDS = {"differ": "**differs**", "cannot compare": "**refused**", "agree": "agr
 
 def page(results: Results) -> dict[str, object]:
     """Return what stands in the page."""
-    columns = [f"in the {_short(model)}, {tier} tier" for model, tier in limits.PLACES]
-    rows = [
+    smallest = [
         [name, *(MISSING if value is None else number(value, 2) for value in row)]
         for name, row in results.smallest.items()
     ]
@@ -43,17 +38,17 @@ def page(results: Results) -> dict[str, object]:
         "wanted": " and ".join(f"{kind.wanted} at the {kind.tier} tier" for kind, _ in results.both),
         "most": f"{cross_model.MOST:g}",
         "seed": cross_model.SEED,
-        "rounding": rounding_table(results),
-        "both": both_table(results),
-        "speed": span(alarms.SPEED_RPM),
-        "clearance": span(alarms.CLEARANCE, 1e3),
-        "modulus": span(alarms.MODULUS, 1e-9),
-        "restitution": span(alarms.RESTITUTION),
-        "friction": span(alarms.FRICTION),
-        "factors": span(alarms.FACTORS),
-        "own": own_table(results),
-        "listed": alarm_list(results),
-        "channels": channel_table(results),
+        "rounding": alarm_tables.rounding_table(results),
+        "both": alarm_tables.both_table(results),
+        "speed": alarm_tables.span(alarms.SPEED_RPM),
+        "clearance": alarm_tables.span(alarms.CLEARANCE, 1e3),
+        "modulus": alarm_tables.span(alarms.MODULUS, 1e-9),
+        "restitution": alarm_tables.span(alarms.RESTITUTION),
+        "friction": alarm_tables.span(alarms.FRICTION),
+        "factors": alarm_tables.span(alarms.FACTORS),
+        "own": alarm_tables.own_table(results),
+        "listed": alarm_tables.alarm_list(results),
+        "channels": alarm_tables.channel_table(results),
         "controls": ", ".join(f"{times} times {verdict}" for verdict, times in healthy.items()),
         "numbers": fault_table(results.faults, "number"),
         "codes": fault_table(results.faults, "code"),
@@ -61,7 +56,7 @@ def page(results: Results) -> dict[str, object]:
         "missed": misses(results.faults),
         "least": number(limits.LEAST, 1),
         "largest": number(limits.MOST, 1),
-        "smallest": table(("number", *columns), rows),
+        "smallest": table(("number", *starmap(_place, limits.PLACES)), smallest),
     }
 
 
@@ -77,7 +72,7 @@ def overview(results: Results) -> str:
         )
     lines += [
         f"- {tier} tier: {sum(detected)} of {len(detected)} faults detected "
-        f"({between(interval(sum(detected), len(detected)))} at 95 %)."
+        f"({alarm_tables.between(interval(sum(detected), len(detected)))} at 95 %)."
         for tier, detected in results.detections.items()
     ]
     return "\n".join(lines)
@@ -85,20 +80,15 @@ def overview(results: Results) -> str:
 
 def fault_table(faults: Tried, kind: str) -> str:
     """Return one row a fault of a kind, in the order of the catalogue."""
-    rows: dict[Fault, dict[tuple[str, str], str]] = {}
+    rows: dict[Fault, dict[str, str]] = {}
     for trial, found in faults:
         if trial.fault.kind == kind:
-            rows.setdefault(trial.fault, {})[trial.model, trial.tier] = verdict_cell(trial, found)
-    places = [
-        place
-        for place in (*limits.PLACES, ("exudyn", "standard"))
-        if any(place in cells for cells in rows.values())
-    ]
-    headings = ("fault", "scene", *(f"in the {_short(model)}, {tier} tier" for model, tier in places))
-    return table(
-        headings,
-        [[f.name, f.scene, *(cells.get(place, "") for place in places)] for f, cells in rows.items()],
-    )
+            rows.setdefault(trial.fault, {})[_place(trial.model, trial.tier)] = verdict_cell(trial, found)
+    tried = {place for cells in rows.values() for place in cells}
+    known = starmap(_place, (*limits.PLACES, ("exudyn", "standard")))
+    places = [place for place in known if place in tried]
+    lines = [[f.name, f.scene, *(cells.get(place, "") for place in places)] for f, cells in rows.items()]
+    return table(("fault", "scene", *places), lines)
 
 
 def verdict_cell(trial: Trial, found: Found) -> str:
@@ -107,7 +97,7 @@ def verdict_cell(trial: Trial, found: Found) -> str:
         return f"**{trial.fault.unexcited} unexcited**"
     verdict, first = str(found["verdict"]), found["first"]
     word = WORDS.get(verdict, verdict)
-    confirmation = found.get("confirmation") or {}
+    confirmation = confirmation_of(found)
     if confirmation.get("outcome") == "underestimated":
         return f"{word}: {confirmation['sentence']}"
     if first is None:
@@ -129,5 +119,20 @@ def misses(faults: Tried) -> str:
     return "\n".join(["Missed at the tight tier:", "", *lines]) if lines else "None is missed."
 
 
-def _short(model: str) -> str:
-    return {"exudyn": "Exudyn model"}.get(model, model)
+def draw(results: Results, folder: Path) -> None:
+    """Draw the smallest detectable change of each number, from the top; none where nothing was detected."""
+    names = list(results.smallest)
+    changes = np.array(list(results.smallest.values()), dtype=np.float64).T
+    marks = (("o", svg.FIRST), ("x", svg.SECOND), ("s", svg.DIFFERENCE))
+    with svg.panels(folder / "smallest.svg", height=0.9 + 0.26 * len(names)) as (axes,):
+        axes.set(xscale="log", xlim=(limits.LEAST, 2.0 * limits.MOST), ylim=(len(names) - 0.5, -0.5))
+        axes.set_yticks(range(len(names)), names)
+        axes.set_xlabel("smallest detectable relative change")
+        for place, (mark, colour), x in zip(limits.PLACES, marks, changes, strict=True):
+            label = ", ".join(place)
+            axes.plot(x, range(x.size), mark, color=colour, mfc="none", ms=5, label=label)
+        svg.legend_above(axes)
+
+
+def _place(model: str, tier: str) -> str:
+    return f"in the {'Exudyn model' if model == 'exudyn' else model}, {tier} tier"

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from scipy.stats import binomtest
 
@@ -32,11 +33,6 @@ class Counts:
         return self.draws - self.indeterminate
 
     @property
-    def agree(self) -> int:
-        """Number of comparisons that agree, corrected ones included."""
-        return self.decided - self.alarms
-
-    @property
     def upper_limit(self) -> float:
         """One-sided 95 % limit of the rate of alarms."""
         return upper_limit(self.alarms, self.decided)
@@ -46,11 +42,16 @@ def count(found: Sequence[Found]) -> Counts:
     """Count how comparisons without a fault ended."""
     verdicts = Counter(result["verdict"] for result in found)
     corrected = sum(
-        result["verdict"] == "agree" and (result.get("confirmation") or {}).get("outcome") == "underestimated"
+        result["verdict"] == "agree" and confirmation_of(result).get("outcome") == "underestimated"
         for result in found
     )
     alarms = verdicts.total() - verdicts["agree"] - verdicts["indeterminate"]
     return Counts(verdicts.total(), verdicts["indeterminate"], corrected, alarms)
+
+
+def confirmation_of(found: Found) -> dict[str, Any]:
+    """Return what ensembles said of a difference; empty where they were not asked."""
+    return found.get("confirmation") or {}
 
 
 def interval(count: int, trials: int) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from comparison.accuracy.thresholds import thresholds_record
 from comparison.engines.platform import platform_name, versions
 from comparison.studies.detection import alarms, cross_model, limits, rounding
 from comparison.studies.detection.faults import Trial
-from comparison.studies.detection.rates import count, interval
+from comparison.studies.detection.rates import confirmation_of, count, interval
 from comparison.studies.detection.tasks import Found
 
 ByRounding = Mapping[rounding.Rounding, Sequence[Found]]
@@ -73,16 +73,9 @@ def record(results: Results) -> dict[str, Any]:
         "rounding": {
             variant.name: {
                 "environment": dict(variant.environment),
-                "tables": {
-                    f"{model}, {tier}": bits
-                    for (model, tier), bits in zip(rounding.PLACES, all_bits, strict=True)
-                },
+                "tables": dict(zip(map(", ".join, rounding.PLACES), all_bits, strict=True)),
             }
-            | {
-                kind.label: _counts(by_rounding[variant])
-                for kind, by_rounding in results.both
-                if variant in by_rounding
-            }
+            | {kind.label: _counts(found[variant]) for kind, found in results.both if variant in found}
             for variant, all_bits in results.bits.items()
         },
         "faults": [
@@ -93,15 +86,15 @@ def record(results: Results) -> dict[str, Any]:
                 "tier": trial.tier,
                 "verdict": found["verdict"],
                 "detected": trial.detected(found),
-                "confirmation": (found.get("confirmation") or {}).get("outcome"),
+                "confirmation": confirmation_of(found).get("outcome"),
                 "first": None if found["first"] is None else found["first"]["channel"],
             }
             for trial, found in results.faults
         ],
         "smallest_change": {
             name: {
-                f"{model}, {tier}": None if value is None else float(f"{value:.2g}")
-                for (model, tier), value in zip(limits.PLACES, row, strict=True)
+                ", ".join(place): None if value is None else float(f"{value:.2g}")
+                for place, value in zip(limits.PLACES, row, strict=True)
             }
             for name, row in results.smallest.items()
         },

@@ -131,15 +131,7 @@ def hashes(roundings: Sequence[Rounding], found: Sequence[Found]) -> dict[Roundi
 
 
 def effective(measured: Mapping[Rounding, tuple[str, ...]], tier: str) -> list[Rounding]:
-    """Return the variants that give runs of their own at a tier: the first, and each unlike all before it.
-
-    Parameters
-    ----------
-    measured
-        From `hashes`.
-    tier
-        Of `comparison.accuracy.tiers.TIERS`.
-    """
+    """Return the variants that give runs of their own at a tier: the first, and each unlike all before it."""
     columns = [at for at, place in enumerate(PLACES) if place[1] == tier]
     known: dict[tuple[str, ...], Rounding] = {}
     for rounding, bits in measured.items():

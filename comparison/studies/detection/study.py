@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
-from pathlib import Path
 
 from comparison.execution.run import Progress
 from comparison.studies.detection import alarms, cross_model, limits, rounding
 from comparison.studies.detection.copies import installed
 from comparison.studies.detection.cross_model import Draw
 from comparison.studies.detection.faults import Fault, catalogue, controls, trials
-from comparison.studies.detection.figures import draw_smallest
 from comparison.studies.detection.finding import find_all
-from comparison.studies.detection.page import page
+from comparison.studies.detection.page import draw, page
 from comparison.studies.detection.results import Results, record
 from comparison.studies.detection.tasks import Comparison, Found
 from comparison.studies.shared.progress import part
@@ -26,30 +24,19 @@ _PARTS = (0.01, 0.4, 1.0)
 
 @dataclass(frozen=True)
 class Config:
-    """What is compared.
-
-    Attributes
-    ----------
-    both
-        Kinds of comparisons of both models.
-    own
-        Kinds of comparisons of a model with itself.
-    roundings
-        Variants of rounding under which both models run; the first is what the others are held against.
-    faults
-        Of the catalogue.
-    parameters
-        Whose smallest detectable change is sought, see `limits.PARAMETERS`.
-    halvings
-        Of the decades in that search.
-    """
+    """What is compared."""
 
     both: tuple[cross_model.Kind, ...]
+    """Kinds of comparisons of both models."""
     own: tuple[alarms.Kind, ...]
+    """Kinds of comparisons of a model with itself."""
     roundings: tuple[rounding.Rounding, ...]
+    """Variants of rounding under which both models run; the first is what the others are held against."""
     faults: tuple[Fault, ...]
     parameters: tuple[tuple[str, str, str], ...]
+    """Whose smallest detectable change is sought, see `limits.PARAMETERS`."""
     halvings: int
+    """Of the decades in that search."""
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
@@ -66,9 +53,8 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     copies = {engine for variant in config.roundings for engine in variant.engines.values()}
     with installed([*changes, *(copy for copy in rounding.REARRANGED if copy.engine in copies)]):
         measurements = rounding.measurements(config.roundings)
-        bits = rounding.hashes(
-            config.roundings, find_all(measurements, n_jobs, part(on_progress, 0.0, _PARTS[0]))
-        )
+        measured = find_all(measurements, n_jobs, part(on_progress, 0.0, _PARTS[0]))
+        bits = rounding.hashes(config.roundings, measured)
         found = iter(find_all(tasks, n_jobs, part(on_progress, *_PARTS[:2])))
         both = _both_models(config.both, bits, n_jobs, on_progress)
     return Results(
@@ -109,12 +95,6 @@ def _next(found: Iterator[Found], of: Sequence[object]) -> list[Found]:
     return list(islice(found, len(of)))
 
 
-def figures(results: Results, folder: Path) -> None:
-    """Draw the smallest detectable changes."""
-    places = [f"{model}, {tier}" for model, tier in limits.PLACES]
-    draw_smallest(places, results.smallest, folder / "smallest.svg")
-
-
 def _few_faults() -> tuple[Fault, ...]:
     """Return a wrong number and some wrong tables: none that needs a copy of a model."""
     numbers, tables = ([fault for fault in catalogue() if fault.kind == kind] for kind in ("number", "table"))
@@ -141,6 +121,6 @@ STUDY = Study(
     ),
     measure=measure,
     page=page,
-    draw=figures,
+    draw=draw,
     data=record,
 )

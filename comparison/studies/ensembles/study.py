@@ -14,8 +14,8 @@ from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.tiers import tight
 from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.formatting import number, quantity
+from comparison.report import svg
 from comparison.scene import Scene, load_scene
-from comparison.studies.ensembles.figures import draw
 from comparison.studies.ensembles.statistics import RATE, Distance, ask, distances
 from comparison.studies.shared.frames import rows_table
 from comparison.studies.shared.study import Study
@@ -33,6 +33,8 @@ INSTANTS = 40
 """A cycle, at which the channels are compared."""
 SAMPLES = 200
 LISTED = 15
+ROUND_OFF = 1e-16
+"""m; of a coordinate of 0.55 m."""
 
 
 class Ensemble(NamedTuple):
@@ -45,7 +47,6 @@ class Ensemble(NamedTuple):
     changed: dict[str, object]
 
 
-DETECTED = "a difference"
 FIRST = Ensemble("", "", "reference", 1, {})
 MODELS = Ensemble("reference against Exudyn", "the question", "exudyn", 2, {})
 OTHERS = (
@@ -66,18 +67,17 @@ class Config:
 
 @dataclass(frozen=True)
 class Results:
-    """One list of tests for each of `OTHERS`, and what is drawn.
-
-    The bands are the 5, 50 and 95 % quantiles of x over the runs of the reference and of Exudyn, m, shape
-    (3, n) each, at times in cycles. Where x scatters by less than ``predictable``, m, single runs can be
-    compared.
-    """
+    """What is found and drawn."""
 
     config: Config
     tests: list[list[Distance]]
+    """One list for each of `OTHERS`."""
     cycles: Array
+    """Times in cycles, shape (n,)."""
     bands: tuple[Array, Array]
+    """5, 50 and 95 % quantiles of x over the runs of the reference and of Exudyn, m, shape (3, n) each."""
     predictable: float
+    """m; where x scatters by less single runs can be compared."""
 
 
 def member(of: Ensemble, k: int) -> Job:
@@ -128,8 +128,22 @@ def _bands(runs: Sequence[Table]) -> Array:
 
 
 def figure(results: Results, folder: Path) -> None:
-    """Draw slider_x.svg."""
-    draw(folder / "slider_x.svg", results.cycles, *results.bands, results.predictable)
+    """Draw the medians of both ensembles, and how far their runs scatter."""
+    a, b = results.bands
+    middle = 0.5 * float(a.max() + a.min())
+    with svg.panels(folder / "slider_x.svg", 2, height=4.4, sharex=True) as (upper, lower):
+        for bands, colour, dashes, label in (
+            (a, svg.FIRST, (None, None), "reference"),
+            (b, svg.SECOND, (4, 2), "Exudyn"),
+        ):
+            upper.plot(results.cycles, 1e3 * (bands[1] - middle), color=colour, dashes=dashes, label=label)
+            width = np.maximum(bands[2] - bands[0], ROUND_OFF)  # zero has no logarithm
+            lower.semilogy(results.cycles, 1e3 * width, color=colour, dashes=dashes)
+        lower.axhline(1e3 * results.predictable, color=svg.LIMIT, dashes=(1, 2))
+        upper.plot([], [], label="predictable below", color=svg.LIMIT, dashes=(1, 2))
+        upper.set_ylabel("median of x (mm)")
+        lower.set(xlabel="time (cycles)", ylabel="95 % − 5 % quantile of x (mm)")
+        svg.legend_above(upper)
 
 
 def page(results: Results) -> dict[str, object]:

@@ -25,24 +25,13 @@ ROUND_OFF = 1e-15
 
 @dataclass(frozen=True)
 class Chain(Task):
-    """Perturbed runs that are followed through many cycles.
-
-    Attributes
-    ----------
-    scene
-        With its solvers' settings.
-    model
-        Who runs it.
-    cycles
-        How many are recorded.
-    distances
-        m, growing.
-    """
+    """Perturbed runs that are followed through many cycles."""
 
     scene: Scene
     model: str
     cycles: int
     distances: tuple[float, ...]
+    """m, growing."""
 
     @property
     def identity(self) -> dict[str, Any]:

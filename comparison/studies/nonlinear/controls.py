@@ -6,49 +6,38 @@ from math import log
 
 import numpy as np
 
-from comparison.formatting import table
 from comparison.studies.nonlinear.methods import bouncing_ball as ball
 from comparison.studies.nonlinear.methods.lyapunov import Exponent, exponents
 from comparison.studies.nonlinear.methods.perturbed_orbits import follow
 from comparison.studies.nonlinear.methods.recurrence import period
 from comparison.studies.nonlinear.methods.zero_one import chaos_indicator
+from comparison.studies.shared.frames import rows_table
 from comparison.tables.arrays import Array
 
 TRANSIENT = 10
-HEADINGS = (
-    "ball on a vibrating table, e = 0.5",
-    "exponent, known",
-    "exponent from perturbed runs",
-    "K",
-    "repeats after",
-)
 
 
 def controls(periods: int) -> str:
     """Return what the tools say of the ball where it moves regularly and where it does not."""
-    return table(
-        HEADINGS,
-        [
-            _row("one impact a period", ball.REGULAR, log(ball.RESTITUTION), "ln e", periods),
-            _row("strange attractor", ball.CHAOTIC, None, "product of the exact linear maps", periods),
-        ],
-    )
+    regular = _row("one impact a period", ball.REGULAR, log(ball.RESTITUTION), "ln e", periods)
+    chaotic = _row("strange attractor", ball.CHAOTIC, None, "product of the exact linear maps", periods)
+    return rows_table([regular, chaotic])
 
 
-def _row(words: str, amplitude: float, known: float | None, source: str, periods: int) -> list[str]:
+def _row(words: str, amplitude: float, known: float | None, source: str, periods: int) -> dict[str, str]:
     start = ball.on_the_periodic_motion(amplitude) + np.array([1e-2, 0.0])
     for _ in range(TRANSIENT):
         start = ball.advance(start, amplitude)
     series, mean = _tangent(start, amplitude, periods)
     measured = _measured(start, amplitude, periods)
     repeats = period(series[-50:], 1e-6)
-    return [
-        f"{words}, table's peak acceleration {amplitude:g} g",
-        f"{mean if known is None else known:.3f} ({source})",
-        f"{measured.value:.3f} ({measured.low:.3f} … {measured.high:.3f})",
-        f"{chaos_indicator(series[:, 0]):.2f}",
-        "never" if repeats is None else f"{repeats} period",
-    ]
+    return {
+        "ball on a vibrating table, e = 0.5": f"{words}, table's peak acceleration {amplitude:g} g",
+        "exponent, known": f"{mean if known is None else known:.3f} ({source})",
+        "exponent from perturbed runs": f"{measured.value:.3f} ({measured.low:.3f} … {measured.high:.3f})",
+        "K": f"{chaos_indicator(series[:, 0]):.2f}",
+        "repeats after": "never" if repeats is None else f"{repeats} period",
+    }
 
 
 def _tangent(state: Array, amplitude: float, periods: int) -> tuple[Array, float]:

@@ -44,12 +44,7 @@ _LINES: tuple[dict[str, Any], ...] = (
 def draw_sections(a: Array, b: Array, path: Path) -> None:
     """Draw x and its rate once a cycle at four angles, of both models, from the reference's median.
 
-    Parameters
-    ----------
-    a, b
-        States of the reference and of Exudyn, shape (cycles, angles, 4).
-    path
-        Where to.
+    The states of the reference, ``a``, and of Exudyn, ``b``, have the shape (cycles, angles, 4).
     """
     with svg.panels(path, 2, 2, height=4.8) as panels:
         for axes, angle in zip(panels, DRAWN, strict=True):
@@ -88,12 +83,10 @@ def draw_bifurcation(
             width = 0.003 * (values[-1] - values[0])
             x, y = np.repeat(values, len(points[0])), np.ravel(points)
             nothing = np.full(x.size, np.nan)
-            axes.plot(
-                np.column_stack([x - width, x + width, nothing]).ravel(),
-                np.column_stack([y, y, nothing]).ravel(),
-                color=svg.FIRST,
-                lw=0.5,
+            dashes = (
+                np.column_stack(of).ravel() for of in ([x - width, x + width, nothing], [y, y, nothing])
             )
+            axes.plot(*dashes, color=svg.FIRST, lw=0.5)
             axes.margins(x=0.01)
             axes.set(xlabel=label, ylabel="x over the clearance (-)", ylim=(-1.05, 1.05))
 
@@ -101,12 +94,7 @@ def draw_bifurcation(
 def draw_exponents(found: Mapping[str, tuple[Sequence[float], Sequence[Exponent]]], path: Path) -> None:
     """Draw exponents with their intervals over the distance of the perturbed run; hollow: an upper bound.
 
-    Parameters
-    ----------
-    found
-        Model and tolerance -> distances (m) and exponents.
-    path
-        Where to.
+    What was found is, of each model and tolerance, distances (m) and exponents.
     """
     with svg.panels(path) as (axes,):
         for n, (label, (distances, exponents)) in enumerate(found.items()):
@@ -126,29 +114,16 @@ def draw_exponents(found: Mapping[str, tuple[Sequence[float], Sequence[Exponent]
 
 
 def draw_growth(scatter: Array, orbit: PerturbedOrbits | None, path: Path) -> None:
-    """Draw how far all cycles scatter, and by how much neighbours part, over the crank angle.
-
-    Parameters
-    ----------
-    scatter
-        m, shape (angles,).
-    orbit
-        With perturbed runs; None: they could not be followed.
-    path
-        Where to.
-    """
+    """Draw how far all cycles scatter, m, shape (angles,), and by how much neighbours part."""
     with svg.panels(path, 2, height=4.2, sharex=True) as (upper, lower):
-        upper.semilogy(
-            np.arange(scatter.size) / scatter.size, 1e3 * np.maximum(scatter, ROUND_OFF), color=svg.FIRST
-        )
+        cycle = np.arange(scatter.size) / scatter.size
+        upper.semilogy(cycle, 1e3 * np.maximum(scatter, ROUND_OFF), color=svg.FIRST)
         upper.set_ylabel("scatter of all cycles (mm)")
         if orbit is not None:
             for which, line in zip(GROWN, _LINES, strict=False):
                 grown = np.concatenate([[0.0], _growth(orbit, which)])
-                label, dashes = (
-                    f"distance {quantity(orbit.distances[which], 'm')}",
-                    line.get("dashes", (None, None)),
-                )
+                label = f"distance {quantity(orbit.distances[which], 'm')}"
+                dashes = line.get("dashes", (None, None))
                 lower.plot(np.linspace(0, 1, grown.size), grown, label=label, color=svg.FIRST, dashes=dashes)
         lower.set(ylabel="ln of the growth so far (-)", xlabel="crank cycles from the start angle (-)")
         svg.legend_above(lower)

@@ -37,19 +37,11 @@ def remembered(table: Table, scene: Scene, first_cycle: int) -> list[Memory]:
     where d' is given from outside, as in the slow rise and fall of the load during the rest, the depth
     departs from the elastic one by a share of 1 / v.
 
-    Parameters
-    ----------
-    table
-        A long run with its contacts.
-    scene
-        What it is the result of.
-    first_cycle
-        That counts, from 0.
-
     Returns
     -------
-    list of Memory
-        Four for each angle of `LATER`; none where the slider does not rest on both corners in every cycle.
+    remembered
+        Four for each angle of `LATER`, from ``first_cycle`` (from 0) on; none where the slider does not rest
+        on both corners in every cycle.
     """
     cycles = by_cycle(states(table, scene) * scale(scene), scene)
     speeds = _speeds(table, scene, first_cycle, len(cycles) - 1)
@@ -74,14 +66,12 @@ def _speeds(table: Table, scene: Scene, first: int, last: int) -> Array | None:
     """Return the impact speeds (m/s) of both corners at rest, shape (cycles, 2)."""
     if table.events is None:
         return None
-    corner = table.events["corner"].to_numpy()
-    start, end, speed = (table.events[name].to_numpy(float) for name in ("start", "end", "normal_speed"))
-    speeds = np.empty((last - first, len(CORNERS)))
-    for row, cycle in enumerate(range(first, last)):
+    speeds = []
+    for cycle in range(first, last):
         when = (cycle + RESTING) * scene.period
-        for column, name in enumerate(CORNERS):
-            closed = np.flatnonzero((corner == name) & (start < when) & (end > when))
-            if not closed.size:
-                return None
-            speeds[row, column] = speed[closed[0]]
-    return speeds
+        closed = table.events[(table.events["start"] < when) & (table.events["end"] > when)]
+        of_corner = closed.drop_duplicates("corner").set_index("corner")["normal_speed"].reindex(CORNERS)
+        if of_corner.isna().any():
+            return None
+        speeds.append(of_corner.to_numpy(float))
+    return np.array(speeds)

@@ -26,32 +26,22 @@ SWEPT_CYCLES = 60
 
 @dataclass(frozen=True)
 class Config:
-    """What is run.
-
-    Attributes
-    ----------
-    scenes
-        The first is `MAIN`.
-    tolerances
-        Model -> those at which perturbed runs of the main scene are followed; the reference's in all scenes.
-    cycles
-        Model -> cycles through which they are followed: Exudyn takes some 4 s a cycle for its five runs of
-        each of nine stages.
-    long, long_main
-        Model -> cycles of a run for sections; of the main scene enough for the 0-1 test.
-    swept
-        Key of a scene -> its values in a bifurcation diagram.
-    periods
-        Of the systems whose answers are known.
-    """
+    """What is run."""
 
     scenes: tuple[str, ...]
+    """The first is `MAIN`."""
     tolerances: Mapping[str, tuple[float, ...]]
+    """Model -> those of the perturbed runs of the main scene; the reference's in all scenes."""
     cycles: Mapping[str, int]
+    """Model -> cycles through which these are followed: Exudyn takes some 4 s a cycle for its five runs of
+    each of nine stages."""
     long: Mapping[str, int]
     long_main: Mapping[str, int]
+    """Model -> cycles of a run for sections; of the main scene enough for the 0-1 test."""
     swept: Mapping[str, tuple[float, ...]]
+    """Key of a scene -> its values in a bifurcation diagram."""
     periods: int
+    """Of the systems whose answers are known."""
 
 
 def of_model(name: str, model: str, tolerance: float, values: Mapping[str, object] | None = None) -> Scene:

@@ -27,31 +27,20 @@ from comparison.tables.table import Table
 
 @dataclass(frozen=True)
 class Results:
-    """What was run, and what follows from it at once.
-
-    Attributes
-    ----------
-    config
-        How much was run.
-    perturbed, exponents
-        Perturbed runs, None where they cannot be followed, and their exponents, one a distance.
-    runs
-        (scene, model) -> its long run.
-    long
-        (scene, model) -> the scene of that run.
-    sections
-        (scene, model) -> states by cycle and angle, shape (cycles, angles, 4), without the first cycles.
-    swept
-        (key, value) -> run of the main scene with this value.
-    """
+    """What was run, and what follows from it at once."""
 
     config: Config
     perturbed: dict[Key, PerturbedOrbits | None]
     exponents: dict[Key, list[Exponent]]
+    """Perturbed runs, None where they cannot be followed, and their exponents, one a distance."""
     runs: dict[tuple[str, str], Table]
+    """(scene, model) -> its long run."""
     long: dict[tuple[str, str], Scene]
+    """(scene, model) -> the scene of that run."""
     sections: dict[tuple[str, str], Array]
+    """(scene, model) -> states by cycle and angle, shape (cycles, angles, 4), without the first cycles."""
     swept: dict[tuple[str, float], Outcome]
+    """(key, value) -> run of the main scene with this value."""
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
@@ -110,17 +99,13 @@ def draw(results: Results, folder: Path) -> None:
     (reference, exudyn), main = (results.sections[MAIN, m] for m in MODELS), results.long[MAIN, "reference"]
     figures.draw_sections(reference, exudyn, folder / "sections.svg")
     figures.draw_bifurcation(results.swept, scenes.swept(results.config), folder / "bifurcation.svg")
-    kept = {
-        key: of
-        for key, of in results.exponents.items()
-        if key[0] == MAIN and (key[1] == "reference" or key[2] == USUAL[key[1]]) and of
+    coarsest = results.config.tolerances["reference"][0]
+    shown = {
+        f"{model}, {tol:.0e}": (DISTANCES[model], of)
+        for (name, model, tol), of in results.exponents.items()
+        if of and name == MAIN and (tol == USUAL["exudyn"] if model == "exudyn" else tol != coarsest)
     }
-    coarsest = (MAIN, "reference", results.config.tolerances["reference"][0])
-    kept.pop(coarsest, None)
-    figures.draw_exponents(
-        {f"{model}, {tol:.0e}": (DISTANCES[model], of) for (_, model, tol), of in kept.items()},
-        folder / "exponents.svg",
-    )
+    figures.draw_exponents(shown, folder / "exponents.svg")
     orbit = results.perturbed[MAIN, "reference", USUAL["reference"]]
     figures.draw_growth(spread(reference, main), orbit, folder / "growth.svg")
 

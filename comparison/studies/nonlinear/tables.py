@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from math import nan
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from comparison.scene import Scene
 from comparison.studies.ensembles.statistics import Sample, distances
 from comparison.studies.nonlinear.memory import Memory
 from comparison.studies.nonlinear.methods.lyapunov import Exponent, closest_measured
-from comparison.studies.nonlinear.methods.recurrence import period
+from comparison.studies.nonlinear.methods.recurrence import LONGEST, period
 from comparison.studies.nonlinear.methods.zero_one import LEAST, chaos_indicator
 from comparison.studies.nonlinear.press import STATE
 from comparison.studies.nonlinear.scenes import ANGLES, DISTANCES, MAIN, Key
@@ -23,6 +24,7 @@ from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
 
 Found = Mapping[Key, Sequence[Exponent]]
+"""Exponents, one a distance; none where the runs could not be followed."""
 Sections = Mapping[tuple[str, str], Array]
 SECTION = 15
 """The sample of a cycle, of `ANGLES`, that stands for the others: in the slider's chatter."""
@@ -37,18 +39,13 @@ EVERY = 5
 def believed(found: Found, scatter: Mapping[str, float]) -> dict[Key, Exponent]:
     """Return the exponent to believe of each orbit, of those whose perturbed runs are neighbours.
 
-    Parameters
-    ----------
-    found
-        Exponents, one a distance; none where the runs could not be followed.
-    scatter
-        Scene -> largest scatter of its states over the angles, m.
+    Of each scene the largest scatter of its states over the angles is given, m.
     """
     best = {}
     for key, of in found.items():
-        name, model, _ = key
-        near = [e for e, d in zip(of, DISTANCES[model], strict=True) if d <= NEAR * scatter[name]]
         if of:
+            name, model, _ = key
+            near = [e for e, d in zip(of, DISTANCES[model], strict=True) if d <= NEAR * scatter[name]]
             best[key] = near[closest_measured(near)] if near else of[0]
     return best
 
@@ -65,21 +62,21 @@ def answer(best: Mapping[Key, Exponent], names: Sequence[str]) -> str:
             verdict = "chaotic"
         elif runs and {e.sign for e in runs.values()} == {-1}:
             verdict = "not chaotic"
-        lines.append([name, f"**{verdict}**", *(f"{count_measured[m]} of {count[m]}" for m in MODELS)])
-    return table(("scene", "verdict", *(f"{m} runs that measure the exponent" for m in MODELS)), lines)
+        share = {f"{m} runs that measure the exponent": f"{count_measured[m]} of {count[m]}" for m in MODELS}
+        lines.append({"scene": name, "verdict": f"**{verdict}**"} | share)
+    return rows_table(lines)
 
 
 def by_distance(found: Found) -> str:
     """Return the exponents of the main scene by model, tolerance and distance."""
-    wide = DISTANCES["reference"]
     lines = []
-    for (name, model, tolerance), of in sorted(
-        found.items(), key=lambda item: (item[0][1] != MODELS[0], -item[0][2])
-    ):
-        if name == MAIN:
-            cells = dict(zip(DISTANCES[model], map(_exponent, of), strict=False))
-            lines.append([model, f"{tolerance:.0e}", *(cells.get(distance, "") for distance in wide)])
-    return table(("model", "tolerance", *(f"{distance:.0e} m" for distance in wide)), lines)
+    for model in MODELS:
+        runs = {tolerance: of for (name, by, tolerance), of in found.items() if (name, by) == (MAIN, model)}
+        for tolerance in sorted(runs, reverse=True):
+            cells = dict(zip(DISTANCES[model], map(_exponent, runs[tolerance]), strict=False))
+            wide = {f"{distance:.0e} m": cells.get(distance, "") for distance in DISTANCES["reference"]}
+            lines.append({"model": model, "tolerance": f"{tolerance:.0e}"} | wide)
+    return rows_table(lines)
 
 
 def by_scene(
@@ -93,17 +90,16 @@ def by_scene(
     for name, of in scatter.items():
         line = {"scene": name}
         for model in MODELS:
-            range_of = sorted(
-                (e for key, e in best.items() if key[:2] == (name, model)), key=lambda e: e.value
-            )
-            ends = [range_of[0], range_of[-1]] if len(range_of) > 1 else range_of
+            of_model = [e for key, e in best.items() if key[:2] == (name, model)]
+            of_model.sort(key=lambda e: e.value)
+            ends = of_model[:1] + of_model[1:][-1:]
             line[f"exponent, {model}"] = " … ".join(map(_exponent, ends)) or MISSING
         series = {model: sections[name, model][:, SECTION, 0] for model in MODELS}
         for model, x in series.items():
             line[f"K, {model}"] = f"{chaos_indicator(x):.2f}" if x.size >= LEAST else MISSING
         clearance = scenes[name, MODELS[0]].data["clearance"]["slider"]
         repeats = period(series[MODELS[0]], SAME * clearance)
-        line["section repeats after, cycles (of 16)"] = "never" if repeats is None else str(repeats)
+        line[f"section repeats after, cycles (of {LONGEST})"] = "never" if repeats is None else str(repeats)
         line["largest scatter over the angles"] = quantity(float(of.max()), "m", 2)
         line["least"] = quantity(float(of.min()), "m", 2)
         lines.append(line)
@@ -123,15 +119,6 @@ def memory(found: Sequence[Memory]) -> str:
 
 def distributions(sections: Sections, scenes: Mapping[tuple[str, str], Scene], names: Sequence[str]) -> str:
     """Return the comparison of both models' sections, where they scatter more than what is predictable."""
-    headings = (
-        "scene",
-        "tests",
-        "found to differ",
-        "smallest adjusted p",
-        "largest distance of distributions",
-        "largest Wasserstein distance over the scatter",
-        "largest correlation of successive cycles",
-    )
     lines = []
     for name in names:
         scene = scenes[name, MODELS[0]].data
@@ -144,19 +131,17 @@ def distributions(sections: Sections, scenes: Mapping[tuple[str, str], Scene], n
                     samples.append(Sample(channel, f"{angle}", channels()[channel].unit, *of))
                     correlations.append(abs(float(np.corrcoef(of[0][1:], of[0][:-1])[0, 1])))
         tests = distances(samples)
-        cells = (
-            [
-                f"**{sum(test.found for test in tests)}**",
-                f"{min(test.adjusted for test in tests):.2g}",
-                f"{max(test.statistic for test in tests):.2f}",
-                f"{max(test.wasserstein / test.scale for test in tests):.2f}",
-                f"{max(correlations):.2f}",
-            ]
-            if tests
-            else [MISSING] * 5
-        )
-        lines.append([name, f"{len(tests)}", *cells])
-    return table(headings, lines)
+        scatter_apart = max((test.wasserstein / test.scale for test in tests), default=nan)
+        cells = {
+            "found to differ": f"**{sum(test.found for test in tests)}**",
+            "smallest adjusted p": f"{min((test.adjusted for test in tests), default=nan):.2g}",
+            "largest distance of distributions": f"{max((t.statistic for t in tests), default=nan):.2f}",
+            "largest Wasserstein distance over the scatter": f"{scatter_apart:.2f}",
+            "largest correlation of successive cycles": f"{max(correlations, default=nan):.2f}",
+        }
+        of_scene = {"scene": name, "tests": f"{len(tests)}"}
+        lines.append(of_scene | (cells if tests else dict.fromkeys(cells, MISSING)))
+    return rows_table(lines)
 
 
 def _exponent(e: Exponent) -> str:

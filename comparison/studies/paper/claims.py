@@ -34,15 +34,7 @@ TESTS: dict[str, Callable[[Runs, str, Claim], Decision]] = {
 
 @dataclass(frozen=True)
 class Judged:
-    """One statement.
-
-    Attributes
-    ----------
-    claim
-        Its entry in the data file.
-    decisions
-        Model -> decision.
-    """
+    """One statement."""
 
     claim: Claim
     decisions: Mapping[str, Decision]

@@ -40,9 +40,8 @@ def close(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
         near = _bottom(runs, scene, model)
         largest = float(np.abs(runs.errors(scene, model, channel)[near]).max())
         shares.append(largest / float(np.ptp(ideal.values(channel))))
-        parts.append(
-            f"{scene}: {quantity(largest, channels()[channel].unit)}, {per_cent(shares[-1])} of the range"
-        )
+        error = quantity(largest, channels()[channel].unit)
+        parts.append(f"{scene}: {error}, {per_cent(shares[-1])} of the range")
     return decide(-max(shares), -2 * SMALL, -SMALL, "; ".join(parts))
 
 
@@ -62,11 +61,12 @@ def contacts_at_the_bottom(runs: Runs, model: str, claim: Mapping[str, Any]) -> 
 def traversals(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
     """Decide whether the slider oscillates often in every cycle: by its contacts, and by the crossings."""
     scene = claim["scene"]
-    offset = _from_the_guide(runs, scene, model)
+    data = load_scene(scene).data
+    x = runs.by_cycle(runs.long[scene, model], "slider_x") - data["mechanism"]["guide_x"]
+    offset = x / data["clearance"]["slider"]
     side = np.where(np.abs(offset) > 0.5, np.sign(offset), 0.0)
     counts = [int(np.sum(np.diff(row[row != 0]) != 0)) for row in side]
-    touches = contacts_by_cycle(runs, scene, model)["size"]
-    fewest = float(touches.min())
+    fewest = float(contacts_by_cycle(runs, scene, model)["size"].min())
     evidence = (
         f"{number(fewest)} contacts a cycle or more; {min(counts)} to {max(counts)} crossings from half the "
         "clearance on one side to the other"
@@ -83,27 +83,22 @@ def pin_zones(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
     """
     force = pin_forces(runs, claim["scene"], model)
     total = float(np.abs(force).sum()) or 1.0
-    quadrants = {
-        "upper right": (force.real > 0) & (force.imag > 0),
-        "upper left": (force.real < 0) & (force.imag > 0),
-        "lower left": (force.real < 0) & (force.imag < 0),
-        "lower right": (force.real > 0) & (force.imag < 0),
+    quadrants = {"upper right": (1, 1), "upper left": (-1, 1), "lower left": (-1, -1), "lower right": (1, -1)}
+    shares = {
+        name: float(np.abs(force[(x * force.real > 0) & (y * force.imag > 0)]).sum()) / total
+        for name, (x, y) in quadrants.items()
     }
-    shares = {name: float(np.abs(force[inside]).sum()) / total for name, inside in quadrants.items()}
     parts = ", ".join(f"{name} {per_cent(share)}" for name, share in shares.items())
     # As the authors say it, or as it would be in the other body's frame.
-    zones = max(
-        min(shares["upper left"], shares["lower left"]), min(shares["lower right"], shares["upper right"])
-    )
+    zones = max(min(shares[f"upper {side}"], shares[f"lower {side}"]) for side in ("left", "right"))
     return decide(zones, 0.01, 0.1, f"impulse of the second cycle: {parts}")
 
 
 def pin_forces(runs: Runs, scene: str, model: str) -> NDArray[np.complex128]:
     """Return the force of the pin on its bearing in the second cycle as x + iy, N, shape (n,)."""
     run = runs.pin[scene, model]
-    within = second(run)
     force: NDArray[np.complex128] = run.values("reaction_A_x") + 1j * run.values("reaction_A_y")
-    return force[within]
+    return force[second(run)]
 
 
 def recurring(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
@@ -178,9 +173,8 @@ def two_codes(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
         mine, theirs = (runs.errors(scene, name, channel)[within] for name in (model, other))
         shares.append(float(np.sqrt(np.mean((mine - theirs) ** 2) / np.mean(mine**2))))
         parts.append(f"{channel} {per_cent(shares[-1])}")
-    return decide(
-        -max(shares), -0.5, -0.1, f"difference of the codes, of the error's own size: {', '.join(parts)}"
-    )
+    evidence = f"difference of the codes, of the error's own size: {', '.join(parts)}"
+    return decide(-max(shares), -0.5, -0.1, evidence)
 
 
 def _bottom(runs: Runs, scene: str, model: str) -> BoolArray:
@@ -192,13 +186,6 @@ def _bottom(runs: Runs, scene: str, model: str) -> BoolArray:
     # The printed time is one at 150 rpm, and approximate: the lowest point itself is taken.
     width = BOTTOM * period / load_scene("ideal").period
     return np.asarray(np.abs(ideal.time - ideal.time[y.argmin()]) <= width)
-
-
-def _from_the_guide(runs: Runs, scene: str, model: str) -> Array:
-    """Return x over the clearance, from the guide's centre line, one row a cycle."""
-    data = load_scene(scene).data
-    x = runs.by_cycle(runs.long[scene, model], "slider_x") - data["mechanism"]["guide_x"]
-    return np.asarray(x / data["clearance"]["slider"])
 
 
 def _later(cycles: Array) -> Array:

@@ -26,20 +26,14 @@ LINES: dict[str, dict[str, Any]] = {
     MODELS[0]: {"color": svg.FIRST},
     MODELS[1]: {"color": svg.SECOND, "dashes": (3.5, 1.8)},
 }
-PRINTED: dict[str, Any] = {
-    "color": svg.OUTSIDE,
-    "marker": "o",
-    "ms": 4,
-    "mfc": "none",
-    "ls": "none",
-    "zorder": 3,
-}
+PRINTED: dict[str, Any] = {"color": svg.OUTSIDE, "marker": "o", "ms": 4, "mfc": "none", "ls": "", "zorder": 3}
+IDEAL: dict[str, Any] = {"color": svg.DIFFERENCE, "dashes": (1, 1), "lw": 0.8}
 LEAST = 1e-16
 """m, m/s, m/s^2: what a logarithmic axis shows of zero."""
 COLUMNS = 250
 """Of a panel half as wide as the page."""
 UNITS = {"slider_y": (1e6, "µm"), "slider_vy": (1e3, "mm/s"), "slider_ay": (1.0, "m/s²")}
-WORDS = {"slider_y": "displacement", "slider_vy": "velocity", "slider_ay": "acceleration"}
+WORDS = {channel: word for word, channel in QUANTITIES.items()}
 ERRORS = {
     "figure-9": ("F9-210", "F9-69"),
     "figure-10": ("F10-28", "F10-33"),
@@ -64,19 +58,9 @@ def draw(runs: Runs, folder: Path) -> None:
 def grid(
     path: Path, rows: int, titles: Sequence[str], height: float, **options: Any
 ) -> Iterator[list[list[Axes]]]:
-    """Draw a figure with a column a title; the legend is that of its first panel.
+    """Draw a figure with a column a title as `svg.panels` does; yield its panels by row and column.
 
-    Parameters
-    ----------
-    path, rows, height, options
-        As of `comparison.report.svg.panels`.
-    titles
-        Of the columns.
-
-    Yields
-    ------
-    axes
-        By row and column.
+    The legend is that of the first panel.
     """
     with svg.panels(path, rows, len(titles), height=height, **options) as panels:
         for panel, title in zip(panels, titles, strict=False):
@@ -105,9 +89,7 @@ def _responses(runs: Runs, path: Path) -> None:
             for panel, scene in zip(row, (CENTRAL, PIN), strict=True):
                 moving = {m: runs.short[scene, m][0].values(channel)[shown] - zero for m in MODELS}
                 _both(panel, time, moving)
-                panel.plot(
-                    time, still[shown] - zero, color=svg.DIFFERENCE, dashes=(1, 1), lw=0.8, label="ideal"
-                )
+                panel.plot(time, still[shown] - zero, label="ideal", **IDEAL)
             row[0].set_ylabel(f"{WORDS[channel]} ({pretty_unit(channels()[channel].unit)})")
         lowest = published("S4.2-stroke")
         for panel in axes[0]:
@@ -162,9 +144,8 @@ def _reliability(runs: Runs, conditions: Sequence[str], path: Path) -> None:
             for row, quantity, letter in zip(axes, QUANTITIES, "dva", strict=True):
                 for model, by_quantity in assessed.items():
                     of = by_quantity[quantity]
-                    row[column].semilogy(
-                        of.angle, 1e3 * (1 - of.reliability), ".-", label=model, **LINES[model]
-                    )
+                    lacking = 1e3 * (1 - of.reliability)
+                    row[column].semilogy(of.angle, lacking, ".-", label=model, **LINES[model])
                 printed = published(f"{prefix}-{letter}")
                 row[column].plot(printed.angle, 1e3 * (1 - printed.value), label="printed", **PRINTED)
         for row, quantity in zip(axes, QUANTITIES, strict=True):
@@ -173,6 +154,4 @@ def _reliability(runs: Runs, conditions: Sequence[str], path: Path) -> None:
             row[0].yaxis.set_major_formatter(FormatStrFormatter("%g"))
             row[0].yaxis.set_minor_locator(NullLocator())
         for panel in axes[-1]:
-            panel.set(
-                xlabel="crank angle from the start (deg)", xlim=(18, 378), xticks=np.arange(36, 361, 72)
-            )
+            panel.set(xlabel="crank angle from the start (deg)", xlim=(18, 378), xticks=range(36, 361, 72))

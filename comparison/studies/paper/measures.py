@@ -25,11 +25,7 @@ CONDITIONS = {
 }
 """Pair with clearance, speed, clearance, elastic modulus and Poisson's ratio, as printed -> the scene."""
 _CONDITION = ["pair", "speed_rpm", "clearance_mm", "youngs_modulus_GPa", "poisson"]
-PEAKS = {
-    "peak_displacement_error": "slider_y",
-    "peak_velocity_error": "slider_vy",
-    "peak_acceleration_error": "slider_ay",
-}
+PEAKS = {f"peak_{word}_error": channel for word, channel in QUANTITIES.items()}
 RANGES = {
     "range_x_deviation": ("slider_x", "start"),
     "range_x_velocity": ("slider_vx", "nothing"),
@@ -47,24 +43,16 @@ _STILL = CENTRAL
 
 @dataclass(frozen=True)
 class Measured:
-    """What stands in place of a printed figure, in its unit.
-
-    Attributes
-    ----------
-    value
-        Of the first run.
-    time
-        s; nan where it belongs to no instant.
-    others
-        The same of runs that start a nudge elsewhere.
-    sampled
-        The same of the samples alone; nan where there is no such thing.
-    """
+    """What stands in place of a printed figure, in its unit."""
 
     value: float
+    """Of the first run."""
     time: float = float("nan")
+    """s; nan where it belongs to no instant."""
     others: tuple[float, ...] = ()
+    """The same of runs that start a nudge elsewhere."""
     sampled: float = float("nan")
+    """The same of the samples alone; nan where there is no such thing."""
 
 
 def scene_of(identifier: str) -> str:

@@ -26,6 +26,7 @@ EVERY = 8
 """Samples of the two cycles that are drawn of the slider's path."""
 LIMIT: dict[str, Any] = {"color": svg.OUTSIDE, "dashes": (1, 2), "lw": 0.8}
 """Line of a printed range."""
+RANGE: dict[str, Any] = {"color": svg.THRESHOLD, "dashes": (3.5, 1.8), "lw": 0.8}
 X_RANGE, Y_RANGE, Y_ERROR = (("F14a-x", "F14a-x2"), ("F14c-y", "F14c-y2"), ("F14e-y", "F14e-y2"))
 
 
@@ -92,14 +93,8 @@ def _pin(runs: Runs, path: Path) -> None:
             size = np.abs(force)
             # Outwards by the force, which distinguishes a light touch from a hit.
             touched = (clearance * (1 + size / np.max(size, initial=1e-300)) * force / size)[::TOUCHES]
-            panel.plot(
-                touched.real,
-                touched.imag,
-                ".",
-                color=LINES[model]["color"],
-                ms=2,
-                label="touching, outwards by the force",
-            )
+            colour, label = LINES[model]["color"], "touching, outwards by the force"
+            panel.plot(touched.real, touched.imag, ".", color=colour, ms=2, label=label)
             panel.plot(circle.real, circle.imag, color=svg.LIMIT, label="clearance")
             panel.margins(0.05)
             panel.set_aspect("equal", adjustable="box")
@@ -117,19 +112,10 @@ def _phase(runs: Runs, path: Path) -> None:
             for panel, model in zip(row, MODELS, strict=True):
                 x, v = plane(runs, model)
                 panel.margins(0.04)
-                panel.plot(
-                    x[-CYCLES:].ravel(), v[-CYCLES:].ravel(), color=LINES[model]["color"], lw=0.5,
-                    label=f"last {CYCLES} cycles",
-                )  # fmt: skip
+                last, colour = (x[-CYCLES:].ravel(), v[-CYCLES:].ravel()), LINES[model]["color"]
+                panel.plot(*last, color=colour, lw=0.5, label=f"last {CYCLES} cycles")
                 everything = np.array([(x.min(), x.max()), (v.min(), v.max())])
-                _box(
-                    panel,
-                    everything,
-                    color=svg.THRESHOLD,
-                    dashes=(3.5, 1.8),
-                    lw=0.8,
-                    label="range of all cycles",
-                )
+                _box(panel, everything, label="range of all cycles", **RANGE)
                 if plane is of_y:  # of the displacement the paper prints a range that cannot be
                     for value in printed[1]:
                         panel.axhline(value, **LIMIT)
@@ -167,19 +153,14 @@ def _cycles(runs: Runs, path: Path) -> None:
     with grid(path, len(rows), MODELS, 4.2, sharex=True, sharey="row") as axes:
         for row, (plane, label, printed) in zip(axes, rows, strict=True):
             for panel, model in zip(row, MODELS, strict=True):
-                values = plane(runs, model)[0]
-                cycles = np.arange(values.size) / values.shape[1]
-                kept = envelope(values.ravel(), COLUMNS)
-                panel.plot(
-                    cycles[kept],
-                    values.ravel()[kept],
-                    color=LINES[model]["color"],
-                    lw=0.6,
-                    label="all cycles",
-                )
+                by_cycle = plane(runs, model)[0]
+                values, colour = by_cycle.ravel(), LINES[model]["color"]
+                kept = envelope(values, COLUMNS)
+                cycles = kept / by_cycle.shape[1]
+                panel.plot(cycles, values[kept], color=colour, lw=0.6, label="all cycles")
                 for k, value in enumerate(printed):
                     panel.axhline(value, label=None if k else "printed", **LIMIT)
-                panel.set_xlim(0, values.shape[0])
+                panel.set_xlim(0, len(by_cycle))
             row[0].set_ylabel(label)
         for panel in axes[-1]:
             panel.set_xlabel("crank cycles (-)")

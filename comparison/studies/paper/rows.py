@@ -13,7 +13,7 @@ from comparison.scene.criteria import Limits
 from comparison.studies.paper.measures import Measured, measure, reliabilities, scene_of
 from comparison.studies.paper.runs import Runs
 from comparison.studies.paper.tolerances import missing, one_limit
-from comparison.studies.shared.published import Published, printed_rows, published
+from comparison.studies.shared.published import printed_rows, published
 
 REPRODUCED, CLOSE = 0.05, 2.0
 """Five per cent; a factor. The paper states neither its tolerances nor the radius of the corners."""
@@ -80,12 +80,9 @@ def _reliability(name: str, quantity: str, runs: Runs, limits: Mapping[str, floa
     ratio = {model: lack / wanted for model, lack in lacking.items()}
     if of == "displacement" and limits[of] > abs(published("S4.2-stroke").value):
         return _judged(measured, ratio, VERDICTS[3:], Reason.ABOVE_STROKE, limits[of])
-    verdicts = [VERDICTS[0] if _same(measured[m], printed) else judge(ratio[m]) for m in MODELS]
+    same = {model: abs(found.value - printed.value) <= printed.rounding for model, found in measured.items()}
+    verdicts = [VERDICTS[0] if same[model] else judge(ratio[model]) for model in MODELS]
     return _judged(measured, ratio, verdicts, Reason.ONE_LIMIT, limits[of])
-
-
-def _same(measured: Measured, printed: Published) -> bool:
-    return abs(measured.value - printed.value) <= printed.rounding
 
 
 def _judged(

@@ -27,58 +27,37 @@ PERTURBATION = 1e-9
 
 @dataclass(frozen=True)
 class Config:
-    """How much is run.
-
-    Attributes
-    ----------
-    samples
-        A cycle, of the two cycles: 40 us apart at 150 rpm, where half of the contacts last more than 200 us.
-    long_samples
-        A cycle, of many cycles; divides the former.
-    cycles
-        Of the central case, as in Figs. 14 and 15.
-    fewer
-        Of the other cases, which the paper does not follow so long; they take Exudyn 0.8 s each.
-    members
-        Runs of two cycles that differ by a nudge.
-    """
+    """How much is run."""
 
     samples: int
+    """A cycle, of the two: 40 us apart at 150 rpm, where half of the contacts last more than 200 us."""
     long_samples: int
+    """A cycle, of many cycles; divides the former."""
     cycles: int
+    """Of the central case, as in Figs. 14 and 15."""
     fewer: int
+    """Of the other cases, which the paper does not follow so long; they take Exudyn 0.8 s each."""
     members: int
+    """Runs of two cycles that differ by a nudge."""
 
 
 @dataclass(frozen=True)
 class Runs:
-    """Tables of all runs.
-
-    Attributes
-    ----------
-    config
-        How much was run.
-    short
-        (scene, model) -> two cycles of each member.
-    ideal
-        (scene, model) -> two cycles of the ideal mechanism, of the same times.
-    long
-        (scene, model) -> many cycles of a scene with clearance at the slider.
-    perturbed
-        Model -> the central case's many cycles from a start close by.
-    finer
-        Model -> the same from the same start at its tightest settings.
-    pin
-        (scene, model) -> two cycles with clearance at the crank pin, with the forces in the joints.
-    """
+    """Tables of all runs."""
 
     config: Config
     short: dict[tuple[str, str], list[Table]]
+    """(scene, model) -> two cycles of each member."""
     ideal: dict[tuple[str, str], Table]
+    """(scene, model) -> two cycles of the ideal mechanism, of the same times."""
     long: dict[tuple[str, str], Table]
+    """(scene, model) -> many cycles of a scene with clearance at the slider."""
     perturbed: dict[str, Table]
+    """Model -> the central case's many cycles from a start close by."""
     finer: dict[str, Table]
+    """Model -> the same from the same start at its tightest settings."""
     pin: dict[tuple[str, str], Table]
+    """(scene, model) -> two cycles with clearance at the crank pin, with the forces in the joints."""
 
     def errors(self, scene: str, model: str, channel: str, member: int = 0) -> Array:
         """Return actual - ideal over the two cycles, shape (n,)."""
@@ -104,12 +83,11 @@ def short_scene(config: Config, name: str, member: int = 0) -> Scene:
     """Return two cycles of a condition, at the models' tightest settings."""
     scene = _two_cycles(config, name, "accelerations")
     mechanism = scene.data["mechanism"]
-    start = (
-        ("mechanism.crank_angle_deg", mechanism["crank_angle_deg"] + member * PIN_NUDGE)
-        if name == PIN
-        else ("initial.slider_offset", mechanism["reference_offset"] + member * NUDGE)
-    )
-    return _tight(scene.with_values(dict([start])))
+    if name == PIN:
+        start = {"mechanism.crank_angle_deg": mechanism["crank_angle_deg"] + member * PIN_NUDGE}
+    else:
+        start = {"initial.slider_offset": mechanism["reference_offset"] + member * NUDGE}
+    return _tight(scene.with_values(start))
 
 
 def ideal_scene(config: Config, name: str) -> Scene:

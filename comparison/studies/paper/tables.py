@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from comparison.execution.run import MODELS
-from comparison.formatting import number, quantity, table
+from comparison.formatting import number, quantity
 from comparison.reliability.errors import unit_of
 from comparison.studies.paper.claims import Judged
 from comparison.studies.paper.decision import CONTRADICTED, SUPPORTED, UNDECIDED
@@ -28,13 +28,14 @@ PEAKS = ("F9-210", "F9-69", "F11-01", "F11-05", "F12-300")
 
 def of_rows(rows: Sequence[Row]) -> dict[str, object]:
     """Return what the page says of the printed figures, by the names in its template."""
-    counts = Counter(row["verdict"] for row in rows)
+    which = {word: [row["id"] for row in rows if row["verdict"] == word] for word in VERDICTS}
+    counts = {word: len(ids) for word, ids in which.items()}
     lines = [
         {
             "id": row["id"],
             "scene": f"[{row['scene']}](#runs)",
             "figure": f"[{row['quantity'].replace('_', ' ')}]({_drawing(row['figure'])})",
-            "printed": _printed(row["printed"]),
+            "printed": _at(_value(row["printed"].value, row["printed"].unit), row["printed"].time),
             **{model: _measured(row["printed"], row["measured"][model]) for model in MODELS},
             **{f"ratio, {model}": number(row["ratio"].get(model, nan)) for model in MODELS},
             "verdict": f"**{row['verdict']}**" + _reason(row),
@@ -43,12 +44,9 @@ def of_rows(rows: Sequence[Row]) -> dict[str, object]:
     ]
     return {
         "count": len(rows),
-        "counts": table(
-            ("verdict", "printed figures", "which"),
-            [
-                [word, f"{counts[word]}", ", ".join(row["id"] for row in rows if row["verdict"] == word)]
-                for word in VERDICTS
-            ],
+        "counts": rows_table(
+            {"verdict": word, "printed figures": f"{counts[word]}", "which": ", ".join(which[word])}
+            for word in VERDICTS
         ),
         "rows": rows_table(lines),
         "comparable": len(rows) - counts[VERDICTS[3]],
@@ -61,18 +59,13 @@ def of_rows(rows: Sequence[Row]) -> dict[str, object]:
 def of_claims(claims: Sequence[Judged]) -> dict[str, str]:
     """Return what the page says of the statements."""
     counts = Counter(each.verdict for each in claims)
-    lines = [
-        {
-            "section": each.claim["section"],
-            "the paper says": each.claim["says"],
-            "verdict": f"**{each.verdict}**",
-        }
-        | {
-            model: ("" if of.verdict == each.verdict else f"{of.verdict}: ") + of.evidence
-            for model, of in each.decisions.items()
-        }
-        for each in claims
-    ]
+    lines = []
+    for each in claims:
+        line = {"section": each.claim["section"], "the paper says": each.claim["says"]}
+        line["verdict"] = f"**{each.verdict}**"
+        for model, of in each.decisions.items():
+            line[model] = ("" if of.verdict == each.verdict else f"{of.verdict}: ") + of.evidence
+        lines.append(line)
     verdicts = ", ".join(f"{counts[word]} {word}" for word in (SUPPORTED, CONTRADICTED, UNDECIDED))
     off = [
         f"- Sec. {each.claim['section']}: {each.claim['says']} ({each.decisions[MODELS[0]].evidence})"
@@ -110,22 +103,17 @@ def of_first_cycle(runs: Runs) -> dict[str, str]:
 
 def of_tolerances(found: Sequence[Row]) -> str:
     """Return the limits behind the printed reliabilities."""
-    return rows_table(
-        [
-            {
-                "id": row["id"],
-                "quantity": row["quantity"],
-                "printed R": f"{row['printed'].value:g}",
-                "at": f"{row['printed'].angle:g}°",
-                **{f"limit, {model}": _limits(row["limits"][model], row["unit"]) for model in MODELS},
-                **{
-                    f"limit at our worst part, {model}": f"{_limit(limit, row['unit'])} at {angle:g}°"
-                    for model, (angle, limit) in row["worst"].items()
-                },
-            }
-            for row in found
-        ]
-    )
+    lines = []
+    for row in found:
+        line = {"id": row["id"], "quantity": row["quantity"]}
+        line |= {"printed R": f"{row['printed'].value:g}", "at": f"{row['printed'].angle:g}°"}
+        for model in MODELS:
+            at, low, high = (_limit(each, row["unit"]) for each in row["limits"][model])
+            line[f"limit, {model}"] = f"{at} ({low} … {high})"
+        for model, (angle, limit) in row["worst"].items():
+            line[f"limit at our worst part, {model}"] = f"{_limit(limit, row['unit'])} at {angle:g}°"
+        lines.append(line)
+    return rows_table(lines)
 
 
 def _reason(row: Row) -> str:
@@ -136,10 +124,6 @@ def _reason(row: Row) -> str:
 def _drawing(figure: str) -> str:
     """Return the file of a printed figure; what the text alone prints is seen in Fig. 7."""
     return "figure-14-phase.svg" if figure.startswith("14") else f"figure-{figure or 7}.svg"
-
-
-def _printed(printed: Published) -> str:
-    return _at(_value(printed.value, printed.unit), printed.time)
 
 
 def _measured(printed: Published, found: Measured) -> str:
@@ -160,11 +144,6 @@ def _value(value: float, unit: str) -> str:
     if unit == "1":
         return f"{value:.7f}"
     return f"{value:.3f}°" if unit == "deg" else quantity(value, unit, 4)
-
-
-def _limits(limits: Sequence[float], unit: str) -> str:
-    at, low, high = (_limit(each, unit) for each in limits)
-    return f"{at} ({low} … {high})"
 
 
 def _limit(value: float, unit: str) -> str:

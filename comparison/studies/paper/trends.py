@@ -56,14 +56,11 @@ def alike(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
 
 def more_contacts(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
     """Decide whether the slider touches its guide more often in a cycle."""
-    more, less = (
-        contacts_by_cycle(runs, claim[side], model)["size"].to_numpy(np.float64) for side in ("more", "less")
-    )
-    share = above(more, less)
-    evidence = (
-        f"{number(float(np.median(more)))} and {number(float(np.median(less)))} contacts in the median cycle"
-    )
-    return decide(share, 1 - MOST, MOST, f"{evidence}; more in {per_cent(share)} of the pairs of cycles")
+    counts = [contacts_by_cycle(runs, claim[side], model)["size"] for side in ("more", "less")]
+    share = above(*(of.to_numpy(np.float64) for of in counts))
+    medians = " and ".join(number(float(of.median())) for of in counts)
+    evidence = f"{medians} contacts in the median cycle; more in {per_cent(share)} of the pairs of cycles"
+    return decide(share, 1 - MOST, MOST, evidence)
 
 
 def less_reliable(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
@@ -98,21 +95,16 @@ def contacts_by_cycle(runs: Runs, scene: str, model: str) -> pd.DataFrame:
     """Return number (``size``) and largest force (``max``, N) of the contacts of each later cycle."""
     run = runs.long[scene, model]
     cycles = (run.time.size - 1) // runs.config.long_samples
-    events = (
-        pd.DataFrame(columns=["start", "peak_force"], dtype=np.float64) if run.events is None else run.events
-    )
+    none = pd.DataFrame(columns=["start", "peak_force"], dtype=np.float64)
+    events = none if run.events is None else run.events
     of_cycle = (events["start"] / run.time[-1] * cycles).astype(int)
     found = events["peak_force"].astype(float).groupby(of_cycle).agg(["size", "max"])
     return found.reindex(range(1, cycles), fill_value=0)
 
 
 def _second_cycle(runs: Runs, scene: str, model: str, channel: str) -> Array:
-    return np.array(
-        [
-            abs(largest_error(runs, scene, model, channel, k).value)
-            for k in range(len(runs.short[scene, model]))
-        ]
-    )
+    members = range(len(runs.short[scene, model]))
+    return np.array([abs(largest_error(runs, scene, model, channel, k).value) for k in members])
 
 
 def _order(over: bool | np.bool_, under: bool | np.bool_) -> str:

@@ -32,7 +32,8 @@ def on_cluster(address: str) -> Spread:
     try:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
-        raise SweepError(f"--scheduler {address}: does not answer: {_line(error)}") from error
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise SweepError(f"--scheduler {address}: does not answer: {reason}") from error
 
     def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
         try:
@@ -66,12 +67,8 @@ def _work(client: Any, address: str, attempt: Attempt, tasks: Mapping[str, Task]
 
 def _alone(attempt: Attempt, task: Any) -> Any:
     """Work off a task of which nobody asks how far it is (on the cluster)."""
-    return attempt(task, _ignore)
 
+    def ignore(share: float) -> None:
+        del share
 
-def _ignore(share: float) -> None:
-    del share
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
+    return attempt(task, ignore)

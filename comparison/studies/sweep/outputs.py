@@ -65,23 +65,11 @@ def needs_ideal(asked: Sequence[str]) -> bool:
 
 
 def measure(run: Table, ideal: Table | None, period: float, asked: Sequence[str]) -> dict[str, float | None]:
-    """Return the quantities of a run, None where it has not what they need.
+    """Return the quantities of a run, of `names`, None where it has not what they need.
 
-    Parameters
-    ----------
-    run
-        A result.
-    ideal
-        That of the ideal mechanism at the same times, where `needs_ideal`.
-    period
-        Of a crank cycle, s.
-    asked
-        Of `names`.
-
-    Notes
-    -----
-    A peak error is that of a sample, in size, over the second cycle as in the paper; over all where there is
-    no second. ``contacts`` counts them, ``impulse`` is their sum, N s.
+    The ideal mechanism's run has the same times; it is there where `needs_ideal`. The period of the crank is
+    in s. A peak error is that of a sample, in size, over the second cycle as in the paper; over all where
+    there is no second. ``contacts`` counts them, ``impulse`` is their sum, N s.
     """
     return {name: _one(name, run, ideal, period) for name in asked}
 

@@ -45,12 +45,9 @@ def chosen_points(
 
 
 def grid(axes: Sequence[str]) -> list[Point]:
-    """Return every combination of values, those of the last key changing first.
+    """Return every combination of the values of axes ``key=a,b,c``, those of the last key changing first.
 
-    Parameters
-    ----------
-    axes
-        ``key=a,b,c`` each; values as in TOML, what is not TOML is a string.
+    Values are as in TOML, what is not TOML is a string.
 
     Raises
     ------
@@ -97,16 +94,9 @@ def listed(path: Path) -> list[Point]:
 
 
 def latin_hypercube(axes: Sequence[str], count: int, seed: int) -> list[Point]:
-    """Return points of a Latin hypercube: each key's range is cut into ``count`` parts, with a point in each.
+    """Return points of a Latin hypercube over axes ``key=low:high``; the same seed gives the same points.
 
-    Parameters
-    ----------
-    axes
-        ``key=low:high`` each.
-    count
-        How many points.
-    seed
-        The same gives the same points.
+    Each key's range is cut into ``count`` parts, with a point in each.
 
     Raises
     ------

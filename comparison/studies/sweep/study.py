@@ -29,24 +29,8 @@ def sweep(
     """Run all points by all models and write the table.
 
     Each run's row is kept in the folder as soon as it ends: a sweep that was broken off goes on where it
-    was. The table does not depend on who ran what when.
-
-    Parameters
-    ----------
-    base
-        The scene whose keys are varied.
-    points
-        Values of the keys, one run each and model.
-    models
-        Who runs them.
-    asked
-        Quantities, of `comparison.studies.sweep.outputs.names`.
-    folder
-        It is there.
-    spread
-        Who does the work.
-    on_progress
-        Called with the finished share, 0 to 1.
+    was. The table does not depend on who ran what when. The folder is there; the quantities asked for are of
+    `comparison.studies.sweep.outputs.names`.
 
     Returns
     -------

@@ -32,15 +32,6 @@ def asymptotic(curve: pd.DataFrame, order: float, quantity: str) -> BoolArray:
 
     A point does if its error is not above `LARGEST` and the next finer one gains at least half of the order
     from it; the finest if the one before it does.
-
-    Parameters
-    ----------
-    curve
-        Of one method.
-    order
-        Of the error in the setting.
-    quantity
-        Whose error.
     """
     if len(curve) < 2:
         return np.zeros(len(curve), dtype=bool)

@@ -41,24 +41,15 @@ QUANTITIES = {
 
 @dataclass(frozen=True)
 class Timed(Task):
-    """A scene to be timed.
-
-    Attributes
-    ----------
-    model, scene
-        Who runs what.
-    rounds, busy
-        The least time of at least so many runs counts, of more while they take less than so many seconds
-        together.
-    exact
-        Name of the scene whose accurate run gives the errors; "": none are measured.
-    """
+    """A scene to be timed."""
 
     model: str
     scene: Scene
     rounds: int
     busy: float
+    """The least time counts, of ``rounds`` runs or of as many more as take ``busy`` seconds together."""
     exact: str = ""
+    """Name of the scene whose accurate run gives the errors; "": none are measured."""
 
     @property
     def identity(self) -> dict[str, Any]:

@@ -26,24 +26,15 @@ TITLES = {
 
 @dataclass(frozen=True)
 class Sweep:
-    """A method over its settings.
-
-    Attributes
-    ----------
-    method
-        Of the catalogue.
-    settings
-        Tolerances, or step sizes in s, coarsest first.
-    order
-        Of the error in the setting: 1 for a tolerance.
-    scenes
-        Of `SCENES`.
-    """
+    """A method over its settings."""
 
     method: Method
     settings: tuple[float, ...]
+    """Tolerances, or step sizes in s, coarsest first."""
     order: float = 1.0
+    """Of the error in the setting: 1 for a tolerance."""
     scenes: tuple[str, ...] = WITH_CLEARANCE
+    """Of `SCENES`."""
 
     @property
     def key(self) -> str:

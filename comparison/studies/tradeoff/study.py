@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -15,54 +13,36 @@ from comparison.execution.task_store import SUCCESS, measure_all, on_processes
 from comparison.formatting import quantity
 from comparison.studies.shared.study import Study
 from comparison.studies.tradeoff import growth, tables
-from comparison.studies.tradeoff.figures import draw
+from comparison.studies.tradeoff.figures import COSTS, draw
 from comparison.studies.tradeoff.measure import LONG, QUANTITIES, TRUTH, Timed, confirmations, measure
 from comparison.studies.tradeoff.methods import CHIEF, SCENES, SWEEPS, TITLES, WITH_CLEARANCE
-
-COSTS = {"seconds": "processor time (s)", "evaluations": "evaluations of the equations"}
 
 
 @dataclass(frozen=True)
 class Config:
-    """How much is measured.
-
-    Attributes
-    ----------
-    settings
-        Of each method, from the coarsest, at most.
-    rounds, busy
-        Runs of each, and s that they take together, at least.
-    cycles
-        Of the longest run.
-    """
+    """How much is measured."""
 
     settings: int
+    """Of each method, from the coarsest, at most."""
     rounds: int
     busy: float
+    """Runs of each, and s that they take together, at least."""
     cycles: float
+    """Of the longest run."""
 
 
 @dataclass(frozen=True)
 class Results:
-    """What was measured.
-
-    Attributes
-    ----------
-    config
-        How much was run.
-    rows
-        Of every setting of every method: ``method``, ``model``, ``scene``, ``setting`` and what
-        `comparison.studies.tradeoff.measure` returns of it.
-    grown
-        The same of each run of `comparison.studies.tradeoff.growth`.
-    confirmed
-        Distance of the models' most accurate runs, m of x, of each of `WITH_CLEARANCE`.
-    """
+    """What was measured."""
 
     config: Config
     rows: list[Row]
+    """Of every setting of every method: ``method``, ``model``, ``scene``, ``setting`` and what
+    `comparison.studies.tradeoff.measure` returns of it."""
     grown: list[Row]
+    """The same of each run of `comparison.studies.tradeoff.growth`."""
     confirmed: list[float]
+    """Distance of the models' most accurate runs, m of x, of each of `WITH_CLEARANCE`."""
 
 
 def measured(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
@@ -84,23 +64,6 @@ def measured(config: Config, n_jobs: int, on_progress: Progress | None) -> Resul
     found = measure_all(measure, [task for _, task in asked], on_processes(1), on_progress)
     rows = [row | labels for (labels, _), row in zip(asked, found, strict=True)]
     return Results(config, rows[:swept], rows[swept:], confirmations(WITH_CLEARANCE, n_jobs))
-
-
-def figures(results: Results, folder: Path) -> None:
-    """Draw work over precision of each scene."""
-    rows = pd.json_normalize(results.rows)
-    for scene in SCENES:
-        words, unit = QUANTITIES[CHIEF[scene]]
-        label = f"{words} ({unit})" if unit else words
-        for cost, cost_label in COSTS.items():
-            draw(
-                folder / f"{scene}-{cost}.svg",
-                rows[rows["scene"] == scene],
-                CHIEF[scene],
-                label,
-                cost,
-                cost_label,
-            )
 
 
 def page(results: Results) -> dict[str, object]:
@@ -134,17 +97,12 @@ def page(results: Results) -> dict[str, object]:
     }
 
 
-def data(results: Results) -> dict[str, Any]:
-    """Return what goes into tradeoff.json."""
-    return {"machine": platform_name(), "rows": results.rows}
-
-
 STUDY = Study(
     "tradeoff",
     small=Config(settings=2, rounds=1, busy=0.0, cycles=3.0),
     full=Config(settings=8, rounds=3, busy=0.5, cycles=1000.0),
     measure=measured,
     page=page,
-    draw=figures,
-    data=data,
+    draw=lambda results, folder: draw(pd.json_normalize(results.rows), folder),
+    data=lambda results: {"machine": platform_name(), "rows": results.rows},
 )

@@ -11,7 +11,7 @@ from comparison.accuracy.levels import NAMES, expected, solver_values
 from comparison.formatting import MISSING, number, quantity
 from comparison.studies.shared import formulations as catalogue
 from comparison.studies.shared.formulations import Method
-from comparison.studies.shared.frames import markdown, rows_table
+from comparison.studies.shared.frames import Columns, markdown, rows_table
 from comparison.studies.tradeoff.front import asymptotic, cost_at, curve_of, observed_order
 from comparison.studies.tradeoff.measure import QUANTITIES
 from comparison.studies.tradeoff.methods import CHIEF, SCENES, SWEEPS, TITLES, WITH_CLEARANCE
@@ -77,25 +77,19 @@ def bounds(rows: pd.DataFrame) -> str:
                     "scene": scene,
                     "setting": chosen.data["solver"][method.model][key],
                 }
-                bound = expected(chosen, method.model).error
-                lines.append(line | {"accuracy": name, "key": key, "title": method.title, "bound": bound})
-    found = pd.DataFrame(lines).merge(rows, "left", ["method", "scene", "setting"])
-    shown = pd.DataFrame(
-        {
-            "accuracy": found["accuracy"],
-            "method": found["title"],
-            "setting": found["key"] + " = " + found["setting"].map("{:g}".format),
-            "scene": found["scene"],
-            "error bound of x": found["bound"].map(partial(quantity, unit="m", digits=2)),
-        }
-        | {
-            words: found[f"errors.{of}"].map(partial(quantity, unit=unit, digits=2))
-            for of, (words, unit) in QUANTITIES.items()
-            if of != "crank_torque"
-        }
-        | {"processor time (s)": found["seconds"].map(_two)}
-    )
-    return markdown(shown, dict.fromkeys(map(str, shown), str))
+                line |= {"accuracy": name, "key": key, "title": method.title}
+                lines.append(line | {"error bound of x": expected(chosen, method.model).error})
+    timed = rows.rename(columns={"seconds": "processor time (s)"})
+    found = pd.DataFrame(lines).merge(timed, "left", ["method", "scene", "setting"])
+    found["setting"] = found["key"] + " = " + found["setting"].map("{:g}".format)
+    found["method"] = found["title"]
+    found = found.rename(columns={f"errors.{of}": words for of, (words, _) in QUANTITIES.items()})
+    columns: Columns = dict.fromkeys(("accuracy", "method", "setting", "scene"), str)
+    columns["error bound of x"] = partial(quantity, unit="m", digits=2)
+    for of, (words, unit) in QUANTITIES.items():
+        if of != "crank_torque":
+            columns[words] = partial(quantity, unit=unit, digits=2)
+    return markdown(found, columns | {"processor time (s)": _two})
 
 
 def orders(rows: pd.DataFrame) -> str:

@@ -45,19 +45,11 @@ class Exponent:
         return 1 if self.low > 0.0 and self.measured else 0
 
 
-def exponents(orbits: PerturbedOrbits, period: int, skip: int = 0, seed: int = 0) -> list[Exponent]:
-    """Return the exponent of each distance, smallest first, per period of the drive.
+def exponents(orbits: PerturbedOrbits, period: int, skip: int = 0) -> list[Exponent]:
+    """Return the exponent of each distance, smallest first, per period of the drive, counted as by `Orbit`.
 
-    Parameters
-    ----------
-    orbits
-        What `follow` found, with growing distances.
-    period
-        Of the drive, as `Orbit` counts. A stage belongs to the period in which it begins.
-    skip
-        Periods that are left out: until then the directions have not settled.
-    seed
-        Of the bootstrap.
+    A stage belongs to the period in which it begins. The first ``skip`` periods are left out: until then the
+    directions have not settled.
 
     Notes
     -----
@@ -71,7 +63,7 @@ def exponents(orbits: PerturbedOrbits, period: int, skip: int = 0, seed: int = 0
     for logs, collapsed in zip(orbits.logs, orbits.collapsed, strict=True):
         grown = np.bincount(of_period, weights=logs)[skip:].astype(np.float64)
         lost = np.bincount(of_period, weights=collapsed)[skip:] > 0
-        low, high = mean_interval(grown, seed)
+        low, high = mean_interval(grown)
         found.append(Exponent(float(np.mean(grown)), low, high, float(np.mean(lost))))
     return found
 

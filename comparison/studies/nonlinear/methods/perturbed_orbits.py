@@ -34,27 +34,18 @@ Perturbed = Callable[[Array, int, int], Array]
 
 @dataclass(frozen=True)
 class PerturbedOrbits:
-    """Perturbed orbits at m distances over n stages.
-
-    Attributes
-    ----------
-    distances
-        d0, shape (m,).
-    times
-        When a stage begins and ends, counted as `Orbit` does, shape (n, 2).
-    logs
-        ln(d1 / d0), shape (m, n); of a collapsed stage its upper bound.
-    collapsed
-        Whether d1 is no more than error, shape (m, n).
-    noise
-        Final distance of the perturbed orbit that starts at round-off, shape (n,).
-    """
+    """Perturbed orbits at m distances over n stages."""
 
     distances: Array
+    """d0, shape (m,)."""
     times: NDArray[np.int64]
+    """When a stage begins and ends, counted as `Orbit` does, shape (n, 2)."""
     logs: Array
+    """ln(d1 / d0), shape (m, n); of a collapsed stage its upper bound."""
     collapsed: NDArray[np.bool_]
+    """Whether d1 is no more than error, shape (m, n)."""
     noise: Array
+    """Final distance of the perturbed orbit that starts at round-off, shape (n,)."""
 
 
 def follow(

@@ -27,26 +27,19 @@ LEAST = 100
 """Periods; a tenth of them is the longest displacement, and fewer than ten say nothing of growth."""
 
 
-def growth_rates(series: Array, seed: int = 0) -> Array:
-    """Return K_c for `FREQUENCIES` random c, shape (FREQUENCIES,).
-
-    Parameters
-    ----------
-    series
-        One value a period, shape (n,), n at least `LEAST`.
-    seed
-        Of the random c.
+def growth_rates(series: Array) -> Array:
+    """Return K_c for `FREQUENCIES` random c, shape (FREQUENCIES,), of one value a period, shape (n,).
 
     Raises
     ------
     ValueError
-        If the series is too short.
+        If the series is shorter than `LEAST`.
     """
     n = series.size
     if n < LEAST:
         raise ValueError(f"the 0-1 test needs {LEAST} periods or more, not {n}")
     longest = n // 10
-    c = np.random.default_rng(seed).uniform(*BAND, FREQUENCIES)
+    c = np.random.default_rng(0).uniform(*BAND, FREQUENCIES)
     # Shifted by its mean and scaled: neither changes K, and both keep the sums small.
     spread = np.std(series)
     if spread == 0.0:
@@ -65,6 +58,6 @@ def growth_rates(series: Array, seed: int = 0) -> Array:
     return np.asarray(np.divide(apart @ time, size, out=np.zeros_like(size), where=size > 0))
 
 
-def chaos_indicator(series: Array, seed: int = 0) -> float:
+def chaos_indicator(series: Array) -> float:
     """Return K, the median of `growth_rates`: near 0 for a regular series, near 1 for a chaotic one."""
-    return float(np.median(growth_rates(series, seed)))
+    return float(np.median(growth_rates(series)))

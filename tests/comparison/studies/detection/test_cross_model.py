@@ -15,7 +15,6 @@ from comparison.studies.detection.cross_model import (
     MOST,
     Draw,
     Kind,
-    decided,
     moved,
     sample,
     scenes_with_clearance,
@@ -105,7 +104,7 @@ def test_drawing_stops_when_each_variant_has_its_share_of_decided_ones():
     for rounding in ROUNDINGS[:3]:
         found = drawn[rounding]
         assert len(found) == 12  # ten decided, number 0, and number 10, which replaced it
-        assert decided(found) == 10
+        assert count(found).decided == 10
         assert found[0] == found[10] == INDETERMINATE
         assert [number for at in asked for name, number in at if name == rounding.name] == list(range(12))
 
@@ -138,5 +137,5 @@ def test_counts_of_verdicts_without_a_fault():
     refused = {"verdict": "cannot compare"}
     counts = count([AGREE, AGREE, corrected, underestimated, INDETERMINATE, confirmed, DIFFER, refused])
     assert counts == Counts(draws=8, indeterminate=2, underestimated=1, alarms=3)
-    assert (counts.decided, counts.agree) == (6, 3)
+    assert counts.decided == 6
     assert counts.upper_limit == upper_limit(3, 6)

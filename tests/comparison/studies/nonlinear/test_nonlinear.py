@@ -13,6 +13,8 @@ from comparison.studies.nonlinear.methods.lyapunov import Exponent, closest_meas
 from comparison.studies.nonlinear.methods.perturbed_orbits import CLEAR, follow
 from comparison.studies.nonlinear.methods.recurrence import period
 from comparison.studies.nonlinear.methods.zero_one import LEAST, chaos_indicator, growth_rates
+from comparison.studies.nonlinear.scenes import DISTANCES, MAIN
+from comparison.studies.nonlinear.tables import answer, believed
 
 FINE = {"round_off": 1e-15}
 
@@ -198,3 +200,10 @@ def test_stages_show_a_growth_that_over_a_whole_period_takes_errors_to_the_attra
     assert found.collapsed == 0.0
     # 0.5 % of error beside the distance in each of 100 logarithms, and one wrap round the circle in 3e4.
     assert found.value == pytest.approx(2 * log(1e5), abs=0.01)
+
+
+def test_a_scene_is_judged_by_the_orbits_that_could_be_followed():
+    chaotic = [Exponent(2.0, 1.5, 2.5, 0.0)] * len(DISTANCES["reference"])
+    best = believed({(MAIN, "reference", 1e-10): chaotic, (MAIN, "exudyn", 1e-10): []}, {MAIN: 1e-6})
+    assert list(best) == [(MAIN, "reference", 1e-10)]
+    assert "| **undecided** | 1 of 1 | 0 of 0 |" in answer(best, [MAIN])

@@ -8,7 +8,7 @@ import pytest
 
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
-from comparison.studies.crank_pin.study import _shifts, scene
+from comparison.studies.crank_pin.runs import _shifts, scene
 from comparison.studies.shared.errors import error, peak, second_cycle, shift_bound
 from comparison.studies.shared.published import published
 from comparison.tables.table import Table
