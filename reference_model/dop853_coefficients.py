@@ -1,8 +1,8 @@
 """Coefficients of the eighth-order Dormand-Prince method and of its dense output.
 
 E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", 2nd ed., Sec. II.5-II.6; the
-same doubles as in scipy, which takes half a second of a start to import. Rows of A, and of those of the
-dense output, leave out their trailing zeros.
+same doubles as in scipy, whose integrators take longer to import than a short run. Rows leave out their
+trailing zeros.
 """
 
 import numpy as np

@@ -146,12 +146,7 @@ def run_uncached(job: Job, on_progress: Progress | None = None) -> Outcome:
     """Run one job without the cache: the reference in this process, any other model in a worker.
 
     The reference has no code of its own that could end its process, and a second interpreter takes longer to
-    start than most of its runs.
-
-    Raises
-    ------
-    EngineError
-        If the model is unknown.
+    start than most of its runs. A model that is unknown or cannot be imported is "bad input".
     """
     if job.model == "reference":
         return _outcome_of_scene(_attempt(job, on_progress), job.scene)

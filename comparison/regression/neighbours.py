@@ -17,8 +17,6 @@ RECORDED = range(8)
 """Of the neighbours, those that a baseline's thresholds count."""
 CONFIRMING = range(8, 28)
 """Those that confirm a failed check: twenty, as a "differ" is confirmed by at least 19."""
-FARTHEST = 2.5
-"""Of a neighbour's start, in shifts of a perturbed run."""
 LATER = 5
 """Chatter ends earlier or later from one start to the next, and what is left of it falls by decades within a
 hundredth of a cycle: neighbours are compared within a window wider than that of u by this factor."""
@@ -33,9 +31,8 @@ def neighbours(gated: Job, tier: str, numbers: Sequence[int]) -> dict[str, Job]:
         return {}
     jobs = {}
     for number in numbers:
-        # Evenly over a disc: turned by the golden angle from one to the next.
-        angle, radius = number * pi * (3.0 - sqrt(5.0)), FARTHEST * sqrt((number + 0.5) / CONFIRMING.stop)
-        shift = radius * perturbation(gated.scene)
+        # Once and twice as far as a perturbed run, turned by the golden angle from one to the next.
+        angle, shift = number * pi * (3.0 - sqrt(5.0)), (1 + number % 2) * perturbation(gated.scene)
         scene = moved(gated.scene, shift * cos(angle), shift * sin(angle))
         jobs[f"neighbour {number}"] = Job(scene, gated.model)
     return jobs

@@ -211,9 +211,9 @@ def write(table: Table, path: str | Path) -> Path:
 
 
 def _write_csv(frame: pd.DataFrame, path: Path) -> None:
-    """Write numbers by pyarrow, which takes an eighth of the time of pandas.
+    """Write numbers by pyarrow, since pandas takes longer to write than a run to compute them.
 
-    Its own header line would be quoted.
+    The header is written by pandas: pyarrow would quote it.
     """
     with path.open("wb") as file:
         file.write(frame.head(0).to_csv(index=False).encode())
