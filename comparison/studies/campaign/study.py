@@ -165,7 +165,7 @@ def ranges() -> str:
 STUDY = Study(
     "campaign",
     small=Config(count=5),
-    full=Config(count=1000),
+    full=Config(count=1280),
     measure=measure,
     page=page,
     draw=figures,
