@@ -1,19 +1,12 @@
-"""Compilation of the kernels, with a cache that cannot go stale.
-
-numba's own cache looks only at the file of a function: a cached caller does not notice that a function
-it *calls* in another module has changed, and goes on running the old code. So every version of this
-package's sources gets a cache folder of its own.
-"""
+"""Compilation of the kernels."""
 
 import hashlib
-import sys
 from collections.abc import Callable
-from importlib.metadata import version
-from pathlib import Path
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numba
-from platformdirs import user_cache_path
+
+from reference_model.kernel_cache import FOLDER, Cache
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -22,17 +15,6 @@ F = TypeVar("F", bound=Callable[..., object])
 # function counts, with the same results.
 _OPTIONS = getattr(getattr(numba.core, "options", None), "DefaultOptions", None)
 _COUNTING_IS_OPTIONAL = hasattr(_OPTIONS, "_nrt")
-
-
-def source_hash() -> str:
-    """Return a hash over all sources of this package and the versions of what compiles them."""
-    digest = hashlib.sha256(f"{sys.version} {numba.__version__} {version('numpy')}".encode())
-    for source in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(source.name.encode() + b"\0" + source.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-_FOLDER = str(user_cache_path("sixbar-crossval", appauthor=False) / "numba" / f"reference-{source_hash()}")
 
 
 def _mangled(record: numba.types.Record) -> tuple[str, tuple[int]]:
@@ -70,12 +52,7 @@ def inlined(function: F) -> F:
 def _compile(function: F, inline: bool, counts: bool = True) -> F:
     # Also where it counts: what is compiled within a call of a bare function would take that one's option.
     counting = {"_nrt": counts} if _COUNTING_IS_OPTIONAL else {}
-    # The setting is numba's global one; it is in force only while this package's own functions are
-    # decorated, so that nobody else's cache moves.
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = _FOLDER
-    try:
-        compiler = numba.njit(cache=True, error_model="numpy", forceinline=inline, **counting)
-        return cast(F, compiler(function))
-    finally:
-        numba.config.CACHE_DIR = before
+    compiled: Any = numba.njit(error_model="numpy", forceinline=inline, **counting)(function)
+    if FOLDER is not None:
+        compiled._cache = Cache(function)
+    return cast(F, compiled)

@@ -1,5 +1,6 @@
 """Scenes for the tests of the models, straight from the printed numbers; what holds on any machine."""
 
+import os
 import sys
 import tomllib
 from collections.abc import Callable
@@ -8,10 +9,14 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
+from platformdirs import user_cache_path
 
 # How long an example takes says how busy the machine is.
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
+
+# A test with a cache of its own does not compile the models' kernels once more.
+os.environ.setdefault("NUMBA_CACHE_DIR", os.environ.get("SIXBAR_CACHE_DIR") or str(user_cache_path()))
 
 pytest_plugins = "pytester"  # pytest inside pytest; pytest takes it from the topmost conftest.py only
 

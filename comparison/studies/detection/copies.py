@@ -104,13 +104,13 @@ def _copy(change: Change, folder: Path) -> None:
 def load_copy(engine: str) -> None:
     """Import a copy so that its compiled kernels are kept beside it and not among those of the models."""
     found = find_spec(engine)
-    before = os.environ.get("XDG_CACHE_HOME")
+    before = os.environ.get("NUMBA_CACHE_DIR")
     if found is not None and found.origin:
-        os.environ["XDG_CACHE_HOME"] = str(Path(found.origin).parents[1])
+        os.environ["NUMBA_CACHE_DIR"] = str(Path(found.origin).parents[1])
     try:
         load(engine)
     finally:
         if before is None:
-            os.environ.pop("XDG_CACHE_HOME", None)
+            os.environ.pop("NUMBA_CACHE_DIR", None)
         else:
-            os.environ["XDG_CACHE_HOME"] = before
+            os.environ["NUMBA_CACHE_DIR"] = before

@@ -1,0 +1,131 @@
+"""Both models' compiled code on disk: damage, and folders that cannot be written, cost time only."""
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+from kernel_cache import FOREIGN, PATH, call, damaged, files, interpreter
+
+pytestmark = pytest.mark.parametrize("package", ["reference_model", "exudyn_model"])
+
+
+@pytest.fixture(scope="module")
+def foreign():
+    """What runs a process as a user whom nobody knows."""
+    if not hasattr(os, "getuid") or os.getuid() != 0:
+        pytest.skip("only root may become another user")
+    for program, path in interpreter():
+        environment = {"HOME": None, "PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": path}
+        return environment, {"program": program, "user": FOREIGN, "group": FOREIGN, "extra_groups": []}
+    pytest.skip("no interpreter with the packages is open to other users")
+
+
+@pytest.fixture
+def opened(tmp_path):
+    """A folder that others may enter, with one that they may write to."""
+    for folder in (tmp_path, *list(tmp_path.parents)[:2]):
+        folder.chmod(0o755)
+    (tmp_path / "tmp").mkdir()
+    (tmp_path / "tmp").chmod(0o777)
+    return tmp_path
+
+
+def test_a_damaged_file_is_compiled_anew_and_replaced(package, tmp_path):
+    found = damaged(package, tmp_path, tmp_path / "cache")
+    assert len(found) == 8
+    assert found == {name: ["True", "False", "True"] for name in found}
+
+
+def test_an_empty_variable_is_one_that_is_not_set(package, tmp_path):
+    home = tmp_path / "home"
+    home.mkdir()
+    unset = {"HOME": str(home), "XDG_CACHE_HOME": "", "SIXBAR_CACHE_DIR": "", "NUMBA_CACHE_DIR": ""}
+    call(package, tmp_path, tmp_path, env=unset)
+    assert files(home)
+    assert not [path for path in files(tmp_path) if home not in path.parents]
+
+
+@pytest.mark.slow
+def test_folders_are_its_users_alone(package, tmp_path):
+    cache = tmp_path / "new" / "cache"
+    call(package, tmp_path, cache)
+    (folder,) = {path for path in cache.rglob("*model-*") if path.is_dir()} | {
+        path for path in cache.rglob("reference-*") if path.is_dir()
+    }
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+
+
+def test_a_cache_below_a_file_is_replaced_by_a_temporary_one_with_one_warning(package, tmp_path):
+    (tmp_path / "file").touch()
+    temporary = tmp_path / "tmp"
+    temporary.mkdir()
+    env = {"TMPDIR": str(temporary)}
+    for stored in (False, True):
+        found, err = call(package, tmp_path, tmp_path / "file", env=env)
+        assert found == stored
+        assert err.count("RuntimeWarning") == 1
+        assert str(tmp_path / "file") in err
+        assert f"in {temporary}" in err
+    (own,) = temporary.glob("sixbar-crossval-*")
+    assert stat.S_IMODE(own.stat().st_mode) == 0o700
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["open to others", "a link"])
+def test_a_temporary_folder_that_another_user_could_have_filled_is_not_used(package, kind, tmp_path):
+    (tmp_path / "file").touch()
+    temporary = tmp_path / "tmp"
+    temporary.mkdir()
+    own = temporary / f"sixbar-crossval-{os.getuid()}"
+    if kind == "a link":
+        (tmp_path / "theirs").mkdir(mode=0o700)
+        own.symlink_to(tmp_path / "theirs")
+    else:
+        own.mkdir()
+        own.chmod(0o777)
+    found, err = call(package, tmp_path, tmp_path / "file", env={"TMPDIR": str(temporary)})
+    assert not found
+    assert "process" in err
+    assert not files(tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("populated", [False, True])
+def test_a_read_only_cache_and_no_home(package, populated, opened, foreign):
+    """As in a container with a foreign user: what the cache holds is used, else a temporary one is."""
+    environment, options = foreign
+    cache = opened / "cache"
+    cache.mkdir()
+    if populated:
+        here = {"PYTHONPATH": environment["PYTHONPATH"]}
+        call(package, opened, cache, env=here, program=options["program"])
+        for path in (cache, *cache.rglob("*")):
+            path.chmod(0o755 if path.is_dir() else 0o644)
+    found, err = call(package, opened, cache, env=environment | {"TMPDIR": str(opened / "tmp")}, **options)
+    assert found == populated
+    assert err.count("RuntimeWarning") == (not populated)
+    assert bool(files(opened / "tmp")) == (not populated)
+
+
+@pytest.mark.slow
+def test_a_user_without_home_and_entry(package, opened, foreign):
+    environment, options = foreign
+    unset = {"SIXBAR_CACHE_DIR": None, "XDG_CACHE_HOME": None, "TMPDIR": str(opened / "tmp")}
+    _, err = call(package, opened, Path(), env=environment | unset, **options)
+    assert err.count("RuntimeWarning") == 1
+    assert "home" in err
+    assert not (opened / "~").exists()
+
+
+@pytest.mark.slow
+def test_without_any_folder_it_compiles_and_says_so(package, tmp_path):
+    (tmp_path / "file").touch()
+    place = tmp_path / "file" / "tmp"
+    env = {"TMPDIR": str(place), "TEMP": str(place), "TMP": str(place)}
+    code = "import tempfile; tempfile.tempdir = " + repr(str(place)) + "\n"
+    (tmp_path / "sitecustomize.py").write_text(code)
+    env["PYTHONPATH"] = os.pathsep.join([str(tmp_path), PATH])
+    found, err = call(package, tmp_path, tmp_path / "file", env=env)
+    assert not found
+    assert "process" in err

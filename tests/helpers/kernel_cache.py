@@ -1,0 +1,109 @@
+"""A model's cache of compiled kernels, seen from processes that have one kernel each."""
+
+import os
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+PATH = os.environ.get("PYTHONPATH") or str(Path(__file__).parents[2])
+FOREIGN = 12345
+"""A user without an entry in the password file."""
+CALLER = """
+from {package}.compiled import kernel
+
+@kernel
+def triple(x):
+    return 3.0 * x
+
+print(triple(2.0), sum(triple.stats.cache_hits.values()))
+"""
+DAMAGES = """
+from pathlib import Path
+import sys
+
+def flipped(content):
+    middle = len(content) // 2
+    return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
+
+damages = {{
+    "cut": lambda content: content[: len(content) // 2],
+    "emptied": lambda content: b"",
+    "zeroed": lambda content: bytes(len(content)),
+    "one bit": flipped,
+}}
+
+def hit():
+    again = kernel(triple.py_func)
+    assert again(2.0) == 6.0
+    return bool(sum(again.stats.cache_hits.values()))
+
+for suffix in ("nbi", "nbc"):
+    for name, damage in damages.items():
+        sound = hit()
+        (path,) = Path(sys.argv[1]).rglob("caller.triple*." + suffix)
+        path.write_bytes(damage(path.read_bytes()))
+        print(suffix, name, sound, hit(), hit(), sep=",")
+"""
+
+
+def damaged(package: str, folder: Path, cache: Path) -> dict[str, list[str]]:
+    """Damage each file in each way: whether a kernel comes from the cache before, after and a second time."""
+    script = folder / "caller.py"
+    script.write_text((CALLER + DAMAGES).format(package=package))
+    environment = os.environ | {"SIXBAR_CACHE_DIR": str(cache), "PYTHONPATH": PATH}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    done = subprocess.run(
+        [sys.executable, str(script), str(cache)],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    lines = [line.split(",") for line in done.stdout.splitlines()[1:]]
+    return {f"{suffix} {name}": found for suffix, name, *found in lines}
+
+
+def interpreter() -> list[tuple[str, str]]:
+    """Return an interpreter that other users may start, with its PYTHONPATH; none if there is none."""
+    system = f"/usr/bin/python{sys.version_info.major}.{sys.version_info.minor}"
+    packages = os.pathsep.join([PATH, sysconfig.get_path("purelib")])
+    own = (sys.executable, PATH)
+    for program, path in (own, (system, packages)):
+        try:
+            done = subprocess.run(
+                [program, "-c", "import numba"], user=FOREIGN, group=FOREIGN, extra_groups=[], cwd="/",
+                env={"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}, capture_output=True, check=False,
+            )  # fmt: skip
+        except OSError:
+            continue
+        if done.returncode == 0:
+            return [(program, path)]
+    return []
+
+
+def call(
+    package: str, folder: Path, cache: Path, *, program: str = sys.executable, **options
+) -> tuple[bool, str]:
+    """Call a kernel in a process; whether it came from the cache, and what stderr says.
+
+    The kernel is in a file of ``folder``; ``cache`` is this process's SIXBAR_CACHE_DIR, and more of its
+    environment may be given as ``env`` (None: without this variable).
+    """
+    script = folder / "caller.py"
+    script.write_text(CALLER.format(package=package))
+    changes = {"SIXBAR_CACHE_DIR": str(cache), "NUMBA_CACHE_DIR": None} | options.pop("env", {})
+    environment = {k: v for k, v in {**os.environ, "PYTHONPATH": PATH, **changes}.items() if v is not None}
+    done = subprocess.run(
+        [program, str(script)],
+        env=environment, cwd=folder, capture_output=True, text=True, check=False, **options,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    value, hits = done.stdout.split()
+    assert value == "6.0"
+    return hits == "1", done.stderr
+
+
+def files(cache: Path, suffix: str = "nb[ic]") -> list[Path]:
+    return sorted(cache.rglob(f"caller.*{suffix}"))
