@@ -1,46 +1,159 @@
-"""Atomic writing of files: a file is complete or absent."""
+"""Atomic writing of files: one is complete or as before, several together all are."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
+import shutil
+import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 
+LONGEST_NAME = 200
+"""Bytes of a file's name; file systems allow 255, and companions of a table have longer names."""
+
+
 class FolderError(ValueError):
-    """A folder that cannot be written to; the message is one line."""
+    """A file or folder that cannot be written; the message is one line."""
 
 
-def check_folder(folder: Path) -> None:
-    """Reject a folder that cannot be written to, before the work begins whose result it is to hold.
+def expanded(path: Path) -> Path:
+    """Replace a leading ``~``, which a shell leaves in ``--out=~/a``.
 
     Raises
     ------
     FolderError
-        If it, or the first of its parents that exists, is not a folder with write permission.
+        If there is no such user.
     """
-    existing = next(path for path in (folder, *folder.parents) if path.exists())
-    if not existing.is_dir():
-        raise FolderError(f"{existing}: is not a folder")
-    if not os.access(existing, os.W_OK):
-        raise FolderError(f"{existing}: no permission to write here")
+    try:
+        return path.expanduser()
+    except RuntimeError as error:
+        raise FolderError(f"{path}: there is no such home folder") from error
+
+
+def check_folder(folder: Path) -> Path:
+    """Reject a folder that cannot be written to, before the work begins whose result it is to hold.
+
+    Returns
+    -------
+    folder
+        With ``~`` replaced.
+
+    Raises
+    ------
+    FolderError
+        If it, or the first of its parents that exists, is not a folder in which a file can be made.
+    """
+    folder = expanded(folder)
+    try:
+        existing = next(path for path in (folder, *folder.parents) if path.exists() or path.is_symlink())
+        if not existing.is_dir():
+            kind = "is not a folder" if existing.exists() else "is a link to nothing"
+            raise FolderError(f"{existing}: {kind}")
+        with tempfile.TemporaryFile(dir=existing):
+            pass
+    except PermissionError as error:
+        raise FolderError(f"{existing}: no permission to write here") from error
+    except OSError as error:
+        raise FolderError(f"{folder}: cannot be written: {error.strerror or error}") from error
+    return folder
+
+
+def check_file(path: Path) -> Path:
+    """Reject a file that cannot be written, before the work begins whose result it is to hold.
+
+    Returns
+    -------
+    path
+        With ``~`` replaced.
+
+    Raises
+    ------
+    FolderError
+        If it is a folder, a device or a link to nothing, its name is too long, or its folder is rejected.
+    """
+    path = expanded(path)
+    if len(os.fsencode(path.name)) > LONGEST_NAME:
+        raise FolderError(f"{path}: the name is longer than {LONGEST_NAME} bytes")
+    check_folder(path.parent)
+    if path.is_symlink() and not path.exists():
+        raise FolderError(f"{path}: is a link to nothing")
+    if path.exists() and not path.is_file():
+        raise FolderError(f"{path}: is not a file")
+    return path
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary name in the same folder; it replaces ``path`` if the block succeeds."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    """Yield a temporary name in the same folder; it replaces ``path`` if the block succeeds.
+
+    An `OSError` names ``path``: that of a full disk names no file.
+    """
+    part = path.with_name(f".{hashlib.sha256(os.fsencode(path.name)).hexdigest()[:8]}.{os.getpid()}.part")
     try:
         yield part
         part.replace(path)
+    except OSError as error:
+        error.filename, error.filename2 = str(path), None
+        raise
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink()
+
+
+@contextmanager
+def replacing_in(folder: Path) -> Iterator[Path]:
+    """Yield an empty folder; its files go to ``folder`` if the block succeeds: all of them or none.
+
+    The folder is made if missing. An `OSError` names it, or the file in it that cannot be written.
+    """
+    made = not folder.exists()
+    part = None
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        part = Path(tempfile.mkdtemp(prefix=".part-", dir=folder))
+        yield part
+        _move(part, folder)
+        made = False
+    except OSError as error:
+        named = str(error.filename or folder)
+        if part is not None:
+            named = named.replace(str(part), str(folder))
+        error.filename, error.filename2 = named, None
+        raise
+    finally:
+        if part is not None:
+            shutil.rmtree(part, ignore_errors=True)
+        if made:
+            with suppress(OSError):
+                folder.rmdir()
+
+
+def _move(part: Path, folder: Path) -> None:
+    """Move all files below one folder into another; after an error everything is as before."""
+    files = sorted(path for path in part.rglob("*") if path.is_file())
+    old = Path(tempfile.mkdtemp(dir=part))
+    undo: list[tuple[Path, Path]] = []
+    try:
+        for number, path in enumerate(files):
+            target = folder / path.relative_to(part)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            if target.exists():
+                target.replace(old / str(number))
+                undo.append((old / str(number), target))
+            path.replace(target)
+            undo.append((target, path))
+    except BaseException:
+        for now, before in reversed(undo):
+            now.replace(before)
+        raise
 
 
 def write_json(value: Mapping[str, Any], path: Path) -> None:

@@ -114,7 +114,6 @@ def measure_all(
         If rows cannot be read or kept.
     """
     if ledger is None:
-        cache_folder().mkdir(parents=True, exist_ok=True)
         code = code_hash(measure.__module__)
         ledger = cache_folder() / f"{'-'.join(measure.__module__.split('.')[-2:])}-{code[:16]}.jsonl"
     keys = _keys(measure, tasks)

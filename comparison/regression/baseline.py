@@ -16,6 +16,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from comparison.files import replacing
+from comparison.scene import digest
 
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
@@ -111,7 +112,9 @@ def read(path: Path) -> Baseline:
         If there is none, or it is not what `write` writes: where, value, rule.
     """
     try:
-        return Baseline.model_validate(tomllib.loads(path.read_text("utf-8")))
+        content = tomllib.loads(path.read_text("utf-8"))
+        written = content.pop("checksum", None)
+        baseline = Baseline.model_validate(content)
     except FileNotFoundError as error:
         reported = "there is no such baseline; sixbar gate --update makes one"
         raise BaselineError(f"{path}: {reported}") from error
@@ -121,6 +124,17 @@ def read(path: Path) -> Baseline:
         raise BaselineError(f"{path}: {explain(error)}") from error
     except ValueError as error:  # not UTF-8, not TOML
         raise BaselineError(f"{path}: is not TOML text: {' '.join(str(error).split())}") from error
+    except RecursionError as error:
+        raise BaselineError(f"{path}: is nested too deeply") from error
+    if written != checksum(baseline):
+        found = "has no checksum" if written is None else "was changed since: its checksum does not match"
+        raise BaselineError(f"{path}: {found}; restore it, or delete it and run sixbar gate --update")
+    return baseline
+
+
+def checksum(baseline: Baseline) -> str:
+    """Return a hash of the numbers, whatever the layout of the text."""
+    return digest(baseline.model_dump(mode="json"))
 
 
 def explain(error: ValidationError) -> str:
@@ -142,6 +156,7 @@ def write(baseline: Baseline, path: Path) -> Path:
 
 def _lines(baseline: Baseline) -> Iterator[str]:
     yield HEADER
+    yield f"checksum = {_value(checksum(baseline))}"
     yield f"platform = {_value(baseline.platform)}"
     yield f"versions = {_value(baseline.versions)}"
     yield f"thresholds = {_value(baseline.thresholds)}"

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import os
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +13,7 @@ import numpy as np
 from markupsafe import Markup
 
 from comparison.agreement.results import SceneComparison
+from comparison.files import replacing
 from comparison.formatting import MISSING, percent, quantity
 from comparison.metrics.impacts import WINDOW
 from comparison.reliability.difference import MARGIN
@@ -53,16 +52,9 @@ def write_report(comparisons: Sequence[SceneComparison], out: Path, *, title: st
     """
     html = render(comparisons, title=title, command=command)
     out.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=out, suffix=".html")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(html)
-        Path(temporary).chmod(0o644)  # mkstemp permits only the owner to read
-        path = out / "report.html"
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    path = out / "report.html"
+    with replacing(path) as part:
+        part.write_text(html, "utf-8")
     return path
 
 

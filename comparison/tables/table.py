@@ -20,7 +20,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 from pyarrow import csv
 
-from comparison.files import plain, replacing, write_json
+from comparison.files import plain, replacing_in, write_json
 
 FORMATS = (".csv", ".parquet")
 
@@ -181,10 +181,11 @@ def read_events(path: Path) -> pd.DataFrame | None:
 
 
 def write(table: Table, path: str | Path) -> Path:
-    """Write a table with its events and provenance; the table itself last, atomically.
+    """Write a table with its events and provenance: all of them or, if one cannot be written, none.
 
     Doubles are written with full precision: reading them back gives the same bits, but for the sign of zeros
-    in a column of integers. Missing folders are created.
+    in a column of integers. Missing folders are created. Events of an earlier table of this name are deleted
+    where the new one has none.
 
     Raises
     ------
@@ -195,16 +196,16 @@ def write(table: Table, path: str | Path) -> Path:
     check_format(path)
     events_path, record_path = _beside(path)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if table.events is not None:
-            with replacing(events_path) as part:
-                table.events.to_csv(part, index=False)
-        write_json({**table.provenance, "extrema": table.extrema}, record_path)
-        with replacing(path) as part:
+        with replacing_in(path.parent) as part:
+            if table.events is not None:
+                table.events.to_csv(part / events_path.name, index=False)
+            write_json({**table.provenance, "extrema": table.extrema}, part / record_path.name)
             if path.suffix.lower() == ".csv":
-                _write_csv(table.frame, part)
+                _write_csv(table.frame, part / path.name)
             else:
-                table.frame.to_parquet(part, index=False)
+                table.frame.to_parquet(part / path.name, index=False)
+        if table.events is None:
+            events_path.unlink(missing_ok=True)
     except OSError as error:
         raise TableError(f"{path}: cannot be written: {error.strerror or error}") from error
     return path

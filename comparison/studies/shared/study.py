@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from comparison.execution.run import Progress
-from comparison.files import replacing, write_json
+from comparison.files import replacing, replacing_in, write_json
 from comparison.studies.shared.page import single_page
 
 C = TypeVar("C")
@@ -71,8 +71,10 @@ class Study(Generic[C, R]):
         path
             Of the page.
         """
-        folder.mkdir(parents=True, exist_ok=True)
-        return self.report(self.measure(self.small if small else self.full, n_jobs, on_progress), folder)
+        results = self.measure(self.small if small else self.full, n_jobs, on_progress)
+        with replacing_in(folder) as part:
+            page = self.report(results, part)
+        return folder / page.name
 
     def report(self, results: R, folder: Path) -> Path:
         """Write page, data and figures of results into a folder that is there; return the page's path."""

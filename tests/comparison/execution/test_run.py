@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import comparison.execution.run
-from comparison.execution.cache import cache_folder, run_key
+from comparison.execution.cache import run_key
 from comparison.execution.run import Job, RunError, describe, run_all, run_one, run_uncached
 from comparison.execution.workers import execution_order, work
 from comparison.scene import SceneError
@@ -181,15 +181,6 @@ def test_after_an_interruption_only_what_is_missing_runs(scene, fake_models, gra
     assert len(log_of(fake_models)) == 3
 
 
-def test_a_damaged_kept_run_is_made_again(scene, fake_models):
-    run_all([Job(scene, "reference")], 1)
-    (path,) = (p for p in cache_folder().glob("*.csv") if not p.name.endswith(".events.csv"))
-    path.write_text(path.read_text()[:5000])
-    (outcome,) = run_all([Job(scene, "reference")], 1)
-    assert outcome.status == "success"
-    assert len(log_of(fake_models)) == 2
-
-
 def test_a_model_whose_code_changed_is_run_again_but_not_for_a_comment(scene, fake_models):
     run_all([Job(scene, "reference")], 1)
     source = fake_models.parent / "fakes" / "reference_model" / "__init__.py"
@@ -197,23 +188,6 @@ def test_a_model_whose_code_changed_is_run_again_but_not_for_a_comment(scene, fa
         source.write_text(source.read_text() + change)
         run_all([Job(scene, "reference")], 1)
         assert len(log_of(fake_models)) == runs
-
-
-def test_a_cache_that_cannot_be_written_costs_only_the_cache(scene, monkeypatch, tmp_path):
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "file" / "cache"))
-    (outcome,) = run_all([Job(scene, "reference")], 1)
-    assert outcome.status == "success"
-
-
-def test_runs_that_nobody_asked_for_in_a_month_are_dropped(scene):
-    old = cache_folder() / "old.csv"
-    cache_folder().mkdir()
-    old.touch()
-    os.utime(old, (0, 0))
-    run_all([Job(scene, "reference")], 1)
-    assert not old.exists()
-    assert list(cache_folder().glob("*.csv"))
 
 
 def test_the_key_knows_the_model_and_the_scene(scene):

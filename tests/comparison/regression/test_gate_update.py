@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from importlib.resources import files
 from pathlib import Path
@@ -46,6 +47,32 @@ def test_a_baseline_that_is_none_is_one_line_and_exit_code_2(made, capsys, patte
     assert reported in err
     assert err.count("\n") == 1
     assert not Path("reports").exists()
+
+
+@pytest.mark.parametrize(
+    ("pattern", "by", "reported"),
+    [
+        ("steps = 5", "steps = 6", "was changed since: its checksum does not match"),
+        ('checksum = ".', 'checksum = "', "was changed since"),
+        ("^checksum.*\n", "", "has no checksum"),
+    ],
+)
+def test_a_baseline_that_is_not_as_it_was_written_is_refused(made, capsys, pattern, by, reported):
+    text, count = re.subn(pattern, by, made.read_text(), count=1, flags=re.MULTILINE)
+    assert count == 1
+    made.write_text(text)
+    for arguments in ([], ["--update"]):
+        assert gate(*arguments) == 2
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert err.startswith(f"sixbar: sixbar-baseline.toml: {reported}")
+        assert err.count("\n") == 1
+    assert made.read_text() == text
+
+
+def test_the_layout_of_a_baseline_does_not_count(made):
+    made.write_bytes(made.read_bytes().replace(b"\n", b"\r\n") + b"# checked\r\n")
+    assert gate() == 0
 
 
 def test_update_keeps_the_scenes_of_the_baseline_and_drops_those_that_are_gone(made, scene_file, capsys):
