@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import math
@@ -145,6 +146,8 @@ def _move(part: Path, folder: Path) -> None:
         for number, path in enumerate(files):
             target = folder / path.relative_to(part)
             target.parent.mkdir(parents=True, exist_ok=True)
+            if target.is_dir():
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
             if target.exists():
                 target.replace(old / str(number))
                 undo.append((old / str(number), target))
@@ -157,8 +160,9 @@ def _move(part: Path, folder: Path) -> None:
 
 
 def write_json(value: Mapping[str, Any], path: Path) -> None:
-    """Write strict JSON atomically."""
+    """Write strict JSON atomically; missing folders are created."""
     text = json_text(value)
+    path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as part:
         part.write_text(text, "utf-8")
 

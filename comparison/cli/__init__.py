@@ -1,5 +1,11 @@
 """Command line `sixbar`: one module per command."""
 
-from comparison.cli.main import main
+import sys
+
+try:
+    from comparison.cli.main import main
+except KeyboardInterrupt:  # importing takes long enough for a Ctrl-C
+    print("sixbar: interrupted", file=sys.stderr)  # noqa: T201
+    sys.exit(130)
 
 __all__ = ["main"]

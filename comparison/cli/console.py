@@ -1,17 +1,101 @@
-"""Console output besides results: progress, warnings, one-line errors."""
+"""Console output: lines of results, progress, warnings, one-line errors."""
 
 from __future__ import annotations
 
+import logging
+import os
 import sys
+import tempfile
 import time
+import unicodedata
+import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TypeVar
 
 import typer
 
 BETWEEN_LINES = 60.0
 """s; between two lines of progress in a log."""
+
+
+_HIDDEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
+"""Unicode categories of what a terminal would obey instead of showing it."""
+
+T = TypeVar("T")
+
+
+class _Warnings(logging.Handler):
+    """Prints the warnings of this package's loggers."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        warn([record.getMessage()])
+
+
+@contextmanager
+def session(*, program: bool) -> Iterator[None]:
+    """Prepare the streams for a command; as a program, show Python's warnings only if it was asked for them."""
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by who started us: the next file would take its number
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), "r" if name == "stdin" else "w"))
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # such as in an ASCII locale
+    logger, handler = logging.getLogger("comparison"), _Warnings(logging.WARNING)
+    logger.addHandler(handler)
+    try:
+        with warnings.catch_warnings():
+            if program and not sys.warnoptions:
+                warnings.simplefilter("ignore")
+            yield
+    finally:
+        logger.removeHandler(handler)
+
+
+def say(text: str, *, err: bool = False) -> None:
+    """Print lines; control characters of names and headers are shown, not obeyed."""
+    typer.echo(printable(text), err=err)
+
+
+def printable(text: str) -> str:
+    """Escape what is not shown by itself: ``\\x1b``."""
+    return "".join(
+        character.encode("unicode_escape").decode()
+        if character not in "\n\t" and unicodedata.category(character) in _HIDDEN
+        else character
+        for character in text
+    )
+
+
+def warn_about_the_cache() -> None:
+    """Warn once per command where nothing, or not the usual folder, is the cache."""
+    from comparison.execution.cache import cache_warnings
+
+    warn(cache_warnings())
+
+
+def saved(write: Callable[[Path], T], folder: Path) -> T:
+    """Write results into a folder; if that fails, into a temporary one, so that no run was for nothing.
+
+    Raises
+    ------
+    FolderError
+        If the folder cannot be written, with the place of the results.
+    """
+    from comparison.files import FolderError
+    from comparison.tables.table import TableError
+
+    try:
+        return write(folder)
+    except (OSError, TableError) as error:
+        reason = _line(error)
+        try:
+            instead = Path(tempfile.mkdtemp(prefix="sixbar-"))
+            write(instead)
+        except (OSError, TableError):
+            raise FolderError(reason) from error
+        raise FolderError(f"{reason}; the results are in {instead}") from error
 
 
 @contextmanager
@@ -39,7 +123,7 @@ def _lines(text: str) -> Callable[[float], None]:
             return
         printed = now
         left = f", about {(now - started) * (1.0 / share - 1.0) / 60.0:.0f} min left" if share > 0.0 else ""
-        typer.echo(f"sixbar: {text}: {share:.0%}{left}", err=True)
+        say(f"sixbar: {text}: {share:.0%}{left}", err=True)
 
     return report
 
@@ -47,7 +131,7 @@ def _lines(text: str) -> Callable[[float], None]:
 def warn(warnings: Sequence[str]) -> None:
     """Print warnings to stderr."""
     for warning in warnings:
-        typer.echo(f"sixbar: warning: {warning}", err=True)
+        say(f"sixbar: warning: {' '.join(warning.split())}", err=True)
 
 
 def fail(error: Exception) -> int:
@@ -66,8 +150,8 @@ def fail(error: Exception) -> int:
     ours = SceneError | TableError | AccuracyError | BaselineError | FolderError | EngineError | LedgerError
     if isinstance(error, ours):
         return complain(str(error), 2)
-    if isinstance(error, OSError) and error.filename is not None:
-        return complain(f"{error.filename}: {error.strerror}", 2)
+    if isinstance(error, OSError):  # of the machine, not of this program
+        return complain(_line(error), 2)
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
@@ -82,5 +166,14 @@ def fail(error: Exception) -> int:
 
 def complain(text: str, code: int) -> int:
     """Print one line to stderr and return the exit code."""
-    typer.echo(f"sixbar: {' '.join(text.split())}", err=True)
+    with suppress(OSError):  # nobody reads it, or the disk that it goes to is full
+        say(f"sixbar: {' '.join(text.split())}", err=True)
     return code
+
+
+def _line(error: Exception) -> str:
+    """Return where and what; an error of writing, such as on a full disk, may not name its file."""
+    if not isinstance(error, OSError):
+        return str(error)
+    where = "a file" if error.filename is None else os.fsdecode(error.filename)
+    return f"{where}: cannot be read or written: {error.strerror or error}"

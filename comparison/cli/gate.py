@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from comparison.cli.console import progress
+from comparison.cli.console import progress, saved, say, warn, warn_about_the_cache
 from comparison.cli.options import REPORTS, Jobs, OutFolder
 
 if TYPE_CHECKING:
@@ -42,52 +42,54 @@ def gate(
 ) -> int:
     """Run each model by itself and compare it with its baseline: a regression gate for CI."""
     from comparison.execution.workers import cpus
-    from comparison.files import check_folder
+    from comparison.files import check_folder, expanded
     from comparison.regression.baseline import read
     from comparison.regression.check import gate as hold_against
     from comparison.regression.check import scenes_of
     from comparison.scene import load_scene
 
-    folder = out or REPORTS / "gate"
+    folder, baseline = out or REPORTS / "gate", expanded(baseline)
     asked = [load_scene(name) for name in dict.fromkeys(scenes or [])]
     _check_names([scene.name for scene in asked])
     if update:
         return _update(asked, baseline, jobs or cpus())
-    check_folder(folder)
+    folder = check_folder(folder)
     record = read(baseline)
     found, gone = (asked, []) if scenes else scenes_of(record, baseline.parent)
+    warn_about_the_cache()
     with progress("gate") as report:
         result = hold_against(record, found, gone, n_jobs=jobs or cpus(), on_progress=report)
     command = shlex.join(["sixbar", "gate", *(scenes or []), "--baseline", str(baseline)])
-    page = _write(result, folder, command)
-    for line in (*_lines(result), str(page)):
-        typer.echo(line)
+    for line in _lines(result):
+        say(line)
+    page = saved(lambda folder: _write(result, folder, command), folder)
+    say(str(page))
     return result.exit_code
 
 
 def _update(asked: Sequence[Scene], path: Path, jobs: int) -> int:
-    from comparison.cli.console import warn
-    from comparison.files import check_folder
+    from comparison.files import check_file
     from comparison.regression.baseline import read, write
     from comparison.regression.check import scenes_of
     from comparison.regression.update import renewed
     from comparison.scene import load_scene, shipped_scenes
 
-    check_folder(path.parent)
+    check_file(path)
     old = read(path) if path.exists() else None
     held, gone = ([], []) if old is None else scenes_of(old, path.parent)
     warn([f"scene {name!r} of the old baseline no longer exists and is left out" for name in gone])
     if not asked and not held:
         asked = [load_scene(name) for name in shipped_scenes()]
     scenes = {scene.name: scene for scene in (*held, *asked)}
+    warn_about_the_cache()
     with progress("baseline") as report:
         made = renewed(
             [scenes[name] for name in sorted(scenes)], path.parent, old, n_jobs=jobs, on_progress=report
         )
     for name, scene in made.scenes.items():
         points = sum(len(points) for run in scene.runs.values() for points in run.channels.values())
-        typer.echo(f"{name}: {len(scene.runs)} runs, {points} checkpoints")
-    typer.echo(str(write(made, path)))
+        say(f"{name}: {len(scene.runs)} runs, {points} checkpoints")
+    say(str(saved(lambda folder: write(made, folder / path.name), path.parent)))
     return 0
 
 
@@ -117,6 +119,14 @@ def _sentence(result: Gate) -> str:
 
 def _write(result: Gate, folder: Path, command: str) -> Path:
     """Write JSON, JUnit XML and the Markdown summary, and return the path of the latter."""
+    from comparison.files import replacing_in
+
+    with replacing_in(folder) as part:
+        page = _write_files(result, part, command)
+    return folder / page.name
+
+
+def _write_files(result: Gate, folder: Path, command: str) -> Path:
     from comparison.files import write_json
     from comparison.report.job_summary import write_job_summary
     from comparison.report.junit import write_junit

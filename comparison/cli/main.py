@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import shlex
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from comparison.cli.console import complain, fail, progress, warn
+from comparison.cli.console import (
+    complain,
+    fail,
+    progress,
+    saved,
+    say,
+    session,
+    warn,
+    warn_about_the_cache,
+)
 from comparison.cli.gate import gate
 from comparison.cli.options import REPORTS, Accuracy, AllowIndeterminate, OutFolder, Overrides
 from comparison.cli.study import studies
@@ -31,6 +41,20 @@ app = typer.Typer(
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit code."""
     try:
+        with session(program=arguments is None):
+            return _main(sys.argv[1:] if arguments is None else arguments)
+    except KeyboardInterrupt:
+        return complain("interrupted", 130)
+
+
+def _main(arguments: Sequence[str]) -> int:
+    if bad := [text for text in arguments if any("\ud800" <= character <= "\udfff" for character in text)]:
+        return complain(f"{bad[0]}: is not UTF-8; files and folders must have names that are", 2)
+    try:
+        Path.cwd()
+    except OSError:
+        return complain("the working directory does not exist any more, or cannot be read", 2)
+    try:
         code = int(typer.main.get_command(app)(arguments, prog_name="sixbar", standalone_mode=False) or 0)
     except _UsageError as error:
         asked = getattr(error.ctx, "command_path", "sixbar")
@@ -50,7 +74,7 @@ def _print_version(asked: bool) -> None:
     if asked:
         from importlib.metadata import version
 
-        typer.echo(f"sixbar-crossval {version('sixbar-crossval')}")
+        say(f"sixbar-crossval {version('sixbar-crossval')}")
         raise typer.Exit
 
 
@@ -73,7 +97,7 @@ def scenes() -> int:
         scene = load_scene(name)
         where = [joint for joint in ("slider", "crank_pin") if scene.data["joints"][joint] == "clearance"]
         size = " + ".join(f"{scene.data['clearance'][joint] * 1e3:g} mm" for joint in where) or "no clearance"
-        typer.echo(f"{name:<16} {scene.data['drive']['speed_rpm']:>6g} rpm  {size:<15}  {scene.title}")
+        say(f"{name:<16} {scene.data['drive']['speed_rpm']:>6g} rpm  {size:<15}  {scene.title}")
     return 0
 
 
@@ -103,34 +127,36 @@ def run(
     from comparison.engines.registry import find
     from comparison.execution.quality_checks import doubts
     from comparison.execution.run import VIOLATED, Job, RunError, run_uncached, successful
-    from comparison.files import check_folder
+    from comparison.files import check_file
     from comparison.scene import load_scene, parse_set
     from comparison.tables.table import check_format, write
 
     find(model)
     check_format(out)
-    check_folder(out.parent)
+    out = check_file(out)
     named = {} if formulation is None else {f"solver.{model}.formulation": formulation}
     loaded = load_scene(scene, parse_set(overrides or []) | named)
     if accuracy is not None:
         values = solver_values(model, accuracy, loaded)
         loaded = loaded.with_values(values)
         for key, value in values.items():
-            typer.echo(f"{key} = {value:g}: {expectation(loaded, model)}")
+            say(f"{key} = {value:g}: {expectation(loaded, model)}")
     warn(loaded.warnings)
+    warn_about_the_cache()
     job = Job(loaded, model)
     with progress(f"{loaded.name} by {model}") as report:
         outcome = run_uncached(job, report)
     if outcome.partial is not None:
-        kept = write(outcome.partial, out.with_name(f"{out.stem}.partial{out.suffix}"))
+        partial, name = outcome.partial, f"{out.stem}.partial{out.suffix}"
+        kept = saved(lambda folder: write(partial, folder / name), out.parent)
         count = len(outcome.partial.frame)
         samples = f"all {count} samples" if outcome.status == VIOLATED else f"{count} samples until then"
         reported = f"{outcome.message}; {samples} are in {kept}"
         raise RunError(replace(outcome, message=reported), job)
     table = successful(outcome, job)
-    path = write(table, out)
     warn(doubts(table))
-    typer.echo(str(path))
+    path = saved(lambda folder: write(table, folder / out.name), out.parent)
+    say(str(path))
     return 0
 
 
@@ -147,10 +173,10 @@ def plan(
 
     loaded = load_scene(scene, parse_set(overrides or []))
     warn(loaded.warnings)
-    typer.echo(channels_line(loaded))
+    say(channels_line(loaded))
     for model in MODELS:
         for line in lines(plan_run(loaded, model)):
-            typer.echo(line)
+            say(line)
     return 0
 
 
@@ -174,7 +200,7 @@ def compare(
     """Compare any two tables, also of other programs. Without a tolerance: metrics and "indeterminate"."""
     from comparison.agreement.compare import Runs, recorded_scene
     from comparison.agreement.compare import compare as compare_runs
-    from comparison.files import check_folder, write_json
+    from comparison.files import check_file, check_folder, write_json
     from comparison.report.text import (
         EXIT_CODES,
         as_mapping,
@@ -189,8 +215,8 @@ def compare(
 
     if tolerance is not None and not 0 < tolerance < float("inf"):
         raise typer.BadParameter(f"--tolerance {tolerance:g} must be a positive number")
-    folder = out or REPORTS / "compare"
-    check_folder(folder)
+    folder = check_folder(out or REPORTS / "compare")
+    json = None if json is None else check_file(json)
     rules = None if mapping is None else load_mapping(mapping)
     *tables, left_out = read_pair(a, b, rules)
     loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(*tables)
@@ -213,12 +239,13 @@ def compare(
         warnings=(*left_out, *warnings),
         only=None if rules is None else rules.compare,
     )
-    report = write_page([comparison], folder, command)
+    for line in (*channel_lines(comparison), shift_line(comparison), *scene_lines([comparison])):
+        say(line)
+    report = saved(lambda folder: write_page([comparison], folder, command), folder)
     if json is not None:
-        json.parent.mkdir(parents=True, exist_ok=True)
-        write_json(as_mapping(comparison), json)
-    for line in (*channel_lines(comparison), shift_line(comparison), *scene_lines([comparison]), str(report)):
-        typer.echo(line)
+        numbers, name = as_mapping(comparison), json.name
+        saved(lambda folder: write_json(numbers, folder / name), json.parent)
+    say(str(report))
     return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
 
 

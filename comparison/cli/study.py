@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from comparison.cli.console import progress, warn
+from comparison.cli.console import progress, say, warn, warn_about_the_cache
 from comparison.cli.options import REPORTS, Jobs, Overrides
 from comparison.studies import NAMES, STUDIES
 
@@ -43,11 +43,11 @@ def _command(name: str) -> Callable[..., int]:
         from comparison.files import check_folder
         from comparison.studies import write_study
 
-        folder = out or REPORTS / name
-        check_folder(folder)
+        folder = check_folder(out or REPORTS / name)
+        warn_about_the_cache()
         with progress(name) as report:
             path = write_study(name, folder, jobs or cpus(), report, small=small)
-        typer.echo(str(path))
+        say(str(path))
         return 0
 
     return command
@@ -116,7 +116,7 @@ def sweep(
     try:
         chosen = chosen_points(grid, listed, latin, points, seed)
         base = load_scene(scene, parse_set(overrides or []))
-        check_folder(folder)
+        folder = check_folder(folder)
         spread = on_processes(jobs or cpus()) if scheduler is None else on_cluster(scheduler)
         folder.mkdir(parents=True, exist_ok=True)
         with progress(f"sweep of {base.name}") as report:
@@ -125,5 +125,5 @@ def sweep(
         raise typer.BadParameter(str(error)) from error
     if failed:
         warn([f"{failed} of {len(chosen) * len(models)} runs did not succeed: see the column status"])
-    typer.echo(str(path))
+    say(str(path))
     return 0

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from comparison.cli.console import progress
+from comparison.cli.console import progress, saved, say, warn_about_the_cache
 from comparison.cli.options import REPORTS, Accuracy, AllowIndeterminate, Jobs, Models, OutFolder
 
 if TYPE_CHECKING:
@@ -35,10 +35,9 @@ def validate(
     from comparison.engines.registry import pair
     from comparison.execution.run import MODELS
     from comparison.execution.workers import cpus
-    from comparison.files import check_folder, write_json
-    from comparison.report.text import EXIT_CODES, as_mapping, exit_code, scene_lines
+    from comparison.files import check_folder
+    from comparison.report.text import EXIT_CODES, exit_code, scene_lines
     from comparison.scene import SceneError, load_scene, shipped_scenes
-    from comparison.tables.table import write
 
     both = pair(models)
     loaded = [load_scene(name) for name in dict.fromkeys(scenes or shipped_scenes())]
@@ -46,7 +45,8 @@ def validate(
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise SceneError(f"scene {twice!r}: two scenes have this name; names in a report must be unique")
     folder = out or REPORTS / (names[0] if len(names) == 1 else "validate")
-    check_folder(folder)
+    folder = check_folder(folder)
+    warn_about_the_cache()
     with progress(f"{len(names)} scenes by both models" if len(names) > 1 else names[0]) as report:
         results = validate_scenes(
             loaded, models=both, n_jobs=jobs or cpus(), accuracy=accuracy, on_progress=report
@@ -63,46 +63,56 @@ def validate(
         + (["--models", models] if both != MODELS else [])
         + (["--accuracy", accuracy] if accuracy is not None else [])
     )
-    page = write_page(comparisons, folder, command)
-    for result in results:
-        for model in result.comparison.labels:
-            path = folder / "tables" / f"{result.comparison.name}-{model}.csv"
-            if model in result.runs:
-                write(result.runs[model].base, path)
-            else:
-                path.unlink(missing_ok=True)  # from an earlier call: it would appear to belong to this report
-    kept = _write_partial(results, folder / "tables")
-    write_json(
-        {
-            "command": command,
-            "exit_code": code,
-            "scenes": [as_mapping(comparison) for comparison in comparisons],
-        },
-        folder / "summary.json",
-    )
-    _write_for_ci(comparisons, folder, command)
-    for line in (*scene_lines(comparisons), *kept):
-        typer.echo(line)
+    for line in scene_lines(comparisons):
+        say(line)
+    page, kept = saved(lambda folder: _write(results, folder, command, code), folder)
+    for line in kept:
+        say(line)
     if both == MODELS and accuracy is None and (reported := departures(loaded, comparisons)):
-        typer.echo(reported)
-    typer.echo(str(page))
+        say(reported)
+    say(str(page))
     return code
 
 
-def _write_partial(results: Sequence[Validation], folder: Path) -> list[str]:
-    """Write the tables of unsuccessful runs, return their locations; delete those of an earlier call."""
+def _write(results: Sequence[Validation], folder: Path, command: str, code: int) -> tuple[Path, list[str]]:
+    """Write the report with its tables and summaries; return its path, and where partial results are.
+
+    Tables of an earlier call are deleted: they would appear to belong to this report.
+    """
+    from comparison.files import replacing_in, write_json
+    from comparison.report.text import as_mapping
     from comparison.tables.table import write
 
+    comparisons = [result.comparison for result in results]
+    kept = []
+    with replacing_in(folder) as part:
+        page = write_page(comparisons, part, command)
+        for result in results:
+            for model, run in result.runs.items():
+                write(run.base, part / "tables" / f"{result.comparison.name}-{model}.csv")
+            for which, table in result.partial.items():
+                name = f"{result.comparison.name}.{which.replace(' ', '-')}.partial.csv"
+                write(table, part / "tables" / name)
+                kept.append(f"{len(table.frame)} samples of the {which} run are in {folder / 'tables' / name}")
+        write_json(
+            {
+                "command": command,
+                "exit_code": code,
+                "scenes": [as_mapping(comparison) for comparison in comparisons],
+            },
+            part / "summary.json",
+        )
+        _write_for_ci(comparisons, part, command)
+        new = {path.name for path in (part / "tables").glob("*")}
     for result in results:
-        for path in folder.glob(f"{escape(result.comparison.name)}.*.partial.*"):
-            path.unlink()
-    reported = []
-    for result in results:
-        for which, table in result.partial.items():
-            name = f"{result.comparison.name}.{which.replace(' ', '-')}.partial.csv"
-            kept = write(table, folder / name)
-            reported.append(f"{len(table.frame)} samples of the {which} run are in {kept}")
-    return reported
+        name = result.comparison.name
+        stale = [*(folder / "tables").glob(f"{escape(name)}.*.partial.*")]
+        for model in result.comparison.labels:
+            stale += [folder / "tables" / f"{name}-{model}{end}" for end in (".csv", ".events.csv", ".json")]
+        for path in stale:
+            if path.name not in new:
+                path.unlink(missing_ok=True)
+    return folder / page.name, kept
 
 
 def write_page(comparisons: Sequence[SceneComparison], folder: Path, command: str) -> Path:

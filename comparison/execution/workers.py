@@ -12,6 +12,7 @@ import os
 import signal
 import sys
 import time
+import warnings
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -180,6 +181,8 @@ class _Worker:
 
 def _serve(attempt: Attempt, connection: Connection) -> None:
     """Process tasks until the connection ends (in the worker)."""
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")  # numpy's, of numbers that the checks of the run report
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # for systems without a signal mask to inherit
     os.dup2(2, 1)  # what a model prints must not stand between the lines that a script reads from stdout
     if isinstance(sys.stdout, io.TextIOWrapper):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,6 +15,8 @@ LIMIT = 1_000_000
 """Bytes. GitHub does not show a step summary larger than 1 MiB."""
 
 _SIGNS = {"failed": "✗", "error": "!"}
+# Also addresses, which GitHub makes links of. An underscore within a word is one.
+_MARKUP = re.compile(r"[\\`*\[\]~]|(?<![^\W_])_|_(?![^\W_])|(?<=http):|(?<=https):|(?<!\S)[#@](?=\S)")
 _RESERVE = 500  # bytes for a table's heading and the sentence about what is left out
 
 
@@ -93,5 +96,6 @@ def _fitting(rows: Sequence[Sequence[str]], room: int) -> tuple[list[list[str]],
 
 
 def _text(text: str) -> str:
-    """Return a text in one line, without what would be taken for HTML."""
-    return html.escape(" ".join(text.split()), quote=False)
+    """Return a text in one line, without what would be taken for HTML or Markdown (an image, a link, a bar)."""
+    plain = html.escape(" ".join(text.split()), quote=False)
+    return _MARKUP.sub(r"\\\g<0>", plain)

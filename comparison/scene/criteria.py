@@ -57,7 +57,7 @@ class Reliability(Section):
     bins: intervals of the crank cycle. errors: whether mean and deviation are those of e or of |e|.
     """
 
-    bins: Annotated[int, Field(ge=1)] = 10
+    bins: Annotated[int, Field(ge=1, le=10_000)] = 10
     errors: Literal["signed", "absolute"] = "absolute"
     displacement: DisplacementLimits = DisplacementLimits()
     velocity: VelocityLimits = VelocityLimits()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -28,6 +28,7 @@ _RULES = {
     "too_long": "must hold {max_length} values, not {actual_length}",
     "model_type": "must be a section with keys of its own",
     "string_too_short": "must not be empty",
+    "string_too_long": "must have at most {max_length} characters",
     "string_pattern_mismatch": "must be letters, digits and . _ + - only: it names files",
 }
 
@@ -54,13 +55,25 @@ def explain(error: ValidationError) -> str:
         return f"{key} is not a known key{_suggestion(steps)}"
     text = _RULES[kind].format(**context) if kind in _RULES else " ".join(first["msg"].split())
     number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f"{key} = {value!r}{f' {unit}' if unit and number else ''} {text}"
+    return f"{key} = {_short(value)}{f' {unit}' if unit and number else ''} {text}"
+
+
+def _short(value: object) -> str:
+    """Return a value as it was given, the middle left out where it is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python refuses to print integers of thousands of digits
+        return "an integer of thousands of digits"
+    return text if len(text) <= 120 else f"{text[:80]} ... {text[-20:]}"
 
 
 def _unit(steps: Sequence[str]) -> str:
     """Look up the unit of a key in the annotation of its field."""
     section: Any = SceneKeys
     for step in steps:
+        section = _element(section)
+        if step.isdigit():
+            continue
         field = section.model_fields.get(step) if _is_section(section) else None
         if field is None:
             return ""
@@ -74,9 +87,20 @@ def _unit(steps: Sequence[str]) -> str:
 def _suggestion(steps: Sequence[str]) -> str:
     section: Any = SceneKeys
     for step in steps[:-1]:
-        section = section.model_fields[step].annotation
+        section = _element(section)
+        if not step.isdigit():
+            field = section.model_fields.get(step) if _is_section(section) else None
+            section = field and field.annotation
+    section = _element(section)
+    if not _is_section(section):
+        return ""
     close = difflib.get_close_matches(steps[-1], section.model_fields, n=1)
     return f"; did you mean {'.'.join([*steps[:-1], close[0]])}?" if close else ""
+
+
+def _element(annotation: Any) -> Any:
+    """Return the section of a list of sections, else what is given."""
+    return get_args(annotation)[0] if get_origin(annotation) is list else annotation
 
 
 def _is_section(annotation: object) -> bool:

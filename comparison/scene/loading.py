@@ -27,6 +27,10 @@ from comparison.scene.schema import SceneKeys
 SCENES = Path(str(files("comparison.scene.shipped")))
 BASE = "paper"
 
+LARGEST_FILE = 1_000_000
+"""Bytes of a scene file."""
+LONGEST_CHAIN = 20
+"""Files that extend one another."""
 ASYMPTOTIC_STEP = 2e-5
 """s; in longer fixed steps the first-cycle error of x does not follow the method's order."""
 
@@ -132,7 +136,7 @@ def parse_set(assignments: Sequence[str]) -> dict[str, object]:
             raise SceneError(f"--set {assignment!r} must be key=value, as in --set drive.speed_rpm=210")
         try:
             parsed = tomllib.loads(f"value = {text.strip()}")
-        except tomllib.TOMLDecodeError:
+        except (ValueError, RecursionError):  # not TOML, too many digits, too deep
             parsed = {}
         # More than one key means that the text contains a line break and is not a TOML value.
         values[key.strip()] = parsed["value"] if parsed.keys() == {"value"} else text.strip()
@@ -149,9 +153,13 @@ def _locate(name: str, folder: Path, asked_by: str) -> Path:
     """Find the file: a shipped name first, else a path relative to ``folder``."""
     if name in (BASE, *shipped_scenes()):
         return SCENES / f"{name}.toml"
-    path = folder / Path(name).expanduser()
-    if path.is_file():
-        return path
+    try:
+        path = folder / Path(name).expanduser()
+        if path.is_file():
+            return path
+    except (OSError, RuntimeError) as error:  # too long a name; a user who does not exist
+        reason = getattr(error, "strerror", None) or "there is no such home folder"
+        raise SceneError(f"scene {_line(asked_by)!r}: {reason}") from error
     close = difflib.get_close_matches(name, shipped_scenes(), n=1)
     hint = f"did you mean {close[0]!r}?" if close else f"shipped are {', '.join(shipped_scenes())}"
     raise SceneError(f"scene {asked_by!r}: {name!r} is neither a shipped scene nor a file; {hint}")
@@ -161,10 +169,14 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
     """Read a file and the files it extends, without the texts of the latter."""
     where = f"scene {path.stem!r}"
     path = path.resolve()
+    if len(chain) >= LONGEST_CHAIN:
+        raise SceneError(f"{where}: scene.extends leads over more than {LONGEST_CHAIN} files")
     if path in chain:
         loop = " -> ".join(p.name for p in (*chain[chain.index(path) :], path))
         raise SceneError(f"{where}: scene.extends is circular: {loop}")
     try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise SceneError(f"{where}: {path} is larger than {LARGEST_FILE} bytes")
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise SceneError(f"{where}: cannot read {path}: {error.strerror}") from error
@@ -172,6 +184,10 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
         raise SceneError(f"{where}: {path} is not UTF-8 text (byte {error.start})") from error
     except tomllib.TOMLDecodeError as error:
         raise SceneError(f"{where}: {path} is not valid TOML: {_line(str(error))}") from error
+    except ValueError as error:  # of Python, about integers of thousands of digits
+        raise SceneError(f"{where}: {path} has an integer of too many digits") from error
+    except RecursionError as error:
+        raise SceneError(f"{where}: {path} is nested too deeply") from error
     texts = data.get("scene", {})
     if not isinstance(texts, dict) or "extends" not in texts:
         return data

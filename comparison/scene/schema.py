@@ -23,7 +23,7 @@ MAX_SAMPLES = 100_000_000  # a larger table would not fit into the memory of an 
 class Texts(Section):
     """Name and title of the scene."""
 
-    name: Annotated[str, Field(min_length=1, pattern=r"^[A-Za-z0-9][A-Za-z0-9._+-]*$")]
+    name: Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[A-Za-z0-9][A-Za-z0-9._+-]*$")]
     title: str
     description: str = ""
 
@@ -73,6 +73,8 @@ class Drive(Section):
     def _rotates(self) -> Self:
         if self.speed_rpm == 0:
             raise rule("speed_rpm", self.speed_rpm, "must not be zero", "rpm")
+        if not isfinite(60.0 / self.speed_rpm * self.cycles):
+            raise rule("cycles", self.cycles, f"last for ever at speed_rpm = {self.speed_rpm:g}")
         return self
 
 
@@ -144,7 +146,7 @@ class Output(Section):
     """Recorded channel groups and sampling density."""
 
     groups: list[Group] = Field(default_factory=_usual_groups)
-    samples_per_cycle: Annotated[int, Field(ge=2)] = 1000
+    samples_per_cycle: Annotated[int, Field(ge=2, le=MAX_SAMPLES)] = 1000
 
     @model_validator(mode="after")
     def _distinct(self) -> Self:
@@ -245,7 +247,7 @@ class SceneKeys(Section):
                 bound = f"must be > 0 where joints.{joint} = 'clearance'"
                 raise rule(f"clearance.{joint}", 0.0, bound, "m")
         samples = self.drive.cycles * self.output.samples_per_cycle
-        if not 1 <= round(samples) <= MAX_SAMPLES:
+        if not 0.5 < samples <= MAX_SAMPLES:  # rounded: 1
             bound = f"times output.samples_per_cycle must give 1 to {MAX_SAMPLES} samples, not {samples:g}"
             raise rule("drive.cycles", self.drive.cycles, bound)
         return self

@@ -72,7 +72,7 @@ def test_too_much_work_ends_with_a_status_and_keeps_what_was_computed(scene, mon
     monkeypatch.setattr("reference_model.simulation.STEPS_PER_CYCLE_LIMIT", 300)
     result = simulate(scene({"drive.cycles": 1.0}))
     assert result.status == "work-limit"
-    assert "solver.reference.tolerance" in result.remedy
+    assert "drive.cycles" in result.remedy
     assert 10 < result.columns["time"].size < 1000
     assert all(np.isfinite(column).all() for column in result.columns.values())
     assert result.events["start"].size > 0

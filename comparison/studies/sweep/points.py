@@ -163,6 +163,6 @@ def _value(text: str) -> object:
     """Read a TOML value; what is none is a string."""
     try:
         parsed = tomllib.loads(f"value = {text.strip()}")
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):  # not TOML, too many digits, too deep
         return text.strip()
     return parsed["value"] if parsed.keys() == {"value"} else text.strip()

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import html
 import re
+
+import pytest
+from markdown_it import MarkdownIt
 
 from comparison.agreement.cases import Case
 from comparison.report.job_summary import LIMIT, write_job_summary
@@ -57,3 +61,17 @@ def test_a_table_of_verdicts_that_is_too_long_by_itself_is_cut_too(tmp_path):
     text = page(tmp_path, [("x" * 5000, "agree")] * 300, [Case("a", "b", "c", "failed", "reported")])
     (left,) = re.findall(r"^(\d+) more rows and all details are omitted", text, re.MULTILINE)
     assert text.count("| agree |") + int(left) == 300
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "![i](http://example.org/x.png)", "[a](http://b)", "`code`", "*a* _b_ **c** __d__", "~~a~~", r"a\*b",
+        "<img src=x>", "&amp;", "http://example.org", "@someone #1", "a|b", r"a\|b", "slider_x", "1*2*3",
+    ],
+)  # fmt: skip
+def test_a_name_is_shown_as_it_is_whatever_markdown_would_make_of_it(name, tmp_path):
+    text = page(tmp_path, [(name, "agree")], [Case(name, "tight", "run", "error", name)])
+    shown = MarkdownIt("gfm-like", {"linkify": False}).render(text)
+    assert shown.count(f"<td>{html.escape(name, quote=False)}</td>") == 2
+    assert not re.search("<(img|a|code|em|strong|s)[ >]", shown)

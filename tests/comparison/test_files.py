@@ -1,0 +1,92 @@
+"""Files are complete or as before, and what cannot be written is known before the work begins."""
+
+from __future__ import annotations
+
+import errno
+from pathlib import Path
+
+import pytest
+
+from comparison.files import FolderError, check_file, check_folder, replacing, replacing_in
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "home").mkdir()
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    Path("file").touch()
+    Path("folder").mkdir()
+    Path("dangling").symlink_to("nowhere/x")
+
+
+@pytest.mark.parametrize(
+    ("path", "reported"),
+    [
+        ("folder", "folder: is not a file"),
+        ("dangling", "dangling: is a link to nothing"),
+        ("dangling/a.csv", "dangling: is a link to nothing"),
+        ("file/deeper/a.csv", "file: is not a folder"),
+        ("~nosuchuser/a.csv", "~nosuchuser/a.csv: there is no such home folder"),
+        ("a" * 201, "the name is longer than 200 bytes"),
+        ("a" * 5000 + "/a.csv", "File name too long"),
+        ("/dev/null", "/dev/null: is not a file"),
+        ("/proc/self/a.csv", "/proc/self"),
+    ],
+)
+def test_a_file_that_cannot_be_written_is_refused_in_one_line(path, reported):
+    with pytest.raises(FolderError) as refused:
+        check_file(Path(path))
+    assert reported in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_tilde_that_the_shell_left_is_the_home_folder(tmp_path):
+    assert check_file(Path("~/new/a.csv")) == tmp_path / "home" / "new" / "a.csv"
+    assert check_folder(Path("~")) == tmp_path / "home"
+    assert not Path("~").exists()
+
+
+def test_checking_leaves_nothing(tmp_path):
+    before = sorted(tmp_path.rglob("*"))
+    check_file(Path("new/deeper/a.csv"))
+    check_folder(Path("folder"))
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_an_error_of_writing_names_the_file():
+    """The system's own error on a full disk names none."""
+    with pytest.raises(OSError, match="No space") as full, replacing(Path("folder/a.csv")):
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert full.value.filename == "folder/a.csv"
+
+
+@pytest.mark.parametrize("failing", ["b", "sub"])
+def test_files_of_one_folder_are_replaced_together_or_not_at_all(failing):
+    """Moving to ``failing``, a folder with content or below a file, fails after others have moved."""
+    folder = Path("folder")
+    (folder / "a").write_text("old")
+    if failing == "b":
+        (folder / "b" / "c").mkdir(parents=True)
+    else:
+        (folder / "sub").write_text("old")
+    before = {path: path.read_text() for path in folder.rglob("*") if path.is_file()}
+    with pytest.raises(OSError, match="folder") as refused, replacing_in(folder) as part:
+        (part / "a").write_text("new")
+        if failing == "b":
+            (part / "b").write_text("new")
+        else:
+            (part / "sub").mkdir()
+            (part / "sub" / "c").write_text("new")
+    assert str(refused.value.filename).startswith("folder/")
+    assert {path: path.read_text() for path in folder.rglob("*") if path.is_file()} == before
+    with replacing_in(folder) as part:
+        (part / "a").write_text("new")
+    assert (folder / "a").read_text() == "new"
+    assert not list(folder.glob(".*"))
+
+
+def test_a_folder_made_for_what_failed_is_gone():
+    with pytest.raises(ValueError, match="no"), replacing_in(Path("made")):
+        raise ValueError("no")
+    assert not Path("made").exists()
