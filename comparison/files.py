@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-
 LONGEST_NAME = 200
 """Bytes of a file's name; file systems allow 255, and companions of a table have longer names."""
 
@@ -146,8 +145,7 @@ def _move(part: Path, folder: Path) -> None:
         for number, path in enumerate(files):
             target = folder / path.relative_to(part)
             target.parent.mkdir(parents=True, exist_ok=True)
-            if target.is_dir():
-                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
+            _check_not_a_folder(target)
             if target.exists():
                 target.replace(old / str(number))
                 undo.append((old / str(number), target))
@@ -157,6 +155,11 @@ def _move(part: Path, folder: Path) -> None:
         for now, before in reversed(undo):
             now.replace(before)
         raise
+
+
+def _check_not_a_folder(path: Path) -> None:
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
 
 
 def write_json(value: Mapping[str, Any], path: Path) -> None:

@@ -35,7 +35,7 @@ class _Warnings(logging.Handler):
 
 @contextmanager
 def session(*, program: bool) -> Iterator[None]:
-    """Prepare the streams for a command; as a program, show Python's warnings only if it was asked for them."""
+    """Prepare the streams; a program shows Python's warnings only if it was asked for them."""
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by who started us: the next file would take its number
             setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), "r" if name == "stdin" else "w"))
@@ -59,7 +59,7 @@ def say(text: str, *, err: bool = False) -> None:
 
 
 def printable(text: str) -> str:
-    """Escape what is not shown by itself: ``\\x1b``."""
+    r"""Escape what is not shown by itself: ``\x1b``."""
     return "".join(
         character.encode("unicode_escape").decode()
         if character not in "\n\t" and unicodedata.category(character) in _HIDDEN

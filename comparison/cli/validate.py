@@ -93,7 +93,9 @@ def _write(results: Sequence[Validation], folder: Path, command: str, code: int)
             for which, table in result.partial.items():
                 name = f"{result.comparison.name}.{which.replace(' ', '-')}.partial.csv"
                 write(table, part / "tables" / name)
-                kept.append(f"{len(table.frame)} samples of the {which} run are in {folder / 'tables' / name}")
+                kept.append(
+                    f"{len(table.frame)} samples of the {which} run are in {folder / 'tables' / name}"
+                )
         write_json(
             {
                 "command": command,

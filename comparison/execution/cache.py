@@ -2,8 +2,8 @@
 
 Every run is a folder with one table and its companions (no pickle), named by a hash of everything that can
 change it: the scene, its model (`comparison.engines.registry.fingerprint`), the sources of what writes the
-table, the machine's kind (its processor too: a CI service restores a cache on another machine than the one that
-wrote it). It is complete or absent, and used only if the checksums of its files are those it was stored with.
+table, the machine's kind (its processor too: a CI service restores a cache on another machine than the one
+that wrote it). It is complete or absent, and used only if its files have the checksums it was stored with.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Append-only store of finished work: a file of JSON lines.
 
-One line per task: ``{"key": ..., "row": {...}, "sha256": ...}``, handed to the system in one write. A process that
-is killed leaves at most an incomplete last line, which is skipped on reading; the next row starts on a new line.
-A line that does not match its checksum is skipped with a warning to this module's logger. Numbers are written
+One line per task: ``{"key": ..., "row": {...}, "sha256": ...}``, handed to the system in one write. A process
+that is killed leaves at most an incomplete last line, which is skipped on reading; the next row starts on a
+new line. A line without its checksum is skipped with a warning to this module's logger. Numbers are written
 so that reading them gives the same bits.
 """
 

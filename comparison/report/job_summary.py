@@ -96,6 +96,6 @@ def _fitting(rows: Sequence[Sequence[str]], room: int) -> tuple[list[list[str]],
 
 
 def _text(text: str) -> str:
-    """Return a text in one line, without what would be taken for HTML or Markdown (an image, a link, a bar)."""
+    """Return a text in one line, without what would be taken for HTML or Markdown (an image, a link)."""
     plain = html.escape(" ".join(text.split()), quote=False)
     return _MARKUP.sub(r"\\\g<0>", plain)

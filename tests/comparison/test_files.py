@@ -71,13 +71,16 @@ def test_files_of_one_folder_are_replaced_together_or_not_at_all(failing):
     else:
         (folder / "sub").write_text("old")
     before = {path: path.read_text() for path in folder.rglob("*") if path.is_file()}
-    with pytest.raises(OSError, match="folder") as refused, replacing_in(folder) as part:
-        (part / "a").write_text("new")
-        if failing == "b":
-            (part / "b").write_text("new")
-        else:
-            (part / "sub").mkdir()
-            (part / "sub" / "c").write_text("new")
+
+    def write() -> None:
+        with replacing_in(folder) as part:
+            new = part / ("b" if failing == "b" else "sub/c")
+            new.parent.mkdir(exist_ok=True)
+            for path in (part / "a", new):
+                path.write_text("new")
+
+    with pytest.raises(OSError, match="folder") as refused:
+        write()
     assert str(refused.value.filename).startswith("folder/")
     assert {path: path.read_text() for path in folder.rglob("*") if path.is_file()} == before
     with replacing_in(folder) as part:

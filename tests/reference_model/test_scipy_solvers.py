@@ -199,7 +199,7 @@ def test_endless_switching_at_one_instant_is_stopped(scene, monkeypatch) -> None
     monkeypatch.setattr(scipy_solvers, "first_switch", lambda *step: (step[3], PULL, 0))
     result = simulate(scene({**QUARTER, **by("LSODA")}))
     assert result.status == "chatter"
-    assert "tolerance" not in result.remedy  # scenes are known where a lower one fails and a higher one succeeds
+    assert "tolerance" not in result.remedy  # in known scenes a lower one fails too
     assert result.provenance["counters"]["steps"] == 0
     assert result.provenance["counters"]["switches"] < 200
 

@@ -61,13 +61,15 @@ def _check_reachable(address: str) -> None:
     if parts.scheme not in ("tcp", "tls"):
         return
     try:
-        if not parts.hostname or not parts.port:
-            raise ValueError("must be tcp://host:port")
-        socket.create_connection((parts.hostname, parts.port), timeout=PATIENCE).close()
-    except OSError as error:
-        raise SweepError(f"--scheduler {address}: does not answer: {error.strerror or error}") from error
+        host, port = parts.hostname, parts.port
     except ValueError as error:
         raise SweepError(f"--scheduler {address}: {error}") from error
+    if not host or not port:
+        raise SweepError(f"--scheduler {address}: must be tcp://host:port")
+    try:
+        socket.create_connection((host, port), timeout=PATIENCE).close()
+    except OSError as error:
+        raise SweepError(f"--scheduler {address}: does not answer: {error.strerror or error}") from error
 
 
 def _work(client: Any, address: str, attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:

@@ -41,7 +41,9 @@ def run(scene: str, out: str) -> list[str]:
         ("a" * 240 + ".csv", "the name is longer than 200 bytes"),
     ],
 )
-def test_a_run_whose_table_could_not_be_written_does_not_begin(scene_file, fake_models, capsys, out, reported):
+def test_a_run_whose_table_could_not_be_written_does_not_begin(
+    scene_file, fake_models, capsys, out, reported
+):
     assert main(run(scene_file("own"), out)) == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -112,4 +114,6 @@ def test_a_verdict_is_printed_and_the_report_is_elsewhere_when_the_disk_is_full(
     assert err.count("\n") == 1
     reason, place = re.fullmatch(r"sixbar: (.*); the results are in (.*)\n", err).groups()
     assert "v: " in reason
-    assert {"report.html", "summary.json", "junit.xml", "summary.md"} < {p.name for p in Path(place).iterdir()}
+    assert {"report.html", "summary.json", "junit.xml", "summary.md"} < {
+        p.name for p in Path(place).iterdir()
+    }

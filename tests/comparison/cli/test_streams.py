@@ -41,7 +41,8 @@ def test_a_full_disk_behind_stdout_is_one_line():
     with open("/dev/full", "w") as full:  # noqa: PTH123
         ended = subprocess.run(
             [sys.executable, "-m", "comparison", "scenes"],
-            env=os.environ | {"PYTHONPATH": str(ROOT)}, stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+            env=os.environ | {"PYTHONPATH": str(ROOT)}, stdout=full, stderr=subprocess.PIPE, text=True,
+            check=False,
         )  # fmt: skip
     assert ended.returncode == 2
     assert "No space left on device" in ended.stderr

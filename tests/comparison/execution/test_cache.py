@@ -31,8 +31,18 @@ def cache(tmp_path, monkeypatch):
 def stored(cache, make_table, scene):
     """A run in the cache: its files, and what fetches it."""
     table = make_table()
-    events = make_table().frame.head(2)[["time"]].assign(
-        corner="ll", start=0.1, end=0.2, normal_speed=0.1, impulse=0.02, peak_force=40.0, largest_depth=1e-6
+    events = (
+        make_table()
+        .frame.head(2)[["time"]]
+        .assign(
+            corner="ll",
+            start=0.1,
+            end=0.2,
+            normal_speed=0.1,
+            impulse=0.02,
+            peak_force=40.0,
+            largest_depth=1e-6,
+        )
     )
     keep(KEY, type(table)(table.frame, events.drop(columns="time"), {}, {"model": "reference", "steps": 5}))
     files = sorted((cache / "runs" / KEY).iterdir())

@@ -8,7 +8,7 @@ from comparison.scene import SceneError, load_scene, parse_set
 from comparison.scene.loading import LARGEST_FILE
 
 BASE = '[scene]\nextends = "paper"\n'
-INPUT = "[[random]]\nkey = \"drive.speed_rpm\"\ndistribution = \"normal\"\n"
+INPUT = '[[random]]\nkey = "drive.speed_rpm"\ndistribution = "normal"\n'
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,7 @@ def test_dask_is_not_even_asked_where_nobody_listens(address, reported, monkeypa
 def test_a_host_that_swallows_packets_costs_one_time_the_patience(monkeypatch):
     asked = []
 
-    def swallow(place, timeout):
+    def swallow(_place, timeout):
         asked.append(timeout)
         raise TimeoutError("timed out")
 
