@@ -1,0 +1,100 @@
+"""Both models and a validation in odd environments: a foreign user, no home, no terminal, no locale."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from kernel_cache import FOREIGN, PATH, interpreter
+
+pytestmark = pytest.mark.slow
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("comparison", "exudyn_model", "reference_model")
+COMMANDS = {
+    "validate": ["validate", "ideal", "--jobs", "1", "--out", "v"],
+    "reference": ["run", "wedge", "--model", "reference", "--out", "reference.csv"],
+    "exudyn": ["run", "wedge", "--model", "exudyn", "--out", "exudyn.csv"],
+}
+
+
+@pytest.fixture
+def sixbar(tmp_path):
+    """Return what runs the commands in an environment and a folder of their own, and checks the results."""
+    work = tmp_path / "work"
+    work.mkdir()
+
+    def run(changes: dict[str, str | None], warnings: int = 0, **options) -> None:
+        usual = {
+            "PYTHONPATH": PATH,
+            "NUMBA_CACHE_DIR": str(kernels),
+            "SIXBAR_CACHE_DIR": str(tmp_path / "cache"),
+        }
+        merged = os.environ | usual | changes
+        environment = {name: value for name, value in merged.items() if value is not None}
+        program = options.pop("program", sys.executable)
+        for name, command in COMMANDS.items():
+            ended = subprocess.run(
+                [program, "-m", "comparison", *command],
+                env=environment, cwd=work, capture_output=True, text=True, check=False, **options,
+            )  # fmt: skip
+            assert (ended.returncode, ended.stderr.count("\n")) == (0, warnings), (name, ended.stderr)
+            assert ended.stderr.startswith("sixbar: warning: ") == bool(warnings)
+            assert "\x1b" not in ended.stdout
+        assert (work / "v" / "report.html").is_file()
+        assert not (work / "~").exists()
+
+    return run
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        pytest.param({"HOME": None}, id="HOME unset"),
+        pytest.param({"HOME": "/nowhere"}, id="HOME missing"),
+        pytest.param({"XDG_CACHE_HOME": ""}, id="XDG_CACHE_HOME empty"),
+        pytest.param({"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, id="C locale"),
+        pytest.param({"COLUMNS": "20", "TERM": "dumb"}, id="20 columns"),
+    ],
+)
+def test_variables(changes, sixbar):
+    sixbar(changes)
+
+
+@pytest.mark.parametrize("closed", [0, 2])
+def test_closed_streams(closed, sixbar):
+    sixbar({}, preexec_fn=lambda: os.close(closed))
+
+
+@pytest.fixture
+def foreign(tmp_path) -> dict[str, object]:
+    """A user whom nobody knows: may write in the working folder and the temporary one alone."""
+    if not hasattr(os, "getuid") or os.getuid() != 0:
+        pytest.skip("only root may become another user")
+    for program, path in interpreter():
+        for folder in (tmp_path, *list(tmp_path.parents)[:2]):
+            folder.chmod(0o755)
+        for package in PACKAGES:
+            shutil.copytree(ROOT / package, tmp_path / "package" / package)
+        for name in ("tmp", "home"):
+            (tmp_path / name).mkdir()
+        (tmp_path / "tmp").chmod(0o777)
+        found = os.pathsep.join([str(tmp_path / "package"), *path.split(os.pathsep)[1:]])
+        return {"program": program, "path": found}
+    pytest.skip("no interpreter with the packages is open to other users")
+
+
+def test_a_foreign_user_with_read_only_home_and_package(foreign, sixbar, tmp_path):
+    """As in a container that is started with an arbitrary user: one warning, and results."""
+    (tmp_path / "work").chmod(0o777)
+    changes = {
+        "HOME": str(tmp_path / "home"), "TMPDIR": str(tmp_path / "tmp"), "PYTHONPATH": foreign["path"],
+        "NUMBA_CACHE_DIR": None, "SIXBAR_CACHE_DIR": None, "XDG_CACHE_HOME": None,
+    }  # fmt: skip
+    who = {"user": FOREIGN, "group": FOREIGN, "extra_groups": []}
+    sixbar(changes, warnings=1, program=foreign["program"], **who)
+    assert not list((tmp_path / "home").iterdir())
+    assert (tmp_path / "tmp" / f"sixbar-crossval-{FOREIGN}").stat().st_mode & 0o777 == 0o700
