@@ -179,7 +179,8 @@ def _warp() -> Callable[[Array, Array, int], tuple[float, float]]:
 
     try:
         compiled = njit(cache=True)(_warp_sums)
-    except RuntimeError:  # there is no folder to keep it in
+        compiled(np.zeros(2), np.zeros(2), 1)  # loads or compiles it
+    except Exception:  # numba's, of many kinds: no folder, one that is full, damaged files in it
         compiled = njit(_warp_sums)
     return cast(Callable[[Array, Array, int], tuple[float, float]], compiled)
 

@@ -28,11 +28,7 @@ def sixbar(tmp_path):
     work.mkdir()
 
     def run(changes: dict[str, str | None], warnings: int = 0, **options) -> None:
-        usual = {
-            "PYTHONPATH": PATH,
-            "NUMBA_CACHE_DIR": str(kernels),
-            "SIXBAR_CACHE_DIR": str(tmp_path / "cache"),
-        }
+        usual = {"PYTHONPATH": PATH, "SIXBAR_CACHE_DIR": str(tmp_path / "cache")}
         merged = os.environ | usual | changes
         environment = {name: value for name, value in merged.items() if value is not None}
         program = options.pop("program", sys.executable)

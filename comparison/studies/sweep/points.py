@@ -7,7 +7,7 @@ import difflib
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from itertools import product
+from itertools import islice, product
 from pathlib import Path
 from typing import Any
 
@@ -78,10 +78,12 @@ def listed(path: Path) -> list[Point]:
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = [row for row in csv.reader(file) if row]
+            rows = list(islice((row for row in csv.reader(file) if row), MOST + 2))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reported = error.strerror if isinstance(error, OSError) else str(error)
         raise SweepError(f"--list {path}: cannot be read: {reported}") from error
+    if len(rows) > MOST + 1:
+        raise SweepError(f"--list {path}: more than {MOST} points")
     if len(rows) < 2:
         raise SweepError(f"--list {path}: needs a line of keys and at least one line of values")
     keys = [key.strip() for key in rows[0]]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from objective_rating_metrics.rating import ISO18571
 
+from comparison.metrics import iso18571
 from comparison.metrics.iso18571 import MOST_POINTS, Rating, best_shift, rating, warped_difference
 
 SCORES = ("overall", "corridor", "phase", "magnitude", "slope")
@@ -146,3 +148,18 @@ def test_five_thousand_points_are_not_looped_over_and_more_are_refused(lines_run
     assert lines_run(lambda: rating(signal, other)) < 5000
     with pytest.raises(ValueError, match="5001 samples"):
         rating(wave(0, 5001), wave(1, 5001))
+
+
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+def test_a_damaged_file_of_compiled_code_is_not_needed(suffix, tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    reference, other = np.sin(np.linspace(0, 6, 50)), np.sin(np.linspace(0.1, 6.1, 50))
+    try:
+        iso18571._warp.cache_clear()
+        first = warped_difference(reference, other)
+        (path,) = tmp_path.rglob(f"*.{suffix}")
+        path.write_bytes(path.read_bytes()[:100])
+        iso18571._warp.cache_clear()
+        assert warped_difference(reference, other) == first
+    finally:
+        iso18571._warp.cache_clear()
