@@ -14,9 +14,12 @@ from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.agreement.verdict import compare_channel, scene_verdict
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.align import Aligned, align
-from comparison.tables.channels import channels, expected
+from comparison.tables.channels import expected
 from comparison.tables.check import check
+from comparison.tables.holes import holes, isolated
 from comparison.tables.table import Table, TableError
+
+_BESIDES = ("crank", "own")  # groups of channels
 
 __all__ = ["Runs", "compare", "recorded_scene"]
 
@@ -27,6 +30,7 @@ def compare(
     *,
     scene: Scene | None = None,
     tolerance: float | None = None,
+    share: float = 1.0,
     labels: tuple[str, str] = ("a", "b"),
     name: str = "compare",
     command: str = "",
@@ -46,7 +50,9 @@ def compare(
         hold the same channels over the same time, and scales are ranges.
     tolerance
         Share of each channel's scale; only for tables without uncertainty. With neither, the verdict is
-        "indeterminate".
+        "indeterminate". Without a scene the scales are the ranges of ``a``.
+    share
+        Of the samples that must be within the tolerance.
     labels, name, command, warnings
         Names of the two results, of the comparison, its command, and further warnings.
     tier
@@ -69,6 +75,7 @@ def compare(
     for label, table in tables.items():
         check(table, names, None if scene is None else (0.0, scene.duration), name=label)
     _check_times(both)
+    warnings += _check_holes(both)
     aligned = align(a.base, b.base, names)
     if aligned.interpolated and a.finer is not None and b.finer is not None:
         raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
@@ -86,7 +93,8 @@ def compare(
         )
     limits = thresholds(tier)
     results: dict[str, ChannelComparison] = {}
-    for channel in map(channels().__getitem__, names):  # positions come before what follows from them
+    known = a.base.known | b.base.known
+    for channel in map(known.__getitem__, names):  # positions come before what follows from them
         position, unknown = results.get(channel.follows or ""), aligned.unknown.get(channel.name)
         within = None if position is None else position.predictable
         if unknown is not None:
@@ -104,7 +112,11 @@ def compare(
             within=within,
             tolerance=tolerance,
             limits=limits,
+            share=share,
         )
+    if aligned.interpolated and tolerance is not None:
+        side = 0 if aligned.interpolated == "a" else 1
+        warnings += _between((a, b)[side].base, labels[side], aligned, results, tolerance)
     verdict, reason = scene_verdict(results, limits.coverage)
     if (reported := _too_late(results, aligned, labels, tolerance)) and verdict != "differ":
         verdict, reason = "differ", reported
@@ -170,9 +182,16 @@ def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
 
 def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
     """Return the channels that both must hold: the scene's, or else all of either."""
+    known = a.known | b.known
     if scene is None:
-        return [name for name in channels() if name in a.frame or name in b.frame or name in (only or ())]
+        return [name for name in known if name in a.frame or name in b.frame or name in (only or ())]
+    # Besides what every run of the scene holds there may be channels that no model writes.
     names = expected(scene.data)
+    names += [
+        name
+        for name, channel in known.items()
+        if channel.group in _BESIDES and (name in a.frame or name in b.frame)
+    ]
     if other := [name for name in only or () if name not in names]:
         raise TableError(f"scene {scene.name!r}: has no channel {other[0]} to compare")
     return names if only is None else [name for name in names if name in only]
@@ -199,6 +218,56 @@ def _check_times(both: tuple[tuple[str, Runs], ...]) -> None:
         )
 
 
+def _check_holes(both: tuple[tuple[str, Runs], ...]) -> tuple[str, ...]:
+    """Reject a table with a hole in its times; one missing row, or a hole in both, is a warning.
+
+    Raises
+    ------
+    TableError
+        If rows are missing in one of the tables.
+    """
+    shared = np.array_equal(both[0][1].base.time, both[1][1].base.time)
+    warnings = []
+    for label, runs in both[:1] if shared else both:
+        found = holes(runs.base.time)
+        if not found:
+            continue
+        first = max(found, key=lambda hole: hole.end - hole.start)
+        missing = sum(hole.missing for hole in found)
+        said = "both tables have" if shared else f"{label} has"
+        said += f" no row between {first.start:.6g} and {first.end:.6g} s"
+        said += f" (and {len(found) - 1} more such holes)" if len(found) > 1 else ""
+        said += f": {missing} {'row is' if missing == 1 else 'rows are'} missing" if missing else ""
+        if not shared and missing != 1:
+            raise TableError(said)
+        warnings.append(said)
+    return tuple(warnings)
+
+
+def _between(
+    table: Table, label: str, aligned: Aligned, results: Mapping[str, ChannelComparison], tolerance: float
+) -> tuple[str, ...]:
+    """Report single samples of the interpolated table that stand out between the compared times."""
+    time = table.time
+    used = np.isin(time, aligned.time)
+    if time.size < 3 or used.all():
+        return ()
+    found = []
+    for name, result in results.items():
+        distance = np.where(used, 0.0, isolated(time, table.values(name), tolerance * result.scale))
+        if distance.any():
+            found.append((float(distance.max()) / (result.scale or 1.0), name, distance))
+    if not found:
+        return ()
+    _, name, distance = max(found, key=lambda item: item[0])
+    worst = int(distance.argmax())
+    return (
+        f"{label}: samples between the compared times are not judged; some stand out from their neighbours "
+        f"by more than the tolerance, in {len(found)} channels, most of all {name} at t = {time[worst]:.6g} "
+        f"s by {distance[worst]:.3g} {results[name].unit}",
+    )
+
+
 def _too_late(
     results: Mapping[str, ChannelComparison],
     aligned: Aligned,
@@ -212,8 +281,8 @@ def _too_late(
     of its rate, the least of all positions: with a scene a hundredth of a crank cycle.
     """
     times = []
-    for name, position in results.items():
-        rate = channels()[name].rate
+    for position in results.values():
+        rate = position.definition.rate
         if rate is None or position.verdict == "unexcited" or position.u is not None:
             continue
         if rate in results:
@@ -221,7 +290,10 @@ def _too_late(
         else:
             slopes = [np.gradient(values, aligned.time) for values in (position.a, position.b)]
             scale = max(float(np.ptp(slope)) for slope in slopes)
-        times.append(position.scale / scale)
+        if not scale:  # of a constant rate
+            scale = float(np.abs(np.diff(position.a) / np.diff(aligned.time)).max())
+        if scale:
+            times.append(position.scale / scale)
     limit = (tolerance or 0.0) * min(times, default=0.0)
     shift = aligned.shift
     if not limit or shift.reason or abs(shift.value) - shift.uncertainty <= limit:
@@ -250,5 +322,5 @@ def model_uncertainty(
     return uncertainty(
         levels,
         window_samples(scene.period, interval),
-        round_off(base, time, channels()[name].round_off),
+        round_off(base, time, runs.base.known[name].round_off),
     )

@@ -164,6 +164,9 @@ def compare(
     tolerance: Annotated[
         float | None, typer.Option(help="Allowed difference, as a share of each channel's scale.")
     ] = None,
+    share: Annotated[
+        float, typer.Option(help="Share of the samples that must be within the tolerance.")
+    ] = 1.0,
     mapping: Annotated[
         Path | None, typer.Option(help="TOML file that assigns another program's columns to channels.")
     ] = None,
@@ -189,6 +192,8 @@ def compare(
 
     if tolerance is not None and not 0 < tolerance < float("inf"):
         raise typer.BadParameter(f"--tolerance {tolerance:g} must be a positive number")
+    if not 0 < share <= 1:
+        raise typer.BadParameter(f"--share {share:g} must be above 0 and at most 1")
     folder = out or REPORTS / "compare"
     check_folder(folder)
     rules = None if mapping is None else load_mapping(mapping)
@@ -201,6 +206,7 @@ def compare(
         + (["--scene", scene] if scene is not None else [])
         + (["--mapping", str(mapping)] if mapping is not None else [])
         + (["--tolerance", f"{tolerance:g}"] if tolerance is not None else [])
+        + (["--share", f"{share:g}"] if share != 1 else [])
     )
     labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
     comparison = compare_runs(
@@ -208,6 +214,7 @@ def compare(
         Runs(tables[1]),
         scene=loaded,
         tolerance=tolerance,
+        share=share,
         labels=labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)"),
         command=command,
         warnings=(*left_out, *warnings),
