@@ -92,9 +92,10 @@ def layout(path: Path) -> Layout | None:
     if found is None:
         return None
     first, separator = found
-    first += _is_size(path, lines, first, separator)
+    size = _is_size(path, lines, first, separator)
+    first += size
     rows = [_fields(line, separator) for line in lines[first : first + 100]]
-    written = [n for n in range(first) if lines[n].strip()]
+    written = [n for n in range(first - size) if lines[n].strip()]
     titles = [(n, _fields(lines[n].lstrip(" " + _COMMENT), separator, names=True)) for n in written[-2:]]
     count = len(rows[0])
     nameless = not titles or len(titles[-1][1]) != count
