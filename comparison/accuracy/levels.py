@@ -139,7 +139,12 @@ def coarser(model: str, scene: Scene) -> Scene | None:
 
 def refinement(model: str, scene: Scene) -> tuple[float, float]:
     """Return the factor between two levels and the order at which the error should follow it."""
-    record = _levels(model, scene.data["solver"].get(model, {}))
+    return recorded_refinement(model, scene.data["solver"].get(model, {}))
+
+
+def recorded_refinement(model: str, settings: Mapping[str, Any]) -> tuple[float, float]:
+    """Return the same for a run of which only the settings are known."""
+    record = _levels(model, settings)
     return record["factor"], record["order"]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,7 @@ def compare(
     scene: Scene | None = None,
     tolerance: float | None = None,
     share: float = 1.0,
+    period: float | None = None,
     labels: tuple[str, str] = ("a", "b"),
     name: str = "compare",
     command: str = "",
@@ -53,6 +55,8 @@ def compare(
         "indeterminate". Without a scene the scales are the ranges of ``a``.
     share
         Of the samples that must be within the tolerance.
+    period
+        Of the motion, s, whose hundredth is the window of an uncertainty; None: the scene's, else the span.
     labels, name, command, warnings
         Names of the two results, of the comparison, its command, and further warnings.
     tier
@@ -92,6 +96,8 @@ def compare(
             "between them and the nearest samples of the interpolated table",
         )
     limits = thresholds(tier)
+    period = period if scene is None else scene.period
+    window = float(a.base.time[-1] - a.base.time[0]) if period is None else period
     results: dict[str, ChannelComparison] = {}
     known = a.base.known | b.base.known
     for channel in map(known.__getitem__, names):  # positions come before what follows from them
@@ -106,8 +112,8 @@ def compare(
             aligned.b[channel.name],
             scene=None if scene is None else scene.data,
             u=(
-                model_uncertainty(a, channel.name, scene, ensembles[0]),
-                model_uncertainty(b, channel.name, scene, ensembles[1]),
+                model_uncertainty(a, channel.name, window, ensembles[0]),
+                model_uncertainty(b, channel.name, window, ensembles[1]),
             ),
             within=within,
             tolerance=tolerance,
@@ -162,10 +168,18 @@ def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
         )
     # Scales and channels do not depend on settings, and the model of a table need not be installed here.
     record = {section: part for section, part in record_a.items() if section != "solver"}
-    try:
-        return scene_from_mapping(record), ()
-    except SceneError as error:
-        return None, (f"the scene recorded beside the tables is not used: {error}",)
+    for solver in (_solvers(a) | _solvers(b), {}):
+        try:
+            return scene_from_mapping(record | {"solver": solver}), ()
+        except SceneError as error:
+            reason = error
+    return None, (f"the scene recorded beside the tables is not used: {reason}",)
+
+
+def _solvers(table: Table) -> dict[str, Any]:
+    """Return the recorded settings of the model that wrote a table, by its name."""
+    model, solvers = table.provenance.get("model"), table.provenance["scene"].get("solver", {})
+    return {model: solvers[model]} if isinstance(model, str) and model in solvers else {}
 
 
 def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
@@ -302,10 +316,13 @@ def _too_late(
 
 
 def model_uncertainty(
-    runs: Runs, name: str, scene: Scene | None, ensemble: Sequence[Table] = ()
+    runs: Runs, name: str, period: float, ensemble: Sequence[Table] = ()
 ) -> NDArray[np.float64] | None:
-    """Uncertainty of one channel of one model, shape (n,), in its unit; None without a finer run."""
-    if runs.finer is None or scene is None:
+    """Uncertainty of one channel of one model, shape (n,), in its unit; None without a finer run.
+
+    The window is a hundredth of the period (s).
+    """
+    if runs.finer is None:
         return None
     time, base = runs.base.time, runs.base.values(name)
     interval = float(time[-1] - time[0]) / (time.size - 1)
@@ -321,6 +338,6 @@ def model_uncertainty(
     )
     return uncertainty(
         levels,
-        window_samples(scene.period, interval),
+        window_samples(period, interval),
         round_off(base, time, runs.base.known[name].round_off),
     )

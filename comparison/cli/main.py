@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from comparison.cli.compare import compare
 from comparison.cli.console import complain, fail, progress, warn
 from comparison.cli.gate import gate
-from comparison.cli.options import REPORTS, Accuracy, AllowIndeterminate, OutFolder, Overrides
+from comparison.cli.options import Accuracy, Overrides
 from comparison.cli.study import studies
-from comparison.cli.validate import validate, write_page
+from comparison.cli.validate import validate
 
 # The class raised by this typer: some of its releases vendor click.
 _UsageError: Any = typer.BadParameter.__base__
@@ -154,81 +154,7 @@ def plan(
     return 0
 
 
-@app.command()
-def compare(
-    a: Annotated[Path, typer.Argument(help="A table: .csv, .parquet, .mat, or text of another program.")],
-    b: Annotated[Path, typer.Argument(help="The other table.")],
-    scene: Annotated[
-        str | None, typer.Option(help="Scene of the tables; default: the one recorded beside both.")
-    ] = None,
-    tolerance: Annotated[
-        float | None, typer.Option(help="Allowed difference, as a share of each channel's scale.")
-    ] = None,
-    share: Annotated[
-        float, typer.Option(help="Share of the samples that must be within the tolerance.")
-    ] = 1.0,
-    mapping: Annotated[
-        Path | None, typer.Option(help="TOML file that assigns another program's columns to channels.")
-    ] = None,
-    out: OutFolder = None,
-    json: Annotated[Path | None, typer.Option(help="Also write the numbers to this file.")] = None,
-    allow_indeterminate: AllowIndeterminate = False,
-) -> int:
-    """Compare any two tables, also of other programs. Without a tolerance: metrics and "indeterminate"."""
-    from comparison.agreement.compare import Runs, recorded_scene
-    from comparison.agreement.compare import compare as compare_runs
-    from comparison.files import check_folder, write_json
-    from comparison.report.text import (
-        EXIT_CODES,
-        as_mapping,
-        channel_lines,
-        exit_code,
-        scene_lines,
-        shift_line,
-    )
-    from comparison.scene import load_scene
-    from comparison.tables.imports.mapping import load_mapping
-    from comparison.tables.imports.text import read_pair
-
-    if tolerance is not None and not 0 < tolerance < float("inf"):
-        raise typer.BadParameter(f"--tolerance {tolerance:g} must be a positive number")
-    if not 0 < share <= 1:
-        raise typer.BadParameter(f"--share {share:g} must be above 0 and at most 1")
-    folder = out or REPORTS / "compare"
-    check_folder(folder)
-    rules = None if mapping is None else load_mapping(mapping)
-    *tables, left_out = read_pair(a, b, rules)
-    loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(*tables)
-    if tolerance is None and loaded is not None:
-        tolerance = loaded.tolerance
-    command = shlex.join(
-        ["sixbar", "compare", str(a), str(b)]
-        + (["--scene", scene] if scene is not None else [])
-        + (["--mapping", str(mapping)] if mapping is not None else [])
-        + (["--tolerance", f"{tolerance:g}"] if tolerance is not None else [])
-        + (["--share", f"{share:g}"] if share != 1 else [])
-    )
-    labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
-    comparison = compare_runs(
-        Runs(tables[0]),
-        Runs(tables[1]),
-        scene=loaded,
-        tolerance=tolerance,
-        share=share,
-        labels=labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)"),
-        command=command,
-        warnings=(*left_out, *warnings),
-        only=None if rules is None else rules.compare,
-    )
-    report = write_page([comparison], folder, command)
-    if json is not None:
-        json.parent.mkdir(parents=True, exist_ok=True)
-        write_json(as_mapping(comparison), json)
-    for line in (*channel_lines(comparison), shift_line(comparison), *scene_lines([comparison]), str(report)):
-        typer.echo(line)
-    return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
-
-
+app.command()(compare)
 app.command()(validate)
 app.command()(gate)
 app.add_typer(studies, name="study")
