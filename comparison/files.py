@@ -45,7 +45,11 @@ def replacing(path: Path) -> Iterator[Path]:
 
 def write_json(value: Mapping[str, Any], path: Path) -> None:
     """Write strict JSON atomically."""
-    text = json_text(value)
+    write_text(json_text(value), path)
+
+
+def write_text(text: str, path: Path) -> None:
+    """Write text atomically."""
     with replacing(path) as part:
         part.write_text(text, "utf-8")
 

@@ -13,6 +13,7 @@ from comparison.accuracy.uncertainty import Levels, Runs, round_off, uncertainty
 from comparison.agreement.attribution import attribute
 from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.agreement.verdict import compare_channel, scene_verdict
+from comparison.execution.quality_checks import contact_doubts
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.align import Aligned, align
 from comparison.tables.channels import expected
@@ -80,6 +81,7 @@ def compare(
         check(table, names, None if scene is None else (0.0, scene.duration), name=label)
     _check_times(both)
     warnings += _check_holes(both)
+    warnings += tuple(f"{label}: {line}" for label, of in both for line in contact_doubts(of.base))
     aligned = align(a.base, b.base, names)
     if aligned.interpolated and a.finer is not None and b.finer is not None:
         raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")

@@ -98,12 +98,12 @@ def run(
     """
     from dataclasses import replace
 
-    from comparison.accuracy.levels import solver_values
+    from comparison.accuracy.levels import solver_values, with_declared
     from comparison.accuracy.plan import expectation
     from comparison.engines.registry import find
     from comparison.execution.quality_checks import doubts
     from comparison.execution.run import VIOLATED, Job, RunError, run_uncached, successful
-    from comparison.files import check_folder
+    from comparison.files import check_folder, write_text
     from comparison.scene import load_scene, parse_set
     from comparison.tables.table import check_format, write
 
@@ -111,7 +111,7 @@ def run(
     check_format(out)
     check_folder(out.parent)
     named = {} if formulation is None else {f"solver.{model}.formulation": formulation}
-    loaded = load_scene(scene, parse_set(overrides or []) | named)
+    loaded = with_declared(load_scene(scene, parse_set(overrides or []) | named), [model])
     if accuracy is not None:
         values = solver_values(model, accuracy, loaded)
         loaded = loaded.with_values(values)
@@ -126,6 +126,11 @@ def run(
         count = len(outcome.partial.frame)
         samples = f"all {count} samples" if outcome.status == VIOLATED else f"{count} samples until then"
         reported = f"{outcome.message}; {samples} are in {kept}"
+        raise RunError(replace(outcome, message=reported), job)
+    if outcome.traceback:
+        kept = out.with_name(f"{out.stem}.traceback.txt")
+        write_text(outcome.traceback, kept)
+        reported = f"{outcome.message}; its traceback is in {kept}"
         raise RunError(replace(outcome, message=reported), job)
     table = successful(outcome, job)
     path = write(table, out)

@@ -71,7 +71,7 @@ def validate(
                 write(result.runs[model].base, path)
             else:
                 path.unlink(missing_ok=True)  # from an earlier call: it would appear to belong to this report
-    kept = _write_partial(results, folder / "tables")
+    kept = [*_write_partial(results, folder / "tables"), *_write_tracebacks(results, folder)]
     write_json(
         {
             "command": command,
@@ -102,6 +102,22 @@ def _write_partial(results: Sequence[Validation], folder: Path) -> list[str]:
             name = f"{result.comparison.name}.{which.replace(' ', '-')}.partial.csv"
             kept = write(table, folder / name)
             reported.append(f"{len(table.frame)} samples of the {which} run are in {kept}")
+    return reported
+
+
+def _write_tracebacks(results: Sequence[Validation], folder: Path) -> list[str]:
+    """Write the tracebacks of crashed runs, return their locations; delete those of an earlier call."""
+    from comparison.files import write_text
+
+    for result in results:
+        for path in folder.glob(f"{escape(result.comparison.name)}.*.traceback.txt"):
+            path.unlink()
+    reported = []
+    for result in results:
+        for which, text in result.tracebacks.items():
+            path = folder / f"{result.comparison.name}.{which.replace(' ', '-')}.traceback.txt"
+            write_text(text, path)
+            reported.append(f"the traceback of the {which} run is in {path}")
     return reported
 
 
