@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,13 +12,13 @@ from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.uncertainty import Levels, Runs, round_off, uncertainty, window_samples
 from comparison.agreement.attribution import attribute
 from comparison.agreement.results import ChannelComparison, SceneComparison
+from comparison.agreement.time_checks import between, check_holes, check_times, kinds, too_late
 from comparison.agreement.verdict import compare_channel, scene_verdict
 from comparison.execution.quality_checks import contact_doubts
 from comparison.scene import Scene, SceneError, scene_from_mapping
-from comparison.tables.align import Aligned, align
+from comparison.tables.align import align
 from comparison.tables.channels import expected
 from comparison.tables.check import check
-from comparison.tables.holes import holes, isolated
 from comparison.tables.table import Table, TableError
 
 _BESIDES = ("crank", "own")  # groups of channels
@@ -75,12 +75,12 @@ def compare(
         that does not increase, a truncated run.
     """
     both = tuple(zip(labels, (a, b), strict=True))
-    tables = {f"{label}{kind}": table for label, runs in both for kind, table in _kinds(runs)}
+    tables = {f"{label}{kind}": table for label, runs in both for kind, table in kinds(runs)}
     names = _names(a.base, b.base, scene, only)
     for label, table in tables.items():
         check(table, names, None if scene is None else (0.0, scene.duration), name=label)
-    _check_times(both)
-    warnings += _check_holes(both)
+    check_times(both)
+    warnings += check_holes(both)
     warnings += tuple(f"{label}: {line}" for label, of in both for line in contact_doubts(of.base))
     aligned = align(a.base, b.base, names)
     if aligned.interpolated and a.finer is not None and b.finer is not None:
@@ -124,9 +124,9 @@ def compare(
         )
     if aligned.interpolated and tolerance is not None:
         side = 0 if aligned.interpolated == "a" else 1
-        warnings += _between((a, b)[side].base, labels[side], aligned, results, tolerance)
+        warnings += between((a, b)[side].base, labels[side], aligned, results, tolerance)
     verdict, reason = scene_verdict(results, limits.coverage)
-    if (reported := _too_late(results, aligned, labels, tolerance)) and verdict != "differ":
+    if (reported := too_late(results, aligned, labels, tolerance)) and verdict != "differ":
         verdict, reason = "differ", reported
     return SceneComparison(
         name=name if scene is None else scene.name,
@@ -184,18 +184,6 @@ def _solvers(table: Table) -> dict[str, Any]:
     return {model: solvers[model]} if isinstance(model, str) and model in solvers else {}
 
 
-def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
-    yield "", runs.base
-    if runs.finer is not None:
-        yield " finer", runs.finer
-    if runs.perturbed is not None:
-        yield " perturbed", runs.perturbed
-    if runs.other_perturbed is not None:
-        yield " other perturbed", runs.other_perturbed
-    if runs.coarser is not None:
-        yield " coarser", runs.coarser
-
-
 def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
     """Return the channels that both must hold: the scene's, or else all of either."""
     known = a.known | b.known
@@ -211,110 +199,6 @@ def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) 
     if other := [name for name in only or () if name not in names]:
         raise TableError(f"scene {scene.name!r}: has no channel {other[0]} to compare")
     return names if only is None else [name for name in names if name in only]
-
-
-def _check_times(both: tuple[tuple[str, Runs], ...]) -> None:
-    """Reject runs of one model on different grids, and tables of which one ends early.
-
-    Raises
-    ------
-    TableError
-        If so. One sample of the coarser table is allowed at either end: two grids rarely end together.
-    """
-    for label, runs in both:
-        for kind, table in _kinds(runs):
-            if not np.array_equal(table.time, runs.base.time):
-                raise TableError(f"{label}{kind}: its times differ from those of {label}")
-    (label_a, a), (label_b, b) = ((label, runs.base.time) for label, runs in both)
-    slack = max(float(np.median(np.diff(a))), float(np.median(np.diff(b)))) * (1 + 1e-6)
-    if abs(a[0] - b[0]) > slack or abs(a[-1] - b[-1]) > slack:
-        raise TableError(
-            f"{label_a} spans {a[0]:g} to {a[-1]:g} s and {label_b} {b[0]:g} to {b[-1]:g} s: "
-            "one of them is truncated"
-        )
-
-
-def _check_holes(both: tuple[tuple[str, Runs], ...]) -> tuple[str, ...]:
-    """Reject a table with a hole in its times; one missing row, or a hole in both, is a warning.
-
-    Raises
-    ------
-    TableError
-        If rows are missing in one of the tables.
-    """
-    shared = np.array_equal(both[0][1].base.time, both[1][1].base.time)
-    warnings = []
-    for label, runs in both[:1] if shared else both:
-        found = holes(runs.base.time)
-        if not found:
-            continue
-        first = max(found, key=lambda hole: hole.end - hole.start)
-        missing = sum(hole.missing for hole in found)
-        said = "both tables have" if shared else f"{label} has"
-        said += f" no row between {first.start:.6g} and {first.end:.6g} s"
-        said += f" (and {len(found) - 1} more such holes)" if len(found) > 1 else ""
-        said += f": {missing} {'row is' if missing == 1 else 'rows are'} missing" if missing else ""
-        if not shared and missing != 1:
-            raise TableError(said)
-        warnings.append(said)
-    return tuple(warnings)
-
-
-def _between(
-    table: Table, label: str, aligned: Aligned, results: Mapping[str, ChannelComparison], tolerance: float
-) -> tuple[str, ...]:
-    """Report single samples of the interpolated table that stand out between the compared times."""
-    time = table.time
-    used = np.isin(time, aligned.time)
-    if time.size < 3 or used.all():
-        return ()
-    found = []
-    for name, result in results.items():
-        distance = np.where(used, 0.0, isolated(time, table.values(name), tolerance * result.scale))
-        if distance.any():
-            found.append((float(distance.max()) / (result.scale or 1.0), name, distance))
-    if not found:
-        return ()
-    _, name, distance = max(found, key=lambda item: item[0])
-    worst = int(distance.argmax())
-    return (
-        f"{label}: samples between the compared times are not judged; some stand out from their neighbours "
-        f"by more than the tolerance, in {len(found)} channels, most of all {name} at t = {time[worst]:.6g} "
-        f"s by {distance[worst]:.3g} {results[name].unit}",
-    )
-
-
-def _too_late(
-    results: Mapping[str, ChannelComparison],
-    aligned: Aligned,
-    labels: tuple[str, str],
-    tolerance: float | None,
-) -> str:
-    """Describe a time shift outside the tolerance; empty if it is within, or if uncertainties decide.
-
-    Under a shift most samples of a slow channel stay within a share of its range, so samples alone would
-    accept it. The limit is the tolerance times the time in which a position traverses its scale at the scale
-    of its rate, the least of all positions: with a scene a hundredth of a crank cycle.
-    """
-    times = []
-    for position in results.values():
-        rate = position.definition.rate
-        if rate is None or position.verdict == "unexcited" or position.u is not None:
-            continue
-        if rate in results:
-            scale = results[rate].scale
-        else:
-            slopes = [np.gradient(values, aligned.time) for values in (position.a, position.b)]
-            scale = max(float(np.ptp(slope)) for slope in slopes)
-        if not scale:  # of a constant rate
-            scale = float(np.abs(np.diff(position.a) / np.diff(aligned.time)).max())
-        if scale:
-            times.append(position.scale / scale)
-    limit = (tolerance or 0.0) * min(times, default=0.0)
-    shift = aligned.shift
-    if not limit or shift.reason or abs(shift.value) - shift.uncertainty <= limit:
-        return ""
-    return f"{shift.sentence(labels)} The tolerance allows {limit:.2g} s"
 
 
 def model_uncertainty(

@@ -80,7 +80,7 @@ class Layout:
 
 
 def layout(path: Path) -> Layout | None:
-    """Detect the layout of a text table; None if it has no row of numbers.
+    """Detect the layout of a text table; None without a row of numbers.
 
     Raises
     ------
@@ -162,9 +162,12 @@ def read_columns(path: Path, how: Layout) -> list[Column]:
 def _is_size(path: Path, lines: Sequence[str], first: int, separator: str) -> int:
     """Return 1 if the first row of numbers is the number of rows and columns of those below it, else 0."""
     sizes = [_fields(line, separator) for line in lines[first : first + 2]]
-    if len(sizes) < 2 or len(sizes[0]) != 2 or not all(field.isdigit() for field in sizes[0]):
-        return 0
-    if int(sizes[0][1]) != len(sizes[1]):
+    if (
+        len(sizes) < 2
+        or len(sizes[0]) != 2
+        or not all(field.isdigit() for field in sizes[0])
+        or (int(sizes[0][1]) != len(sizes[1]))
+    ):
         return 0
     with path.open("rb") as file:
         rows = sum(1 for line in file if line.strip()) - sum(1 for line in lines[: first + 1] if line.strip())

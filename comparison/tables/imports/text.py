@@ -12,17 +12,15 @@ from collections.abc import Mapping as Pairs
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from comparison.tables.channels import Channel, channels
+from comparison.tables.imports.conversion import convert
 from comparison.tables.imports.exports import Column, position
 from comparison.tables.imports.mapping import TIME, Mapping, Quantity, Rule
 from comparison.tables.imports.own_channels import Stated, check_rates, own_channel
 from comparison.tables.imports.reading import Source, open_source
 from comparison.tables.imports.repeated_times import resolved
-from comparison.tables.imports.units import parse
 from comparison.tables.table import Table, TableError
 
 _HINT = "a mapping file (--mapping) assigns columns to channels"
@@ -191,7 +189,7 @@ def _convert_all(
     for name in (TIME, *(name for name in one.columns if name != TIME)):
         channel = None if name == TIME else known.get(name) or channels()[name]
         factor = mapping.channels[name].factor if name in mapping.channels else 1.0
-        converted[name], settings[name] = _convert(
+        converted[name], settings[name] = convert(
             one.source.path, one.columns[name], channel, one.rules.get(name), factor
         )
     frame = resolved(pd.DataFrame(converted, copy=False), at_events, str(one.source.path))
@@ -200,46 +198,6 @@ def _convert_all(
         provenance = {"formulation": f"taken from {one.source.path.name}", "settings": settings}
     own = {name: channel for name, channel in known.items() if name in one.columns}
     return Table(frame, one.source.events, one.source.extrema, provenance, own)
-
-
-def _convert(
-    path: Path, column: Column, channel: Channel | None, rule: Rule | None, factor: float
-) -> tuple[NDArray[np.float64], str]:
-    """Return a column in its channel's unit (None: the time), and a description of the conversion.
-
-    Raises
-    ------
-    TableError
-        If its unit is unknown, has the wrong dimension, or is missing for a column with a rule.
-    """
-    where = f"{path}: column {column.name!r}"
-    name, wanted = (TIME, "s") if channel is None else (channel.name, channel.unit)
-    stated = column.unit if rule is None or rule.unit is None else rule.unit
-    if stated is None and rule is not None and (channel is None or name in channels()):
-        raise TableError(f"{where} has no unit, neither in the table nor in the mapping")
-    stated = wanted if stated is None else stated
-    values = column.numbers
-    reported = f"{column.name} in {stated}" if stated else column.name
-    if rule is not None:
-        factor = factor if rule.factor is None else rule.factor
-        values = values if rule.sign == 1 else -values
-        reported = ("-" if rule.sign < 0 else "") + reported
-    if factor != 1:
-        values, reported = values * factor, f"{factor:g} {reported}"
-    if rule is not None and rule.offset:
-        values, reported = values + rule.offset, reported + f" {rule.offset:+g}"
-    other = parse(column.unit) if column.unit is not None else None
-    unit, kind = parse(stated), parse(wanted)
-    if stated != wanted or name in channels() or channel is None:
-        if unit is None:
-            raise TableError(f"{where}: unit {stated!r} is not known")
-        if kind is None or unit.powers != kind.powers:
-            raise TableError(
-                f"{where}: unit {stated!r} does not fit the channel {name}, which is in {wanted}"
-            )
-    if other is not None and other != unit:
-        raise TableError(f"{where}: the unit is {column.unit!r} in the table and {stated!r} in the mapping")
-    return (values if unit is None or kind is None else unit.over(kind).to_si(values)), reported
 
 
 def _refuse_missing_columns(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping) -> None:

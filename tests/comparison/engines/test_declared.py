@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -96,6 +98,16 @@ def test_contacts_of_zeros_are_noticed(install, capfd):
     changes = [f"--set={key}={value}" for key, value in (GROUPS | {"solver.odd.what": "zeros"}).items()]
     assert main(["run", "ideal", "--model", "odd", "--out", "a.csv", *changes]) == 0
     assert "impulse, peak_force of all its 1 contacts are zero" in capfd.readouterr().err
+
+
+def test_the_other_code_of_the_page_runs(capsys):
+    page = (Path(__file__).parents[3] / "docs" / "engine.md").read_text("utf-8")
+    _, declaration, call = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    simulate = SimpleNamespace()
+    exec(declaration, {"simulate": simulate})  # our own text
+    assert simulate.settings == {"tolerance": 1e-10}
+    exec(call, {})
+    assert "'corner_ll_gap'" in capsys.readouterr().out
 
 
 def test_the_channels_of_a_scene_come_from_one_call():
