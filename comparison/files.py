@@ -164,7 +164,11 @@ def _check_not_a_folder(path: Path) -> None:
 
 def write_json(value: Mapping[str, Any], path: Path) -> None:
     """Write strict JSON atomically; missing folders are created."""
-    text = json_text(value)
+    write_text(json_text(value), path)
+
+
+def write_text(text: str, path: Path) -> None:
+    """Write text atomically; missing folders are created."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as part:
         part.write_text(text, "utf-8")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+_TAKES_PREFIX = re.compile(r"(?:m|s|rad|N|J|W|Pa|Hz)(?![^\W\d])")
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MISSING = "n/a"
 NO_BREAK = "\u00a0"
@@ -19,15 +21,10 @@ def pretty_unit(unit: str) -> str:
 def prefix(magnitude: float, unit: str) -> tuple[float, str]:
     """Return the factor and prefixed unit that bring a magnitude below 1 to between 1 and 1000.
 
-    No prefix above one (km/s² is unusual for a press), below nano, or for units that take none (degrees).
+    No prefix above one (km/s² is unusual for a press), below nano, or for units that take none
+    (degrees, millimetres).
     """
-    if (
-        not unit
-        or unit[0] in "1%°"
-        or unit.startswith("deg")
-        or not math.isfinite(magnitude)
-        or magnitude == 0.0
-    ):
+    if not _TAKES_PREFIX.match(unit) or not math.isfinite(magnitude) or magnitude == 0.0:
         return 1.0, pretty_unit(unit)
     for factor, letter in _PREFIXES:
         if magnitude >= factor * (1 - 5e-4):  # 999.6e-9 m rounds to 1.00 µm

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 def assert_agree() -> Callable[..., None]:
     """Return a function that fails the test unless two tables agree, see ``docs/ci.md``.
 
-    ``assert_agree(a, b, *, scene=None, tolerance=None, allow_indeterminate=False)``: ``a`` and ``b`` are
-    paths of tables, `comparison.tables.table.Table` or pandas data frames with a column ``time``; the others
-    are those of ``sixbar compare``.
+    ``assert_agree(a, b, *, scene=None, tolerance=None, share=1.0, allow_indeterminate=False)``: ``a`` and
+    ``b`` are paths of tables, `comparison.tables.table.Table` or pandas data frames with a column ``time``;
+    the others are those of ``sixbar compare``.
     """
     return _assert_agree
 
@@ -37,6 +37,7 @@ def _assert_agree(
     *,
     scene: str | Path | None = None,
     tolerance: float | None = None,
+    share: float = 1.0,
     allow_indeterminate: bool = False,
 ) -> None:
     """Compare as ``sixbar compare`` does.
@@ -49,6 +50,8 @@ def _assert_agree(
         Scene of both tables; None: the one recorded in both, if any.
     tolerance
         Allowed difference, as a share of each channel's scale; None: the scene's.
+    share
+        Share of the samples that must be within the tolerance.
     allow_indeterminate
         Whether the verdict "indeterminate" passes; without a tolerance it is the verdict.
 
@@ -74,6 +77,7 @@ def _assert_agree(
             Runs(tables[1]),
             scene=loaded,
             tolerance=loaded.tolerance if tolerance is None and loaded is not None else tolerance,
+            share=share,
             labels=labels,
             warnings=warnings,
         )

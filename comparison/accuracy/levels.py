@@ -7,7 +7,7 @@ Names and levels are data (``accuracy.toml``), as are their error bounds by scen
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -15,7 +15,7 @@ from math import isfinite, nan
 from typing import Any
 
 from comparison.accuracy.measured import Front, front
-from comparison.engines.registry import OWN
+from comparison.engines.registry import OWN, declared
 from comparison.scene import Scene
 
 NAMES = ("draft", "standard", "strict")
@@ -122,6 +122,23 @@ def expected(scene: Scene, model: str) -> Expected:
     )
 
 
+def with_declared(scene: Scene, models: Iterable[str]) -> Scene:
+    """Return the scene with the settings that installed models declare and the scene does not give.
+
+    Raises
+    ------
+    EngineError
+        If a model declares what is no setting.
+    """
+    values = {
+        f"solver.{model}.{key}": value
+        for model in models
+        for key, value in declared(model).items()
+        if key not in scene.data["solver"].get(model, {})
+    }
+    return scene.with_values(values) if values else scene
+
+
 def finer(model: str, scene: Scene) -> Scene | None:
     """Return the scene with the model's settings one level finer: tolerance / 10, step / 2.
 
@@ -139,7 +156,12 @@ def coarser(model: str, scene: Scene) -> Scene | None:
 
 def refinement(model: str, scene: Scene) -> tuple[float, float]:
     """Return the factor between two levels and the order at which the error should follow it."""
-    record = _levels(model, scene.data["solver"].get(model, {}))
+    return recorded_refinement(model, scene.data["solver"].get(model, {}))
+
+
+def recorded_refinement(model: str, settings: Mapping[str, Any]) -> tuple[float, float]:
+    """Return the same for a run of which only the settings are known."""
+    record = _levels(model, settings)
     return record["factor"], record["order"]
 
 

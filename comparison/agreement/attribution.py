@@ -22,7 +22,6 @@ from comparison.agreement.attribution_text import sentences
 from comparison.agreement.results import Attribution, ChannelComparison
 from comparison.scene import Scene
 from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import channels
 
 Channels = Mapping[str, ChannelComparison]
 Masks = Mapping[str, BoolArray]
@@ -136,7 +135,7 @@ def _squares(runs: tuple[Runs, Runs], channel: ChannelComparison, mask: BoolArra
 
 def _rounded(channel: ChannelComparison, mask: BoolArray, time: Array) -> int:
     """Count the masked samples at which the difference is within round-off."""
-    absolute = channels()[channel.channel].round_off
+    absolute = channel.definition.round_off
     floor = hypot(*(round_off(values, time, absolute) for values in (channel.a, channel.b)))
     return int((np.abs(channel.difference[mask]) <= floor).sum())
 
@@ -174,7 +173,7 @@ def _unpredictable(
     for name, channel in results.items():
         if channel.verdict != "indeterminate":
             continue
-        followed = [results[key] for key in (name, channels()[name].follows or "") if key in results]
+        followed = [results[key] for key in (name, channel.definition.follows or "") if key in results]
         by = [np.logical_or.reduce([_large(c, (c.u_a, c.u_b)[side]) for c in followed]) for side in (0, 1)]
         spreads = [
             np.logical_or.reduce([_large(c, _spread(of, c, half_width)) for c in followed]) for of in runs

@@ -58,7 +58,8 @@ def sentences(
         instant = describe(found.outside_from, events, period=period, scene=record)
         outside = f"{found.outside_in} at {instant}"
     if scene is None or isnan(found.explained):
-        return (f"first outside the tolerance: {outside}",) if outside else ()
+        limit = "band" if all(of.finer is not None for of in runs) else "tolerance"
+        return (f"first outside the {limit}: {outside}",) if outside else ()
     sides = [_refinement(label, of, scene) for label, of in zip(labels, runs, strict=True)]
     said = [_of_cause(found, sides)] if found.cause else []
     if outside:

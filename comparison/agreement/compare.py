@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +12,16 @@ from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.uncertainty import Levels, Runs, round_off, uncertainty, window_samples
 from comparison.agreement.attribution import attribute
 from comparison.agreement.results import ChannelComparison, SceneComparison
+from comparison.agreement.time_checks import between, check_holes, check_times, kinds, too_late
 from comparison.agreement.verdict import compare_channel, scene_verdict
+from comparison.execution.quality_checks import contact_doubts
 from comparison.scene import Scene, SceneError, scene_from_mapping
-from comparison.tables.align import Aligned, align
-from comparison.tables.channels import channels, expected
+from comparison.tables.align import align
+from comparison.tables.channels import expected
 from comparison.tables.check import check
 from comparison.tables.table import Table, TableError
+
+_BESIDES = ("crank", "own")  # groups of channels
 
 __all__ = ["Runs", "compare", "recorded_scene"]
 
@@ -27,6 +32,8 @@ def compare(
     *,
     scene: Scene | None = None,
     tolerance: float | None = None,
+    share: float = 1.0,
+    period: float | None = None,
     labels: tuple[str, str] = ("a", "b"),
     name: str = "compare",
     command: str = "",
@@ -46,7 +53,11 @@ def compare(
         hold the same channels over the same time, and scales are ranges.
     tolerance
         Share of each channel's scale; only for tables without uncertainty. With neither, the verdict is
-        "indeterminate".
+        "indeterminate". Without a scene the scales are the ranges of ``a``.
+    share
+        Of the samples that must be within the tolerance.
+    period
+        Of the motion, s, whose hundredth is the window of an uncertainty; None: the scene's, else the span.
     labels, name, command, warnings
         Names of the two results, of the comparison, its command, and further warnings.
     tier
@@ -64,11 +75,13 @@ def compare(
         that does not increase, a truncated run.
     """
     both = tuple(zip(labels, (a, b), strict=True))
-    tables = {f"{label}{kind}": table for label, runs in both for kind, table in _kinds(runs)}
+    tables = {f"{label}{kind}": table for label, runs in both for kind, table in kinds(runs)}
     names = _names(a.base, b.base, scene, only)
     for label, table in tables.items():
         check(table, names, None if scene is None else (0.0, scene.duration), name=label)
-    _check_times(both)
+    check_times(both)
+    warnings += check_holes(both)
+    warnings += tuple(f"{label}: {line}" for label, of in both for line in contact_doubts(of.base))
     aligned = align(a.base, b.base, names)
     if aligned.interpolated and a.finer is not None and b.finer is not None:
         raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
@@ -85,8 +98,11 @@ def compare(
             "between them and the nearest samples of the interpolated table",
         )
     limits = thresholds(tier)
+    period = period if scene is None else scene.period
+    window = float(a.base.time[-1] - a.base.time[0]) if period is None else period
     results: dict[str, ChannelComparison] = {}
-    for channel in map(channels().__getitem__, names):  # positions come before what follows from them
+    known = a.base.known | b.base.known
+    for channel in map(known.__getitem__, names):  # positions come before what follows from them
         position, unknown = results.get(channel.follows or ""), aligned.unknown.get(channel.name)
         within = None if position is None else position.predictable
         if unknown is not None:
@@ -98,15 +114,19 @@ def compare(
             aligned.b[channel.name],
             scene=None if scene is None else scene.data,
             u=(
-                model_uncertainty(a, channel.name, scene, ensembles[0]),
-                model_uncertainty(b, channel.name, scene, ensembles[1]),
+                model_uncertainty(a, channel.name, window, ensembles[0]),
+                model_uncertainty(b, channel.name, window, ensembles[1]),
             ),
             within=within,
             tolerance=tolerance,
             limits=limits,
+            share=share,
         )
+    if aligned.interpolated and tolerance is not None:
+        side = 0 if aligned.interpolated == "a" else 1
+        warnings += between((a, b)[side].base, labels[side], aligned, results, tolerance)
     verdict, reason = scene_verdict(results, limits.coverage)
-    if (reported := _too_late(results, aligned, labels, tolerance)) and verdict != "differ":
+    if (reported := too_late(results, aligned, labels, tolerance)) and verdict != "differ":
         verdict, reason = "differ", reported
     return SceneComparison(
         name=name if scene is None else scene.name,
@@ -150,90 +170,45 @@ def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
         )
     # Scales and channels do not depend on settings, and the model of a table need not be installed here.
     record = {section: part for section, part in record_a.items() if section != "solver"}
-    try:
-        return scene_from_mapping(record), ()
-    except SceneError as error:
-        return None, (f"the scene recorded beside the tables is not used: {error}",)
+    for solver in (_solvers(a) | _solvers(b), {}):
+        try:
+            return scene_from_mapping(record | {"solver": solver}), ()
+        except SceneError as error:
+            reason = error
+    return None, (f"the scene recorded beside the tables is not used: {reason}",)
 
 
-def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
-    yield "", runs.base
-    if runs.finer is not None:
-        yield " finer", runs.finer
-    if runs.perturbed is not None:
-        yield " perturbed", runs.perturbed
-    if runs.other_perturbed is not None:
-        yield " other perturbed", runs.other_perturbed
-    if runs.coarser is not None:
-        yield " coarser", runs.coarser
+def _solvers(table: Table) -> dict[str, Any]:
+    """Return the recorded settings of the model that wrote a table, by its name."""
+    model, solvers = table.provenance.get("model"), table.provenance["scene"].get("solver", {})
+    return {model: solvers[model]} if isinstance(model, str) and model in solvers else {}
 
 
 def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
     """Return the channels that both must hold: the scene's, or else all of either."""
+    known = a.known | b.known
     if scene is None:
-        return [name for name in channels() if name in a.frame or name in b.frame or name in (only or ())]
+        return [name for name in known if name in a.frame or name in b.frame or name in (only or ())]
+    # Besides what every run of the scene holds there may be channels that no model writes.
     names = expected(scene.data)
+    names += [
+        name
+        for name, channel in known.items()
+        if channel.group in _BESIDES and (name in a.frame or name in b.frame)
+    ]
     if other := [name for name in only or () if name not in names]:
         raise TableError(f"scene {scene.name!r}: has no channel {other[0]} to compare")
     return names if only is None else [name for name in names if name in only]
 
 
-def _check_times(both: tuple[tuple[str, Runs], ...]) -> None:
-    """Reject runs of one model on different grids, and tables of which one ends early.
-
-    Raises
-    ------
-    TableError
-        If so. One sample of the coarser table is allowed at either end: two grids rarely end together.
-    """
-    for label, runs in both:
-        for kind, table in _kinds(runs):
-            if not np.array_equal(table.time, runs.base.time):
-                raise TableError(f"{label}{kind}: its times differ from those of {label}")
-    (label_a, a), (label_b, b) = ((label, runs.base.time) for label, runs in both)
-    slack = max(float(np.median(np.diff(a))), float(np.median(np.diff(b)))) * (1 + 1e-6)
-    if abs(a[0] - b[0]) > slack or abs(a[-1] - b[-1]) > slack:
-        raise TableError(
-            f"{label_a} spans {a[0]:g} to {a[-1]:g} s and {label_b} {b[0]:g} to {b[-1]:g} s: "
-            "one of them is truncated"
-        )
-
-
-def _too_late(
-    results: Mapping[str, ChannelComparison],
-    aligned: Aligned,
-    labels: tuple[str, str],
-    tolerance: float | None,
-) -> str:
-    """Describe a time shift outside the tolerance; empty if it is within, or if uncertainties decide.
-
-    Under a shift most samples of a slow channel stay within a share of its range, so samples alone would
-    accept it. The limit is the tolerance times the time in which a position traverses its scale at the scale
-    of its rate, the least of all positions: with a scene a hundredth of a crank cycle.
-    """
-    times = []
-    for name, position in results.items():
-        rate = channels()[name].rate
-        if rate is None or position.verdict == "unexcited" or position.u is not None:
-            continue
-        if rate in results:
-            scale = results[rate].scale
-        else:
-            slopes = [np.gradient(values, aligned.time) for values in (position.a, position.b)]
-            scale = max(float(np.ptp(slope)) for slope in slopes)
-        times.append(position.scale / scale)
-    limit = (tolerance or 0.0) * min(times, default=0.0)
-    shift = aligned.shift
-    if not limit or shift.reason or abs(shift.value) - shift.uncertainty <= limit:
-        return ""
-    return f"{shift.sentence(labels)} The tolerance allows {limit:.2g} s"
-
-
 def model_uncertainty(
-    runs: Runs, name: str, scene: Scene | None, ensemble: Sequence[Table] = ()
+    runs: Runs, name: str, period: float, ensemble: Sequence[Table] = ()
 ) -> NDArray[np.float64] | None:
-    """Uncertainty of one channel of one model, shape (n,), in its unit; None without a finer run."""
-    if runs.finer is None or scene is None:
+    """Uncertainty of one channel of one model, shape (n,), in its unit; None without a finer run.
+
+    The window is a hundredth of the period (s).
+    """
+    if runs.finer is None:
         return None
     time, base = runs.base.time, runs.base.values(name)
     interval = float(time[-1] - time[0]) / (time.size - 1)
@@ -249,6 +224,6 @@ def model_uncertainty(
     )
     return uncertainty(
         levels,
-        window_samples(scene.period, interval),
-        round_off(base, time, channels()[name].round_off),
+        window_samples(period, interval),
+        round_off(base, time, runs.base.known[name].round_off),
     )

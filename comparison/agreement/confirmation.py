@@ -93,15 +93,56 @@ def confirm(
             if np.array_equal(table.time, base.time)  # a third model may choose its times
         ]
         ensembles[side] = arrived(members, base, error.share)
-    large = {side: tables for side, tables in ensembles.items() if len(tables) >= ENOUGH}
     found = replace(
         found,
         members=(len(ensembles.get(0, ())), len(ensembles.get(1, ()))),
         shifts=(errors[0].shift if 0 in errors else nan, errors[1].shift if 1 in errors else nan),
     )
+    return _decided(result, runs, ensembles, found, lambda large: _with_ensembles(result, runs, large, scene))
+
+
+def confirm_recorded(
+    result: SceneComparison,
+    runs: tuple[Runs, Runs],
+    ensembles: tuple[Sequence[Table], Sequence[Table]],
+    judge: Callable[[tuple[Sequence[Table], Sequence[Table]]], SceneComparison],
+) -> SceneComparison:
+    """Confirm a verdict "differ" by runs that are there already, or correct the uncertainty.
+
+    Parameters
+    ----------
+    result, runs
+        As of `confirm`.
+    ensembles
+        Runs of each program from moved starts, at its base's setting and times.
+    judge
+        Compares the runs with the uncertainty of ensembles.
+    """
+    if result.verdict != "differ":
+        return result
+    found = Confirmation("unconfirmed", members=(len(ensembles[0]), len(ensembles[1])))
+    there = {side: list(tables) for side, tables in enumerate(ensembles) if tables}
+    if not there:
+        return _reported(result, found, "no runs from moved starts beyond those of the uncertainty")
+
+    def judged(large: Ensembles) -> SceneComparison:
+        return judge((large.get(0, ()), large.get(1, ())))
+
+    return _decided(result, runs, there, found, judged)
+
+
+def _decided(
+    result: SceneComparison,
+    runs: tuple[Runs, Runs],
+    ensembles: Ensembles,
+    found: Confirmation,
+    judge: Callable[[Ensembles], SceneComparison],
+) -> SceneComparison:
+    """Confirm a difference by ensembles of at least `ENOUGH` members, or judge with their uncertainty."""
+    large = {side: tables for side, tables in ensembles.items() if len(tables) >= ENOUGH}
     farther, excess = ranks(result, runs, large)
     if any(farther.values()):
-        judged = _with_ensembles(result, runs, large, scene)
+        judged = judge(large)
         if judged.verdict != "differ":
             found = replace(found, farther=(farther.get(0, 0), farther.get(1, 0)))
             return _reported(judged, _underestimated(found, result, judged, runs, large))

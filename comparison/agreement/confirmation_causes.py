@@ -15,7 +15,6 @@ from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR, Runs
 from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.metrics.outliers import Parting, clustered, parting_contact, split
 from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import channels
 from comparison.tables.table import Table
 
 Ensembles = Mapping[int, Sequence[Table]]
@@ -70,7 +69,7 @@ def clusters(result: SceneComparison, ensembles: Ensembles) -> tuple[int, str, i
     found = []
     for side, tables in ensembles.items():
         for name, channel in result.channels.items():
-            if channel.verdict == "unexcited" or channels()[name].follows is not None:
+            if channel.verdict == "unexcited" or channel.definition.follows is not None:
                 continue
             mask, floor = judged_samples(channel)
             parted = clustered(np.array([table.values(name)[mask] for table in tables]), floor)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from comparison.accuracy.levels import coarser, finer, refinement, solver_values
+from comparison.accuracy.levels import coarser, finer, refinement, solver_values, with_declared
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.tiers import TIERS, tight
 from comparison.accuracy.uncertainty import perturbed_scenes
@@ -43,6 +43,8 @@ class Validation:
     partial
         Table of the run that a verdict "cannot compare" names, by tier, model and run ("tight exudyn finer"):
         up to where the model stopped, or complete where the run violated an invariant.
+    tracebacks
+        Of the run that crashed with an exception, by the same names.
     """
 
     comparison: SceneComparison
@@ -50,6 +52,7 @@ class Validation:
     crashed: bool = False
     tight_runs: dict[str, Runs] = field(default_factory=dict)
     partial: dict[str, Table] = field(default_factory=dict)
+    tracebacks: dict[str, str] = field(default_factory=dict)
 
 
 def validate(
@@ -92,6 +95,7 @@ def validate(
     Uses worker processes: a script that calls this needs ``if __name__ == "__main__":``.
     """
     commands = [_command(scene, models, accuracy) for scene in scenes]
+    scenes = [with_declared(scene, models) for scene in scenes]
     strict = [tight(scene, models) if "tight" in tiers else None for scene in scenes]
     if accuracy is not None:
         scenes = [_at(scene, models, accuracy) for scene in scenes]
@@ -129,6 +133,7 @@ def _with_tight(usual: Validation, closer: Validation) -> Validation:
         usual.crashed or closer.crashed,
         closer.runs,
         usual.partial | closer.partial,
+        usual.tracebacks | closer.tracebacks,
     )
 
 
@@ -196,9 +201,13 @@ def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
     if failed:
         crashed = any(outcome.status == "crashed" for outcome in failed.values())
         which = next((w for w in failed if failed[w].status == "crashed"), next(iter(failed)))
-        kept = failed[which].partial
-        partial = {} if kept is None else {" ".join((plan.tier, *which)): kept}
-        return refused(describe(plan.jobs[which], failed[which]), crashed=crashed, partial=partial)
+        name, outcome = " ".join((plan.tier, *which)), failed[which]
+        return refused(
+            describe(plan.jobs[which], outcome),
+            crashed=crashed,
+            partial={} if outcome.partial is None else {name: outcome.partial},
+            tracebacks={name: outcome.traceback} if outcome.traceback else {},
+        )
     runs = _runs(plan, outcomes)
     try:
         comparison = compare(
@@ -233,8 +242,14 @@ def _runs(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> dict[str, Ru
 def _with_reliability(
     result: Validation, plan: _Plan, outcomes: dict[tuple[str, str], Outcome]
 ) -> Validation:
-    """Add the reliability where both models ran; a failed run of the ideal mechanism is only reported."""
-    if not result.runs:
+    """Add the reliability where both models ran; a failed run of the ideal mechanism is only reported.
+
+    Not where an installed model does not run it at all: it refuses the scene, or lacks channels.
+    """
+    unable = ("bad input", "unusable")
+    if not result.runs or any(
+        model not in MODELS and outcome.status in unable for (model, _), outcome in outcomes.items()
+    ):
         return result
     scene, (a, b) = plan.scene, plan.models
     failed = [

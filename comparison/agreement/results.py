@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import isnan, nan
+from math import inf, isnan, nan
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from comparison.metrics.signal_ratings import information
 from comparison.reliability.difference import ReliabilityComparison
 from comparison.scene import Scene
 from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import CONTACTS, channels
+from comparison.tables.channels import CONTACTS, Channel
 from comparison.tables.time_shift import Shift
 
 SUSPICIOUS = 10.0
@@ -31,6 +31,7 @@ class ChannelComparison:
     """Comparison of one channel of two runs on their common time grid of ``n`` samples."""
 
     channel: str
+    definition: Channel
     label: str
     unit: str
     scale: float
@@ -61,10 +62,17 @@ class ChannelComparison:
     worst_difference: float
     worst_threshold: float
     """The predictable sample with the largest |E| / threshold; nan where there is none."""
+    outside: int
+    """Number of judged samples outside their threshold."""
     reason: str
     """Reason of the verdict, one sentence."""
     limits: Thresholds
     """Thresholds of the verdict."""
+
+    @property
+    def excess(self) -> float:
+        """Largest |E| / threshold of the predictable samples; inf where the threshold is zero."""
+        return abs(self.worst_difference) / self.worst_threshold if self.worst_threshold else inf
 
     @cached_property
     def metrics(self) -> Mapping[str, float]:
@@ -74,7 +82,7 @@ class ChannelComparison:
         """
         if self.verdict == "unexcited":
             return {}
-        position = channels()[self.channel].rate is not None
+        position = self.definition.rate is not None
         return information(self.time, self.a, self.b, position=position)
 
 

@@ -9,6 +9,7 @@ the scale of the channel (the predictable ones).
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from math import floor as floor_of
 from math import nan
 from typing import Any, NamedTuple
@@ -34,6 +35,7 @@ def compare_channel(
     within: BoolArray | None = None,
     tolerance: float | None,
     limits: Thresholds,
+    share: float = 1.0,
 ) -> ChannelComparison:
     """Judge one channel on a common grid; arrays of shape (n,).
 
@@ -52,7 +54,8 @@ def compare_channel(
     time, a, b
         Common time (s) and the two results.
     scene
-        The scene mapping, for the scale; None: the range is the scale.
+        The scene mapping, for the scale; None: the range is the scale, of both where there are uncertainties,
+        of ``a`` where a tolerance decides: an outlier in ``b`` must not widen what is allowed.
     u
         Numerical uncertainties of a and of b; one that is None makes both unused.
     within
@@ -62,21 +65,26 @@ def compare_channel(
         Share of the scale that is allowed where there is no uncertainty; None: "indeterminate".
     limits
         The tier's numbers.
+    share
+        Of the samples that must be within a tolerance.
     """
     extent = float(max(a.max(), b.max()) - min(a.min(), b.min()))
-    scale = channel.scale_value(scene, extent)
     difference = a - b
     u_both = None if u[0] is None or u[1] is None else combined(u[0], u[1])
+    scale = channel.scale_value(scene, float(np.ptp(a)) if u_both is None else extent)
     threshold: Array | None
     if u_both is not None:
         threshold, predictable = limits.k * u_both, u_both <= limits.alpha * scale
     else:
         predictable = np.ones(time.shape, dtype=np.bool_)
         threshold = None if tolerance is None else np.broadcast_to(tolerance * scale, time.shape)
+        limits = replace(limits, share=share)
     if within is not None:
         predictable &= within
     happens = (a != 0) | (b != 0)
-    found = _judge(channel, time, difference, threshold, predictable, happens, extent, limits)
+    found = _judge(
+        channel, time, difference, threshold, predictable, happens, extent, limits, fixed=u_both is None
+    )
     # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
     if u_both is not None and channel.follows is None and found.verdict == "indeterminate":
         found = (
@@ -85,6 +93,7 @@ def compare_channel(
     max_difference, rms_difference = maximum(difference), rms(difference)
     return ChannelComparison(
         channel=channel.name,
+        definition=channel,
         label=channel.label,
         unit=channel.unit,
         scale=scale,
@@ -106,6 +115,7 @@ def compare_channel(
         worst_time=found.time,
         worst_difference=found.difference,
         worst_threshold=found.threshold,
+        outside=found.outside,
         reason=found.reason,
         limits=limits,
     )
@@ -120,6 +130,8 @@ class _Judgement(NamedTuple):
     time: float = nan
     difference: float = nan
     threshold: float = nan
+    outside: int = 0
+    """Judged samples outside their threshold."""
 
 
 def _judge(
@@ -131,17 +143,23 @@ def _judge(
     happens: BoolArray,
     extent: float,
     limits: Thresholds,
+    *,
+    fixed: bool,
 ) -> _Judgement:
-    """Compare the predictable, non-zero samples with their thresholds."""
+    """Compare the predictable, non-zero samples with their thresholds; fixed: the same for all."""
     judged, coverage = predictable & happens, float(predictable.mean())
-    numbers = (nan, nan, nan, nan)
-    if threshold is not None and judged.any():
+    numbers = (nan, nan, nan, nan, 0)
+    count = int(judged.sum())
+    if threshold is not None and count:
         size = np.abs(difference)
-        excess = np.where(judged, size / np.maximum(threshold, np.finfo(np.float64).tiny), -1.0)
+        # A fixed threshold may be zero: of a channel that is constant in the first table.
+        divisor = 1.0 if fixed else np.maximum(threshold, np.finfo(np.float64).tiny)
+        excess = np.where(judged, size / divisor, -1.0)
         worst = int(excess.argmax())
-        explained = float(np.mean((size <= threshold)[judged]))
-        numbers = explained, float(time[worst]), float(difference[worst]), float(threshold[worst])
-    explained, at, worst_difference, worst_threshold = numbers
+        inside = (size <= threshold)[judged]
+        explained, outside = float(np.mean(inside)), count - int(inside.sum())
+        numbers = explained, float(time[worst]), float(difference[worst]), float(threshold[worst]), outside
+    explained, at, worst_difference, worst_threshold, outside = numbers
     if extent < channel.floor:
         reason = f"its range in both, {extent:.2g} {channel.unit}, is below {channel.floor:g} {channel.unit}"
         return _Judgement("unexcited", reason, *numbers)
@@ -151,17 +169,20 @@ def _judge(
         reason = f"{coverage:.1%} of the samples are predictable, required: at least {limits.coverage:.0%}"
     elif not judged.any():
         reason = "no predictable sample is non-zero"
-    elif explained < limits.share:
-        reason = (
-            f"at t = {at:.6g} s the difference is {worst_difference:.3g} {channel.unit}, "
-            f"the threshold {worst_threshold:.2g} {channel.unit}; "
-            f"{explained:.1%} of the predictable samples are within theirs, required: at least "
-            f"{limits.share:.0%}"
-        )
-        return _Judgement("differ", reason, *numbers)
     else:
-        reason = f"{explained:.2%} of the predictable samples are within their threshold"
-        return _Judgement("agree", reason, *numbers)
+        said = (
+            f"{outside} of {count} {'samples' if fixed else 'predictable samples'} are outside "
+            f"{'the tolerance' if fixed else 'their threshold'}"
+            f"{', at worst' if outside else ', the nearest'} at t = {at:.6g} s: the difference is "
+            f"{worst_difference:.3g} {channel.unit}, the threshold {worst_threshold:.2g} {channel.unit}"
+        )
+        if fixed and worst_threshold == 0.0:
+            said += "; the channel is constant in the first table, so its scale is zero unless one is given"
+        if explained < limits.share:
+            if limits.share < 1.0:
+                said += f"; {explained:.1%} are within, required: at least {100 * limits.share:g}%"
+            return _Judgement("differ", said, *numbers)
+        return _Judgement("agree", said, *numbers)
     return _Judgement("indeterminate", reason, *numbers)
 
 
@@ -183,8 +204,14 @@ def _outside_all(
         f"at t = {time[worst]:.6g} s the difference is {difference[worst]:.3g} {channel.unit}, "
         f"{limits.k:g} times the largest uncertainty of all times {largest:.2g} {channel.unit}"
     )
-    at, worst_difference = float(time[worst]), float(difference[worst])
-    return _Judgement("differ", reason, time=at, difference=worst_difference, threshold=largest)
+    return _Judgement(
+        "differ",
+        reason,
+        time=float(time[worst]),
+        difference=float(difference[worst]),
+        threshold=largest,
+        outside=int((np.abs(difference[happens]) > largest).sum()),
+    )
 
 
 def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> tuple[str, str]:
@@ -206,7 +233,7 @@ def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> tup
     if not excited:
         return "indeterminate", "no channel is excited: nothing was compared"
     if differing := [result for result in excited if result.verdict == "differ"]:
-        worst = max(differing, key=lambda result: abs(result.worst_difference) / result.worst_threshold)
+        worst = max(differing, key=lambda result: result.excess)
         return (
             "differ",
             f"{len(differing)} of {len(excited)} channels differ, most of all {worst.channel}: "

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from comparison.cli.compare import compare
 from comparison.cli.console import (
     complain,
     fail,
@@ -21,9 +21,9 @@ from comparison.cli.console import (
     warn_about_the_cache,
 )
 from comparison.cli.gate import gate
-from comparison.cli.options import REPORTS, Accuracy, AllowIndeterminate, OutFolder, Overrides
+from comparison.cli.options import Accuracy, Overrides
 from comparison.cli.study import studies
-from comparison.cli.validate import validate, write_page
+from comparison.cli.validate import validate
 
 # The class raised by this typer: some of its releases vendor click.
 _UsageError: Any = typer.BadParameter.__base__
@@ -122,12 +122,12 @@ def run(
     """
     from dataclasses import replace
 
-    from comparison.accuracy.levels import solver_values
+    from comparison.accuracy.levels import solver_values, with_declared
     from comparison.accuracy.plan import expectation
     from comparison.engines.registry import find
     from comparison.execution.quality_checks import doubts
     from comparison.execution.run import VIOLATED, Job, RunError, run_uncached, successful
-    from comparison.files import check_file
+    from comparison.files import check_file, write_text
     from comparison.scene import load_scene, parse_set
     from comparison.tables.table import check_format, write
 
@@ -135,7 +135,7 @@ def run(
     check_format(out)
     out = check_file(out)
     named = {} if formulation is None else {f"solver.{model}.formulation": formulation}
-    loaded = load_scene(scene, parse_set(overrides or []) | named)
+    loaded = with_declared(load_scene(scene, parse_set(overrides or []) | named), [model])
     if accuracy is not None:
         values = solver_values(model, accuracy, loaded)
         loaded = loaded.with_values(values)
@@ -152,6 +152,11 @@ def run(
         count = len(outcome.partial.frame)
         samples = f"all {count} samples" if outcome.status == VIOLATED else f"{count} samples until then"
         reported = f"{outcome.message}; {samples} are in {kept}"
+        raise RunError(replace(outcome, message=reported), job)
+    if outcome.traceback:
+        kept = out.with_name(f"{out.stem}.traceback.txt")
+        write_text(outcome.traceback, kept)
+        reported = f"{outcome.message}; its traceback is in {kept}"
         raise RunError(replace(outcome, message=reported), job)
     table = successful(outcome, job)
     warn(doubts(table))
@@ -180,75 +185,7 @@ def plan(
     return 0
 
 
-@app.command()
-def compare(
-    a: Annotated[Path, typer.Argument(help="A table: .csv, .parquet, .mat, or text of another program.")],
-    b: Annotated[Path, typer.Argument(help="The other table.")],
-    scene: Annotated[
-        str | None, typer.Option(help="Scene of the tables; default: the one recorded beside both.")
-    ] = None,
-    tolerance: Annotated[
-        float | None, typer.Option(help="Allowed difference, as a share of each channel's scale.")
-    ] = None,
-    mapping: Annotated[
-        Path | None, typer.Option(help="TOML file that assigns another program's columns to channels.")
-    ] = None,
-    out: OutFolder = None,
-    json: Annotated[Path | None, typer.Option(help="Also write the numbers to this file.")] = None,
-    allow_indeterminate: AllowIndeterminate = False,
-) -> int:
-    """Compare any two tables, also of other programs. Without a tolerance: metrics and "indeterminate"."""
-    from comparison.agreement.compare import Runs, recorded_scene
-    from comparison.agreement.compare import compare as compare_runs
-    from comparison.files import check_file, check_folder, write_json
-    from comparison.report.text import (
-        EXIT_CODES,
-        as_mapping,
-        channel_lines,
-        exit_code,
-        scene_lines,
-        shift_line,
-    )
-    from comparison.scene import load_scene
-    from comparison.tables.imports.mapping import load_mapping
-    from comparison.tables.imports.text import read_pair
-
-    if tolerance is not None and not 0 < tolerance < float("inf"):
-        raise typer.BadParameter(f"--tolerance {tolerance:g} must be a positive number")
-    folder = check_folder(out or REPORTS / "compare")
-    json = None if json is None else check_file(json)
-    rules = None if mapping is None else load_mapping(mapping)
-    *tables, left_out = read_pair(a, b, rules)
-    loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(*tables)
-    if tolerance is None and loaded is not None:
-        tolerance = loaded.tolerance
-    command = shlex.join(
-        ["sixbar", "compare", str(a), str(b)]
-        + (["--scene", scene] if scene is not None else [])
-        + (["--mapping", str(mapping)] if mapping is not None else [])
-        + (["--tolerance", f"{tolerance:g}"] if tolerance is not None else [])
-    )
-    labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
-    comparison = compare_runs(
-        Runs(tables[0]),
-        Runs(tables[1]),
-        scene=loaded,
-        tolerance=tolerance,
-        labels=labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)"),
-        command=command,
-        warnings=(*left_out, *warnings),
-        only=None if rules is None else rules.compare,
-    )
-    for line in (*channel_lines(comparison), shift_line(comparison), *scene_lines([comparison])):
-        say(line)
-    report = saved(lambda folder: write_page([comparison], folder, command), folder)
-    if json is not None:
-        numbers, name = as_mapping(comparison), json.name
-        saved(lambda folder: write_json(numbers, folder / name), json.parent)
-    say(str(report))
-    return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
-
-
+app.command()(compare)
 app.command()(validate)
 app.command()(gate)
 app.add_typer(studies, name="study")

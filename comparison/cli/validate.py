@@ -79,7 +79,7 @@ def _write(results: Sequence[Validation], folder: Path, command: str, code: int)
 
     Tables of an earlier call are deleted: they would appear to belong to this report.
     """
-    from comparison.files import replacing_in, write_json
+    from comparison.files import replacing_in, write_json, write_text
     from comparison.report.text import as_mapping
     from comparison.tables.table import write
 
@@ -96,6 +96,10 @@ def _write(results: Sequence[Validation], folder: Path, command: str, code: int)
                 kept.append(
                     f"{len(table.frame)} samples of the {which} run are in {folder / 'tables' / name}"
                 )
+            for which, text in result.tracebacks.items():
+                name = f"{result.comparison.name}.{which.replace(' ', '-')}.traceback.txt"
+                write_text(text, part / name)
+                kept.append(f"the traceback of the {which} run is in {folder / name}")
         write_json(
             {
                 "command": command,
@@ -105,10 +109,11 @@ def _write(results: Sequence[Validation], folder: Path, command: str, code: int)
             part / "summary.json",
         )
         _write_for_ci(comparisons, part, command)
-        new = {path.name for path in (part / "tables").glob("*")}
+        new = {path.name for path in part.rglob("*")}
     for result in results:
         name = result.comparison.name
         stale = [*(folder / "tables").glob(f"{escape(name)}.*.partial.*")]
+        stale += folder.glob(f"{escape(name)}.*.traceback.txt")
         for model in result.comparison.labels:
             stale += [folder / "tables" / f"{name}-{model}{end}" for end in (".csv", ".events.csv", ".json")]
         for path in stale:

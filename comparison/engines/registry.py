@@ -14,9 +14,10 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint, PackageNotFoundError, distributions, entry_points, version
 from importlib.util import find_spec
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -88,6 +89,31 @@ def load(name: str) -> Callable[..., Any]:
         kind = type(simulate).__name__
         raise EngineError(f"model {name!r}: {point.value!r} is not a function but a {kind}")
     return simulate  # type: ignore[no-any-return] # the result is checked on return
+
+
+def declared(name: str) -> dict[str, Any]:
+    """Return the default settings that an installed model declares: its function's ``settings``, if any.
+
+    Of a model that cannot be imported none, since its run reports why.
+
+    Raises
+    ------
+    EngineError
+        If they are not names with a string, a boolean or a finite number each.
+    """
+    if name in OWN:
+        return {}
+    try:
+        settings = getattr(load(name), "settings", {})
+    except EngineError:
+        return {}
+    if not isinstance(settings, Mapping):
+        raise EngineError(f"model {name!r}: settings must be a mapping, not {type(settings).__name__}")
+    for key, value in settings.items():
+        if not (isinstance(value, str | int) or (isinstance(value, float) and isfinite(value))):
+            reported = f"settings[{key!r}] = {value!r} must be a string, a boolean or a finite number"
+            raise EngineError(f"model {name!r}: {reported}")
+    return dict(settings)
 
 
 def fingerprint(name: str) -> str:

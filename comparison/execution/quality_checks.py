@@ -17,6 +17,8 @@ MUCH_ENERGY = 0.01
 MUCH_DRIFT = 1e-6
 """m or rad: as deep as corners of steel dip into a wall; of rates a thousand times as much, as for errors."""
 
+_MEASURES = ("normal_speed", "impulse", "peak_force", "largest_depth")
+
 
 def steps_per_contact(table: Table) -> float:
     """Return the number of fixed steps per contact; nan without contacts, or with adaptive steps.
@@ -46,6 +48,17 @@ def energy_share(table: Table) -> float:
     return residual / base if base > 0.0 else nan
 
 
+def contact_doubts(table: Table) -> list[str]:
+    """Return a line if a measure of a contact is zero in every contact: the model does not record it."""
+    events = table.events
+    if events is None or not len(events):
+        return []
+    zero = [name for name in _MEASURES if name in events and not events[name].any()]
+    if not zero:
+        return []
+    return [f"{', '.join(zero)} of all its {len(events)} contacts are zero: these are not recorded, it seems"]
+
+
 def doubts(table: Table) -> list[str]:
     """Return one line for each quality check that a finished run fails."""
     reported = []
@@ -66,6 +79,7 @@ def doubts(table: Table) -> list[str]:
             f"its constraints are violated by up to {quantity(position, 'm')}, {quantity(velocity, 'm/s')}: "
             "refine the solver, and keep Baumgarte's gains below a tenth of one over its largest step"
         )
+    reported += contact_doubts(table)
     radius = table.provenance.get("scene", {}).get("contact", {}).get("corner_radius")
     if radius is not None and table.events is not None:
         corners = table.events[table.events["corner"] != "pin"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from copy import deepcopy
@@ -69,12 +70,15 @@ class Outcome:
     partial
         Unchecked results of a run that ended with a status of the model: truncated where it stopped, complete
         where it violated an invariant (`VIOLATED`).
+    traceback
+        Of what the model raised, if it crashed that way.
     """
 
     status: str
     message: str = ""
     table: Table | None = None
     partial: Table | None = None
+    traceback: str = ""
 
 
 def kernels(scene: Scene, model: str, engine: str = "") -> Kernels:
@@ -256,7 +260,8 @@ def _attempt(job: Job, progress: Progress | None, simulate: Simulate | None = No
     except ValueError as error:
         return Outcome("bad input", " ".join(str(error).split()))
     except Exception as error:
-        return Outcome("crashed", " ".join(f"{type(error).__name__}: {error}".split()))
+        message = " ".join(f"{type(error).__name__}: {error}".split())
+        return Outcome("crashed", message, traceback=traceback.format_exc())
     return Outcome("success", table=table)
 
 

@@ -45,7 +45,7 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
     unexcited, unpredictable = [], []
     for name in expected(scene.data):  # positions come before what follows from them
         channel, values = channels()[name], runs.base.values(name)
-        u = model_uncertainty(runs, name, scene)
+        u = model_uncertainty(runs, name, scene.period)
         assert u is not None  # every model of ours can be refined
         u = np.maximum(u, scatter(gated, runs.base, neighbours, name))
         extent = float(np.ptp(values))

@@ -78,8 +78,8 @@ def _draw(
     if limit_name not in pages:
         pages[limit_name] = ChannelFigure(scene.labels, limit_name)
     curves = _curves(scene, channel, limit)
-    known = channels().get(channel.channel)
-    heading = f"{channel.label} ({known.sign})" if known else channel.label
+    sign = channel.definition.sign
+    heading = f"{channel.label} ({sign})" if sign else channel.label
     if enlarged:
         curves = curves.between(*_around(scene, channel.worst_time))
         heading = f"The worst predictable sample, at {channel.worst_time:.4f} s, enlarged: {heading}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, fields
-from math import isnan
+from math import isfinite, isnan
 from typing import Any
 
 from comparison.agreement.attribution_text import percent
@@ -27,6 +27,7 @@ _NUMBERS = (
     "worst_time",
     "worst_difference",
     "worst_threshold",
+    "outside",
 )
 
 
@@ -104,8 +105,8 @@ def attribution_words(attribution: Attribution) -> list[str]:
 
 
 def channel_lines(comparison: SceneComparison) -> list[str]:
-    """Return one line per channel: verdict, largest and RMS difference, both over its scale, coverage."""
-    heading = ("channel", "verdict", "max", "rms", "unit", "max/scale", "rms/scale", "coverage")
+    """Return one line per channel: verdict, differences, both over its scale, coverage, samples outside."""
+    heading = ("channel", "verdict", "max", "rms", "unit", "max/scale", "rms/scale", "coverage", "outside")
     rows = [
         (
             channel.channel,
@@ -116,6 +117,7 @@ def channel_lines(comparison: SceneComparison) -> list[str]:
             f"{channel.max_scaled:.3g}",
             f"{channel.rms_scaled:.3g}",
             f"{channel.coverage:.1%}",
+            str(channel.outside) if isfinite(channel.worst_threshold) else "",
         )
         for channel in comparison.channels.values()
     ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import Channel, channels
+from comparison.tables.channels import Channel
 from comparison.tables.resample import resample
 from comparison.tables.table import Table, TableError
 from comparison.tables.time_shift import SAME_GRID, Shift, estimate
@@ -60,7 +60,7 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
     TableError
         If the tables have fewer than two common times.
     """
-    known = channels()
+    known = a.known | b.known
     columns_a = {name: _continuous(a.values(name), known.get(name)) for name in names}
     columns_b = {name: _continuous(b.values(name), known.get(name)) for name in names}
     time_a, time_b = a.time, b.time
@@ -80,18 +80,22 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
             )
         # The table that provides the grid is only truncated, at its own samples.
         if interpolated == "a":
-            columns_a, unknown = resample(time_a, columns_a, time, b.events if a.events is None else a.events)
+            columns_a, unknown = resample(
+                time_a, columns_a, time, b.events if a.events is None else a.events, known
+            )
             columns_b = {name: np.interp(time, time_b, own) for name, own in columns_b.items()}
         else:
-            columns_b, unknown = resample(time_b, columns_b, time, a.events if b.events is None else b.events)
+            columns_b, unknown = resample(
+                time_b, columns_b, time, a.events if b.events is None else b.events, known
+            )
             columns_a = {name: np.interp(time, time_a, own) for name, own in columns_a.items()}
     for name in names:
         channel = known.get(name)
         if channel is not None and channel.angle:
-            turns = np.round((columns_a[name][0] - columns_b[name][0]) / (2 * np.pi))
+            turns = np.round((columns_a[name][0] - columns_b[name][0]) / channel.turn)
             if turns:
-                columns_b[name] = columns_b[name] + 2 * np.pi * turns
-    shift = estimate(time, columns_a, columns_b)
+                columns_b[name] = columns_b[name] + channel.turn * turns
+    shift = estimate(time, columns_a, columns_b, known)
     return Aligned(time, columns_a, columns_b, interpolated, unknown, shift)
 
 
@@ -111,9 +115,9 @@ def _is_coarser(time: Array, other: Array) -> bool:
 
 def _continuous(values: Array, channel: Channel | None) -> Array:
     """Unwrap an angle; one without jumps is returned unchanged (bit for bit)."""
-    if channel is None or not channel.angle or np.abs(np.diff(values)).max() <= np.pi:
+    if channel is None or not channel.angle or np.abs(np.diff(values)).max() <= channel.turn / 2:
         return values
-    return np.unwrap(values)
+    return np.unwrap(values, period=channel.turn)
 
 
 def _within(time: Array, other: Array) -> Array:

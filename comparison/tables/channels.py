@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from math import pi
 from typing import Any
 
 JOINTS = "OABHCF"
@@ -31,16 +32,20 @@ class Channel:
     rate: str | None = None
     follows: str | None = None
     angle: bool = False
+    turn: float = 2 * pi
+    """Of an angle: a revolution in its unit."""
+    given: float | None = None
+    """Scale that the user states, in the channel's unit; None: by ``scale``."""
 
-    def scale_value(self, scene: Mapping[str, Any] | None, both_ranges: float) -> float:
+    def scale_value(self, scene: Mapping[str, Any] | None, extent: float) -> float:
         """Evaluate the scale in the channel's unit.
 
         Parameters
         ----------
         scene
             Scene mapping; if None, or without clearance, the scale is the range.
-        both_ranges
-            Range (largest minus smallest value) over both results.
+        extent
+            Range (largest minus smallest value) of the results.
 
         Notes
         -----
@@ -53,8 +58,10 @@ class Channel:
             scene["joints"]["slider"] == "ideal" and scene["joints"]["crank_pin"] == "clearance"
         )
         where = "crank_pin" if pin_clearance else "slider"
+        if self.given is not None:
+            return self.given
         if self.scale == "range" or scene is None or scene["clearance"][where] == 0:
-            return both_ranges
+            return extent
         rule, per, _ = self.scale.partition("/(T/100)")
         clearance = float(scene["clearance"][where])
         value = {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -11,7 +13,11 @@ from comparison.tables.channels import CONTACTS, Channel, channels
 
 
 def resample(
-    time: Array, columns: dict[str, Array], at: Array, events: pd.DataFrame | None
+    time: Array,
+    columns: dict[str, Array],
+    at: Array,
+    events: pd.DataFrame | None,
+    known: Mapping[str, Channel] | None = None,
 ) -> tuple[dict[str, Array], dict[str, BoolArray]]:
     """Interpolate channels.
 
@@ -29,6 +35,8 @@ def resample(
         Times of the interpolation, s, inside the span of ``time``, shape (m,).
     events
         Contacts with ``corner``, ``start`` and ``end``; None: unknown.
+    known
+        Definitions of the channels; None: those of the press.
 
     Returns
     -------
@@ -38,7 +46,7 @@ def resample(
         Channel -> where no samples determine it, because its interval has fewer than two: shape (m,). The
         values there, interpolated across the event, serve plotting only. Only channels with such instants.
     """
-    known = channels()
+    known = channels() if known is None else known
     stretches: dict[str, tuple[NDArray[np.intp], BoolArray] | None] = {}
     sampled, unknown = {}, {}
     for name, values in columns.items():

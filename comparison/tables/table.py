@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from pyarrow import csv
 
 from comparison.files import plain, replacing_in, write_json
+from comparison.tables.channels import Channel, channels
 
 FORMATS = (".csv", ".parquet")
 
@@ -65,12 +66,15 @@ class Table:
         Channel -> min, time_of_min, max, time_of_max over integration steps.
     provenance
         Model, settings and versions that produced the results.
+    own
+        Definitions of the channels that are not the press's, or have a scale of their own.
     """
 
     frame: pd.DataFrame
     events: pd.DataFrame | None = None
     extrema: dict[str, dict[str, float]] = field(default_factory=dict)
     provenance: dict[str, Any] = field(default_factory=dict)
+    own: dict[str, Channel] = field(default_factory=dict)
 
     @classmethod
     def from_result(cls, result: Result) -> Table:
@@ -99,6 +103,11 @@ class Table:
             raise TableError(f"the model's extrema or provenance: {error}") from error
         provenance = {**result.provenance, "status": result.status, "remedy": result.remedy}
         return cls(frame, events, result.extrema, provenance)
+
+    @property
+    def known(self) -> dict[str, Channel]:
+        """Definitions of all channels that the table may hold, by name."""
+        return channels() | self.own
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -137,13 +146,15 @@ def read(path: str | Path) -> Table:
     return Table(frame, read_events(path), record.pop("extrema", {}), record)
 
 
-def read_frame(path: Path, **layout: Any) -> pd.DataFrame:
-    """Read the columns of one file: Parquet by its extension, else text.
+def read_frame(path: Path, *, parquet: bool | None = None, **layout: Any) -> pd.DataFrame:
+    """Read the columns of one file: Parquet or text.
 
     Parameters
     ----------
     path
         The file.
+    parquet
+        Whether it is one of Parquet; None: by its extension.
     layout
         Text format, as arguments of `pandas.read_csv`; default: commas and one header line.
 
@@ -154,7 +165,7 @@ def read_frame(path: Path, **layout: Any) -> pd.DataFrame:
     """
     frame: pd.DataFrame
     with _readable(path), warnings.catch_warnings():
-        if path.suffix.lower() == ".parquet":
+        if path.suffix.lower() == ".parquet" if parquet is None else parquet:
             frame = pd.read_parquet(path, engine="pyarrow")
             pa.default_memory_pool().release_unused()  # it retains the memory of decoding
             return frame

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comparison.tables.arrays import Array
-from comparison.tables.channels import channels
+from comparison.tables.channels import Channel, channels
 from comparison.tables.resample import hermite
 
 # Two grids are equal if their times differ by less than this share of a sample interval: the precision of a
@@ -58,7 +58,12 @@ class Shift:
         return f"{late} is later than {early} by {size} (estimated, not applied)."
 
 
-def estimate(time: Array, a: Mapping[str, Array], b: Mapping[str, Array]) -> Shift:
+def estimate(
+    time: Array,
+    a: Mapping[str, Array],
+    b: Mapping[str, Array],
+    known: Mapping[str, Channel] | None = None,
+) -> Shift:
     r"""Estimate the time shift between two results on a common grid.
 
     A search over integer lags finds the lag with the least variance of the difference; of several (periodic
@@ -83,12 +88,16 @@ def estimate(time: Array, a: Mapping[str, Array], b: Mapping[str, Array]) -> Shi
         s, strictly increasing, shape (n,).
     a, b
         Channel -> values, shape (n,).
+    known
+        Definitions of the channels; None: those of the press. Without one of motion those of other mechanisms
+        count, whose group is unknown.
     """
-    known = channels()
+    known = channels() if known is None else known
+    group = "motion" if any(known[name].group == "motion" for name in a) else "own"
     moving = [
         name
         for name in a
-        if known[name].group == "motion" and min(np.ptp(a[name]), np.ptp(b[name])) >= known[name].floor
+        if known[name].group == group and min(np.ptp(a[name]), np.ptp(b[name])) >= known[name].floor
     ]
     # Velocities almost jump at impacts; positions only have kinks.
     names = [name for name in moving if known[name].rate is not None] or moving
@@ -97,6 +106,7 @@ def estimate(time: Array, a: Mapping[str, Array], b: Mapping[str, Array]) -> Shi
     if time.size < 2 * _BLOCKS:
         return _cannot_tell(f"{time.size} common samples; required: at least {2 * _BLOCKS}")
     scales = {name: float(max(np.ptp(a[name]), np.ptp(b[name]))) for name in names}
+    rates = {name: known[name].rate for name in names}
     lag = _search(time, a, b, scales)
     if lag is None:
         return _cannot_tell("the two are not correlated closely enough at any lag")
@@ -106,7 +116,7 @@ def estimate(time: Array, a: Mapping[str, Array], b: Mapping[str, Array]) -> Shi
     floor = np.array([np.spacing(np.abs(a[name]).max()) / scales[name] for name in names])
     weights = np.ones(len(names))
     for _ in range(_ROUNDS):
-        sums = np.array([_sums(time, a, b, scales, block, lag) for block in blocks])
+        sums = np.array([_sums(time, a, b, scales, rates, block, lag) for block in blocks])
         step, errors = _solve(sums.sum(axis=0), weights)
         lag += step
         weights = 1.0 / np.maximum(errors, floor**2)
@@ -175,6 +185,7 @@ def _sums(
     a: Mapping[str, Array],
     b: Mapping[str, Array],
     scales: Mapping[str, float],
+    rates: Mapping[str, str | None],
     block: slice,
     lag: float,
 ) -> Array:
@@ -188,7 +199,7 @@ def _sums(
     near = slice(low, int(np.searchsorted(time, at[-1])) + 3)
     rows = []
     for name, scale in scales.items():
-        rate = channels()[name].rate
+        rate = rates[name]
         values = a[name][near]
         slopes = a[rate][near] if rate is not None and rate in a else np.gradient(values, time[near])
         value, slope = hermite(time[near], values, slopes, at)

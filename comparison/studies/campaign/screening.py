@@ -61,7 +61,7 @@ def screen(scene: Scene, reference: Runs, tree: Table) -> Screening:
         channel = channels()[name]
         a, b = reference.base.values(name), tree.values(name)
         extent = float(max(a.max(), b.max()) - min(a.min(), b.min()))
-        u = model_uncertainty(reference, name, scene)
+        u = model_uncertainty(reference, name, scene.period)
         if u is None or extent < channel.floor:
             continue
         scale = channel.scale_value(scene.data, extent)

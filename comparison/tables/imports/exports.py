@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,7 +23,10 @@ _HEAD = 1 << 18  # bytes that must contain the first row of numbers
 _SPACES = r"\s+"
 _SEPARATORS = (";", "\t", ",", _SPACES)
 # Names separated by spaces: quoted or a single word, either with a unit in brackets.
-_WORD = re.compile(r'(?:"[^"]*"|[^\s"\[(]+)(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?')
+# Of a line of units each is in brackets of its own.
+_WORD = re.compile(r'(?:"[^"]*"|[^\s"\[(]+)(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?|\[[^\]]*\]|\([^)]*\)')
+_INDEX = re.compile(r"\s*\d+\s*(?:,\s*\d+\s*)*")
+_COMMENT = "#%!"
 _BRACKETS = re.compile(r"(?P<name>.*\S)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))")
 
 
@@ -63,15 +67,20 @@ class Layout:
     separator: str
     decimal: str
     encoding: str
+    header: str = ""
+    """All lines above the numbers."""
+    nameless: bool = False
+    """Whether the columns are numbered (``#1``) for want of names."""
 
     @property
     def plain(self) -> bool:
         """Whether it is the layout of this package's tables: commas, one header line, no units."""
-        return self.separator == "," and self.above == 1 and not any(self.units)
+        named = not self.nameless and not any(self.units)
+        return self.separator == "," and self.above == 1 and named
 
 
 def layout(path: Path) -> Layout | None:
-    """Detect the layout of a text table; None if it has no row of numbers.
+    """Detect the layout of a text table; None without a row of numbers.
 
     Raises
     ------
@@ -83,22 +92,26 @@ def layout(path: Path) -> Layout | None:
     if found is None:
         return None
     first, separator = found
+    size = _is_size(path, lines, first, separator)
+    first += size
     rows = [_fields(line, separator) for line in lines[first : first + 100]]
-    written = [n for n in range(first) if lines[n].strip()]
-    titles = [(n, _fields(lines[n].lstrip(" #%!"), separator, names=True)) for n in written[-2:]]
+    written = [n for n in range(first - size) if lines[n].strip()]
+    titles = [(n, _fields(lines[n].lstrip(" " + _COMMENT), separator, names=True)) for n in written[-2:]]
     count = len(rows[0])
-    if not titles or len(titles[-1][1]) != count:
-        there = (
-            f"line {titles[-1][0] + 1} names {len(titles[-1][1])}" if titles else "no line above names any"
-        )
+    nameless = not titles or len(titles[-1][1]) != count
+    if nameless and titles and lines[titles[-1][0]].lstrip()[0] not in _COMMENT:
         raise TableError(
-            f"{path}: line {first + 1} holds {count} numbers, but {there}: each column needs a name"
+            f"{path}: line {first + 1} holds {count} numbers, but line {titles[-1][0] + 1} names "
+            f"{len(titles[-1][1])}: each column needs a name, or none does"
         )
-    titles = [(n, fields) for n, fields in titles if len(fields) == count]
-    names = [_split(field) for field in titles[-1][1]]
     units: list[str | None] = [None] * count
-    if len(titles) == 2 and _are_units(titles[-1][1]):
-        names, units = [_split(field) for field in titles[0][1]], [_bare(f) for f in titles[1][1]]
+    if nameless:
+        names: list[tuple[str, str | None]] = [(position(n), None) for n in range(count)]
+    else:
+        titles = [(n, fields) for n, fields in titles if len(fields) == count]
+        names = [_split(field) for field in titles[-1][1]]
+        if len(titles) == 2 and _are_units(titles[-1][1]):
+            names, units = [_split(field) for field in titles[0][1]], [_bare(f) for f in titles[1][1]]
     comma = separator != "," and any("," in field for row in rows for field in row)
     return Layout(
         names=[name for name, _ in names],
@@ -107,7 +120,14 @@ def layout(path: Path) -> Layout | None:
         separator=separator,
         decimal="," if comma else ".",
         encoding=encoding,
+        header="\n".join(lines[:first]),
+        nameless=nameless,
     )
+
+
+def position(n: int) -> str:
+    """Return the name of a column by its position, counted from 0: ``#1`` for the first."""
+    return f"#{n + 1}"
 
 
 def read_columns(path: Path, how: Layout) -> list[Column]:
@@ -129,6 +149,7 @@ def read_columns(path: Path, how: Layout) -> list[Column]:
         header=None,
         names=range(len(how.names)),
         skiprows=how.above,
+        comment="#",
     )
     columns = []
     for n, (name, unit) in enumerate(zip(how.names, how.units, strict=True)):
@@ -136,6 +157,21 @@ def read_columns(path: Path, how: Layout) -> list[Column]:
             continue  # the separator at the end of every line
         columns.append(Column(name, unit, _numbers(path, frame, n, name, how.decimal)))
     return columns
+
+
+def _is_size(path: Path, lines: Sequence[str], first: int, separator: str) -> int:
+    """Return 1 if the first row of numbers is the number of rows and columns of those below it, else 0."""
+    sizes = [_fields(line, separator) for line in lines[first : first + 2]]
+    if (
+        len(sizes) < 2
+        or len(sizes[0]) != 2
+        or not all(field.isdigit() for field in sizes[0])
+        or (int(sizes[0][1]) != len(sizes[1]))
+    ):
+        return 0
+    with path.open("rb") as file:
+        rows = sum(1 for line in file if line.strip()) - sum(1 for line in lines[: first + 1] if line.strip())
+    return int(rows == int(sizes[0][0]))
 
 
 def _head(path: Path) -> tuple[list[str], str]:
@@ -182,11 +218,18 @@ def _bare(field: str) -> str | None:
 
 
 def _split(field: str) -> tuple[str, str | None]:
-    """Return name and unit of ``x [mm]``, ``x (mm)`` or ``x``."""
-    found = _BRACKETS.fullmatch(field.strip())
+    """Return name and unit of ``x [mm]``, ``x (mm)`` or ``x``; ``r[1]`` and ``der(x)`` are names."""
+    field = field.strip()
+    found = _BRACKETS.fullmatch(field)
+    attached = field.strip('"')[-1:] in "])" and not re.search(r"\s[\[(][^\[(]*$", field)
     if found is None:
-        return field.strip().strip('"'), None
-    return found["name"].strip('"'), _bare(found["square"] or found["round"] or "")
+        return field.strip('"'), None
+    square, round_ = found["square"], found["round"]
+    if attached and square is not None and _INDEX.fullmatch(square):
+        return field.strip('"'), None
+    if attached and square is None and (parse(round_ or "") is None or found["name"].endswith("der")):
+        return field.strip('"'), None
+    return found["name"].strip('"'), _bare(square or round_ or "")
 
 
 def _are_units(fields: list[str]) -> bool:

@@ -1,4 +1,4 @@
-"""MATLAB .mat files: vectors of equal length, as variables or as the fields of one structure.
+"""MATLAB .mat files: vectors of equal length, as variables or as the fields of one structure; Dymola's.
 
 scipy's parser trusts the sizes stated in a file: one wrong byte can make it read outside its memory, which
 ends the process. Untrusted files are therefore read in a separate process, ``python -m`` this module, which
@@ -75,13 +75,38 @@ def _load(path: str) -> tuple[dict[str, Any], str]:
     from scipy.io import loadmat
 
     try:
-        return loadmat(path, appendmat=False, squeeze_me=True), ""
+        content = loadmat(path, appendmat=False, squeeze_me=True)
+        # The lines of names need their full width.
+        return (_trajectory(loadmat(path, appendmat=False)) if "Aclass" in content else content), ""
     except OSError as error:
         if error.strerror is None:  # scipy's, for a truncated file
             raise
         return {}, error.strerror
     except NotImplementedError:
         return {}, "is of MATLAB's version 7.3 (HDF5): save it with the option -v7"
+
+
+def _trajectory(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the variables of a result of Dymola or OpenModelica, with constants at all times.
+
+    ``Aclass`` says by "binTrans" or "binNormal" whether the matrices are transposed. Of each name
+    ``dataInfo`` has the matrix (0: the abscissa, 1: constants, 2: over time) and, with its sign, the row.
+    """
+    lines = [str(line) for line in content["Aclass"]]
+    transposed = "binTrans" in "".join(lines)
+    texts = [str(line) for line in content["name"]]
+    names = ["".join(column).strip() for column in zip(*texts, strict=True)] if transposed else texts
+    info, constant, varying = (
+        content[key] if transposed else content[key].T for key in ("dataInfo", "data_1", "data_2")
+    )
+    variables = {}
+    for n, name in enumerate(names):
+        where, row = int(info[0, n]), int(info[1, n])
+        values = (
+            constant[abs(row) - 1, 0] + np.zeros(varying.shape[1]) if where == 1 else varying[abs(row) - 1]
+        )
+        variables[name.strip()] = -values if row < 0 else values
+    return variables
 
 
 def _vectors(content: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:

@@ -1,160 +1,224 @@
 """Conversion of other programs' tables to `Table`.
 
-All conversions happen here: the result has SI units and the names and signs of the channels.
+All conversions happen here: the result has SI units and the names and signs of the channels; columns that are
+no channels of the press are compared under their own names and in the tables' units.
 """
 
 from __future__ import annotations
 
 import difflib
+from collections.abc import Iterable, Sequence
 from collections.abc import Mapping as Pairs
-from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from comparison.tables.channels import channels
-from comparison.tables.imports.exports import Column, layout, read_columns
-from comparison.tables.imports.mapping import TIME, Mapping, Rule
-from comparison.tables.imports.units import parse
-from comparison.tables.table import FORMATS, Table, TableError, read, read_events, read_frame
+from comparison.tables.channels import Channel, channels
+from comparison.tables.imports.conversion import convert
+from comparison.tables.imports.exports import Column, position
+from comparison.tables.imports.mapping import TIME, Mapping, Quantity, Rule
+from comparison.tables.imports.own_channels import Stated, check_rates, own_channel
+from comparison.tables.imports.reading import Source, open_source
+from comparison.tables.imports.repeated_times import resolved
+from comparison.tables.table import Table, TableError
 
-_TEXT = (".csv", ".txt", ".tab", ".tsv", ".dat")
-_NO_RULES = Mapping()
 _HINT = "a mapping file (--mapping) assigns columns to channels"
 
 
-def read_pair(a: Path, b: Path, mapping: Mapping | None = None) -> tuple[Table, Table, tuple[str, ...]]:
+@dataclass(frozen=True)
+class _Assigned:
+    """A table's columns by channel."""
+
+    source: Source
+    columns: dict[str, Column]
+    rules: dict[str, Rule]
+    """By channel, of those that have one."""
+    others: list[str] = field(default_factory=list)
+    """Columns without a channel."""
+
+
+def read_pair(
+    a: Path, b: Path, mapping: Mapping | None = None, at_events: str | None = None
+) -> tuple[Table, Table, tuple[str, ...]]:
     """Read two tables, each native or from another program.
 
     Parameters
     ----------
     a, b
-        CSV, text, Parquet or .mat files.
+        Files of any kind that `comparison.tables.imports.content.kind` knows.
     mapping
-        For tables that are not native. None: every column must have the name of a channel.
+        Assigns columns to channels. Without one columns have the name of a channel, or the same in both.
+    at_events
+        Which rows of one time are compared, see `comparison.tables.imports.repeated_times.resolved`.
 
     Returns
     -------
     a, b
         In SI units; not yet checked.
     warnings
-        Columns that were left out.
+        What was left out or assumed.
 
     Raises
     ------
     TableError
         One line: file, column and rule.
     """
-    mapping = mapping or _NO_RULES
-    tables: list[Table] = []
-    warnings: list[str] = []
-    found: set[str] = set()
-    for path, rules in ((a, mapping.of("a")), (b, mapping.of("b"))):
-        table, names, left = _read(path, rules)
-        found |= names
+    tables, warnings = read_tables([a, b], ["a", "b"], mapping, at_events)
+    return tables[0], tables[1], warnings
+
+
+def read_tables(
+    paths: Sequence[Path], sides: Sequence[str], mapping: Mapping | None, at_events: str | None
+) -> tuple[list[Table], tuple[str, ...]]:
+    """Read the runs of two programs, as `read_pair`; ``sides`` says for each which rules hold, "a" or "b"."""
+    mapping = mapping or Mapping()
+    sources = [open_source(path) for path in paths]
+    _refuse_missing_columns(sources, sides, mapping)
+    assigned = _assign(sources, sides, mapping)
+    known = _definitions(assigned, mapping)
+    warnings = list(_assumptions(sources, known))
+    tables = []
+    for one in assigned:
+        table = _convert_all(one, known, mapping, at_events)
+        left = list(one.others)
         if mapping.compare is not None:
             wanted = [name for name in table.frame if name == TIME or name in mapping.compare]
             left += [name for name in table.channels if name not in wanted]
-            table = Table(table.frame[wanted], table.events, table.extrema, table.provenance)
+            table = replace(table, frame=table.frame[wanted])
         if left:
-            warnings.append(f"{path.name}: not compared, since the mapping leaves it out: {', '.join(left)}")
+            warnings.append(
+                f"{one.source.path.name}: not compared, since the mapping leaves it out: {', '.join(left)}"
+            )
         tables.append(table)
-        _refuse_missing(str(path), (mapping.a, mapping.b)[len(tables) - 1], names)
-    _refuse_missing("either table", mapping.columns, found)
-    return tables[0], tables[1], tuple(warnings)
+    return tables, tuple(warnings)
 
 
-def _read(path: Path, rules: Pairs[str, Rule]) -> tuple[Table, set[str], list[str]]:
-    """Return a table, the names of its columns in the file, and those that are left out."""
-    ending = path.suffix.lower()
-    others: list[str] = []
-    if ending == ".mat":
-        from comparison.tables.imports.matlab import read_mat
+def _assign(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping) -> list[_Assigned]:
+    """Assign the columns of all tables to channels: by rules, by name, else by one name in all tables."""
+    rules = [mapping.of("a" if side == "a" else "b") for side in sides]
+    assigned = [_by_rules(source, own, mapping) for source, own in zip(sources, rules, strict=True)]
+    shared = set.intersection(*(set(one.others) for one in assigned))
+    for one, own in zip(assigned, rules, strict=True):
+        mapped = any(name in own or position(n) in own for n, name in enumerate(one.source.names))
+        wanted = shared & set(mapping.compare or ()) if mapped else shared
+        for column in one.source.columns:
+            if column.name in wanted:
+                one.columns[column.name] = column
+        others = [name for name in one.others if name not in wanted]
+        lacking = [*others, *one.source.others]
+        if lacking and not mapped and mapping.compare is None:
+            raise TableError(
+                f"{one.source.path}: {lacking[0]!r} is not a channel, nor a column of both tables; {_HINT}"
+            )
+        one.others[:] = lacking
+    return assigned
 
-        columns, others = read_mat(path)
-    elif ending == ".parquet":
-        frame = read_frame(path)
-        if TIME in frame and not rules.keys() & set(frame):
-            return read(path), {str(name) for name in frame}, []
-        columns = [Column(str(name), None, frame[name].to_numpy(dtype=np.float64)) for name in frame]
-    elif ending in _TEXT:
-        how = layout(path)
-        if how is None or (how.plain and TIME in how.names and not rules.keys() & set(how.names)):
-            if ending in FORMATS:
-                table = read(path)
-                return table, {TIME, *table.channels}, []
-            raise TableError(f"{path}: contains no row of two or more numbers")
-        columns = read_columns(path, how)
-    else:
-        raise TableError(f"{path}: the name must end in {', '.join((*_TEXT, '.parquet'))} or .mat")
-    names = {column.name for column in columns}
-    mapped = bool(names & rules.keys())
-    taken: dict[str, Column] = {}
-    for column in columns:
-        channel = rules[column.name].channel if column.name in rules else _channel(column.name)
+
+def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping) -> _Assigned:
+    assigned = _Assigned(source, {}, {})
+    for n, column in enumerate(source.columns):
+        rule = rules.get(column.name) or rules.get(position(n))
+        channel = rule.channel if rule is not None else _channel(column.name, mapping)
+        if channel is None and source.nameless and n == 0 and TIME not in {r.channel for r in rules.values()}:
+            channel = TIME
         if channel is None:
-            others.append(column.name)
-        elif channel in taken:
-            both = f"{taken[channel].name!r} and {column.name!r}"
-            raise TableError(f"{path}: columns {both} are both the channel {channel}")
+            assigned.others.append(column.name)
+        elif channel in assigned.columns:
+            both = f"{assigned.columns[channel].name!r} and {column.name!r}"
+            raise TableError(f"{source.path}: columns {both} are both the channel {channel}")
         else:
-            taken[channel] = column
-    if others and not mapped:
-        raise TableError(f"{path}: {others[0]!r} is not a channel; {_HINT}")
-    if TIME not in taken:
-        raise TableError(f"{path}: channel time is missing; columns: {', '.join(sorted(names))}; {_HINT}")
-    converted, settings = {}, {}
-    for channel in (TIME, *(name for name in taken if name != TIME)):
-        column = taken[channel]
-        converted[channel], settings[channel] = _convert(path, column, channel, rules.get(column.name))
-    provenance = {"formulation": f"taken from {path.name}", "settings": settings}
-    return Table(pd.DataFrame(converted, copy=False), read_events(path), {}, provenance), names, others
+            assigned.columns[channel] = column
+            if rule is not None:
+                assigned.rules[channel] = rule
+    if TIME not in assigned.columns:
+        names = ", ".join(sorted(source.names))
+        raise TableError(f"{source.path}: channel time is missing; columns: {names}; {_HINT}")
+    return assigned
 
 
-def _channel(name: str) -> str | None:
+def _channel(name: str, mapping: Mapping) -> str | None:
     """Return the channel of a column without a rule, if any; case is ignored for ``time``."""
     if name.lower() == TIME:
         return TIME
-    return name if name in channels() else None
+    return name if name in channels() or name in mapping.channels else None
 
 
-def _convert(path: Path, column: Column, channel: str, rule: Rule | None) -> tuple[NDArray[np.float64], str]:
-    """Return a column in SI units, and a description of the conversion.
-
-    Raises
-    ------
-    TableError
-        If its unit is unknown, has the wrong dimension, or is missing for a column with a rule.
-    """
-    where = f"{path}: column {column.name!r}"
-    wanted = "s" if channel == TIME else channels()[channel].unit
-    stated = column.unit if rule is None or rule.unit is None else rule.unit
-    if stated is None and rule is not None:
-        raise TableError(f"{where} has no unit, neither in the table nor in the mapping")
-    stated = wanted if stated is None else stated
-    unit, kind = parse(stated), parse(wanted)
-    if unit is None:
-        raise TableError(f"{where}: unit {stated!r} is not known")
-    if kind is None or unit.powers != kind.powers:
-        raise TableError(f"{where}: unit {stated!r} does not fit the channel {channel}, which is in {wanted}")
-    other = parse(column.unit) if column.unit is not None else None
-    if other is not None and other != unit:
-        raise TableError(f"{where}: the unit is {column.unit!r} in the table and {stated!r} in the mapping")
-    values = column.numbers
-    reported = f"{column.name} in {stated}"
-    if rule is not None:
-        values = values if rule.sign == 1 else -values
-        values = values if rule.offset == 0 else values + rule.offset
-        reported = ("-" if rule.sign < 0 else "") + reported + (f" {rule.offset:+g}" if rule.offset else "")
-    return unit.to_si(values), reported
+def _definitions(assigned: Sequence[_Assigned], mapping: Mapping) -> dict[str, Channel]:
+    """Return the channels of these tables that are not the press's, or have a scale of their own."""
+    degrees = {one.source.degrees: one.source.path.name for one in assigned if one.source.degrees}
+    if len(degrees) > 1:
+        raise TableError(
+            f"{degrees['yes']} is inDegrees=yes and {degrees['no']} inDegrees=no: export both alike"
+        )
+    names = dict.fromkeys(name for one in assigned for name in one.columns if name != TIME)
+    defined = {}
+    for name in names:
+        quantity = mapping.channels.get(name, Quantity())
+        if name in channels():
+            if quantity.scale is not None:
+                defined[name] = replace(channels()[name], given=quantity.scale)
+            continue
+        stated = [
+            Stated(one.source.path.name, _stated_unit(one, name), one.columns[name].numbers)
+            for one in assigned
+            if name in one.columns
+        ]
+        defined[name] = own_channel(name, quantity, stated)
+    check_rates(defined.values())
+    return defined
 
 
-def _refuse_missing(where: str, rules: Pairs[str, Rule], names: Sequence[str] | set[str]) -> None:
+def _stated_unit(one: _Assigned, name: str) -> str | None:
+    rule = one.rules.get(name)
+    return one.columns[name].unit if rule is None or rule.unit is None else rule.unit
+
+
+def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Iterable[str]:
+    for source in sources:
+        if source.nameless:
+            yield f"{source.path.name}: columns without names: the first is the time, others are numbered"
+    if bare := [name for name, channel in known.items() if not channel.unit]:
+        yield f"no unit is stated for {', '.join(bare)}: compared as numbers"
+
+
+def _convert_all(
+    one: _Assigned, known: Pairs[str, Channel], mapping: Mapping, at_events: str | None
+) -> Table:
+    converted, settings = {}, {}
+    for name in (TIME, *(name for name in one.columns if name != TIME)):
+        channel = None if name == TIME else known.get(name) or channels()[name]
+        factor = mapping.channels[name].factor if name in mapping.channels else 1.0
+        converted[name], settings[name] = convert(
+            one.source.path, one.columns[name], channel, one.rules.get(name), factor
+        )
+    frame = resolved(pd.DataFrame(converted, copy=False), at_events, str(one.source.path))
+    provenance = one.source.record
+    if provenance is None or one.rules:
+        provenance = {"formulation": f"taken from {one.source.path.name}", "settings": settings}
+    own = {name: channel for name, channel in known.items() if name in one.columns}
+    return Table(frame, one.source.events, one.source.extrema, provenance, own)
+
+
+def _refuse_missing_columns(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping) -> None:
     """Reject rules for missing columns: a misspelt name would leave a channel out."""
+    names = [{*source.names, *map(position, range(len(source.names)))} for source in sources]
+    for source, side, own in zip(sources, sides, names, strict=True):
+        _refuse_missing(str(source.path), mapping.a if side == "a" else mapping.b, own, source.names)
+    _refuse_missing(
+        "either table", mapping.columns, set().union(*names), [n for s in sources for n in s.names]
+    )
+    every = {*channels(), *mapping.channels}.union(*(source.names for source in sources))
+    for name in mapping.compare or ():
+        if name not in every:
+            raise TableError(f"mapping: compare: {name!r} is not a channel")
+
+
+def _refuse_missing(where: str, rules: Pairs[str, Rule], names: set[str], shown: Sequence[str]) -> None:
     for name in rules:
         if name not in names:
-            close = difflib.get_close_matches(name, list(names), n=1)
-            meant = f"; did you mean {close[0]!r}?" if close else f"; columns: {', '.join(sorted(names))}"
+            close = difflib.get_close_matches(name, shown, n=1)
+            meant = (
+                f"; did you mean {close[0]!r}?" if close else f"; columns: {', '.join(sorted(set(shown)))}"
+            )
             raise TableError(f"mapping: column {name!r} is not in {where}{meant}")

@@ -38,6 +38,10 @@ class Unit:
         powers = tuple(p * exponent for p in self.powers)
         return Unit(self.factor**exponent, powers)  # type: ignore[arg-type]
 
+    def over(self, other: Unit) -> Unit:
+        """Return this unit in multiples of another of the same dimension, with its powers."""
+        return Unit(self.factor / other.factor, self.powers)
+
     def to_si(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the values in SI, unchanged if they already are.
 
@@ -72,6 +76,7 @@ _TABLE: tuple[tuple[str, Fraction | str, tuple[int, int, int, int]], ...] = (
     ("rev turn turns", _TURN, _RAD),
     ("kg kilogram", "1", _KG),
     ("g gram", "1e-3", _KG),
+    ("lbm", "0.45359237", _KG),
     ("N newton newtons", "1", _N),
     ("mN", "1e-3", _N),
     ("kN kilonewton", "1000", _N),
@@ -79,6 +84,16 @@ _TABLE: tuple[tuple[str, Fraction | str, tuple[int, int, int, int]], ...] = (
     ("J joule joules", "1", _J),
     ("mJ", "1e-3", _J),
     ("kJ", "1000", _J),
+    ("Nm", "1", _J),
+    ("Nmm", "1e-3", _J),
+    ("kNm", "1000", _J),
+    ("W watt", "1", (1, 2, -3, 0)),
+    ("kW", "1000", (1, 2, -3, 0)),
+    ("Pa pascal", "1", (1, -1, -2, 0)),
+    ("kPa", "1000", (1, -1, -2, 0)),
+    ("MPa", "1e6", (1, -1, -2, 0)),
+    ("GPa", "1e9", (1, -1, -2, 0)),
+    ("Hz hertz", "1", (0, 0, -1, 0)),
     ("1 -", "1", (0, 0, 0, 0)),
 )
 _NAMED = {

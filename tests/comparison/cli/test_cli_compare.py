@@ -88,3 +88,55 @@ def test_parquet_and_text_give_the_same_verdict(make_table):
     write(make_table(), Path("a.parquet"))
     write(make_table(), Path("b.csv"))
     assert main(["compare", "a.parquet", "b.csv", "--tolerance", "1e-12"]) == 0
+
+
+def opensim(name: str, degrees: np.ndarray) -> None:
+    """Ten joint angles at 100 Hz, as OpenSim stores the results of inverse kinematics."""
+    names = [f"joint_{n}" for n in range(10)]
+    head = f"Coordinates\nversion=1\nnRows={len(degrees)}\nnColumns=11\ninDegrees=yes\n\nendheader\n"
+    rows = "\n".join(
+        "\t".join(f"{value:16.8f}" for value in (n * 0.01, *row)) for n, row in enumerate(degrees)
+    )
+    Path(name).write_text(head + "\t".join(["time", *names]) + "\n" + rows + "\n")
+
+
+@pytest.mark.parametrize(("wrong", "code"), [(0.0, 0), (0.5, 1)])
+def test_ten_joint_angles_of_two_opensim_files_compare_without_a_mapping(wrong, code, capsys):
+    time = np.arange(101) * 0.01
+    degrees = 30 * np.sin(np.outer(time, np.arange(1, 11))) - 5.0
+    opensim("left.sto", degrees)
+    degrees[40, 6] += wrong
+    opensim("right.mot", degrees)
+    command = ["compare", "left.sto", "right.mot", "--tolerance", "1e-3"]
+    assert main(command) == code
+    out = capsys.readouterr().out
+    assert out.count("agree\n") + out.count(" agree ") >= 10 - code
+    assert "no unit is stated for joint_0, joint_1" in out
+    if code:
+        assert "most of all joint_6: 1 of 101 samples are outside the tolerance, at worst at t = 0.4 s" in out
+        assert main([*command, "--share", "0.99"]) == 0
+        assert "1 of 101 samples are outside" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "rule"),
+    [
+        (["--share", "0"], "--share 0 must be above 0 and at most 1"),
+        (["--share", "1.5"], "--share 1.5 must be above 0"),
+        (["--period", "-1"], "--period -1 must be a positive number"),
+        (["--at-events", "before"], "--at-events 'before' must be one of left, right, both"),
+    ],
+)
+def test_options_that_mean_nothing_are_bad_input(options, rule, capsys):
+    assert main(["compare", "a.csv", "b.csv", *options]) == 2
+    assert rule in capsys.readouterr().err
+
+
+def test_crank_angle_and_speed_are_channels():
+    time = np.linspace(0.0, 0.8, 401)
+    for name, angle in (("a", 15 * time + 2.0), ("b", np.mod(15 * time + 2.0, 2 * np.pi) - np.pi)):
+        shift = np.pi if name == "b" else 0.0
+        rows = "\n".join(f"{t:.12g},{q + shift:.12g},15" for t, q in zip(time, angle, strict=True))
+        Path(f"{name}.csv").write_text(f"time,crank_angle,crank_speed\n{rows}\n")
+    # One runs on, the other starts anew with each revolution.
+    assert main(["compare", "a.csv", "b.csv", "--tolerance", "1e-9"]) == 0

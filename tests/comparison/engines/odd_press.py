@@ -67,6 +67,10 @@ def simulate(scene, *, progress=None, name="odd"):
         run["columns"] = list(columns.values())
     if what == "arrays":
         run["provenance"] = {"mass": t}
+    if what == "zeros":
+        contact |= {"impulse": [0.0], "peak_force": [0.0]}
     if what == "status":
         run |= {"status": "stalled", "remedy": "push it"}
+    if what == "no ideal" and not scene["output"]["groups"] == []:
+        raise ValueError("only the motion is available")
     return None if what == "nothing" else SimpleNamespace(**run)

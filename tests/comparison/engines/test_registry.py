@@ -43,7 +43,7 @@ def blocks(kind: str) -> list[str]:
 
 def test_the_documented_model_agrees_with_the_reference(install, tmp_path, capsys):
     registration, scene = blocks("toml")
-    (source,) = blocks("python")
+    source, *_ = blocks("python")
     points = tomllib.loads(registration)["project"]["entry-points"][registry.GROUP]
     install("my_press", source, points)
     (tmp_path / "mine.toml").write_text(scene)

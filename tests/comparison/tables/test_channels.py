@@ -15,7 +15,7 @@ SIZES = {"clearance.slider": C_SLIDER, "clearance.crank_pin": C_PIN}
 
 
 def scale(name: str, scene: Scene) -> float:
-    return channels()[name].scale_value(scene.data, both_ranges=7.0)
+    return channels()[name].scale_value(scene.data, extent=7.0)
 
 
 @pytest.mark.parametrize(

@@ -87,3 +87,32 @@ def test_names_of_another_program_are_escaped_in_the_report(capsys):
     html = Path("r/report.html").read_text("utf-8")
     assert "<b>y</b>" not in html
     assert "&lt;b&gt;y&lt;/b&gt;" in html
+
+
+def test_the_channels_of_the_guide_compare():
+    _, mapping = re.findall(r"```toml\n(.*?)```", GUIDE, re.DOTALL)
+    put("map.toml", mapping)
+    time = np.linspace(0, 1, 101)
+    knee, speed, moment = 30 * np.sin(6 * time), 180 * np.cos(6 * time), 0.1 * np.cos(time)
+    names = "time,knee_angle_r,knee_speed,hip_moment"
+    rows = np.column_stack([time, knee, speed, moment])
+    np.savetxt("a.csv", rows, "%.15g", ",", header=f"{names}\ns,deg,deg/s,-", comments="")
+    rows = np.column_stack([time, speed, moment, np.radians(knee)])
+    np.savetxt("b.csv", rows, "%.15g", ",", header="time,knee_speed,hip_moment,q7", comments="")
+    # One states the moment as a pure number, the other states nothing: the factor has the unit.
+    command = [
+        "compare",
+        "a.csv",
+        "b.csv",
+        "--mapping",
+        "map.toml",
+        "--tolerance",
+        "1e-9",
+        "--json",
+        "n.json",
+    ]
+    assert main(command) == 0
+    numbers = json.loads(Path("n.json").read_text())["channels"]
+    assert numbers["knee"]["unit"] == "deg"
+    assert numbers["knee"]["scale"] == 60.0
+    assert numbers["hip_moment"]["scale"] == pytest.approx(736 * np.ptp(moment), rel=1e-12)

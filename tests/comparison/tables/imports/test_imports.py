@@ -129,11 +129,9 @@ def test_a_rule_for_one_of_the_tables_goes_before_one_for_both():
         (text(NAMES + "\nms,mm,mm"), "unit 'mm' does not fit the channel slider_angle"),
         (text(NAMES + "\nmm,mm,deg"), "unit 'mm' does not fit the channel time, which is in s"),
         (text("time,slider_y,slider_y\nms,mm,mm"), "column 'slider_y' occurs twice"),
-        (text("time,slider_y,slider_Y\nms,mm,mm"), "'slider_Y' is not a channel; a mapping"),
-        (text("t,slider_y,slider_angle\nms,mm,deg"), "'t' is not a channel"),
+        (text("t,slider_y,slider_angle\nms,mm,deg"), "channel time is missing; columns: slider_angle,"),
         (text("TIME,slider_y,time\nms,mm,s"), "columns 'TIME' and 'time' are both the channel time"),
         (text("time,slider_y"), "line 2 holds 3 numbers, but line 1 names 2"),
-        (text("").lstrip(), "line 1 holds 3 numbers, but no line above names any"),
         (text(NAMES + "\nms,mm,deg") + text(NAMES + "\nms,mm,deg"), "text after data row 11: save one block"),
         (text(NAMES + "\nms,mm,deg") + "20,oops,3\n", "'slider_y' is not a number in data row 12: 'oops'"),
         (text(NAMES + "\nms,mm,deg") + "20,1,3,4\n", "cannot be read"),
@@ -160,7 +158,7 @@ def test_what_is_not_clear_is_refused_in_one_line(content, rule):
         ('[columns.x]\nchannel = "slider_x"\nsign = 2', "columns.x.sign = 2 must be 1 or -1"),
         ('[columns.x]\nchannel = "slider_x"\noffset = inf', "columns.x.offset = inf must be finite"),
         ('[columns.x]\nchannel = "slider_x"\noffset = "a"', "columns.x.offset = 'a' must be a number"),
-        ('[columns.x]\nchannel = "slider_x"\nfactor = 2', "columns.x.factor is not a known key"),
+        ('[columns.x]\nchannel = "slider_x"\nfactor = 0.0', "columns.'x': factor = 0 leaves nothing"),
         ("compare = []", "must name at least one channel"),
         ('compare = ["slider_z"]', "compare: 'slider_z' is not a channel"),
         (ADAMS, "mapping: column 'TIME' is not in either table; columns:"),
@@ -189,12 +187,6 @@ def test_numbers_that_are_not_finite_come_through_to_the_check():
         table = one(put("a.csv", text(NAMES + "\nms,mm,deg") + f"20,{bad},3\n"))
         with pytest.raises(TableError, match=r"slider_y is (nan|inf) in data row 12"):
             check(table, ["slider_y", "slider_angle"])
-
-
-@pytest.mark.parametrize("name", ["a.xls", "a"])
-def test_other_endings_are_refused(name):
-    with pytest.raises(TableError, match=r"must end in \.csv, .* or \.mat"):
-        one(put(name, ""))
 
 
 def test_a_text_without_numbers_is_refused():

@@ -113,3 +113,30 @@ def test_a_broken_file_is_one_line(broken):
     FILE.write_bytes(broken(Path("good.mat").read_bytes()))
     with pytest.raises(TableError, match=r"^a\.mat: is not a readable \.mat file$"):
         read()
+
+
+@pytest.mark.parametrize("transposed", [True, False])
+def test_a_result_of_dymola(transposed):
+    """Names and matrices by their index, an alias with the opposite sign, a constant."""
+    y, angle = COLUMNS["slider_y"], COLUMNS["slider_angle"]
+    names = ["Time", "slider_y", "slider_angle", "reaction_A_x"]
+    info = np.array([[0, 1, 0, -1], [2, 2, 0, -1], [2, -3, 0, -1], [1, 2, 0, 0]]).T
+    constants, varying = np.array([[0.0, 0.01], [7.5, 7.5]]), np.array([TIME, y, -angle])
+    width = max(map(len, names))
+    padded = [name.ljust(width) for name in names]
+    kind = "binTrans" if transposed else "binNormal"
+    savemat(
+        FILE,
+        {
+            "Aclass": [line.ljust(11) for line in ("Atrajectory", "1.1", "", kind)],
+            "name": ["".join(column) for column in zip(*padded, strict=True)] if transposed else padded,
+            "dataInfo": info if transposed else info.T,
+            "data_1": constants if transposed else constants.T,
+            "data_2": varying if transposed else varying.T,
+        },
+        format="4",
+    )
+    table, _ = read()
+    for name, values in COLUMNS.items():
+        np.testing.assert_array_equal(table.values(name), values)
+    np.testing.assert_array_equal(table.values("reaction_A_x"), 7.5)

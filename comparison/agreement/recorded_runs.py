@@ -1,0 +1,105 @@
+"""Comparison of two programs by runs that exist as tables, for programs that cannot be started here."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from comparison.accuracy.levels import recorded_refinement
+from comparison.accuracy.uncertainty import Runs
+from comparison.agreement.compare import compare
+from comparison.agreement.confirmation import confirm_recorded
+from comparison.agreement.results import SceneComparison
+from comparison.scene import Scene
+from comparison.tables.table import Table, TableError
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """Runs of one program."""
+
+    base: Table
+    finer: Table | None = None
+    """None: the program has no uncertainty, and nothing else may be given."""
+    coarser: Table | None = None
+    perturbed: Sequence[Table] = ()
+    """From moved starts. The first two are part of the uncertainty, at the coarser setting if there is such a
+    run; any more form an ensemble at the setting of the base."""
+    refinement: tuple[float, float] | None = None
+    """Factor between two settings and order of the error; None: as recorded beside the base."""
+
+    @property
+    def ensemble(self) -> Sequence[Table]:
+        """Runs that confirm a difference."""
+        return self.perturbed[2:]
+
+    @property
+    def known_refinement(self) -> tuple[float, float] | None:
+        """Factor and order as given, else those of the recorded model; None for another program."""
+        record = self.base.provenance
+        model, scene = record.get("model"), record.get("scene")
+        if self.refinement is not None or not isinstance(model, str) or not isinstance(scene, dict):
+            return self.refinement
+        settings = scene.get("solver", {}).get(model)
+        return recorded_refinement(model, settings) if isinstance(settings, dict) else None
+
+    @property
+    def runs(self) -> Runs:
+        """All but the ensemble."""
+        first, second, *_ = (*self.perturbed, None, None)
+        known = self.known_refinement
+        return Runs(self.base, self.finer, first, self.coarser, second, *([] if known is None else [known]))
+
+
+def compare_recorded(
+    a: Recorded,
+    b: Recorded,
+    *,
+    scene: Scene | None,
+    labels: tuple[str, str],
+    warnings: tuple[str, ...] = (),
+    **options: Any,
+) -> SceneComparison:
+    """Compare two programs by their runs, and confirm a difference by their ensembles.
+
+    Parameters
+    ----------
+    a, b
+        With a finer run each: judged by their numerical uncertainty; with neither: by the tolerance.
+    scene, labels, warnings, options
+        As of `comparison.agreement.compare.compare`.
+
+    Raises
+    ------
+    TableError
+        If the tables cannot be compared, or only one of the programs has a finer run.
+    """
+    for label, of in zip(labels, (a, b), strict=True):
+        if of.finer is None and (of.coarser is not None or of.perturbed):
+            raise TableError(f"{label}: coarser and perturbed runs count only beside a finer one")
+    if (a.finer is None) != (b.finer is None):
+        lacks = labels[0] if a.finer is None else labels[1]
+        raise TableError(f"{lacks} has no finer run, the other one has: an uncertainty needs both or neither")
+    runs = a.runs, b.runs
+    if a.finer is None:
+        return compare(*runs, scene=scene, labels=labels, warnings=warnings, **options)
+    warnings += tuple(
+        _assumed(label, of) for label, of in zip(labels, (a, b), strict=True) if _assumed(label, of)
+    )
+    judge = partial(compare, *runs, scene=scene, labels=labels, warnings=warnings, **options)
+    return confirm_recorded(
+        judge(), runs, (a.ensemble, b.ensemble), lambda ensembles: judge(ensembles=ensembles)
+    )
+
+
+def _assumed(label: str, of: Recorded) -> str:
+    """Return what the uncertainty of a program rests on for want of runs or of a statement."""
+    said = []
+    if not of.perturbed:
+        said.append("without perturbed runs its uncertainty leaves out how neighbouring motions diverge")
+    if of.coarser is not None and of.known_refinement is None:
+        factor, order = of.runs.refinement
+        said.append(f"factor {factor:g} between its settings and order {order:g} of its error are assumed")
+    return f"{label}: {'; '.join(said)}" if said else ""

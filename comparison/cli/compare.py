@@ -1,0 +1,190 @@
+"""``sixbar compare``: any two tables, and the further runs that give their uncertainty."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from comparison.cli.console import saved, say
+from comparison.cli.options import REPORTS, AllowIndeterminate, OutFolder
+from comparison.cli.validate import write_page
+
+if TYPE_CHECKING:
+    from comparison.agreement.recorded_runs import Recorded
+    from comparison.tables.table import Table
+
+Another = Annotated[
+    Path | None, typer.Option(help="The run at a finer, or coarser, setting.", show_default="")
+]
+Starts = Annotated[
+    list[Path] | None,
+    typer.Option(help="A run from a moved start; repeat for several.", metavar="FILE"),
+]
+Refinement = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FACTOR,ORDER", help="Factor between two settings, order of the error; default 2,2."
+    ),
+]
+
+
+def compare(
+    a: Annotated[Path, typer.Argument(help="A table: .csv, .parquet, .mat, or text of another program.")],
+    b: Annotated[Path, typer.Argument(help="The other table.")],
+    scene: Annotated[
+        str | None, typer.Option(help="Scene of the tables; default: the one recorded beside both.")
+    ] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Allowed difference, as a share of each channel's scale.")
+    ] = None,
+    share: Annotated[
+        float, typer.Option(help="Share of the samples that must be within the tolerance.")
+    ] = 1.0,
+    mapping: Annotated[
+        Path | None, typer.Option(help="TOML file that assigns another program's columns to channels.")
+    ] = None,
+    at_events: Annotated[
+        str | None, typer.Option(metavar="left|right|both", help="Which rows of a repeated time count.")
+    ] = None,
+    finer_a: Another = None,
+    finer_b: Another = None,
+    coarser_a: Another = None,
+    coarser_b: Another = None,
+    perturbed_a: Starts = None,
+    perturbed_b: Starts = None,
+    refinement_a: Refinement = None,
+    refinement_b: Refinement = None,
+    period: Annotated[
+        float | None,
+        typer.Option(help="Period of the motion, s; default: the scene's, else the span of the tables."),
+    ] = None,
+    out: OutFolder = None,
+    json: Annotated[Path | None, typer.Option(help="Also write the numbers to this file.")] = None,
+    allow_indeterminate: AllowIndeterminate = False,
+) -> int:
+    """Compare any two tables, also of other programs.
+
+    A finer run of each, better with coarser and perturbed ones, gives their numerical uncertainty, by which
+    they are judged as by `sixbar validate`. Else a tolerance decides; without one: metrics and
+    "indeterminate".
+    """
+    from comparison.agreement.compare import recorded_scene
+    from comparison.agreement.recorded_runs import compare_recorded
+    from comparison.files import check_file, check_folder, write_json
+    from comparison.report.text import (
+        EXIT_CODES,
+        as_mapping,
+        channel_lines,
+        exit_code,
+        scene_lines,
+        shift_line,
+    )
+    from comparison.scene import load_scene
+    from comparison.tables.imports.mapping import load_mapping
+    from comparison.tables.imports.repeated_times import AT_EVENTS
+    from comparison.tables.imports.text import read_tables
+
+    if tolerance is not None and not 0 < tolerance < float("inf"):
+        raise typer.BadParameter(f"--tolerance {tolerance:g} must be a positive number")
+    if not 0 < share <= 1:
+        raise typer.BadParameter(f"--share {share:g} must be above 0 and at most 1")
+    if period is not None and not 0 < period < float("inf"):
+        raise typer.BadParameter(f"--period {period:g} must be a positive number")
+    if at_events is not None and at_events not in AT_EVENTS:
+        raise typer.BadParameter(f"--at-events {at_events!r} must be one of {', '.join(AT_EVENTS)}")
+    folder = check_folder(out or REPORTS / "compare")
+    json = None if json is None else check_file(json)
+    rules = None if mapping is None else load_mapping(mapping)
+    sides: dict[str, dict[str, Any]] = {
+        "a": {"base": a, "finer": finer_a, "coarser": coarser_a, "perturbed": perturbed_a or []},
+        "b": {"base": b, "finer": finer_b, "coarser": coarser_b, "perturbed": perturbed_b or []},
+    }
+    paths = [(side, path) for side, runs in sides.items() for path in _paths(runs)]
+    tables, left_out = read_tables([path for _, path in paths], [side for side, _ in paths], rules, at_events)
+    read = iter(tables)
+    both = [
+        _recorded(runs, read, refinement, f"--refinement-{side}")
+        for (side, runs), refinement in zip(sides.items(), (refinement_a, refinement_b), strict=True)
+    ]
+    bases = both[0].base, both[1].base
+    loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(*bases)
+    if tolerance is None and loaded is not None:
+        tolerance = loaded.tolerance
+    options: dict[str, Any] = {
+        "--scene": scene,
+        "--mapping": mapping,
+        "--tolerance": None if tolerance is None else f"{tolerance:g}",
+        "--share": None if share == 1 else f"{share:g}",
+        "--at-events": at_events,
+        "--period": period,
+        "--refinement-a": refinement_a,
+        "--refinement-b": refinement_b,
+    }
+    command = shlex.join(
+        ["sixbar", "compare", str(a), str(b)]
+        + [part for name, value in options.items() if value is not None for part in (name, str(value))]
+        + [
+            part
+            for side, runs in sides.items()
+            for kind in ("finer", "coarser", "perturbed")
+            for path in _paths({kind: runs[kind]})
+            for part in (f"--{kind}-{side}", str(path))
+        ]
+    )
+    labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
+    comparison = compare_recorded(
+        *both,
+        scene=loaded,
+        tolerance=tolerance,
+        share=share,
+        period=period,
+        labels=labels if labels[0] != labels[1] else (f"{a} (a)", f"{b} (b)"),
+        command=command,
+        warnings=(*left_out, *warnings),
+        only=None if rules is None else rules.compare,
+    )
+    for line in (*channel_lines(comparison), shift_line(comparison), *scene_lines([comparison])):
+        say(line)
+    report = saved(lambda folder: write_page([comparison], folder, command), folder)
+    if json is not None:
+        numbers, name = as_mapping(comparison), json.name
+        saved(lambda folder: write_json(numbers, folder / name), json.parent)
+    say(str(report))
+    return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
+
+
+def _paths(runs: dict[str, Any]) -> list[Path]:
+    """Return the files of one program, in the order of its runs."""
+    return [
+        path
+        for files in runs.values()
+        for path in (files if isinstance(files, list) else [files])
+        if path is not None
+    ]
+
+
+def _recorded(runs: dict[str, Any], tables: Any, refinement: str | None, option: str) -> Recorded:
+    from comparison.agreement.recorded_runs import Recorded
+
+    def table(path: Path | None) -> Table | None:
+        return None if path is None else next(tables)
+
+    base = next(tables)
+    finer, coarser = table(runs["finer"]), table(runs["coarser"])
+    perturbed = [next(tables) for _ in runs["perturbed"]]
+    return Recorded(base, finer, coarser, perturbed, _factor_and_order(refinement, option))
+
+
+def _factor_and_order(text: str | None, option: str) -> tuple[float, float] | None:
+    if text is None:
+        return None
+    try:
+        factor, order = map(float, text.split(","))
+    except ValueError:
+        factor, order = 0.0, 0.0
+    if not (1 < factor < float("inf") and 0 < order < float("inf")):
+        raise typer.BadParameter(f"{option} {text!r} must be a factor above 1 and an order, as in 2,4")
+    return factor, order

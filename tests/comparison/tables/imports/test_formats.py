@@ -1,0 +1,179 @@
+"""Samples in the layouts of other programs: the motion x = 0.1 m cos(2 pi t), read by content."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from foreign_tables import put
+
+from comparison.tables.imports.mapping import load_mapping
+from comparison.tables.imports.text import read_pair
+from comparison.tables.table import Table, TableError
+
+SAMPLES = Path(__file__).with_name("samples")
+TIME = np.arange(21) * 0.05
+X, V = 0.1 * np.cos(2 * np.pi * TIME), -0.2 * np.pi * np.sin(2 * np.pi * TIME)
+MM = "time,reach\ns,mm\n0,1\n1,2\n"
+
+
+def sample(
+    name: str, at_events: str | None = None, mapping: str | None = None
+) -> tuple[Table, tuple[str, ...]]:
+    """Read a sample beside itself."""
+    rules = None if mapping is None else load_mapping(put("map.toml", mapping))
+    table, _, warnings = read_pair(SAMPLES / name, SAMPLES / name, rules, at_events)
+    return table, warnings
+
+
+@pytest.mark.parametrize(
+    ("name", "x", "v", "units", "digits"),
+    [
+        ("chrono_adams.txt", "X_Pos", "X_Vel", ("", ""), 6),
+        ("openfast.out", "PtfmSurge", "PtfmSurgeV", ("m", "m/s"), 5),
+        ("hydrodyn.out", "PtfmSurge", "PtfmSurgeV", ("m", "m/s"), 5),
+        ("opensim.sto", "pelvis_tx", "pelvis_tx_u", ("", ""), 7),
+        ("opensim.mot", "pelvis_tx", "pelvis_tx_u", ("", ""), 7),
+        ("fmi.csv", "x", "der(x)", ("", ""), 8),
+        ("modelica.csv", "body.r_0[1]", "body.v_0[1]", ("", ""), 8),
+        ("exudyn_sensor.txt", "#2", "#3", ("", ""), 8),
+        ("exudyn_solution.txt", "#2", "#3", ("", ""), 8),
+        ("siconos.ref", "#2", "#3", ("", ""), 15),
+        ("siconos_nodim.ref", "#2", "#3", ("", ""), 15),
+    ],
+)
+def test_every_sample_gives_its_columns_and_units(name, x, v, units, digits):
+    table, warnings = sample(name)
+    assert list(table.frame) == ["time", x, v]
+    assert (table.own[x].unit, table.own[v].unit) == units
+    np.testing.assert_allclose(table.time, TIME, rtol=0, atol=1e-15)
+    # The digits that the sample is written with.
+    np.testing.assert_allclose(table.values(x), X, rtol=0, atol=10.0**-digits)
+    np.testing.assert_allclose(table.values(v), V, rtol=0, atol=10.0**-digits)
+    assert ("no unit is stated" in "".join(warnings)) == (units == ("", ""))
+    assert ("columns without names" in "".join(warnings)) == (x == "#2")
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in SAMPLES.iterdir()))
+def test_the_ending_says_nothing(name, tmp_path):
+    shutil.copy(SAMPLES / name, tmp_path / "run.37")
+    again, _, _ = read_pair(Path("run.37"), Path("run.37"), None, "left")
+    table, _ = sample(name, "left")
+    assert again.frame.equals(table.frame)
+
+
+def test_tables_of_two_programs_compare_by_position_and_by_name():
+    mapping = """
+[channels.surge]
+unit = "m"
+rate = "speed"
+[channels.speed]
+unit = "m/s"
+[a."#2"]
+channel = "surge"
+[a."#3"]
+channel = "speed"
+[b.PtfmSurge]
+channel = "surge"
+[b.PtfmSurgeV]
+channel = "speed"
+"""
+    rules = load_mapping(put("map.toml", mapping))
+    a, b, warnings = read_pair(SAMPLES / "exudyn_sensor.txt", SAMPLES / "openfast.out", rules)
+    assert a.channels == b.channels == ["surge", "speed"]
+    # 8 and 5 digits after the point of 0.1 m.
+    np.testing.assert_allclose(a.values("surge"), b.values("surge"), rtol=0, atol=1e-6)
+    assert a.own == b.own
+    assert not [line for line in warnings if "left out" in line or "leaves" in line]
+
+
+@pytest.mark.parametrize(
+    ("at_events", "rows", "speeds"), [("left", 21, [0.0]), ("right", 21, [0.5]), ("both", 22, [0.0, 0.5])]
+)
+def test_the_rows_at_an_event(at_events, rows, speeds):
+    table, _ = sample("modelica_event.csv", at_events)
+    assert (np.diff(table.time) > 0).all()
+    assert table.time.size == rows
+    here = np.abs(table.time - 0.5) < 1e-9
+    np.testing.assert_allclose(table.values("body.v_0[1]")[here], speeds, rtol=0, atol=1e-9)
+
+
+def test_repeated_times_are_refused_until_the_user_decides():
+    with pytest.raises(
+        TableError, match=r"time 0\.5 s is repeated in data row 12 \(1 such row\).*--at-events"
+    ):
+        sample("modelica_event.csv")
+
+
+def test_units_of_other_fields():
+    mapping = (
+        '[channels.mass]\nunit = "kg"\n[channels.pressure]\nunit = "Pa"\n[channels.frequency]\nunit = "1/s"'
+    )
+    table, _ = sample("units.csv", mapping=mapping)
+    first = table.frame.iloc[0]
+    assert (first["mass"], first["pressure"], first["frequency"]) == (2 * 0.45359237, 5000.0, 7.0)
+    assert (table.own["torque"].unit, first["torque"]) == ("Nm", 3.0)  # as both tables have it
+
+
+def test_a_unit_that_differs_is_converted_to_the_first_tables():
+    put("a.csv", "time,reach\ns,mm\n0,1\n1,2\n")
+    put("b.csv", "time,reach\ns,m\n0,0.001\n1,0.002\n")
+    a, b, _ = read_pair(Path("a.csv"), Path("b.csv"))
+    assert a.own["reach"].unit == "mm"
+    np.testing.assert_array_equal(a.values("reach"), b.values("reach"))
+
+
+@pytest.mark.parametrize(
+    ("head", "rule"),
+    [
+        (b"\x89HDF\r\n\x1a\n", "is an HDF5 file: export its columns as CSV"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "Excel before 2007: save its sheet as .csv or .xlsx"),
+        (b"\x01\x00\x02\x00fast", "is a binary file: let the program write text or CSV"),
+        (b"PK\x03\x04 no workbook", "is an Excel workbook"),
+        (b"", "contains no row of two or more numbers"),
+        (b"time\n1\n2\n", "contains no row of two or more numbers"),
+    ],
+)
+def test_what_cannot_be_read_says_how_to_export_it(head, rule):
+    with pytest.raises(TableError, match=re.escape(rule)) as refused:
+        read_pair(put("run.out", head), Path("run.out"))
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "rule"),
+    [
+        (MM, "time,reach\n0,1\n1,2\n", "column 'reach' is in mm, b.csv states no unit"),
+        (MM, "time,reach\ns,deg\n0,1\n1,2\n", "is in mm in a.csv and in deg in b.csv"),
+        (MM, "time,size\n0,1\n1,2\n", "'reach' is not a channel, nor a column of both"),
+        ("inDegrees=yes\ntime q\n0 1\n1 2\n", "inDegrees=no\ntime q\n0 1\n1 2\n", "a.csv is inDegrees=yes"),
+        ("0 1 2\n1 2 3\n", "speed of\n0 1 2\n1 2 3\n", "line 2 holds 3 numbers, but line 1 names 2"),
+    ],
+)  # fmt: skip
+def test_two_tables_that_do_not_fit_are_refused_in_one_line(a, b, rule):
+    with pytest.raises(TableError, match=re.escape(rule)) as refused:
+        read_pair(put("a.csv", a), put("b.csv", b))
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("mapping", "rule"),
+    [
+        ("[channels.slider_x]\nangle = true", "'slider_x': angle is fixed for a channel of the press"),
+        ('[channels.q]\nunit = "furlong"', "channels.'q': unit = 'furlong' is not known"),
+        ("[channels.q]\nscale = 0", "channels.q.scale = 0 must be above 0"),
+        ("[channels.q]\nfactor = 0", "channels.'q': factor = 0 leaves nothing"),
+        ('[channels.q]\nrate = "v"', "rate = 'v' is no other channel"),
+        ('[channels.q]\nunit = "m"\nangle = true', "angle = true, but its unit 'm' is no angle"),
+        ('[channels.q]\nunit = "m"\nrate = "w"\n[channels.w]\nunit = "mm/s"', "which is not m per second"),
+        ("[channels.time]\nscale = 1.0", "channels.'time': time is no channel"),
+    ],
+)
+def test_a_definition_that_is_not_clear_is_refused_in_one_line(mapping, rule):
+    put("a.csv", "time,q,w\n0,1,0\n1,2,0\n")
+    with pytest.raises(TableError, match=re.escape(rule)) as refused:
+        read_pair(Path("a.csv"), Path("a.csv"), load_mapping(put("map.toml", mapping)))
+    assert "\n" not in str(refused.value)
