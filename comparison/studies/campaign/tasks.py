@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 from comparison.agreement.compare import Runs
 from comparison.agreement.confirmation import confirm as confirm_by_ensembles
@@ -31,31 +30,19 @@ class CaseTask(Task):
     """A case of the population."""
 
     case: Case
+    models = MODELS
 
     @property
     def cost(self) -> float:
         """Expected time of its runs, s, roughly: of the tree, five where the family is asked for."""
-        return Job(self.case.scene, "exudyn").cost * (5.0 if self.case.family else 1.0) * self._slowness
-
-    @property
-    def _slowness(self) -> float:
-        """Time grows with the duration of a cycle, which `Job.cost` leaves out."""
-        return 1.0 + self.case.scene.period
+        scene, family = self.case.scene, self.case.family
+        # Time grows with the duration of a cycle, which `Job.cost` leaves out.
+        return Job(scene, "exudyn").cost * (5.0 if family else 1.0) * (1.0 + scene.period)
 
     @property
     def kernels(self) -> frozenset[Kernels]:
         """Which code is compiled for it."""
         return frozenset(kernels(self.case.scene, model) for model in MODELS)
-
-    @property
-    def identity(self) -> dict[str, Any]:
-        """Scene, and whether its family runs in any case."""
-        return {"scene": self.case.scene.hash, "family": self.case.family}
-
-    @property
-    def models(self) -> tuple[str, ...]:
-        """Both."""
-        return MODELS
 
 
 def run_cases(cases: Sequence[Case], n_jobs: int, on_progress: Progress | None) -> list[Row]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from comparison.agreement.compare import compare
 from comparison.execution.run import MODELS, RunError
@@ -60,15 +59,6 @@ class Search(Comparison):
     def sides(self) -> tuple[Side, ...]:
         """The side without the change, and the one that gets it."""
         return self.a, Side(self.scene, self.model)
-
-    @property
-    def identity(self) -> dict[str, Any]:
-        """What distinguishes it from other tasks."""
-        return {
-            "search": [self.key, LEAST, MOST, self.halvings],
-            "sides": [side.identity for side in self.sides],
-            "tier": self.tier,
-        }
 
     @property
     def cost(self) -> float:

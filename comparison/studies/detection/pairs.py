@@ -41,17 +41,6 @@ class Pair(Comparison):
         return self.a, self.b
 
     @property
-    def identity(self) -> dict[str, Any]:
-        """What distinguishes it from other tasks."""
-        return {
-            "scene": self.scene.hash,
-            "sides": [side.identity for side in self.sides],
-            "tier": self.tier,
-            "spoil": self.spoil,
-            "environment": dict(self.environment),
-        }
-
-    @property
     def cost(self) -> float:
         """Expected time, s."""
         return self.b.cost + 0.1 * self.a.cost

@@ -12,7 +12,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from comparison.accuracy.tiers import TIERS
 from comparison.execution.run import MODELS, run_one
@@ -91,11 +90,6 @@ class Bits(Comparison):
     def sides(self) -> tuple[Side, ...]:
         """The one that is run."""
         return (self.side,)
-
-    @property
-    def identity(self) -> dict[str, Any]:
-        """What distinguishes it from other tasks."""
-        return {"bits": self.side.identity, "environment": dict(self.environment)}
 
     @property
     def cost(self) -> float:

@@ -33,11 +33,6 @@ class Side:
         return self.engine or self.model
 
     @property
-    def identity(self) -> dict[str, str]:
-        """What distinguishes it from others."""
-        return {"scene": self.scene.hash, "model": self.model, "engine": self.runs_by}
-
-    @property
     def kernels(self) -> Kernels:
         """Which code is compiled for it."""
         return kernels(self.scene, self.model, self.engine)
