@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from comparison.agreement.compare import compare
 from comparison.execution.run import MODELS, RunError
 from comparison.scene import Scene
-from comparison.studies.detection.faults import DETECTED, number_of, scenes
+from comparison.studies.detection.faults import DETECTED, scenes
 from comparison.studies.detection.pairs import Pair
 from comparison.studies.detection.tasks import Comparison, Found, Side, cached_runs, runs
+from comparison.studies.shared.scenes import leaves
 from comparison.tables.table import TableError
 
 PARAMETERS = (
@@ -85,7 +86,7 @@ class Search(Comparison):
 
     def pair(self, change: float) -> Pair:
         """Return the comparison with this relative change."""
-        value = float(number_of(self.scene, self.key)) * (1.0 + change)
+        value = float(leaves(self.scene.data)[self.key]) * (1.0 + change)
         faulty = self.scene.with_values({self.key: value})
         return Pair(self.scene, self.a, Side(faulty, self.model), self.tier)
 

@@ -16,6 +16,7 @@ from comparison.scene import Scene, SceneError
 from comparison.studies.detection.copies import load_copy
 from comparison.studies.detection.tables import SPOILS
 from comparison.studies.detection.tasks import Comparison, Found, Side, cached_runs, refusal
+from comparison.studies.shared.scenes import leaves
 from comparison.tables.table import Table, TableError
 
 _MOVED = ("initial.slider_offset", "initial.slider_angle", "mechanism.crank_angle_deg")
@@ -97,13 +98,13 @@ def _change(scene: Scene, given: Scene) -> Callable[[Scene], Scene]:
 
     Numbers that an ensemble moves are moved from there, all others are what the side was given.
     """
-    before, after = dict(_leaves(scene.data)), dict(_leaves(given.data))
+    before, after = leaves(scene.data), leaves(given.data)
     changed = {key: value for key, value in after.items() if before.get(key) != value}
 
     def change(other: Scene) -> Scene:
         if not changed:
             return other
-        theirs = dict(_leaves(other.data))
+        theirs = leaves(other.data)
         return other.with_values(
             {
                 key: theirs[key] + value - before[key] if key in _MOVED else value
@@ -112,17 +113,6 @@ def _change(scene: Scene, given: Scene) -> Callable[[Scene], Scene]:
         )
 
     return change
-
-
-def _leaves(data: dict[str, Any], above: str = "") -> list[tuple[str, Any]]:
-    """List the values of a nested mapping by their dotted keys."""
-    return [
-        leaf
-        for key, value in data.items()
-        for leaf in (
-            _leaves(value, f"{above}{key}.") if isinstance(value, dict) else [(f"{above}{key}", value)]
-        )
-    ]
 
 
 def summary(result: SceneComparison) -> Found:

@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from comparison.accuracy.thresholds import thresholds
-from comparison.accuracy.tiers import tight
 from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.formatting import number, quantity
 from comparison.report import svg
 from comparison.scene import Scene, load_scene
 from comparison.studies.ensembles.statistics import RATE, Distance, ask, distances
 from comparison.studies.shared.frames import rows_table
+from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import Study
 from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
@@ -86,10 +86,7 @@ def member(of: Ensemble, k: int) -> Job:
     clearance, usual = scene.data["clearance"]["slider"], scene.data["initial"]["slider_offset"]
     moved = SPREAD * clearance * np.random.default_rng([of.seed, k]).uniform(-1.0, 1.0)
     drawn = scene.with_values({"initial.slider_offset": float(usual + moved)} | of.changed)
-    strict = tight(drawn, (FIRST.model, MODELS.model))
-    if strict is None:
-        raise ValueError("the models of this study have a tight tier")
-    return Job(strict, of.model)
+    return Job(at_tier(drawn, "tight"), of.model)
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
