@@ -16,7 +16,7 @@ from comparison.execution.workers import Kernels
 from comparison.scene import Scene, SceneError
 from comparison.studies.campaign.adjudication import Run
 from comparison.studies.campaign.population import Case
-from comparison.studies.campaign.stages import FAILED, examine
+from comparison.studies.campaign.stages import examine, nothing_found
 from comparison.tables.table import Table
 
 LIMIT = 3600.0
@@ -49,7 +49,7 @@ def run_cases(cases: Sequence[Case], n_jobs: int, on_progress: Progress | None) 
     """Examine all cases, but for those that were before; return their rows, as `examine` gives them."""
     tasks = [CaseTask(case) for case in cases]
     rows = measure_all(examine_case, tasks, on_processes(n_jobs, LIMIT), on_progress)
-    return [_complete(row) for row in rows]
+    return [row if row["status"] == SUCCESS else nothing_found(row["message"]) for row in rows]
 
 
 def examine_case(task: CaseTask, progress: Progress) -> Row:
@@ -76,13 +76,3 @@ def confirmed(result: SceneComparison, runs: tuple[Runs, Runs], scene: Scene, ru
         return [outcome.table for outcome in outcomes if outcome.table is not None]
 
     return confirm_by_ensembles(result, runs, scene=scene, models=MODELS, run=tables)
-
-
-def _complete(row: Row) -> Row:
-    """Fill the row of a scene that was not examined to its end: its message is the reason."""
-    empty: Row = {"stage": "", "screening": None, "coverage": None, "breaches": {}, "failures": []} | {
-        "first": None, "confirmation": None, "adjudication": None, "seconds": {}
-    }  # fmt: skip
-    if row["status"] == SUCCESS:
-        return row
-    return empty | {"outcome": FAILED, "reason": row["message"]}

@@ -16,6 +16,7 @@ from typing import Any, Literal
 from comparison.accuracy.tiers import TIERS
 from comparison.execution.run import MODELS
 from comparison.scene import Scene, load_scene
+from comparison.studies.detection.copies import Change
 from comparison.studies.detection.pairs import Pair
 from comparison.studies.detection.tasks import Found, Side
 from comparison.studies.shared.scenes import at_tier, leaves
@@ -25,9 +26,9 @@ KINDS: tuple[Kind, ...] = ("number", "code", "table")
 DETECTED = ("differ", "cannot compare")
 
 
-@dataclass(frozen=True)
-class Fault:
-    """One row of the catalogue."""
+@dataclass(frozen=True, kw_only=True)
+class Fault(Change):
+    """One row of the catalogue: a wrong number or table, or a change of code."""
 
     kind: Kind
     name: str
@@ -36,12 +37,6 @@ class Fault:
     """Of a wrong number: the scene's key."""
     value: float | None = None
     factor: float | None = None
-    model: str = ""
-    """Of wrong code: the model, the name of the copy, the file, the place and what it becomes."""
-    engine: str = ""
-    file: str = ""
-    old: str = ""
-    new: str = ""
     spoil: str = ""
     """Of a wrong table: see `comparison.studies.detection.tables`."""
     tier: str = ""
@@ -94,7 +89,7 @@ def catalogue() -> list[Fault]:
     """Read all faults, in the order of the file."""
     record = _record()
     return [
-        Fault(kind, **(row | {"shows": tuple(row.get("shows", ()))}))
+        Fault(kind=kind, **(row | {"shows": tuple(row.get("shows", ()))}))
         for kind in KINDS
         for row in record[kind]
     ]

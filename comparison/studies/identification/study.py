@@ -15,8 +15,7 @@ from comparison.studies.identification.fitting import Fit, Profile, fit, profile
 from comparison.studies.identification.kinematics import TOPOLOGIES
 from comparison.studies.identification.runs import Config, Runs, simulate
 from comparison.studies.identification.tables import of_fits, of_runs
-from comparison.studies.shared.progress import part
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Study, part
 
 FITTING = 0.1
 """Share of the progress that the fits take."""
