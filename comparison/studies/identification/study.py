@@ -53,7 +53,7 @@ def page(results: Results) -> dict[str, object]:
     """Return what stands in the page."""
     config = results.config
     return (
-        {"members": config.members, "cycles": config.cycles}
+        {"members": config.members, "cycles": config.cycles, "tried": len(config.topologies)}
         | of_fits(results.fits, results.facts, results.profiles)
         | of_runs(results.runs)
     )
