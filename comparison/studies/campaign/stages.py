@@ -113,8 +113,8 @@ def examine(case: Case, run: Run, confirm: Confirm) -> Row:
     except TableError as error:
         row["reason"] = str(error)
     if row["outcome"] != DIFFER and any(row["breaches"].values()):
-        reported = [f"{model}: {one['name']}" for model, of in row["breaches"].items() for one in of]
-        row |= {"outcome": BROKEN, "reason": "; ".join(dict.fromkeys(reported))}
+        messages = [f"{model}: {one['name']}" for model, of in row["breaches"].items() for one in of]
+        row |= {"outcome": BROKEN, "reason": "; ".join(dict.fromkeys(messages))}
     return row
 
 
@@ -153,8 +153,8 @@ def _into(row: Row, case: Case, runs: _Scene, run: Run, confirm: Confirm) -> Non
         confirmation = result.confirmation
         row["confirmation"] = None if confirmation is None else asdict(confirmation)
         clock.lap("confirmation")
-    reported = summary(result)
-    row |= {"outcome": outcome_of(result), "reason": reported["reason"], "first": reported["first"]}
+    shortened = summary(result)
+    row |= {"outcome": outcome_of(result), "reason": shortened["reason"], "first": shortened["first"]}
     row["coverage"] = _coverage(result)
     if result.verdict == "differ":
         row["adjudication"] = adjudicate(result, (reference.base, tree), case.scene, run)

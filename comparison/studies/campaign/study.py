@@ -128,10 +128,10 @@ def ranges() -> str:
         ("friction", population.FRICTION, 1.0, ""),
         ("gravity, where it is not the usual", population.GRAVITY_RANGE, 1.0, " m/s²"),
     )
-    reported = [f"{name} {low * by:g} to {high * by:g}{unit}" for name, (low, high), by, unit in spans]
+    texts = [f"{name} {low * by:g} to {high * by:g}{unit}" for name, (low, high), by, unit in spans]
     joints = ", ".join(f"{share:.0%} at the {name}" for name, share in population.JOINTS.items())
     return (
-        "; ".join(reported)
+        "; ".join(texts)
         + "; any crank angle and any start between the walls; clearance "
         + joints.replace("the both", "both")
         + f"; {population.STRIP_SHARE:.0%} with the strip law and a soft guide"

@@ -10,8 +10,9 @@ import numpy as np
 
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.confirmation import confirm
-from comparison.agreement.results import Confirmation, SceneComparison
+from comparison.agreement.results import SceneComparison
 from comparison.execution.run import RunError, runner
+from comparison.files import plain
 from comparison.scene import Scene, SceneError
 from comparison.studies.detection.copies import load_copy
 from comparison.studies.detection.tables import SPOILS
@@ -21,6 +22,8 @@ from comparison.tables.table import Table, TableError
 
 _MOVED = ("initial.slider_offset", "initial.slider_angle", "mechanism.crank_angle_deg")
 """Where an ensemble's starts lie apart."""
+_CONFIRMATION = ("outcome", "members", "factor", "suspicious", "sentence")
+"""What is kept of a confirmation."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +60,9 @@ class Pair(Comparison):
 
     def judged(self, runs: tuple[Runs, Runs]) -> SceneComparison:
         """Compare the runs of both sides; a difference is confirmed by ensembles before it is one."""
-        models = (self.a.model, self.b.model)
-        result = compare(*runs, scene=self.scene, labels=_labels(models), tier=self.tier)
+        a, b = models = (self.a.model, self.b.model)
+        labels = models if a != b else (a, f"{b} again")
+        result = compare(*runs, scene=self.scene, labels=labels, tier=self.tier)
         if result.verdict != "differ":
             return result
         return confirm(result, runs, scene=self.scene, models=models, run=self.ensemble)
@@ -86,11 +90,6 @@ class Pair(Comparison):
                 continue
             tables.append(spoiled)
         return tables
-
-
-def _labels(models: tuple[str, str]) -> tuple[str, str]:
-    a, b = models
-    return (a, b) if a != b else (a, f"{b} again")
 
 
 def _change(scene: Scene, given: Scene) -> Callable[[Scene], Scene]:
@@ -122,6 +121,7 @@ def summary(result: SceneComparison) -> Found:
     predictable sample outside its threshold; of several at that time the one that is the most outside.
     """
     first: dict[str, Any] | None = None
+    made = result.confirmation
     best = (np.inf, 0.0)
     for name, channel in result.channels.items():
         if channel.verdict != "differ" or channel.u is None:
@@ -149,17 +149,5 @@ def summary(result: SceneComparison) -> Found:
         "reason": result.reason,
         "channels": {name: [c.verdict, c.coverage] for name, c in result.channels.items()},
         "first": first,
-        "confirmation": _confirmation(result.confirmation),
-    }
-
-
-def _confirmation(made: Confirmation | None) -> dict[str, Any] | None:
-    if made is None:
-        return None
-    return {
-        "outcome": made.outcome,
-        "members": list(made.members),
-        "factor": made.factor,
-        "suspicious": made.suspicious,
-        "sentence": made.sentence,
+        "confirmation": made and plain({name: getattr(made, name) for name in _CONFIRMATION}),
     }
