@@ -164,28 +164,26 @@ def lines(made: Plan) -> list[str]:
     """Return a plan as lines for a terminal."""
     integrated = ", ".join(made.integrated) or "nothing: no degree of freedom besides the drive"
     size = f"{made.coordinates} coordinates, {made.constraints} constraints"
-    reported = [
+    texts = [
         f"{made.model}: {made.formulation}",
         f"  integrates  {integrated}" + (f" ({size})" if made.integrated else ""),
     ]
     if made.prescribed:
-        reported.append(
+        texts.append(
             f"  follows     {', '.join(made.prescribed)}: determined by these and by the crank angle"
         )
-    reported.append(f"  contacts    {', '.join(made.contacts) or 'none'}")
-    reported += [f"  left out    {what}: {why}" for what, why in made.left_out]
+    texts.append(f"  contacts    {', '.join(made.contacts) or 'none'}")
+    texts += [f"  left out    {what}: {why}" for what, why in made.left_out]
     found = made.expected
     if isfinite(found.error):
-        reported.append(f"  error       {found.error:.2g} m of slider_x over {found.span}")
+        texts.append(f"  error       {found.error:.2g} m of slider_x over {found.span}")
     if isfinite(found.seconds):
-        reported.append(
-            f"  time        about {found.seconds:.2g} s on a processor like that of the measurement"
-        )
-    reported += [f"  beware      {caution}" for caution in found.cautions]
+        texts.append(f"  time        about {found.seconds:.2g} s on a processor like that of the measurement")
+    texts += [f"  beware      {caution}" for caution in found.cautions]
     for setting, words, ratio in made.instead:
         cost = f", {ratio:.2g} times the time" if isfinite(ratio) else ""
-        reported.append(f"  instead     {setting}: {words}{cost}")
-    return reported
+        texts.append(f"  instead     {setting}: {words}{cost}")
+    return texts
 
 
 def expectation(scene: Scene, model: str) -> str:

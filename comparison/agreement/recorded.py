@@ -52,16 +52,16 @@ def departures(
     """
     if record is None:
         record = tomllib.loads(files("comparison.agreement").joinpath("verdicts.toml").read_text("utf-8"))
-    reported = []
+    messages = []
     for scene, comparison in zip(scenes, comparisons, strict=True):
         known = record["scenes"].get(scene.name, {})
         if known.get("hash") != scene.hash:
             continue
-        reported += [
+        messages += [
             f"{scene.name}, {tier.tier}: {tier.verdict}, not {known[tier.tier]}"
             for tier in comparison.tiers
             if tier.verdict != known.get(tier.tier, tier.verdict)
         ]
     made = record["made"]
     where = f"(on {made['machine']}; {made['date']})"
-    return f"not the verdicts on record {where}: {'; '.join(reported)}" if reported else ""
+    return f"not the verdicts on record {where}: {'; '.join(messages)}" if messages else ""

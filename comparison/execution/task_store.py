@@ -12,12 +12,14 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from functools import partial
 from importlib.metadata import version
 from math import inf
 from pathlib import Path
 from typing import Any, TypeVar
+
+from pydantic import BaseModel
 
 from comparison.engines.platform import platform_name, versions
 from comparison.engines.registry import fingerprint
@@ -26,7 +28,7 @@ from comparison.execution.cache import cache_folder
 from comparison.execution.ledger import Row, append_row, read_rows
 from comparison.execution.run import Progress, RunError
 from comparison.execution.workers import Attempt, Died, Kernels, Late, Share, execution_order, work
-from comparison.scene import SceneError, digest
+from comparison.scene import Scene, SceneError, digest
 
 SUCCESS, CRASHED, LATE = "success", "crashed", "work-limit"
 """Status of a row, besides those of a model: measured; process died or exception; time limit exceeded."""
@@ -39,9 +41,10 @@ class Task(ABC):
     """Additional environment variables of the process that measures it."""
 
     @property
-    @abstractmethod
     def identity(self) -> Mapping[str, Any]:
-        """What distinguishes it from other tasks of its measure, as JSON holds it."""
+        """What distinguishes it from other tasks of its measure, as JSON holds it: all fields."""
+        identity: Mapping[str, Any] = _by_fields(self)
+        return identity
 
     @property
     @abstractmethod
@@ -57,6 +60,19 @@ class Task(ABC):
     def kernels(self) -> frozenset[Kernels]:
         """Code that it compiles if no task before it did."""
         return frozenset()
+
+
+def _by_fields(value: Any) -> Any:
+    """Return a value as JSON holds it: records by their fields, a scene by its hash."""
+    if isinstance(value, Scene):
+        return value.hash
+    if isinstance(value, BaseModel):
+        return value.model_dump()
+    if is_dataclass(value):
+        return {field.name: _by_fields(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, Mapping):
+        return {key: _by_fields(part) for key, part in value.items()}
+    return [_by_fields(part) for part in value] if isinstance(value, list | tuple) else value
 
 
 T = TypeVar("T", bound=Task)

@@ -1,7 +1,9 @@
 """Isolated worker processes: a task that kills its process affects no other task.
 
 ``multiprocessing`` is used directly, since a ``ProcessPoolExecutor`` abandons all of its tasks when one
-process dies, without reporting which task it was.
+process dies, without reporting which task it was. The limit of pebble's ``ProcessPool`` counts from when a
+worker takes a task, compilation included, and its workers cannot report progress: the queue of events, the
+limits and the signal masks would remain here.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Comparison of impacts contact by contact, from the models' event tables.
 
-Never from samples: the median contact lasts 0.2 ms, a sample 0.4 ms. Impulse comes before peak force: a peak
-depends on the contact's compliance, an impulse on the speeds and masses that meet.
+Samples are not used: the median contact lasts 0.2 ms, a sampling interval 0.4 ms. Impulses are preferred to
+peak forces: a peak depends on the contact's compliance, an impulse on the colliding masses and their speeds.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Impacts:
     impulse_error
         Sum of the absolute differences of the impulses of matched contacts, over the same mean. Large where
         chatter ends in a lasting contact and one model lifts off once more than the other: there a short
-        contact is matched with a long one. The total does not change by that.
+        contact is matched with a long one, which leaves the total unchanged.
     peak_force_error
         Largest difference of the peak forces of matched contacts, over the largest peak considered.
         Information: a peak depends on compliance.
@@ -131,7 +131,7 @@ def compare_impacts(
     delays = np.abs(_column(a, "start")[first] - _column(b, "start")[second])
 
     def differences(name: str) -> tuple[Array, Array, Array]:
-        """Return those of the matched contacts, and all values of a and of b that are considered."""
+        """Return the differences of matched contacts, and all values of a and b that are considered."""
         of_a, of_b = _column(a, name), _column(b, name)
         return np.abs(of_a[first] - of_b[second]), of_a[in_a], of_b[in_b]
 
@@ -167,7 +167,7 @@ def begin_where(events: pd.DataFrame, time: Array, holds: Mapping[str, BoolArray
     time
         Increasing, s, shape (n,), n >= 2.
     holds
-        Corner -> whether it holds at each time, shape (n,). It holds at a start if it does at the samples on
+        Corner -> whether it holds at each time, shape (n,). It holds at a start if it holds at the samples on
         either side.
 
     Returns
@@ -202,7 +202,7 @@ def impacts_of(
     period
         Period of a crank cycle, s, which sets the `WINDOW`; None: unknown.
     predictable
-        Corner -> where its contacts are, shape (n,); empty where there is no uncertainty to tell.
+        Corner -> where its contacts are predictable, shape (n,); empty if no uncertainty is known.
 
     Returns
     -------

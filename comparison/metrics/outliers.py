@@ -43,7 +43,7 @@ def distances(members: Array, run: Array, floor: Array) -> tuple[Array, float]:
     run
         Of the run, shape (m,).
     floor
-        The numerical uncertainty u, below which no distance means anything, shape (m,), positive. Without it
+        The numerical uncertainty u, below which no distance is significant, shape (m,), positive. Without it
         the local errors of a solver would count, which moved starts do not show where motion forgets them.
 
     Returns
@@ -121,7 +121,7 @@ def parting_contact(
     period
         Of a crank cycle, s.
     until
-        s; later contacts are what comes of it.
+        s; later contacts are consequences.
 
     Returns
     -------

@@ -27,9 +27,10 @@ class Gate:
     Attributes
     ----------
     cases
-        All that was checked; what failed is a regression, an "error" a run that ended as none should.
+        All checks: "failed" is a regression, "error" a run whose process died or whose model raised what it
+        should not.
     notes
-        Remarks that are no regressions.
+        Remarks about what is not a regression.
     """
 
     cases: list[Case]
@@ -76,7 +77,7 @@ def gate(
     scenes
         What to run.
     gone
-        Scenes of the baseline that cannot be found any more.
+        Scenes of the baseline that no longer exist.
     n_jobs
         Worker processes; the result does not depend on it.
     on_progress
@@ -97,8 +98,8 @@ def gate(
     notes = [*elsewhere, *confirm(ran, records, n_jobs)]
     cases = [_thresholds(baseline)]
     for name in gone:
-        reported = f"{baseline.scenes[name].source!r} of the baseline is neither a shipped scene nor a file"
-        cases.append(_failed(name, reported))
+        message = f"{baseline.scenes[name].source!r} of the baseline is neither a shipped scene nor a file"
+        cases.append(_failed(name, message))
     for scene in scenes:
         if scene.name not in ran:
             cases.append(
@@ -113,14 +114,14 @@ def gate(
 
 
 def source(scene: Scene, folder: Path) -> str:
-    """Return where to find a scene again: its shipped name, or its path as seen from a folder."""
+    """Return where to find a scene again: its shipped name, or its path relative to a folder."""
     if scene.source in shipped_scenes():
         return scene.source
     return Path(os.path.relpath(Path(scene.source).expanduser(), folder)).as_posix()
 
 
 def scenes_of(baseline: Baseline, folder: Path) -> tuple[list[Scene], list[str]]:
-    """Load the scenes of a baseline that lies in a folder; the second list names those that are gone.
+    """Load the scenes of a baseline that lies in a folder; the second list names those that no longer exist.
 
     Raises
     ------
@@ -140,12 +141,12 @@ def scenes_of(baseline: Baseline, folder: Path) -> tuple[list[Scene], list[str]]
 
 
 def physics_hash(scene: Scene) -> str:
-    """Hash of a scene's numbers without the solvers' settings, which stand in the baseline themselves."""
+    """Hash of a scene's numbers without the solvers' settings, which the baseline holds itself."""
     return digest({key: part for key, part in scene.data.items() if key not in ("scene", "solver")})[:16]
 
 
 def _elsewhere(baseline: Baseline) -> list[str]:
-    """Say in which way machine and libraries are not those of the baseline; nothing where they are."""
+    """Describe how machine and libraries differ from those of the baseline; empty where they do not."""
     here, there, notes = versions(), baseline.versions, []
     if baseline.platform != platform_name():
         notes.append(f"the baseline was made on {baseline.platform}; this is {platform_name()}")
@@ -164,15 +165,15 @@ def _thresholds(baseline: Baseline) -> Case:
     """Check that the verdicts are judged by the numbers whose error rates the baseline holds."""
     if thresholds_record() == baseline.thresholds:
         return Case("thresholds", "comparison", "thresholds", "passed")
-    reported = (
+    message = (
         "comparison/accuracy/thresholds.toml is not what the baseline was made with: its numbers change only "
         "together with newly measured rates of false alarms and of detected faults"
     )
-    return Case("thresholds", "comparison", "thresholds", "failed", reported)
+    return Case("thresholds", "comparison", "thresholds", "failed", message)
 
 
-def _failed(scene: str, reported: str) -> Case:
-    return Case(scene, "scene", "scene", "failed", f"scene {scene!r}: {reported}")
+def _failed(scene: str, message: str) -> Case:
+    return Case(scene, "scene", "scene", "failed", f"scene {scene!r}: {message}")
 
 
 def _scene(
@@ -189,8 +190,8 @@ def _scene(
         if which not in ran:
             found = [Finding("run", "failed", "the baseline has this run, the scene does not any more")]
         elif which not in records:
-            reported = "there is no baseline of this run; sixbar gate --update makes one"
-            found = [Finding("run", "failed", reported)]
+            message = "there is no baseline of this run; sixbar gate --update makes one"
+            found = [Finding("run", "failed", message)]
         else:
             found = _outcome(*ran[which], records[which], exact=exact)
         cases += [
@@ -199,9 +200,9 @@ def _scene(
                 f"{model} {tier}",
                 name,
                 status,
-                reported and f"{model} {tier}, scene {scene!r}: {reported}",
+                message and f"{model} {tier}, scene {scene!r}: {message}",
             )
-            for name, status, reported in found
+            for name, status, message in found
         ]
     return cases
 

@@ -99,6 +99,6 @@ def _spread(runs: Runs, neighbours: Sequence[Table]) -> dict[str, int]:
 
 
 def _checkpoint(time: float, value: float, threshold: float) -> Checkpoint:
-    """Keep the digits that mean something: of the value to a hundredth of the threshold, of this two."""
+    """Keep the significant digits: of the value to a hundredth of the threshold, of the threshold two."""
     rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal(Decimal(float(threshold)))
     return Checkpoint(float(f"{time:.9g}"), round(float(value), 2 - floor(log10(threshold))), float(rounded))

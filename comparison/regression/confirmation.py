@@ -1,8 +1,8 @@
 """Whether a failed check is a regression, or its threshold too small by chance.
 
-A run of another machine, which differs by round-off, is after chatter one more draw from a distribution over
-decades, of which the baseline's thresholds count a few. So values outside their thresholds are held against
-the spread of more neighbours, made by the code and on the machine that failed.
+After chatter, a run on another machine, which differs by round-off, is one more draw from a distribution over
+decades, of which the baseline's thresholds contain few. Values outside their thresholds are therefore
+compared with the spread of more neighbours, run by the code and on the machine that failed.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ def confirm(
     records: Mapping[str, dict[Which, RunRecord]],
     n_jobs: int,
 ) -> list[str]:
-    """Raise the thresholds that neighbours of today's runs show to be too small.
+    """Raise the thresholds that neighbours of the present runs show to be too small.
 
     Parameters
     ----------
     ran
-        Scene -> the runs of today.
+        Scene -> its present runs.
     records
         Scene -> those of the baseline; entries are replaced.
     n_jobs
@@ -73,7 +73,7 @@ def _off(record: RunRecord, job: Job, table: Table) -> set[str]:
 
 
 def _raised(record: RunRecord, gated: Job, table: Table, tables: Sequence[Table], tier: str) -> RunRecord:
-    """Return a record with its thresholds raised to what neighbours of today's run differ by."""
+    """Return a record with its thresholds raised to the differences between neighbours of the present run."""
     factor = thresholds(tier).k
 
     def confirmed(channel: str, points: list[Checkpoint]) -> list[Checkpoint]:

@@ -20,11 +20,11 @@ SPREAD_FACTOR = 2.0
 
 
 class Finding(NamedTuple):
-    """What was checked, and in which way it changed."""
+    """What was checked, and how it changed."""
 
     name: str
     status: Status
-    reported: str = ""
+    message: str = ""
 
 
 def changes(record: RunRecord, table: Table, settings: Mapping[str, Any], *, exact: bool) -> list[Finding]:
@@ -35,9 +35,9 @@ def changes(record: RunRecord, table: Table, settings: Mapping[str, Any], *, exa
     record
         Of the baseline.
     table
-        The run of today; checked, hence finite.
+        The present run; checked, hence finite.
     settings
-        It ran with, see `comparison.regression.checkpoints.settings`.
+        Of the present run, see `comparison.regression.checkpoints.settings`.
     exact
         Whether the counters must be equal: the same platform and versions. Else within 5 %, or their spread.
     """
@@ -48,27 +48,27 @@ def changes(record: RunRecord, table: Table, settings: Mapping[str, Any], *, exa
     recorded = [*record.channels, *record.unexcited, *record.unpredictable]
     for name in dict.fromkeys([*recorded, *table.channels]):
         if name not in table.channels:
-            reported = f"the channel {name} is in the baseline and not in the run"
+            message = f"the channel {name} is in the baseline and not in the run"
         elif name not in recorded:
-            reported = f"the channel {name} has no baseline; sixbar gate --update makes one"
+            message = f"the channel {name} has no baseline; sixbar gate --update makes one"
         elif name in record.unpredictable:
-            reported = f"{name} has no predictable sample at which something happens"
-            findings.append(Finding(name, "skipped", reported))
+            message = f"{name} has no predictable sample at which something happens"
+            findings.append(Finding(name, "skipped", message))
             continue
         elif name in record.unexcited:
-            reported = _excited(name, table)
+            message = _excited(name, table)
         else:
-            reported = _moved(name, record.channels[name], table)
-        findings.append(_finding(name, reported))
+            message = _moved(name, record.channels[name], table)
+        findings.append(_finding(name, message))
     return findings
 
 
-def _finding(name: str, reported: str) -> Finding:
-    return Finding(name, "failed" if reported else "passed", reported)
+def _finding(name: str, message: str) -> Finding:
+    return Finding(name, "failed" if message else "passed", message)
 
 
 def _differing(before: Mapping[str, object], now: Mapping[str, object], what: str) -> str:
-    """Say where two mappings differ; nothing where they do not."""
+    """Describe where two mappings differ; empty where they do not."""
     return "; ".join(
         f"{what} {key} is {now.get(key, 'missing')}, in the baseline {before.get(key, 'missing')}"
         for key in {**before, **now}
@@ -77,7 +77,7 @@ def _differing(before: Mapping[str, object], now: Mapping[str, object], what: st
 
 
 def _counters(record: RunRecord, table: Table, *, exact: bool) -> str:
-    """Say which counters differ. Elsewhere one more or less is allowed however small they are."""
+    """Describe which counters differ. On another platform a difference of one is always allowed."""
     before, now = record.counters, checkpoints.counters(table)
     if not exact:
         for key in before.keys() & now.keys():
@@ -88,7 +88,7 @@ def _counters(record: RunRecord, table: Table, *, exact: bool) -> str:
 
 
 def _excited(name: str, table: Table) -> str:
-    """Say so if something happens in a channel in which nothing did."""
+    """Describe the range of a channel that was not excited in the baseline and now is."""
     channel, extent = channels()[name], float(np.ptp(table.values(name)))
     if extent < channel.floor:
         return ""
@@ -99,7 +99,7 @@ def _excited(name: str, table: Table) -> str:
 
 
 def _moved(name: str, points: list[Checkpoint], table: Table) -> str:
-    """Say which checkpoint is furthest outside its threshold; nothing where none is."""
+    """Describe the checkpoint furthest outside its threshold; empty where none is."""
     unit, values = channels()[name].unit, table.values(name)
     interval = float(table.time[-1] - table.time[0]) / (table.time.size - 1)
     off = []

@@ -23,9 +23,9 @@ hundredth of a cycle: neighbours are compared within a window wider than that of
 
 
 def neighbours(gated: Job, tier: str, numbers: Sequence[int]) -> dict[str, Job]:
-    """Return runs from starts next to its own, in all directions; none where there is no clearance.
+    """Return runs from starts next to its own, in all directions.
 
-    Nor at the standard tier, where the family's steps differ by more than any start.
+    None without clearance, nor at the standard tier, where steps of the family differ by more than any start.
     """
     if tier != "tight" or movable(gated.scene) is None:
         return {}

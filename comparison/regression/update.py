@@ -57,9 +57,10 @@ def renewed(
     scenes
         All that it is to hold.
     folder
-        Where it will be: paths of scenes are seen from here.
+        Where it will be; paths of scenes are relative to it.
     old
-        What it replaces: its rates are kept where no newer ones are there and the thresholds are the same.
+        The baseline that it replaces; its rates are kept if there are no newer ones and the thresholds are
+        the same.
     n_jobs, on_progress
         As in `comparison.regression.check.gate`.
 
@@ -122,7 +123,7 @@ def _table(job: Job, outcome: Outcome) -> Table:
 
 
 def _rates(path: Path, old: Baseline | None) -> Detection | None:
-    """Find the rates that belong to the thresholds of today."""
+    """Find the rates that belong to the present thresholds."""
     if path.is_file():
         try:
             measured = _Measured.model_validate(json.loads(path.read_text("utf-8")))

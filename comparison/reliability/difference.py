@@ -129,7 +129,7 @@ def compare_reliability(
     Raises
     ------
     TableError
-        If the tables cannot be held against the ideal mechanism's (`slider_errors`) or against each other.
+        If the tables cannot be compared with the ideal mechanism's (`slider_errors`) or with each other.
     """
     pairs = list(zip(runs, ideals, strict=True))
     errors = [slider_errors(of.base, ideal.base, period) for of, ideal in pairs]
@@ -188,7 +188,7 @@ def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
 
 
 def _uncertainty(of: dict[str, dict[str, Array]], quantity: str, runs: Runs) -> Array:
-    """Evaluate u from the runs that there are; nan where there is but one."""
+    """Evaluate u from the available runs; nan if there is only one."""
     known = {kind: values[quantity] for kind, values in of.items()}
     base = known["base"]
     if len(known) == 1:

@@ -26,7 +26,7 @@ class SliderErrors:
         Samples in a crank cycle.
     by_quantity
         Quantity -> actual - ideal in the channel's unit, shape (n,): sample i at (i + 1) 360 / per_cycle deg.
-        The start itself is no part of it: there the slider is where it was put.
+        The start is excluded: there the slider is where the scene puts it.
     """
 
     per_cycle: int
@@ -43,12 +43,12 @@ def slider_errors(actual: Table, ideal: Table, period: float) -> SliderErrors:
 
     Both may be any tables that start at the crank's start. Tables of the same times with whole samples a
     cycle, as both models make them, are taken as they are; others are interpolated to the coarser one's mean
-    interval (`comparison.tables.resample`: accelerations are cut at the contacts that the tables tell of).
+    interval (`comparison.tables.resample`: accelerations are split at the contacts that the tables record).
 
     Parameters
     ----------
     actual, ideal
-        With channels of `QUANTITIES`: all that the first holds are asked of the second.
+        With channels of `QUANTITIES`: the second must hold all that the first does.
     period
         Of a crank cycle, s.
 
@@ -77,7 +77,7 @@ def slider_errors(actual: Table, ideal: Table, period: float) -> SliderErrors:
 
 
 def since(table: Table, start: float) -> Table:
-    """Return what a table holds from a sample on, with times counted from there: to leave out whole cycles.
+    """Return a table from a sample on, with times counted from there, to omit whole cycles.
 
     Parameters
     ----------

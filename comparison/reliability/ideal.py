@@ -18,9 +18,9 @@ _WITHOUT_MEANING = ("clearance", "contact", "friction", "initial", "environment"
 def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
     """Return the same scene with ideal joints, by its name in `comparison.accuracy.uncertainty.Runs`.
 
-    Samples, speed and bodies are the scene's. What does not matter to a motion that the drive alone decides
-    is set to one value, gravity too, and so are the settings of our two models: scenes that differ in nothing
-    else share the run. The reference model has a closed form of the ideal mechanism; Exudyn moves its five
+    Samples, speed and bodies are the scene's. What does not affect a motion that the drive alone prescribes
+    is set to one value, also gravity and the settings of our two models: scenes that differ in nothing else
+    share the run. The reference model has a closed form of the ideal mechanism; Exudyn moves its five
     bodies, in `STEPS` steps per cycle. An installed model keeps its settings.
 
     Parameters

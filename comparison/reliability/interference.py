@@ -10,8 +10,8 @@ limits :math:`\Delta_\mu > \Delta_\nu` of the permitted error and mean and devia
 
 **The cap.** Without any error :math:`\beta = \mu_S / \sigma_S`, which is 3 for a lower limit of zero,
 whatever the upper one: R = Phi(3) = 0.99865 comes from the sixth of the range alone. The reliabilities that
-the paper prints end there, which identifies its lower limit as zero. Only the distance to the cap tells
-anything of a mechanism.
+the paper prints end there, which identifies its lower limit as zero. Only the distance to the cap carries
+information about a mechanism.
 """
 
 from __future__ import annotations

@@ -62,10 +62,10 @@ def _of_cap(found: dict[str, Difference]) -> str:
     capped = {name: int(np.sum(of.a.capped & of.b.capped)) for name, of in found.items()}
     counted = [f"{name} in {n} of {found[name].a.angle.size} parts" for name, n in capped.items() if n]
     values = " or ".join(dict.fromkeys(f"{of.a.cap:.10f}" for of in found.values()))
-    reported = "; ".join(counted) if counted else "none"
+    capped_parts = "; ".join(counted) if counted else "none"
     return (
-        f"Without any error R is {values}, the cap. Within {ROUNDING:g} of it, where R tells nothing of the "
-        f"mechanism but that the limit is wide: {reported}."
+        f"Without any error R is {values}, the cap. Within {ROUNDING:g} of it, where R shows nothing of the "
+        f"mechanism but that the limit is wide: {capped_parts}."
     )
 
 

@@ -19,7 +19,7 @@ from comparison.execution.ledger import Row
 from comparison.execution.run import MODELS, Outcome
 from comparison.formatting import quantity
 from comparison.scene import Scene
-from comparison.studies.campaign.opinions import FINE_SAMPLES, excerpt, opinions, restart_sample
+from comparison.studies.campaign.opinions import FINE_SAMPLES, Opinion, excerpt, opinions, restart_sample
 from comparison.studies.campaign.walls import Breach, breaches
 from comparison.tables.arrays import Array
 from comparison.tables.channels import CONTACTS
@@ -64,7 +64,7 @@ def adjudicate(result: SceneComparison, tables: tuple[Table, Table], scene: Scen
     judged = np.arange(first - start, last + 1 - start)
     judged = judged[result.channels[channel].predictable[first : last + 1]]
     found = [
-        _asked(opinion.name, opinion.model, run(opinion.scene, opinion.model), channel, bases, judged)
+        _asked(opinion, run(opinion.scene, opinion.model), channel, bases, judged)
         for opinion in opinions(part)
     ]
     inside = {model: _shown(run(excerpt(scene, tables[0], 0, last, FINE_SAMPLES), model)) for model in MODELS}
@@ -118,15 +118,15 @@ def _root(
 
 
 def _asked(
-    name: str, model: str, outcome: Outcome, channel: str, bases: Sequence[Array], judged: np.ndarray
+    of: Opinion, outcome: Outcome, channel: str, bases: Sequence[Array], judged: np.ndarray
 ) -> Evidence:
     if outcome.table is None:
-        return Evidence(name, model, (), "", outcome.status)
+        return Evidence(of.name, of.model, (), "", outcome.status)
     values = outcome.table.values(channel)
     distances = tuple(float(np.abs(values - base)[judged].max()) for base in bases)
     apart = float(np.abs(bases[0] - bases[1])[judged].max())
     stands = [side for side, distance in zip(MODELS, distances, strict=True) if distance <= CLOSE * apart]
-    return Evidence(name, model, distances, stands[0] if stands else "", outcome.status)
+    return Evidence(of.name, of.model, distances, stands[0] if stands else "", outcome.status)
 
 
 def _shown(outcome: Outcome) -> list[Breach]:

@@ -80,28 +80,21 @@ def excerpt(scene: Scene, table: Table, first: int, last: int, finer: int = 1) -
 
 def opinions(scene: Scene) -> list[Opinion]:
     """Return who is asked about a scene that is at the settings of the tight tier."""
-    tolerance = scene.data["solver"]["reference"]["tolerance"]
+    reference, exudyn = (scene.data["solver"][model]["tolerance"] for model in ("reference", "exudyn"))
+    step = max(SMALL_STEP, scene.duration / MOST_STEPS)
     changes: list[tuple[str, str, dict[str, object]]] = [
         ("reference, run again", "reference", {}),
-        ("reference, tolerance / 10", "reference", {"solver.reference.tolerance": tolerance / 10.0}),
+        ("reference, tolerance / 10", "reference", {"solver.reference.tolerance": reference / 10.0}),
         ("reference by scipy's DOP853", "reference", {"solver.reference.method": "scipy-DOP853"}),
         ("reference by LSODA", "reference", {"solver.reference.method": "LSODA"}),
         ("tree, run again", "exudyn", {}),
         (
             "tree, tolerance / 10, steps of 1e-5 s at most",
             "exudyn",
-            {
-                "solver.exudyn.tolerance": scene.data["solver"]["exudyn"]["tolerance"] / 10.0,
-                "solver.exudyn.step": 1e-5,
-            },
+            {"solver.exudyn.tolerance": exudyn / 10.0, "solver.exudyn.step": 1e-5},
         ),
-        ("five bodies", "exudyn", _five_bodies(scene)),
+        ("five bodies", "exudyn", {"solver.exudyn.formulation": "full", "solver.exudyn.step": step}),
     ]
     if scene.data["joints"]["crank_pin"] == "ideal":
         changes.insert(1, ("multipliers", "reference", {"solver.reference.formulation": "multiplier"}))
     return [Opinion(name, model, scene.with_values(values)) for name, model, values in changes]
-
-
-def _five_bodies(scene: Scene) -> dict[str, object]:
-    step = max(SMALL_STEP, scene.duration / MOST_STEPS)
-    return {"solver.exudyn.formulation": "full", "solver.exudyn.step": step}

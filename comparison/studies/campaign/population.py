@@ -11,9 +11,8 @@ from functools import cache
 
 import numpy as np
 
-from comparison.accuracy.tiers import tight
-from comparison.execution.run import MODELS
 from comparison.scene import Scene, load_scene
+from comparison.studies.shared.scenes import at_tier, clearance_and_start, log_uniform
 
 SEED = 13062026
 CYCLES = 2.0
@@ -50,6 +49,7 @@ CORNER_RADIUS = (0.2e-3, 5e-3)
 GRAVITY = {"usual": 0.6, "none": 0.1, "reversed": 0.1, "drawn": 0.2}
 GRAVITY_RANGE = (-20.0, 20.0)
 """m/s^2, where it is drawn."""
+_shipped = cache(load_scene)
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def case(number: int, seed: int) -> Case:
     texts = {"scene.name": f"campaign-{number}", "scene.title": f"Scene {number} of the seed {seed}"}
     common = {"drive.cycles": CYCLES, "output.groups": ["accelerations", "corners"]} | texts
     scene = drawn.with_values(common)
-    return Case(number, tight(scene, MODELS) or scene, bool(rng.uniform() < DRAWN_SHARE))
+    return Case(number, at_tier(scene, "tight"), bool(rng.uniform() < DRAWN_SHARE))
 
 
 def _beside_shipped(rng: np.random.Generator) -> Scene:
@@ -97,25 +97,18 @@ def _anywhere(rng: np.random.Generator) -> Scene:
     length = base.data["mechanism"]["slider"]["length"]
     strip = rng.uniform() < STRIP_SHARE
     with_clearance = str(rng.choice(list(JOINTS), p=list(JOINTS.values())))
-    clearance = _log_uniform(rng, CLEARANCE)
-    # A corner is as far out as |offset| + |angle| L / 2.
-    offset, corner = rng.uniform(-1.0, 1.0, 2)
-    while abs(offset) + abs(corner) >= 0.98:
-        offset, corner = rng.uniform(-1.0, 1.0, 2)
     values: dict[str, object] = {
+        **clearance_and_start(rng, CLEARANCE, length),
         "mechanism.crank_angle_deg": float(rng.uniform(0.0, 360.0)),
-        "drive.speed_rpm": float(rng.choice((-1.0, 1.0))) * _log_uniform(rng, SPEED_RPM),
+        "drive.speed_rpm": float(rng.choice((-1.0, 1.0))) * log_uniform(rng, SPEED_RPM),
         "joints.slider": "ideal" if with_clearance == "crank pin" else "clearance",
         "joints.crank_pin": "ideal" if with_clearance == "slider" else "clearance",
-        "clearance.slider": clearance,
-        "clearance.crank_pin": _log_uniform(rng, CLEARANCE),
-        "initial.slider_offset": float(offset * clearance),
-        "initial.slider_angle": float(corner * clearance * 2.0 / length),
+        "clearance.crank_pin": log_uniform(rng, CLEARANCE),
         "contact.law": "strip" if strip else "hertz-corners",
-        "contact.youngs_modulus": _log_uniform(rng, STRIP_MODULUS if strip else MODULUS),
+        "contact.youngs_modulus": log_uniform(rng, STRIP_MODULUS if strip else MODULUS),
         "contact.poisson": float(rng.uniform(*POISSON)),
         "contact.restitution": float(rng.uniform(*(BOUNCY if rng.uniform() < 0.5 else RESTITUTION))),
-        "contact.corner_radius": _log_uniform(rng, CORNER_RADIUS),
+        "contact.corner_radius": log_uniform(rng, CORNER_RADIUS),
         "friction.coefficient": float(rng.uniform(*FRICTION)),
         "environment.gravity": _gravity(rng),
     }
@@ -127,12 +120,3 @@ def _gravity(rng: np.random.Generator) -> float:
     drawn = float(rng.uniform(*GRAVITY_RANGE))
     usual = float(_shipped("paper").data["environment"]["gravity"])
     return {"usual": usual, "none": 0.0, "reversed": -usual, "drawn": drawn}[kind]
-
-
-def _log_uniform(rng: np.random.Generator, bounds: tuple[float, float]) -> float:
-    return float(np.exp(rng.uniform(*np.log(bounds))))
-
-
-@cache
-def _shipped(name: str) -> Scene:
-    return load_scene(name)

@@ -16,7 +16,7 @@ from comparison.agreement.compare import Runs, compare
 from comparison.agreement.cross_check import levels
 from comparison.agreement.results import SceneComparison
 from comparison.execution.ledger import Row
-from comparison.execution.run import MODELS, Outcome
+from comparison.execution.run import MODELS, VIOLATED, Outcome
 from comparison.scene import Scene
 from comparison.studies.campaign.adjudication import Run, adjudicate
 from comparison.studies.campaign.population import Case
@@ -33,8 +33,6 @@ SCREENED, COMPARED = "single runs", "families"
 AGREE, UNDERESTIMATED, DIFFER = "agree", "underestimated", "differ"
 BROKEN, NOT_DECIDED, FAILED = "broken invariant", "not decided", "cannot compare"
 OUTCOMES = (AGREE, UNDERESTIMATED, DIFFER, BROKEN, NOT_DECIDED, FAILED)
-VIOLATED = "invariant-violated"
-"""Status of a run that found out by itself."""
 
 
 class _FailedError(Exception):
@@ -104,10 +102,7 @@ def examine(case: Case, run: Run, confirm: Confirm) -> Row:
         ``seconds`` by stage.
     """
     runs = _Scene(case.scene, run)
-    row: Row = {"outcome": FAILED, "reason": "", "stage": SCREENED, "screening": None, "coverage": None} | {
-        "breaches": {}, "failures": runs.failures, "first": None, "confirmation": None, "adjudication": None,
-        "seconds": {},
-    }  # fmt: skip
+    row = nothing_found("") | {"stage": SCREENED, "failures": runs.failures}
     try:
         _into(row, case, runs, run, confirm)
     except _FailedError:
@@ -118,9 +113,17 @@ def examine(case: Case, run: Run, confirm: Confirm) -> Row:
     except TableError as error:
         row["reason"] = str(error)
     if row["outcome"] != DIFFER and any(row["breaches"].values()):
-        reported = [f"{model}: {one['name']}" for model, of in row["breaches"].items() for one in of]
-        row |= {"outcome": BROKEN, "reason": "; ".join(dict.fromkeys(reported))}
+        messages = [f"{model}: {one['name']}" for model, of in row["breaches"].items() for one in of]
+        row |= {"outcome": BROKEN, "reason": "; ".join(dict.fromkeys(messages))}
     return row
+
+
+def nothing_found(reason: str) -> Row:
+    """Return the row of a scene of which nothing is known but why."""
+    return {"outcome": FAILED, "reason": reason, "stage": "", "screening": None, "coverage": None} | {
+        "breaches": {}, "failures": [], "first": None, "confirmation": None, "adjudication": None,
+        "seconds": {},
+    }  # fmt: skip
 
 
 def _into(row: Row, case: Case, runs: _Scene, run: Run, confirm: Confirm) -> None:
@@ -150,8 +153,8 @@ def _into(row: Row, case: Case, runs: _Scene, run: Run, confirm: Confirm) -> Non
         confirmation = result.confirmation
         row["confirmation"] = None if confirmation is None else asdict(confirmation)
         clock.lap("confirmation")
-    reported = summary(result)
-    row |= {"outcome": outcome_of(result), "reason": reported["reason"], "first": reported["first"]}
+    shortened = summary(result)
+    row |= {"outcome": outcome_of(result), "reason": shortened["reason"], "first": shortened["first"]}
     row["coverage"] = _coverage(result)
     if result.verdict == "differ":
         row["adjudication"] = adjudicate(result, (reference.base, tree), case.scene, run)

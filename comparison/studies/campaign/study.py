@@ -5,79 +5,55 @@ from __future__ import annotations
 import tomllib
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from comparison.accuracy.thresholds import thresholds
-from comparison.engines.platform import platform_name, versions
+from comparison.engines.platform import made_on, platform_name, versions
 from comparison.execution.ledger import Row
-from comparison.execution.run import MODELS, Progress
+from comparison.execution.run import MODELS, VIOLATED, Progress
 from comparison.formatting import percent, quantity
 from comparison.studies.campaign import population, stages, tables
 from comparison.studies.campaign.adjudication import OPEN
 from comparison.studies.campaign.figures import draw_distances, draw_places
 from comparison.studies.campaign.opinions import FINE_SAMPLES, SMALL_STEP
-from comparison.studies.campaign.population import Case
 from comparison.studies.campaign.screening import LIMIT, TIER
+from comparison.studies.campaign.tables import Found
 from comparison.studies.campaign.tasks import run_cases
 from comparison.studies.shared.study import Study
 
 NAMES = {"reference": "the reference errs", "exudyn": "Exudyn's tree errs", OPEN: "open"}
 
 
-@dataclass(frozen=True)
-class Config:
-    """Number of scenes."""
-
-    count: int
-
-
-@dataclass(frozen=True)
-class Results:
-    """What was found of the first scenes of a seed."""
-
-    seed: int
-    cases: Sequence[Case]
-    rows: Sequence[Row]
-
-    @property
-    def found(self) -> tables.Found:
-        """Each scene with what was found of it."""
-        return list(zip(self.cases, self.rows, strict=True))
+def measure(count: int, n_jobs: int, on_progress: Progress | None) -> Found:
+    """Examine so many scenes of the population."""
+    cases = population.cases(count, population.SEED)
+    return list(zip(cases, run_cases(cases, n_jobs, on_progress), strict=True))
 
 
-def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
-    """Examine the population."""
-    cases = population.cases(config.count, population.SEED)
-    return Results(population.SEED, cases, run_cases(cases, n_jobs, on_progress))
-
-
-def figures(results: Results, folder: Path) -> None:
+def figures(found: Found, folder: Path) -> None:
     """Draw distances between the models, and where the scenes lie."""
-    draw_distances(results.found, folder / "distances.svg")
-    draw_places(results.found, folder / "places.svg")
+    draw_distances(found, folder / "distances.svg")
+    draw_places(found, folder / "places.svg")
 
 
-def record(results: Results) -> dict[str, Any]:
+def record(found: Found) -> dict[str, Any]:
     """Return all that was found, scene by scene."""
     return {
-        "seed": results.seed,
+        "seed": population.SEED,
         "machine": platform_name(),
         "versions": versions(),
-        "scenes": [{"scene": case.number, "drawn": case.family, **row} for case, row in results.found],
+        "scenes": [{"scene": case.number, "drawn": case.family, **row} for case, row in found],
     }
 
 
-def page(results: Results) -> dict[str, object]:
+def page(found: Found) -> dict[str, object]:
     """Return what stands in the page."""
-    found = results.found
     return {
-        "outcome": outcome(results.rows),
-        "seed": results.seed,
-        "machine": platform_name(),
-        "versions": ", ".join(f"{name} {version}" for name, version in versions().items()),
+        "outcome": outcome([row for _, row in found]),
+        "seed": population.SEED,
+        "machine": made_on(),
         "counts": tables.counts(found),
         "floor": percent(thresholds(TIER).coverage),
         "differences": tables.differences(found),
@@ -122,7 +98,7 @@ def outcome(rows: Sequence[Row]) -> str:
 def _broken(row: Row) -> set[str]:
     """Return the models of which a run of this scene breaks an invariant."""
     shown = {model for model, of in row["breaches"].items() if of}
-    return shown | {one["model"] for one in row["failures"] if one["status"] == stages.VIOLATED}
+    return shown | {one["model"] for one in row["failures"] if one["status"] == VIOLATED}
 
 
 def mended() -> list[dict[str, Any]]:
@@ -152,10 +128,10 @@ def ranges() -> str:
         ("friction", population.FRICTION, 1.0, ""),
         ("gravity, where it is not the usual", population.GRAVITY_RANGE, 1.0, " m/s²"),
     )
-    reported = [f"{name} {low * by:g} to {high * by:g}{unit}" for name, (low, high), by, unit in spans]
+    texts = [f"{name} {low * by:g} to {high * by:g}{unit}" for name, (low, high), by, unit in spans]
     joints = ", ".join(f"{share:.0%} at the {name}" for name, share in population.JOINTS.items())
     return (
-        "; ".join(reported)
+        "; ".join(texts)
         + "; any crank angle and any start between the walls; clearance "
         + joints.replace("the both", "both")
         + f"; {population.STRIP_SHARE:.0%} with the strip law and a soft guide"
@@ -164,8 +140,8 @@ def ranges() -> str:
 
 STUDY = Study(
     "campaign",
-    small=Config(count=5),
-    full=Config(count=1280),
+    small=5,  # scenes
+    full=1280,
     measure=measure,
     page=page,
     draw=figures,

@@ -49,7 +49,7 @@ def differences(found: Found) -> str:
     rows = []
     for case, row in found:
         if row["outcome"] == DIFFER:
-            of, reported = row["adjudication"], row["confirmation"]
+            of, confirmation = row["adjudication"], row["confirmation"]
             apart = quantity(of["apart"], channels()[of["channel"]].unit, 2)
             rows.append(
                 {
@@ -57,7 +57,7 @@ def differences(found: Found) -> str:
                     "seen from": f"{of['time']:.6g} s",
                     "contact": contacts(of["missing"]) or "the same in both",
                     "apart by": f"{of['channel']}: {apart}",
-                    "claim": "" if reported is None else reported["outcome"],
+                    "claim": "" if confirmation is None else confirmation["outcome"],
                     "errs": f"**{of['errs']}**",
                     "why": of["why"],
                 }
@@ -97,11 +97,11 @@ def underestimated(found: Found) -> str:
     return _listed(
         {
             "scene": str(case.number),
-            "factor": number(reported["factor"], 2),
-            "what the ensembles say": reported["sentence"],
+            "factor": number(confirmation["factor"], 2),
+            "what the ensembles say": confirmation["sentence"],
         }
         for case, row in found
-        if row["outcome"] == UNDERESTIMATED and (reported := row["confirmation"]) is not None
+        if row["outcome"] == UNDERESTIMATED and (confirmation := row["confirmation"]) is not None
     )
 
 

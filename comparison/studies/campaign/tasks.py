@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 from comparison.agreement.compare import Runs
 from comparison.agreement.confirmation import confirm as confirm_by_ensembles
@@ -17,7 +16,7 @@ from comparison.execution.workers import Kernels
 from comparison.scene import Scene, SceneError
 from comparison.studies.campaign.adjudication import Run
 from comparison.studies.campaign.population import Case
-from comparison.studies.campaign.stages import FAILED, examine
+from comparison.studies.campaign.stages import examine, nothing_found
 from comparison.tables.table import Table
 
 LIMIT = 3600.0
@@ -31,38 +30,26 @@ class CaseTask(Task):
     """A case of the population."""
 
     case: Case
+    models = MODELS
 
     @property
     def cost(self) -> float:
         """Expected time of its runs, s, roughly: of the tree, five where the family is asked for."""
-        return Job(self.case.scene, "exudyn").cost * (5.0 if self.case.family else 1.0) * self._slowness
-
-    @property
-    def _slowness(self) -> float:
-        """Time grows with the duration of a cycle, which `Job.cost` leaves out."""
-        return 1.0 + self.case.scene.period
+        scene, family = self.case.scene, self.case.family
+        # Time grows with the duration of a cycle, which `Job.cost` leaves out.
+        return Job(scene, "exudyn").cost * (5.0 if family else 1.0) * (1.0 + scene.period)
 
     @property
     def kernels(self) -> frozenset[Kernels]:
         """Which code is compiled for it."""
         return frozenset(kernels(self.case.scene, model) for model in MODELS)
 
-    @property
-    def identity(self) -> dict[str, Any]:
-        """Scene, and whether its family runs in any case."""
-        return {"scene": self.case.scene.hash, "family": self.case.family}
-
-    @property
-    def models(self) -> tuple[str, ...]:
-        """Both."""
-        return MODELS
-
 
 def run_cases(cases: Sequence[Case], n_jobs: int, on_progress: Progress | None) -> list[Row]:
     """Examine all cases, but for those that were before; return their rows, as `examine` gives them."""
     tasks = [CaseTask(case) for case in cases]
     rows = measure_all(examine_case, tasks, on_processes(n_jobs, LIMIT), on_progress)
-    return [_complete(row) for row in rows]
+    return [row if row["status"] == SUCCESS else nothing_found(row["message"]) for row in rows]
 
 
 def examine_case(task: CaseTask, progress: Progress) -> Row:
@@ -89,13 +76,3 @@ def confirmed(result: SceneComparison, runs: tuple[Runs, Runs], scene: Scene, ru
         return [outcome.table for outcome in outcomes if outcome.table is not None]
 
     return confirm_by_ensembles(result, runs, scene=scene, models=MODELS, run=tables)
-
-
-def _complete(row: Row) -> Row:
-    """Fill the row of a scene that was not examined to its end: its message is the reason."""
-    empty: Row = {"stage": "", "screening": None, "coverage": None, "breaches": {}, "failures": []} | {
-        "first": None, "confirmation": None, "adjudication": None, "seconds": {}
-    }  # fmt: skip
-    if row["status"] == SUCCESS:
-        return row
-    return empty | {"outcome": FAILED, "reason": row["message"]}

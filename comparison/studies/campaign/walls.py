@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import label
 
 from comparison.tables.channels import CORNERS
 from comparison.tables.table import Table
@@ -61,19 +62,12 @@ def _inside(table: Table) -> Iterator[Breach]:
         inside = (begun == over) & (gap < -OPEN_DEPTH)
         if inside.any():
             at = int(np.where(inside, gap, np.inf).argmin())
-            since, until = _stretch(inside, at)
+            labels, _ = label(inside)
+            since, until = np.flatnonzero(labels == labels[at])[[0, -1]]
             yield Breach(
                 "open-depth", corner, float(time[at]), float(-gap[at]), OPEN_DEPTH,
                 float(time[since]), float(time[until]),
             )  # fmt: skip
-
-
-def _stretch(inside: np.ndarray, at: int) -> tuple[int, int]:
-    """Return the first and last index of the run of true values about one of them."""
-    outside = np.flatnonzero(~inside)
-    before, after = outside[outside < at], outside[outside > at]
-    first = int(before[-1]) + 1 if before.size else 0
-    return first, int(after[0]) - 1 if after.size else inside.size - 1
 
 
 def _overlapping(table: Table) -> Iterator[Breach]:

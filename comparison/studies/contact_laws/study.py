@@ -13,7 +13,7 @@ from comparison.formatting import MISSING, number, quantity, table
 from comparison.scene import Scene, load_scene
 from comparison.studies.contact_laws.figures import draw
 from comparison.studies.shared.study import Study
-from comparison.studies.shared.switches import closest, created, depths, surplus, switches
+from comparison.studies.shared.switches import closest, contacts, created, depths, surplus, switches
 from comparison.tables.table import Table
 
 LAWS = ("hertz-corners", "strip", "paper-switching")
@@ -25,18 +25,12 @@ LISTED = 12
 
 @dataclass(frozen=True)
 class Config:
-    """Samples a cycle.
-
-    Attributes
-    ----------
-    dense
-        Of the reference under paper-switching.
-    sparse
-        Of all other runs.
-    """
+    """Samples a cycle."""
 
     dense: int
+    """Of the reference under paper-switching."""
     sparse: int
+    """Of all other runs."""
 
 
 @dataclass(frozen=True)
@@ -202,7 +196,7 @@ LIST_HEADINGS = ("time", "law after it", "depth of the other corner", "energy cr
 
 def listing(result: Table) -> list[list[str]]:
     """Return one row a switch."""
-    found = switches(_events(result))
+    found = switches(contacts(result))
     columns = (
         depths(found, result, scene(LAWS[-1], STUDY.full).data),
         created(found, result),
@@ -225,11 +219,6 @@ def listing(result: Table) -> list[list[str]]:
 def _theory(found: pd.DataFrame, result: Table) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     data = result.provenance["scene"]
     return np.where(found["to_surface"], 1.0, -1.0) * surplus(depths(found, result, data), data)
-
-
-def _events(result: Table) -> pd.DataFrame:
-    """Return the contacts of a run of a model, which has them always."""
-    return pd.DataFrame() if result.events is None else result.events
 
 
 def _largest(peak: dict[str, float]) -> float:

@@ -40,12 +40,12 @@ def summarise(outcomes: Sequence[Outcome], still: Table, period: float) -> Case:
         close = second & (np.abs(still.time - printed.time) <= REACH)
         peaks[channel, False] = [peak(still.time, values, second) for values in errors]
         peaks[channel, True] = [peak(still.time, values, close) for values in errors]
-    reported = [
+    messages = [
         f"not simulated: {o.message}" if o.status == "bad input" else f"{o.status}: {o.message}"
         for o in outcomes
         if o.table is None
     ]
-    return Case(peaks, reported)
+    return Case(peaks, messages)
 
 
 def peaks_table(cases: dict[str, Case]) -> str:

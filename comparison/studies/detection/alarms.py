@@ -12,13 +12,12 @@ from functools import cache
 
 import numpy as np
 
-from comparison.accuracy.tiers import tight
 from comparison.accuracy.uncertainty import PERTURBATION
-from comparison.execution.run import MODELS
 from comparison.scene import Scene, load_scene
 from comparison.studies.detection import cross_model
 from comparison.studies.detection.pairs import Pair
 from comparison.studies.detection.tasks import Side
+from comparison.studies.shared.scenes import at_tier, clearance_and_start, log_uniform
 
 SEED = 13062025
 FACTORS = (0.3, 3.0)
@@ -27,6 +26,7 @@ CLEARANCE = (0.1e-3, 0.5e-3)
 MODULUS = (69e9, 210e9)
 RESTITUTION = (0.6, 0.95)
 FRICTION = (0.05, 0.3)
+_shipped = cache(load_scene)
 
 
 @dataclass(frozen=True)
@@ -58,30 +58,21 @@ def pairs(kind: Kind) -> list[Pair]:
 
 def pair(kind: Kind, rng: np.random.Generator) -> Pair:
     """Draw a scene and its two sides."""
-    drawn = scene(rng, kind.cycles)
-    if kind.tier == "tight":
-        drawn = tight(drawn, MODELS) or drawn
+    drawn = at_tier(scene(rng, kind.cycles), kind.tier)
     return Pair(drawn, Side(drawn, kind.model), Side(moved(drawn, kind, rng), kind.model), kind.tier)
 
 
 def scene(rng: np.random.Generator, cycles: tuple[float, float]) -> Scene:
     """Draw speed, clearance, material and a start between the walls."""
-    clearance = _log_uniform(rng, CLEARANCE)
-    # A corner is as far out as |offset| + |angle| L / 2.
-    offset, corner = rng.uniform(-1.0, 1.0, 2)
-    while abs(offset) + abs(corner) >= 0.98:
-        offset, corner = rng.uniform(-1.0, 1.0, 2)
-    base = _base()
-    length = base.data["mechanism"]["slider"]["length"]
+    base = _shipped("150rpm-0.2mm")
+    start = clearance_and_start(rng, CLEARANCE, base.data["mechanism"]["slider"]["length"])
     return base.with_values(
-        {
-            "drive.speed_rpm": _log_uniform(rng, SPEED_RPM),
+        start
+        | {
+            "drive.speed_rpm": log_uniform(rng, SPEED_RPM),
             "drive.cycles": round(float(rng.uniform(*cycles)), 3),
-            "clearance.slider": clearance,
-            "initial.slider_offset": float(offset * clearance),
-            "initial.slider_angle": float(corner * clearance * 2.0 / length),
             "contact.restitution": float(rng.uniform(*RESTITUTION)),
-            "contact.youngs_modulus": _log_uniform(rng, MODULUS),
+            "contact.youngs_modulus": log_uniform(rng, MODULUS),
             "friction.coefficient": float(rng.uniform(*FRICTION)),
         }
     )
@@ -90,14 +81,5 @@ def scene(rng: np.random.Generator, cycles: tuple[float, float]) -> Scene:
 def moved(drawn: Scene, kind: Kind, rng: np.random.Generator) -> Scene:
     """Return the scene with its start moved within the ball and its setting multiplied."""
     beside = cross_model.moved(drawn, PERTURBATION, rng)
-    setting = drawn.data["solver"][kind.model][kind.setting] * _log_uniform(rng, FACTORS)
+    setting = drawn.data["solver"][kind.model][kind.setting] * log_uniform(rng, FACTORS)
     return beside.with_values({f"solver.{kind.model}.{kind.setting}": setting})
-
-
-@cache
-def _base() -> Scene:
-    return load_scene("150rpm-0.2mm")
-
-
-def _log_uniform(rng: np.random.Generator, bounds: tuple[float, float]) -> float:
-    return float(np.exp(rng.uniform(*np.log(bounds))))

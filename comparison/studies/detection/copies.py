@@ -10,37 +10,29 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from importlib import invalidate_caches
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Protocol
 
 from comparison.engines.registry import GROUP, OWN, load
 
 
-class Change(Protocol):
+@dataclass(frozen=True, kw_only=True)
+class Change:
     """One place of a model's code, changed."""
 
-    @property
-    def engine(self) -> str:
-        """Name of the copy."""
-
-    @property
-    def model(self) -> str:
-        """Whose package is copied."""
-
-    @property
-    def file(self) -> str:
-        """Of the package, by its path in it."""
-
-    @property
-    def old(self) -> str:
-        """What stands there once."""
-
-    @property
-    def new(self) -> str:
-        """What stands there instead."""
+    engine: str = ""
+    """Name of the copy."""
+    model: str = ""
+    """Whose package is copied."""
+    file: str = ""
+    """Of the package, by its path in it."""
+    old: str = ""
+    """What stands there once."""
+    new: str = ""
+    """What stands there instead."""
 
 
 class CatalogueError(ValueError):

@@ -19,13 +19,13 @@ from math import ceil, cos, degrees, pi, sin, sqrt
 
 import numpy as np
 
-from comparison.accuracy.tiers import tight
 from comparison.execution.run import MODELS
 from comparison.scene import Scene, load_scene, shipped_scenes
 from comparison.studies.detection.pairs import Pair
 from comparison.studies.detection.rates import count
 from comparison.studies.detection.rounding import ROUNDINGS, Rounding
 from comparison.studies.detection.tasks import Found, Side
+from comparison.studies.shared.scenes import at_tier
 
 SEED = 21112025
 SHARE = 0.02
@@ -66,9 +66,7 @@ class Draw:
         shipped = scenes_with_clearance()
         name = shipped[(self.number + place[1]) % len(shipped)]
         rng = np.random.default_rng([SEED, *place, self.number])
-        scene = moved(load_scene(name), SHARE, rng)
-        if self.kind.tier == "tight":
-            scene = tight(scene, MODELS) or scene
+        scene = at_tier(moved(load_scene(name), SHARE, rng), self.kind.tier)
         a, b = (Side(scene, model, self.rounding.engines.get(model, "")) for model in MODELS)
         return Pair(scene, a, b, self.kind.tier, environment=self.rounding.environment)
 

@@ -13,20 +13,22 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, Literal
 
-from comparison.accuracy.tiers import TIERS, tight
+from comparison.accuracy.tiers import TIERS
 from comparison.execution.run import MODELS
 from comparison.scene import Scene, load_scene
+from comparison.studies.detection.copies import Change
 from comparison.studies.detection.pairs import Pair
 from comparison.studies.detection.tasks import Found, Side
+from comparison.studies.shared.scenes import at_tier, leaves
 
 Kind = Literal["number", "code", "table"]
 KINDS: tuple[Kind, ...] = ("number", "code", "table")
 DETECTED = ("differ", "cannot compare")
 
 
-@dataclass(frozen=True)
-class Fault:
-    """One row of the catalogue."""
+@dataclass(frozen=True, kw_only=True)
+class Fault(Change):
+    """One row of the catalogue: a wrong number or table, or a change of code."""
 
     kind: Kind
     name: str
@@ -35,12 +37,6 @@ class Fault:
     """Of a wrong number: the scene's key."""
     value: float | None = None
     factor: float | None = None
-    model: str = ""
-    """Of wrong code: the model, the name of the copy, the file, the place and what it becomes."""
-    engine: str = ""
-    file: str = ""
-    old: str = ""
-    new: str = ""
     spoil: str = ""
     """Of a wrong table: see `comparison.studies.detection.tables`."""
     tier: str = ""
@@ -62,7 +58,7 @@ class Fault:
         """Return the wrong number."""
         if self.value is not None:
             return self.value
-        return (self.factor or 1.0) * float(number_of(scene, self.key))
+        return (self.factor or 1.0) * float(leaves(scene.data)[self.key])
 
 
 @dataclass(frozen=True)
@@ -89,19 +85,11 @@ class Trial:
         return found["verdict"] in DETECTED
 
 
-def number_of(scene: Scene, key: str) -> Any:
-    """Return the value of a dotted key."""
-    value: Any = scene.data
-    for part in key.split("."):
-        value = value[part]
-    return value
-
-
 def catalogue() -> list[Fault]:
     """Read all faults, in the order of the file."""
     record = _record()
     return [
-        Fault(kind, **(row | {"shows": tuple(row.get("shows", ()))}))
+        Fault(kind=kind, **(row | {"shows": tuple(row.get("shows", ()))}))
         for kind in KINDS
         for row in record[kind]
     ]
@@ -110,10 +98,8 @@ def catalogue() -> list[Fault]:
 @cache
 def scenes(tier: str) -> dict[str, Scene]:
     """Return the scenes of the catalogue with the settings of a tier."""
-    usual = {name: load_scene("150rpm-0.2mm", values) for name, values in _record()["scene"].items()}
-    if tier == "standard":
-        return usual
-    return {name: tight(scene, MODELS) or scene for name, scene in usual.items()}
+    found = _record()["scene"].items()
+    return {name: at_tier(load_scene("150rpm-0.2mm", values), tier) for name, values in found}
 
 
 def controls() -> list[Pair]:

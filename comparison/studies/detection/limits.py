@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from comparison.agreement.compare import compare
 from comparison.execution.run import MODELS, RunError
 from comparison.scene import Scene
-from comparison.studies.detection.faults import DETECTED, number_of, scenes
+from comparison.studies.detection.faults import DETECTED, scenes
 from comparison.studies.detection.pairs import Pair
 from comparison.studies.detection.tasks import Comparison, Found, Side, cached_runs, runs
+from comparison.studies.shared.scenes import leaves
 from comparison.tables.table import TableError
 
 PARAMETERS = (
@@ -62,15 +62,6 @@ class Search(Comparison):
         return self.a, Side(self.scene, self.model)
 
     @property
-    def identity(self) -> dict[str, Any]:
-        """What distinguishes it from other tasks."""
-        return {
-            "search": [self.key, LEAST, MOST, self.halvings],
-            "sides": [side.identity for side in self.sides],
-            "tier": self.tier,
-        }
-
-    @property
     def cost(self) -> float:
         """Expected time, s."""
         return self.halvings * self.sides[1].cost + 0.1 * self.a.cost
@@ -95,7 +86,7 @@ class Search(Comparison):
 
     def pair(self, change: float) -> Pair:
         """Return the comparison with this relative change."""
-        value = float(number_of(self.scene, self.key)) * (1.0 + change)
+        value = float(leaves(self.scene.data)[self.key]) * (1.0 + change)
         faulty = self.scene.with_values({self.key: value})
         return Pair(self.scene, self.a, Side(faulty, self.model), self.tier)
 

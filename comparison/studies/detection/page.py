@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from comparison.engines.platform import platform_name, versions
+from comparison.engines.platform import made_on
 from comparison.formatting import MISSING, number, quantity, table
 from comparison.report import svg
 from comparison.studies.detection import alarm_tables, alarms, cross_model, limits
@@ -31,8 +31,7 @@ def page(results: Results) -> dict[str, object]:
     healthy = Counter(result["verdict"] for result in results.healthy)
     return {
         "overview": overview(results),
-        "machine": platform_name(),
-        "versions": ", ".join(f"{name} {version}" for name, version in versions().items()),
+        "machine": made_on(),
         "scenes": ", ".join(f"`{name}`" for name in cross_model.scenes_with_clearance()),
         "moved": share(cross_model.SHARE),
         "wanted": " and ".join(f"{kind.wanted} at the {kind.tier} tier" for kind, _ in results.both),

@@ -10,16 +10,20 @@ import numpy as np
 
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.confirmation import confirm
-from comparison.agreement.results import Confirmation, SceneComparison
+from comparison.agreement.results import SceneComparison
 from comparison.execution.run import RunError, runner
+from comparison.files import plain
 from comparison.scene import Scene, SceneError
 from comparison.studies.detection.copies import load_copy
 from comparison.studies.detection.tables import SPOILS
 from comparison.studies.detection.tasks import Comparison, Found, Side, cached_runs, refusal
+from comparison.studies.shared.scenes import leaves
 from comparison.tables.table import Table, TableError
 
 _MOVED = ("initial.slider_offset", "initial.slider_angle", "mechanism.crank_angle_deg")
 """Where an ensemble's starts lie apart."""
+_CONFIRMATION = ("outcome", "members", "factor", "suspicious", "sentence")
+"""What is kept of a confirmation."""
 
 
 @dataclass(frozen=True)
@@ -41,17 +45,6 @@ class Pair(Comparison):
         return self.a, self.b
 
     @property
-    def identity(self) -> dict[str, Any]:
-        """What distinguishes it from other tasks."""
-        return {
-            "scene": self.scene.hash,
-            "sides": [side.identity for side in self.sides],
-            "tier": self.tier,
-            "spoil": self.spoil,
-            "environment": dict(self.environment),
-        }
-
-    @property
     def cost(self) -> float:
         """Expected time, s."""
         return self.b.cost + 0.1 * self.a.cost
@@ -67,8 +60,9 @@ class Pair(Comparison):
 
     def judged(self, runs: tuple[Runs, Runs]) -> SceneComparison:
         """Compare the runs of both sides; a difference is confirmed by ensembles before it is one."""
-        models = (self.a.model, self.b.model)
-        result = compare(*runs, scene=self.scene, labels=_labels(models), tier=self.tier)
+        a, b = models = (self.a.model, self.b.model)
+        labels = models if a != b else (a, f"{b} again")
+        result = compare(*runs, scene=self.scene, labels=labels, tier=self.tier)
         if result.verdict != "differ":
             return result
         return confirm(result, runs, scene=self.scene, models=models, run=self.ensemble)
@@ -98,23 +92,18 @@ class Pair(Comparison):
         return tables
 
 
-def _labels(models: tuple[str, str]) -> tuple[str, str]:
-    a, b = models
-    return (a, b) if a != b else (a, f"{b} again")
-
-
 def _change(scene: Scene, given: Scene) -> Callable[[Scene], Scene]:
     """Return what makes of a scene what a side is given, as it was given ``given`` for ``scene``.
 
     Numbers that an ensemble moves are moved from there, all others are what the side was given.
     """
-    before, after = dict(_leaves(scene.data)), dict(_leaves(given.data))
+    before, after = leaves(scene.data), leaves(given.data)
     changed = {key: value for key, value in after.items() if before.get(key) != value}
 
     def change(other: Scene) -> Scene:
         if not changed:
             return other
-        theirs = dict(_leaves(other.data))
+        theirs = leaves(other.data)
         return other.with_values(
             {
                 key: theirs[key] + value - before[key] if key in _MOVED else value
@@ -125,17 +114,6 @@ def _change(scene: Scene, given: Scene) -> Callable[[Scene], Scene]:
     return change
 
 
-def _leaves(data: dict[str, Any], above: str = "") -> list[tuple[str, Any]]:
-    """List the values of a nested mapping by their dotted keys."""
-    return [
-        leaf
-        for key, value in data.items()
-        for leaf in (
-            _leaves(value, f"{above}{key}.") if isinstance(value, dict) else [(f"{above}{key}", value)]
-        )
-    ]
-
-
 def summary(result: SceneComparison) -> Found:
     """Return what the study needs of a comparison, as JSON holds it.
 
@@ -143,6 +121,7 @@ def summary(result: SceneComparison) -> Found:
     predictable sample outside its threshold; of several at that time the one that is the most outside.
     """
     first: dict[str, Any] | None = None
+    made = result.confirmation
     best = (np.inf, 0.0)
     for name, channel in result.channels.items():
         if channel.verdict != "differ" or channel.u is None:
@@ -170,17 +149,5 @@ def summary(result: SceneComparison) -> Found:
         "reason": result.reason,
         "channels": {name: [c.verdict, c.coverage] for name, c in result.channels.items()},
         "first": first,
-        "confirmation": _confirmation(result.confirmation),
-    }
-
-
-def _confirmation(made: Confirmation | None) -> dict[str, Any] | None:
-    if made is None:
-        return None
-    return {
-        "outcome": made.outcome,
-        "members": list(made.members),
-        "factor": made.factor,
-        "suspicious": made.suspicious,
-        "sentence": made.sentence,
+        "confirmation": made and plain({name: getattr(made, name) for name in _CONFIRMATION}),
     }

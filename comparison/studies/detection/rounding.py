@@ -12,44 +12,32 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from comparison.accuracy.tiers import TIERS
 from comparison.execution.run import MODELS, run_one
-from comparison.studies.detection.copies import load_copy
+from comparison.studies.detection.copies import Change, load_copy
 from comparison.studies.detection.faults import scenes
 from comparison.studies.detection.tasks import Comparison, Found, Side, refusal
 
-
-@dataclass(frozen=True)
-class Rearranged:
-    """A copy of a model with one expression added up in another order; see `copies.Change`."""
-
-    engine: str
-    model: str
-    file: str
-    old: str
-    new: str
-
-
 REARRANGED = (
     # The stages of a Runge-Kutta step from the last to the first.
-    Rearranged(
-        "reference_rearranged",
-        "reference",
-        "dop853.py",
-        "            for j in range(i):\n                s += A[i, j]",
-        "            for j in range(i - 1, -1, -1):\n                s += A[i, j]",
+    Change(
+        engine="reference_rearranged",
+        model="reference",
+        file="dop853.py",
+        old="            for j in range(i):\n                s += A[i, j]",
+        new="            for j in range(i - 1, -1, -1):\n                s += A[i, j]",
     ),
     # The damped force as a sum of two forces: of every contact, in both formulations.
-    Rearranged(
-        "exudyn_rearranged",
-        "exudyn",
-        "contact/point.py",
-        "elastic * (1.0 + law.damping * depth_rate / impact_speed)",
-        "elastic + elastic * law.damping * depth_rate / impact_speed",
+    Change(
+        engine="exudyn_rearranged",
+        model="exudyn",
+        file="contact/point.py",
+        old="elastic * (1.0 + law.damping * depth_rate / impact_speed)",
+        new="elastic + elastic * law.damping * depth_rate / impact_speed",
     ),
 )
+"""Copies of the models with one expression added up in another order."""
 
 # A kernel without AVX, that every x86-64 processor can run.
 _BLAS = (("OPENBLAS_CORETYPE", "Prescott"),)
@@ -91,11 +79,6 @@ class Bits(Comparison):
     def sides(self) -> tuple[Side, ...]:
         """The one that is run."""
         return (self.side,)
-
-    @property
-    def identity(self) -> dict[str, Any]:
-        """What distinguishes it from other tasks."""
-        return {"bits": self.side.identity, "environment": dict(self.environment)}
 
     @property
     def cost(self) -> float:

@@ -11,12 +11,10 @@ from comparison.studies.detection import alarms, cross_model, limits, rounding
 from comparison.studies.detection.copies import installed
 from comparison.studies.detection.cross_model import Draw
 from comparison.studies.detection.faults import Fault, catalogue, controls, trials
-from comparison.studies.detection.finding import find_all
 from comparison.studies.detection.page import draw, page
 from comparison.studies.detection.results import Results, record
-from comparison.studies.detection.tasks import Comparison, Found
-from comparison.studies.shared.progress import part
-from comparison.studies.shared.study import Study
+from comparison.studies.detection.tasks import Comparison, Found, find_all
+from comparison.studies.shared.study import Study, part
 
 # Of the whole time: what is measured of the rounding, faults with self comparisons and limits, both models.
 _PARTS = (0.01, 0.4, 1.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -20,19 +21,11 @@ LATE = 1e-4
 
 def spoiled(runs: Runs, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Runs:
     """Change all of a model's tables alike, as a fault of its recorder would."""
-
-    def of(table: Table | None) -> Table | None:
-        return None if table is None else replace(table, frame=change(table.frame.copy()))
-
-    base = replace(runs.base, frame=change(runs.base.frame.copy()))
-    return replace(
-        runs,
-        base=base,
-        finer=of(runs.finer),
-        coarser=of(runs.coarser),
-        perturbed=of(runs.perturbed),
-        other_perturbed=of(runs.other_perturbed),
-    )
+    tables = {name: table for name, table in vars(runs).items() if isinstance(table, Table)}
+    changed: dict[str, Any] = {
+        name: replace(table, frame=change(table.frame.copy())) for name, table in tables.items()
+    }
+    return replace(runs, **changed)
 
 
 def _of_second(change: Callable[[pd.DataFrame], pd.DataFrame]) -> Spoil:

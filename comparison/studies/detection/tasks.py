@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from comparison.accuracy.levels import refinement
 from comparison.agreement.compare import Runs
 from comparison.agreement.cross_check import levels
-from comparison.execution.run import kernels, run_one
-from comparison.execution.task_store import Task
+from comparison.execution.run import Progress, kernels, run_one
+from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
 from comparison.execution.workers import Kernels
 from comparison.scene import Scene
 from comparison.studies.detection.copies import load_copy
@@ -31,11 +32,6 @@ class Side:
     def runs_by(self) -> str:
         """Name of the engine."""
         return self.engine or self.model
-
-    @property
-    def identity(self) -> dict[str, str]:
-        """What distinguishes it from others."""
-        return {"scene": self.scene.hash, "model": self.model, "engine": self.runs_by}
 
     @property
     def kernels(self) -> Kernels:
@@ -74,6 +70,22 @@ class Comparison(Task):
     @abstractmethod
     def find(self) -> Found:
         """Run and judge."""
+
+
+def find_all(tasks: Sequence[Comparison], n_jobs: int, on_progress: Progress | None) -> list[Found]:
+    """Return what the tasks find, in their order; what was found before is not sought again.
+
+    What was found is kept, not the runs: they are thousands. Whatever goes wrong is found as well, since a
+    copy with a fault may raise anything.
+    """
+    rows = measure_all(find, tasks, on_processes(n_jobs), on_progress)
+    return [row if row["status"] == SUCCESS else row | refusal(row["message"]) for row in rows]
+
+
+def find(task: Comparison, progress: Progress) -> Found:
+    """Find, in this process."""
+    del progress
+    return task.find()
 
 
 def refusal(reason: str) -> Found:

@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from comparison.accuracy.thresholds import thresholds
-from comparison.accuracy.tiers import tight
 from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.formatting import number, quantity
 from comparison.report import svg
 from comparison.scene import Scene, load_scene
 from comparison.studies.ensembles.statistics import RATE, Distance, ask, distances
 from comparison.studies.shared.frames import rows_table
+from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import Study
 from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
@@ -59,17 +59,11 @@ OTHERS = (
 
 
 @dataclass(frozen=True)
-class Config:
-    """How many runs an ensemble has."""
-
-    members: int
-
-
-@dataclass(frozen=True)
 class Results:
     """What is found and drawn."""
 
-    config: Config
+    members: int
+    """Runs in an ensemble."""
     tests: list[list[Distance]]
     """One list for each of `OTHERS`."""
     cycles: Array
@@ -86,26 +80,23 @@ def member(of: Ensemble, k: int) -> Job:
     clearance, usual = scene.data["clearance"]["slider"], scene.data["initial"]["slider_offset"]
     moved = SPREAD * clearance * np.random.default_rng([of.seed, k]).uniform(-1.0, 1.0)
     drawn = scene.with_values({"initial.slider_offset": float(usual + moved)} | of.changed)
-    strict = tight(drawn, (FIRST.model, MODELS.model))
-    if strict is None:
-        raise ValueError("the models of this study have a tight tier")
-    return Job(strict, of.model)
+    return Job(at_tier(drawn, "tight"), of.model)
 
 
-def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
-    """Run the ensembles and test them.
+def measure(members: int, n_jobs: int, on_progress: Progress | None) -> Results:
+    """Run the ensembles, each of so many runs, and test them.
 
     Raises
     ------
     RunError
         If a run does not succeed.
     """
-    jobs = [member(of, k) for of in (FIRST, *OTHERS) for k in range(config.members)]
+    jobs = [member(of, k) for of in (FIRST, *OTHERS) for k in range(members)]
     tables = map(successful, run_all(jobs, n_jobs, on_progress), jobs)
-    first, *others = (list(islice(tables, config.members)) for _ in (FIRST, *OTHERS))
+    first, *others = (list(islice(tables, members)) for _ in (FIRST, *OTHERS))
     scene = jobs[0].scene
     return Results(
-        config,
+        members,
         [_tests(first, runs, scene) for runs in others],
         first[0].time / scene.period,
         (_bands(first), _bands(others[OTHERS.index(MODELS)])),
@@ -152,7 +143,7 @@ def page(results: Results) -> dict[str, object]:
     contacts = sorted((test for test in main if "contact" in test.quantity), key=lambda test: test.adjusted)
     found = sum(test.found for test in main)
     return {
-        "members": results.config.members,
+        "members": results.members,
         "cycles": CYCLES,
         "scene": SCENE,
         "spread": f"{SPREAD:.0%}",
@@ -193,8 +184,8 @@ def _contact(test: Distance) -> dict[str, str]:
 
 STUDY = Study(
     "ensembles",
-    small=Config(members=3),
-    full=Config(members=64),
+    small=3,  # runs in an ensemble
+    full=64,
     measure=measure,
     page=page,
     draw=figure,

@@ -23,7 +23,7 @@ from comparison.studies.extremes.formulations import (
 from comparison.studies.extremes.runs import LIMIT, CellRun, run_tasks
 from comparison.studies.extremes.verdicts import Refined, Verdict, apart, judge
 from comparison.studies.shared.formulations import Method
-from comparison.studies.shared.progress import part
+from comparison.studies.shared.study import part
 
 LONG_LIMIT, SHORT_LIMIT = 120.0, 3.0
 """s for a run of many cycles; and where most runs would take all they are given, in the hypercube and under

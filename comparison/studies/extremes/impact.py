@@ -6,17 +6,10 @@ from math import cos, log, log1p, radians, sin, tau
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from scipy.optimize import brentq
 
 from comparison.studies.identification.kinematics import Geometry, Topology, lengths_of, motion
 from comparison.tables.arrays import Array
-from comparison.tables.table import Table
-
-
-def contacts(run: Table) -> pd.DataFrame:
-    """Return the contacts of a run with clearance, which has them always; a row each, by their start."""
-    return pd.DataFrame() if run.events is None else run.events
 
 
 def restitution(c_e: float) -> float:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from math import isnan
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from comparison.execution.ledger import Row
 from comparison.execution.quality_checks import energy_share, steps_per_contact
@@ -45,11 +45,6 @@ class CellRun(Task):
     limit: float = LIMIT
 
     @property
-    def cost(self) -> float:
-        """Expected time, s: as of an ordinary run."""
-        return 1.0
-
-    @property
     def kernels(self) -> frozenset[Kernels]:
         """Which code the model compiles at its first run."""
         return frozenset([(*kernels(self.scene, self.model), self.method)])
@@ -58,11 +53,6 @@ class CellRun(Task):
     def method(self) -> str:
         """The integrator, as its scene names it."""
         return str(self.scene.data["solver"][self.model]["method"])
-
-    @property
-    def identity(self) -> dict[str, Any]:
-        """Scene, model and limit."""
-        return {"scene": self.scene.hash, "model": self.model, "limit": self.limit}
 
     @property
     def models(self) -> tuple[str, ...]:

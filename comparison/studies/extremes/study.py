@@ -20,8 +20,7 @@ from comparison.studies.extremes.reasons import unexplained
 from comparison.studies.extremes.refinement import rerun
 from comparison.studies.extremes.runs import LIMIT
 from comparison.studies.extremes.step_stability import section as step_stability
-from comparison.studies.shared.progress import part
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Study, part
 
 SHARES = (0.0, 0.83, 0.86, 0.93, 1.0)
 """Of the expected time: where the grid, refined reruns, and each further part begin and end."""

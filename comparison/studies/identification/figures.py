@@ -15,8 +15,8 @@ from comparison.report import svg
 from comparison.studies.identification.facts import UNKNOWNS, shipped_geometry, table_1
 from comparison.studies.identification.fitting import Fit, Profile
 from comparison.studies.identification.kinematics import motion
+from comparison.studies.identification.radius import POWER
 from comparison.studies.identification.runs import PRINTED_RANGES, Runs
-from comparison.studies.identification.tables import POWER
 
 LINES: tuple[dict[str, Any], ...] = (
     {"color": svg.FIRST},

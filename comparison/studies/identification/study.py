@@ -15,8 +15,7 @@ from comparison.studies.identification.fitting import Fit, Profile, fit, profile
 from comparison.studies.identification.kinematics import TOPOLOGIES
 from comparison.studies.identification.runs import Config, Runs, simulate
 from comparison.studies.identification.tables import of_fits, of_runs
-from comparison.studies.shared.progress import part
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Study, part
 
 FITTING = 0.1
 """Share of the progress that the fits take."""
@@ -54,7 +53,7 @@ def page(results: Results) -> dict[str, object]:
     """Return what stands in the page."""
     config = results.config
     return (
-        {"members": config.members, "cycles": config.cycles}
+        {"members": config.members, "cycles": config.cycles, "tried": len(config.topologies)}
         | of_fits(results.fits, results.facts, results.profiles)
         | of_runs(results.runs)
     )

@@ -2,20 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from math import exp, radians, sqrt
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from comparison.formatting import number, percent, quantity
 from comparison.scene import load_scene
-from comparison.studies.identification.facts import UNKNOWNS, shipped_geometry, shown, table_1, vibration
+from comparison.studies.identification.facts import (
+    BASE,
+    UNKNOWNS,
+    shipped_geometry,
+    shown,
+    table_1,
+    vibration,
+)
 from comparison.studies.identification.fitting import Fit, Profile, residuals
 from comparison.studies.identification.kinematics import TOPOLOGIES, motion
-from comparison.studies.identification.runs import CASES, CHANNELS, GRAVITY, PRINTED_RANGES, RUNNER_UP, Runs
+from comparison.studies.identification.radius import fit_radius, radius_words
+from comparison.studies.identification.runs import (
+    CASES,
+    CHANNELS,
+    GRAVITIES,
+    GRAVITY,
+    PRINTED_RANGES,
+    RUNNER_UP,
+    Runs,
+)
 from comparison.studies.shared.frames import markdown, rows_table
 from comparison.studies.shared.published import published
 from comparison.tables.table import Table
@@ -23,23 +38,9 @@ from comparison.tables.table import Table
 LISTED = 8
 FINE = 7201
 """Crank angles of the closed form where instants are read from it, 0.05 degrees apart."""
-POWER = 0.2
-"""Of the radius in an impact's peak force: the stiffness K goes with its root, the force with K^0.4."""
+DECISIVE = 3.0
+"""Factor between two misfits from which on the peaks decide; scenes scatter by 2 about their mean."""
 _metres, _two = partial(quantity, unit="m"), partial(number, digits=2)
-
-
-class RadiusFit(NamedTuple):
-    """A straight line through the logarithms of radii and peaks."""
-
-    power: float
-    """Of the radius in the peaks."""
-    radius: float
-    """At which the mean of the peaks is the published one, m; nan where they do not grow with it."""
-    low: float
-    high: float
-    """One standard deviation to either side, from the scatter of the scenes through `POWER`, m."""
-    scatter: float
-    """Factor by which the scenes scatter about their mean."""
 
 
 def of_fits(fits: Sequence[Fit], facts: pd.DataFrame, profiles: Sequence[Profile]) -> dict[str, object]:
@@ -48,6 +49,8 @@ def of_fits(fits: Sequence[Fit], facts: pd.DataFrame, profiles: Sequence[Profile
     shipped = shipped_geometry()
     off = np.array(shipped) - np.array(best.geometry)
     misses = residuals(shipped, best.topology, facts, facts["allowance"].to_numpy())
+    velocities = ((2, "F14c-vy"), (3, "F14c-vy2"))
+    possible = [all(_excess(each.shown[n], row) == 0 for n, row in velocities) for each in fits]
     compared = facts.assign(best=best.shown, second=second.shown, shipped=shown(shipped, best.topology)[1])
     return {
         "count": len(fits),
@@ -79,10 +82,11 @@ def of_fits(fits: Sequence[Fit], facts: pd.DataFrame, profiles: Sequence[Profile
         "second_chance": percent(exp(-0.5 * float(np.sum(second.residuals**2)))),
         "distance": number(sqrt(float(off @ np.linalg.pinv(best.covariance) @ off)), 2),
         "shipped_misfit": number(sqrt(float(np.sum(misses**2)) / 2), 2),
+        "possible": sum(possible),
         "bounds": rows_table(
-            {"": word, "Fig. 14c": f"{published(row).value} m/s"}
+            {"": str(facts.index[place]), "Fig. 14c": f"{published(row).value} m/s"}
             | {f"{n + 1}. by misfit": _inside(each.shown[place], row) for n, each in enumerate(fits[:4])}
-            for word, place, row in (("lowest velocity", 2, "F14c-vy"), ("highest velocity", 3, "F14c-vy2"))
+            for place, row in velocities
         ),
     } | _bottom(best)
 
@@ -101,14 +105,16 @@ def _ranked(each: Fit, facts: pd.DataFrame) -> dict[str, str]:
 
 def _inside(value: float, row: str) -> str:
     """Return an ideal velocity, and whether what the clearance adds can have made it the published one."""
+    excess = _excess(value, row)
+    judged = f"**{1e3 * abs(excess):.0f} mm/s too {'large' if excess > 0 else 'small'}**"
+    return f"{value:.3f} m/s, {judged if excess else 'possible'}"
+
+
+def _excess(value: float, row: str) -> float:
+    """Return by how much an ideal velocity is larger than the published one, m/s; 0 where it is possible."""
     printed = published(row)
     excess = abs(value) - abs(printed.value)
-    judged = "possible"
-    if excess > printed.rounding:
-        judged = f"**{1e3 * excess:.0f} mm/s too large**"
-    elif -excess > vibration() + printed.rounding:
-        judged = f"**{-1e3 * excess:.0f} mm/s too small**"
-    return f"{value:.3f} m/s, {judged}"
+    return 0.0 if -vibration() - printed.rounding <= excess <= printed.rounding else excess
 
 
 def _bottom(best: Fit) -> dict[str, str]:
@@ -143,7 +149,9 @@ def of_runs(runs: Runs) -> dict[str, object]:
     shown_as = [f"{name}, {letter}" for name in CASES for letter in CHANNELS.values()]
     gravity = runs.ratios.loc[[GRAVITY, RUNNER_UP]].set_axis(shown_as, axis=1)
     presses = [f"{'first' if key == GRAVITY else 'second'}, {value:g} m/s²" for key, value in gravity.index]
-    named = ("up", "none", "down", "runner_up_turned", "runner_up_none", "runner_up")
+    names = ("up", "none", "down", "runner_up_turned", "runner_up_none", "runner_up")
+    named = dict(zip(names, misfits[gravity.index], strict=True))
+    central = [", ".join(map(_two, runs.ratios[BASE].loc[(GRAVITY, value)].tolist())) for value in GRAVITIES]
     return {
         "check": rows_table(
             {"largest difference to the closed form": model} | _differences(run)
@@ -153,14 +161,7 @@ def of_runs(runs: Runs) -> dict[str, object]:
             radii.rename_axis("corner radius").reset_index(),
             {"corner radius": _metres, **dict.fromkeys(CASES, _two), "geometric mean": number},
         ),
-        "exponent": number(fitted.power, 2),
-        "radius_found": "no radius, since the peaks do not grow with it"
-        if np.isnan(fitted.radius)
-        else f"{number(fitted.radius, 2)} m",
-        "radius_scatter": number(fitted.scatter, 2),
-        "radius_low": number(fitted.low, 1),
-        "radius_high": number(fitted.high, 1),
-        "power": POWER,
+        **radius_words(fitted),
         "gravity": markdown(
             gravity.assign(**{"press and gravity": presses, "misfit": misfits}),
             {"press and gravity": str, **dict.fromkeys([*shown_as, "misfit"], _two)},
@@ -169,9 +170,23 @@ def of_runs(runs: Runs) -> dict[str, object]:
             ranges.rename_axis("reference offset").reset_index(),
             {"reference offset": str, **dict.fromkeys(PRINTED_RANGES, partial(_metres, digits=4))},
         ),
-        **{name: number(misfits[at], 2) for name, at in zip(named, gravity.index, strict=True)},
+        **{name: number(misfit, 2) for name, misfit in named.items()},
+        "decided_down": decision({"the second": named["runner_up"], "the first": named["down"]}),
+        "decided_none": decision({"the second": named["runner_up_none"], "the first": named["none"]}),
+        "decided_gravity": decision(
+            {"gravity downwards": named["down"], "no gravity": named["none"], "gravity upwards": named["up"]}
+        ),
+        "central_none": central[1],
+        "central_down": central[2],
         **_offset(runs.ranges),
     }
+
+
+def decision(misfits: Mapping[str, float]) -> str:
+    """Say which of several the peaks exclude: those that miss them `DECISIVE` times as much as the best."""
+    most = DECISIVE * min(misfits.values())
+    excluded = [name for name, misfit in misfits.items() if misfit >= most]
+    return f"the peaks exclude {' and '.join(excluded)}" if excluded else "the peaks do not decide"
 
 
 def _differences(run: Table) -> dict[str, str]:
@@ -189,21 +204,11 @@ def _differences(run: Table) -> dict[str, str]:
     }
 
 
-def fit_radius(peaks: pd.DataFrame) -> RadiusFit:
-    """Return how peaks over the published ones, a row a radius (m), a column a scene, depend on it."""
-    logs, scale = np.log(peaks.to_numpy()), np.log(peaks.index.to_numpy(np.float64))
-    power = float(np.polyfit(scale, logs.mean(axis=1), 1)[0])
-    # The residual of each scene's ratio about the mean of all gives the uncertainty of a mean of five.
-    scatter = sqrt(float(np.mean(np.var(logs, axis=1, ddof=1))))
-    factor = exp(scatter / sqrt(logs.shape[1]) / POWER)
-    best = exp(float(scale.mean() - logs.mean() / power)) if power > 0 else float("nan")
-    return RadiusFit(power, best, best / factor, best * factor, exp(scatter))
-
-
 def _offset(ranges: pd.DataFrame) -> dict[str, str]:
     """Return the offset from the x range, and those at which the y errors' ends would meet the print."""
     low, high = PRINTED_RANGES["x, lowest"], PRINTED_RANGES["x, highest"]
     used = ranges.loc[load_scene("paper").data["mechanism"]["reference_offset"]]
+    clearance = load_scene(BASE).data["clearance"]["slider"]
     tangent = shown(shipped_geometry(), TOPOLOGIES[0])[1][-1]
     met = {}
     for side in ("highest", "lowest"):
@@ -214,4 +219,6 @@ def _offset(ranges: pd.DataFrame) -> dict[str, str]:
         "quotient": percent(1 - used["y error, highest"] / -used["x, lowest"] / tangent),
         "centre": quantity(-0.5 * (low + high), "m"),
         "width": quantity(high - low, "m", 4),
+        "printed_excess": quantity(0.5 * (high - low) - clearance, "m", 2),
+        "excess": quantity(0.5 * (used["x, highest"] - used["x, lowest"]) - clearance, "m", 2),
     } | met

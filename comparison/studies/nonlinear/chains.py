@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, fields
-from typing import Any
 
 import numpy as np
 
@@ -32,16 +31,6 @@ class Chain(Task):
     cycles: int
     distances: tuple[float, ...]
     """m, growing."""
-
-    @property
-    def identity(self) -> dict[str, Any]:
-        """Its attributes."""
-        return {
-            "scene": self.scene.hash,
-            "model": self.model,
-            "cycles": self.cycles,
-            "distances": self.distances,
-        }
 
     @property
     def models(self) -> tuple[str, ...]:

@@ -19,8 +19,7 @@ from comparison.studies.nonlinear.methods.lyapunov import Exponent, exponents
 from comparison.studies.nonlinear.methods.perturbed_orbits import PerturbedOrbits
 from comparison.studies.nonlinear.press import by_cycle, spread, states
 from comparison.studies.nonlinear.scenes import CLEARANCE, DISTANCES, MAIN, SPEED, USUAL, Config, Key
-from comparison.studies.shared.progress import part
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Study, part
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import islice, product
 
-from comparison.accuracy.tiers import tight
 from comparison.execution.run import MODELS, Job, Progress, run_all, successful
 from comparison.scene import Scene, load_scene
 from comparison.studies.shared.errors import error, second_cycle
+from comparison.studies.shared.scenes import at_tier
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.table import Table
 
@@ -87,7 +87,7 @@ def short_scene(config: Config, name: str, member: int = 0) -> Scene:
         start = {"mechanism.crank_angle_deg": mechanism["crank_angle_deg"] + member * PIN_NUDGE}
     else:
         start = {"initial.slider_offset": mechanism["reference_offset"] + member * NUDGE}
-    return _tight(scene.with_values(start))
+    return at_tier(scene.with_values(start), "tight")
 
 
 def ideal_scene(config: Config, name: str) -> Scene:
@@ -136,7 +136,7 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
         *(Job(ideal_scene(config, scene), model) for scene, model in pairs),
         *(Job(long_scene(config, scene), model) for scene, model in product(SLIDER, MODELS)),
         *(Job(long_scene(config, CENTRAL, apart), model) for model in MODELS),
-        *(Job(_tight(long_scene(config, CENTRAL)), model) for model in MODELS),
+        *(Job(at_tier(long_scene(config, CENTRAL), "tight"), model) for model in MODELS),
         *(Job(pin, model) for model in MODELS),
     ]
     tables = map(successful, run_all(jobs, n_jobs, on_progress), jobs)
@@ -154,10 +154,3 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
 def _two_cycles(config: Config, name: str, group: str) -> Scene:
     values = {"drive.cycles": 2.0, "output.groups": [group], "output.samples_per_cycle": config.samples}
     return load_scene(name, values)
-
-
-def _tight(scene: Scene) -> Scene:
-    tightest = tight(scene, MODELS)
-    if tightest is None:
-        raise ValueError("the models of this study have a tight tier")
-    return tightest

@@ -48,20 +48,7 @@ class Draws(Task):
     seed: int
     factor: float = 1.0
     first: int = 0
-
-    @property
-    def identity(self) -> dict[str, object]:
-        """Scene, inputs and which draws."""
-        return {
-            "scene": self.scene.hash,
-            "inputs": [one.model_dump() for one in self.inputs],
-            "draw": [self.seed, self.factor, self.first, self.count],
-        }
-
-    @property
-    def models(self) -> tuple[str, ...]:
-        """The reference."""
-        return ("reference",)
+    models = ("reference",)
 
     def u(self, number: int) -> Array:
         """Return the inputs of a run in standard deviations, shape (d,)."""

@@ -12,6 +12,7 @@ from scipy.stats import norm
 
 from comparison.scene import Scene, SceneError
 from comparison.scene.criteria import RandomInput
+from comparison.studies.shared.scenes import leaves
 from comparison.tables.arrays import Array
 
 
@@ -57,7 +58,7 @@ def values_at(scene: Scene, inputs: Sequence[RandomInput], u: Array) -> dict[str
         if one.element is None:
             values[one.key] = value
         else:
-            held = list(values.get(one.key, _at(scene, one.key)))
+            held = list(values.get(one.key, leaves(scene.data)[one.key]))
             held[one.element] = value
             values[one.key] = held
     return values
@@ -72,18 +73,12 @@ def _value(one: RandomInput, middle: float, number: float) -> float:
 
 
 def _middle(scene: Scene, one: RandomInput) -> float:
-    value = _at(scene, one.key)
+    known = leaves(scene.data)
+    if one.key not in known:
+        raise SceneError(f"scene {scene.name!r}: random: {one.key!r} is not a key of a scene")
+    value = known[one.key]
     if one.element is not None and isinstance(value, list) and one.element < len(value):
         value = value[one.element]
     elif one.element is not None or isinstance(value, bool) or not isinstance(value, int | float):
         raise SceneError(f"scene {scene.name!r}: random: {label(one)} is no number of a scene")
     return float(value)
-
-
-def _at(scene: Scene, key: str) -> Any:
-    value: Any = scene.data
-    for part in key.split("."):
-        if not isinstance(value, dict) or part not in value:
-            raise SceneError(f"scene {scene.name!r}: random: {key!r} is not a key of a scene")
-        value = value[part]
-    return value

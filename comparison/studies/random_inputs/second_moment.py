@@ -20,8 +20,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binomtest, norm
+from scipy.stats import norm
 
+from comparison.studies.detection.rates import interval
 from comparison.tables.arrays import Array, BoolArray
 
 CONFIDENCE = 0.95
@@ -95,7 +96,7 @@ def failure_probability(plane: Plane, limit: float, *, with_rest: bool = False) 
 def counted_probability(failed: BoolArray) -> tuple[float, float, float]:
     """Return the share of failures with its exact interval (C. J. Clopper and E. S. Pearson, 1934)."""
     count, trials = int(np.count_nonzero(failed)), int(failed.size)
-    return count / trials, *_exact_interval(count, trials)
+    return count / trials, *interval(count, trials)
 
 
 def paired_change(failed: BoolArray, reference: BoolArray) -> tuple[float, float, float]:
@@ -111,10 +112,5 @@ def paired_change(failed: BoolArray, reference: BoolArray) -> tuple[float, float
         most = 1.0 - (0.5 * (1.0 - CONFIDENCE)) ** (1.0 / failed.size)
         return 0.0, -most, most
     share = (more + less) / failed.size
-    low, high = _exact_interval(more, more + less)
+    low, high = interval(more, more + less)
     return (more - less) / failed.size, share * (2 * low - 1), share * (2 * high - 1)
-
-
-def _exact_interval(count: int, trials: int) -> tuple[float, float]:
-    bounds = binomtest(count, trials).proportion_ci(CONFIDENCE, method="exact")
-    return float(bounds.low), float(bounds.high)

@@ -139,8 +139,10 @@ def page(results: Results) -> dict[str, object]:
         "inputs": tables.inputs(results.inputs),
         "moments": tables.moments(planes, many.responses),
         "importance": tables.importance(planes, [label(one) for one in results.inputs]),
+        "agreement": tables.agreement(planes, many.responses, limits),
         "probabilities": tables.probabilities(planes, many.responses, limits),
         "precision": tables.precision(results.common, results.changes),
+        "shifted": tables.shifted(results.common, results.changes),
     }
 
 

@@ -61,20 +61,50 @@ def probabilities(
     """Return the probabilities of exceeding limits: counted, and by first order."""
 
     def row(name: str, limit: float) -> dict[str, str]:
-        plane = planes[name]
-        found = {
-            "Monte Carlo": counted_probability(responses[name].to_numpy() > limit),
-            "first order": failure_probability(plane, limit),
-            "first order with the residual as one more input": failure_probability(
-                plane, limit, with_rest=True
-            ),
-        }
+        found = _by_method(planes[name], responses[name], limit)
         return {"largest error": name, "limit": quantity(limit, RESPONSES[name])} | {
             f"{method}, 95 % interval": f"{p:.2%} ({low:.2%} … {high:.2%})"
             for method, (p, low, high) in found.items()
         }
 
     return rows_table(row(name, limit) for name in RESPONSES for limit in limits[name])
+
+
+def agreement(
+    planes: Mapping[str, Plane], responses: pd.DataFrame, limits: Mapping[str, Sequence[float]]
+) -> str:
+    """Return at how many limits the intervals of first order and Monte Carlo meet."""
+
+    def row(name: str) -> dict[str, str]:
+        found = [_by_method(planes[name], responses[name], limit) for limit in limits[name]]
+        cells = {"largest error": name}
+        for method in list(found[0])[1:]:
+            both = [(of["Monte Carlo"], of[method]) for of in found]
+            met = sum(a[1] <= b[2] and b[1] <= a[2] for a, b in both)
+            cells[method] = f"{met} of {len(found)}"
+        return cells
+
+    return rows_table(row(name) for name in RESPONSES)
+
+
+def _by_method(plane: Plane, response: pd.Series, limit: float) -> dict[str, tuple[float, float, float]]:
+    """Return the probability of exceeding a limit and its interval by each method."""
+    return {
+        "Monte Carlo": counted_probability(response.to_numpy() > limit),
+        "first order": failure_probability(plane, limit),
+        "first order with the residual as one more input": failure_probability(plane, limit, with_rest=True),
+    }
+
+
+def shifted(common: Mapping[float, Drawn], changes: Mapping[str, Array]) -> str:
+    """Name the responses, and the tolerances, at which the change of the probability is significant."""
+    found = [
+        f"{name} at {tolerance:.0e}"
+        for name, of in changes.items()
+        for tolerance, (_, low, high) in zip(common, of, strict=False)
+        if low > 0 or high < 0
+    ]
+    return ", ".join(found) or "none"
 
 
 def precision(common: Mapping[float, Drawn], changes: Mapping[str, Array]) -> str:

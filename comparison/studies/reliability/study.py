@@ -9,7 +9,6 @@ import numpy as np
 
 from comparison.accuracy.levels import refinement
 from comparison.accuracy.thresholds import thresholds
-from comparison.accuracy.tiers import tight
 from comparison.accuracy.uncertainty import Runs
 from comparison.agreement.cross_check import levels
 from comparison.execution.run import MODELS, Job, Progress, run_all, successful
@@ -24,6 +23,7 @@ from comparison.report.reliability import against_angle
 from comparison.report.svg import style, write_svg
 from comparison.scene import Scene, load_scene
 from comparison.studies.shared.frames import rows_table
+from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import Study
 from comparison.tables.table import Table
 
@@ -53,10 +53,7 @@ class Results:
 def scene(name: str, config: Config) -> Scene:
     """Return a case over all cycles at the settings of the tight tier."""
     values = {"drive.cycles": float(config.cycles), "output.samples_per_cycle": config.samples}
-    strict = tight(load_scene(name, values), MODELS)
-    if strict is None:
-        raise ValueError("the models of this study have a tight tier")
-    return strict
+    return at_tier(load_scene(name, values), "tight")
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:

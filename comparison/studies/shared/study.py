@@ -16,10 +16,6 @@ C = TypeVar("C")
 R = TypeVar("R")
 
 
-def _no_figures(results: object, folder: Path) -> None:
-    del results, folder
-
-
 @dataclass(frozen=True)
 class Study(Generic[C, R]):
     """A study of this package.
@@ -48,7 +44,7 @@ class Study(Generic[C, R]):
     full: C
     measure: Callable[[C, int, Progress | None], R]
     page: Callable[[R], Mapping[str, object]]
-    draw: Callable[[R, Path], None] = _no_figures
+    draw: Callable[[R, Path], None]
     data: Callable[[R], Mapping[str, Any]] | None = None
     one_file: bool = False
 
@@ -98,3 +94,8 @@ class Study(Generic[C, R]):
         return (
             files(f"comparison.studies.{name}").joinpath(f"{name.rpartition('.')[2]}.md").read_text("utf-8")
         )
+
+
+def part(on_progress: Progress | None, start: float, end: float) -> Progress | None:
+    """Return what reports the progress of a part, which takes the whole from one share to another."""
+    return None if on_progress is None else lambda share: on_progress(start + (end - start) * share)

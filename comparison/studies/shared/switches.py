@@ -17,6 +17,11 @@ from comparison.tables.table import Table
 SIDES = (("ll", "ul"), ("lr", "ur"))
 
 
+def contacts(run: Table) -> pd.DataFrame:
+    """Return the contacts of a run with clearance, which has them always; a row each, by their start."""
+    return pd.DataFrame() if run.events is None else run.events
+
+
 def switches(events: pd.DataFrame) -> pd.DataFrame:
     """Return the instants at which the number of touching corners of a side becomes or ceases to be two.
 

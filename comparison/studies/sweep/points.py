@@ -5,15 +5,14 @@ from __future__ import annotations
 import csv
 import difflib
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from itertools import islice, product
 from pathlib import Path
-from typing import Any
 
 from scipy.stats import qmc
 
-from comparison.scene import Scene
+from comparison.scene import Scene, parse_set
+from comparison.studies.shared.scenes import leaves
 
 Point = dict[str, object]
 """Dotted keys of a scene and their values."""
@@ -132,21 +131,12 @@ def check_keys(base: Scene, keys: Sequence[str]) -> None:
     SweepError
         Naming the nearest key that there is.
     """
-    known = list(_leaves(base.data, ""))
+    known = [key for key in leaves(base.data) if not key.startswith("scene.")]
     for key in keys:
         if key not in known:
             close = difflib.get_close_matches(key, known, n=1)
             hint = f"; did you mean {close[0]!r}?" if close else ""
             raise SweepError(f"sweep of scene {base.name!r}: {key!r} is not a key of a scene{hint}")
-
-
-def _leaves(data: Mapping[str, Any], above: str) -> list[str]:
-    return [
-        name
-        for key, value in data.items()
-        if above or key != "scene"
-        for name in (_leaves(value, f"{above}{key}.") if isinstance(value, dict) else [f"{above}{key}"])
-    ]
 
 
 def _split(option: str, axis: str, form: str) -> tuple[str, str]:
@@ -163,8 +153,4 @@ def _once(option: str, key: str, seen: Mapping[str, object]) -> None:
 
 def _value(text: str) -> object:
     """Read a TOML value; what is none is a string."""
-    try:
-        parsed = tomllib.loads(f"value = {text.strip()}")
-    except (ValueError, RecursionError):  # not TOML, too many digits, too deep
-        return text.strip()
-    return parsed["value"] if parsed.keys() == {"value"} else text.strip()
+    return parse_set([f"key={text}"])["key"]

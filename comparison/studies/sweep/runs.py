@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import pandas as pd
 
@@ -28,11 +27,6 @@ class SweepRun(Task):
     point: Point
     model: str
     asked: tuple[str, ...]
-
-    @property
-    def identity(self) -> dict[str, Any]:
-        """Scene, values and quantities."""
-        return {"base": self.base.hash, "point": self.point, "model": self.model, "asked": self.asked}
 
     @property
     def models(self) -> tuple[str, ...]:

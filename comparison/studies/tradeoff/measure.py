@@ -9,7 +9,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -50,16 +49,6 @@ class Timed(Task):
     """The least time counts, of ``rounds`` runs or of as many more as take ``busy`` seconds together."""
     exact: str = ""
     """Name of the scene whose accurate run gives the errors; "": none are measured."""
-
-    @property
-    def identity(self) -> dict[str, Any]:
-        """Its attributes."""
-        return {
-            "scene": self.scene.hash,
-            "model": self.model,
-            "repeats": [self.rounds, self.busy],
-            "name": self.exact,
-        }
 
     @property
     def models(self) -> tuple[str, ...]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import pytest
@@ -12,7 +13,8 @@ from comparison.execution import task_store
 from comparison.execution.ledger import LedgerError, read_rows
 from comparison.execution.run import Outcome, RunError
 from comparison.execution.task_store import CRASHED, SUCCESS, Lost, Task, measure_all
-from comparison.scene import SceneError
+from comparison.scene import Scene, SceneError, load_scene
+from comparison.scene.criteria import RandomInput
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,44 @@ class Square(Task):
     @property
     def cost(self) -> float:
         return self.number
+
+
+@dataclass(frozen=True)
+class Part:
+    """Something that a task holds."""
+
+    scene: Scene
+    sizes: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Whole(Task):
+    """A task that says nothing of what distinguishes it."""
+
+    part: Part
+    inputs: tuple[RandomInput, ...]
+    named: Mapping[str, object]
+    models = ("reference",)
+
+
+def test_a_task_is_identified_by_all_its_fields_and_a_scene_by_what_changes_its_results():
+    scene = load_scene("150rpm-0.2mm")
+    one = RandomInput(key="clearance.slider", distribution="normal", deviation=1e-6)
+    task = Whole(Part(scene, (1.0, 2.0)), (one,), {"a": 1})
+    found = task.identity
+    assert json.loads(json.dumps(found)) == {
+        "part": {"scene": scene.hash, "sizes": [1.0, 2.0]}, "inputs": [one.model_dump()], "named": {"a": 1}
+    }  # fmt: skip
+    renamed = replace(task, part=replace(task.part, scene=scene.with_values({"scene.title": "another"})))
+    assert renamed.identity == found
+    slower = scene.with_values({"drive.speed_rpm": 100.0})
+    for other in (
+        replace(task, part=replace(task.part, scene=slower)),
+        replace(task, part=replace(task.part, sizes=(1.0, 3.0))),
+        replace(task, inputs=(one.model_copy(update={"deviation": 2e-6}),)),
+        replace(task, named={"a": 2}),
+    ):
+        assert other.identity != found
 
 
 def square(task, progress):

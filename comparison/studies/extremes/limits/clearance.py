@@ -11,9 +11,10 @@ import pandas as pd
 from comparison.execution.run import MODELS, Job
 from comparison.formatting import number, quantity
 from comparison.scene import Scene, load_scene
-from comparison.studies.extremes.impact import contacts, rod4_inclination
+from comparison.studies.extremes.impact import rod4_inclination
 from comparison.studies.extremes.limits.convergence import Case, Limit, Panel
 from comparison.studies.shared.errors import error
+from comparison.studies.shared.switches import contacts
 from comparison.tables.table import Table
 
 _CENTRED = {"mechanism.reference_offset": 0.0, "drive.cycles": 1.0, "output.groups": []}

@@ -10,9 +10,8 @@ import pandas as pd
 from comparison.execution.run import MODELS, Job
 from comparison.formatting import number, quantity
 from comparison.scene import Scene, load_scene
-from comparison.studies.extremes.impact import contacts
 from comparison.studies.extremes.limits.convergence import Case, Limit, Panel
-from comparison.studies.shared.switches import corner_stiffness
+from comparison.studies.shared.switches import contacts, corner_stiffness
 from comparison.tables.table import Table
 
 SPEEDS = (60.0, 30.0, 15.0, 7.5, 3.75, 1.9, 1.0)  # rpm

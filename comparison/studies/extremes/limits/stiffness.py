@@ -12,9 +12,9 @@ from scipy.interpolate import CubicHermiteSpline
 from comparison.execution.run import MODELS, Job
 from comparison.formatting import number, quantity
 from comparison.scene import Scene, load_scene
-from comparison.studies.extremes.impact import contacts, depth, effective_mass, restitution
+from comparison.studies.extremes.impact import depth, effective_mass, restitution
 from comparison.studies.extremes.limits.convergence import Case, Limit, Panel
-from comparison.studies.shared.switches import corner_stiffness
+from comparison.studies.shared.switches import contacts, corner_stiffness
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 

@@ -18,9 +18,9 @@ import pandas as pd
 
 from comparison.execution.run import Job, Outcome, Progress, run_all
 from comparison.scene import Scene, load_scene
-from comparison.studies.extremes.impact import contacts, duration, effective_mass
+from comparison.studies.extremes.impact import duration, effective_mass
 from comparison.studies.extremes.step_stability.fixed_steps import METHODS, rebounds
-from comparison.studies.shared.switches import corner_stiffness
+from comparison.studies.shared.switches import contacts, corner_stiffness
 from comparison.tables.table import Table
 
 LEAST = 0.01

@@ -13,8 +13,7 @@ from comparison.execution.run import Progress
 from comparison.studies.extremes.step_stability import baumgarte, contacts_tables, figures
 from comparison.studies.extremes.step_stability.contacts import LEAST, Impact, run_impacts, run_map
 from comparison.studies.extremes.step_stability.fixed_steps import METHODS
-from comparison.studies.shared.progress import part
-from comparison.studies.shared.study import Study
+from comparison.studies.shared.study import Study, part
 
 SHARES = (0.0, 0.6, 0.9, 1.0)
 """Of the expected time: where gains, impacts and map begin and end."""

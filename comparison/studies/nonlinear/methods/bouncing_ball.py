@@ -36,25 +36,20 @@ _STEP = 0.02
 _MOST_IMPACTS = 1000
 
 
-def doubling(e: float = RESTITUTION) -> float:
-    """Return the amplitude at which the motion with one impact a period doubles its period."""
-    return sqrt((pi * (1 - e) / (1 + e)) ** 2 + (2 * (1 + e * e) / (1 + e) ** 2) ** 2)
-
-
-def on_the_periodic_motion(amplitude: float, e: float = RESTITUTION) -> Array:
+def on_the_periodic_motion(amplitude: float) -> Array:
     """Return height and speed at table phase 0 on the motion with one impact a period, shape (2,)."""
-    table_speed = pi * (1 - e) / (1 + e)
+    table_speed = pi * (1 - RESTITUTION) / (1 + RESTITUTION)
     phase = asin(sqrt(1.0 - (table_speed / amplitude) ** 2))
     left = PERIOD - phase  # the flight from the impact on, at speed pi, to the table's next phase 0
     return np.array([amplitude * sin(phase) + pi * left - 0.5 * left * left, pi - left])
 
 
-def advance(state: Array, amplitude: float, e: float = RESTITUTION) -> Array:
+def advance(state: Array, amplitude: float) -> Array:
     """Take height and speed at table phase 0 one period on, shape (2,) to (2,)."""
-    return flight(state, amplitude, e)[0]
+    return flight(state, amplitude)[0]
 
 
-def flight(state: Array, amplitude: float, e: float = RESTITUTION) -> tuple[Array, Array]:
+def flight(state: Array, amplitude: float) -> tuple[Array, Array]:
     """Take a state one period on, with the product of the exact linear maps on the way.
 
     Returns
@@ -69,7 +64,7 @@ def flight(state: Array, amplitude: float, e: float = RESTITUTION) -> tuple[Arra
     ValueError
         If the ball comes to rest on the table: this solver does not let it stick.
     """
-    t, (z, v), tangent = 0.0, state, np.eye(2)
+    t, (z, v), tangent, e = 0.0, state, np.eye(2), RESTITUTION
     for _ in range(_MOST_IMPACTS):
         hit = _first_impact(t, z, v, amplitude)
         if hit is None:

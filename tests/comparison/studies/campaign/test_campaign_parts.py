@@ -152,7 +152,7 @@ def test_the_page_shows_who_errs_what_was_corrected_and_what_failed(models, case
     add(examine(case, models, lambda result, *_: replace(result, verdict="agree", confirmation=found)))
     models.status["exudyn"] = Outcome("newton-failed", "try a smaller step")
     add(examine(case, models, refuse))
-    study.STUDY.report(study.Results(5, numbered, rows), tmp_path)
+    study.STUDY.report(list(zip(numbered, rows, strict=True)), tmp_path)
     text = (tmp_path / "README.md").read_text("utf-8")
     assert (
         "3 are decided: 1 agree, in 1 the uncertainty had been underestimated, 1 differ (1 the reference errs"

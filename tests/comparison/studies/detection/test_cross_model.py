@@ -21,16 +21,9 @@ from comparison.studies.detection.cross_model import (
 )
 from comparison.studies.detection.rates import Counts, count, upper_limit
 from comparison.studies.detection.rounding import ROUNDINGS
+from comparison.studies.shared.scenes import leaves
 
 AGREE, DIFFER, INDETERMINATE = ({"verdict": verdict} for verdict in ("agree", "differ", "indeterminate"))
-
-
-def leaves(data, above=""):
-    for key, value in data.items():
-        if isinstance(value, dict):
-            yield from leaves(value, f"{above}{key}.")
-        else:
-            yield f"{above}{key}", value
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.label)
@@ -44,7 +37,7 @@ def test_a_draw_is_a_shipped_scene_with_its_own_cycles_and_nothing_but_its_start
         shipped = load_scene(pair.scene.name)
         if kind.tier == "tight":
             shipped = tight(shipped, MODELS)
-        before, after = dict(leaves(shipped.data)), dict(leaves(pair.scene.data))
+        before, after = leaves(shipped.data), leaves(pair.scene.data)
         changed = {key for key in after if after[key] != before[key]}
         pin_alone = shipped.data["joints"]["slider"] == "ideal"
         assert changed == (

@@ -10,7 +10,7 @@ from comparison.execution.ledger import read_rows
 from comparison.studies.detection import alarms
 from comparison.studies.detection.copies import installed
 from comparison.studies.detection.faults import catalogue, controls, trials
-from comparison.studies.detection.finding import find_all
+from comparison.studies.detection.tasks import find_all
 
 FEW = (
     "stiffness +0.1 %",

@@ -10,8 +10,8 @@ import pytest
 from comparison.engines.platform import platform_name
 from comparison.studies.detection import rounding
 from comparison.studies.detection.copies import changed, installed, package
-from comparison.studies.detection.finding import find_all
 from comparison.studies.detection.rounding import PLACES, REARRANGED, ROUNDINGS, effective, hashes
+from comparison.studies.detection.tasks import find_all
 
 
 @pytest.mark.parametrize("copy", REARRANGED, ids=lambda copy: copy.engine)

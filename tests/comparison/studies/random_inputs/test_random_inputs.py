@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.stats import norm
 
 from comparison.scene import SceneError, load_scene
+from comparison.studies.random_inputs import tables
 from comparison.studies.random_inputs.draws import RESPONSES, Draws, respond, run_draws
 from comparison.studies.random_inputs.inputs import defaults, inputs_of, label, values_at
+from comparison.studies.random_inputs.second_moment import fit_plane
 
 
 def scene_with(tmp_path, entries):
@@ -123,3 +126,19 @@ def test_a_run_that_cannot_be_made_is_reported_and_the_others_stay(fake_models, 
     assert 1 <= len(drawn.failures) <= 12
     assert len(drawn.failures) + len(drawn.responses) == 30
     assert "clearance.slider" in drawn.failures[0]
+
+
+def test_what_the_page_says_of_methods_and_tolerances_follows_the_numbers():
+    rng = np.random.default_rng(1)
+    u = rng.normal(size=(2000, 2))
+    smooth = 3.0 + u @ [0.5, 0.2]
+    # The plane through a symmetric kink is flat: no first order without the residual.
+    kinked = np.abs(u[:, 0])
+    responses = pd.DataFrame({name: smooth if name == "velocity" else kinked for name in RESPONSES})
+    planes = {name: fit_plane(u, responses[name].to_numpy()) for name in RESPONSES}
+    shown = tables.agreement(planes, responses, dict.fromkeys(RESPONSES, (2.0, 3.0))).splitlines()
+    assert "| velocity | 2 of 2 | 2 of 2 |" in shown
+    assert any(line.startswith("| acceleration | 0 of 2 |") for line in shown)
+    changes = {"velocity": np.array([[0.1, 0.05, 0.2], [0.0, -0.1, 0.1]]), "acceleration": np.zeros((2, 3))}
+    assert tables.shifted(dict.fromkeys((1e-6, 1e-7, 1e-8)), changes) == "velocity at 1e-06"
+    assert tables.shifted({}, {}) == "none"

@@ -1,0 +1,47 @@
+"""What several studies do with scenes: values by dotted key, settings of a tier, random starts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from comparison.accuracy.tiers import tight
+from comparison.execution.run import MODELS
+from comparison.scene import Scene
+
+
+def leaves(data: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+    """Return the values of a nested mapping by their dotted keys."""
+    found: dict[str, Any] = {}
+    for key, value in data.items():
+        found |= leaves(value, f"{above}{key}.") if isinstance(value, dict) else {f"{above}{key}": value}
+    return found
+
+
+def at_tier(scene: Scene, tier: str) -> Scene:
+    """Return a scene with the settings of a tier for the models of this package."""
+    strict = tight(scene, MODELS) if tier == "tight" else None
+    return strict or scene
+
+
+def log_uniform(rng: np.random.Generator, bounds: tuple[float, float]) -> float:
+    """Draw a number whose logarithm is uniform between those of the bounds."""
+    return float(np.exp(rng.uniform(*np.log(bounds))))
+
+
+def clearance_and_start(
+    rng: np.random.Generator, bounds: tuple[float, float], length: float
+) -> dict[str, float]:
+    """Draw a clearance and a start between the walls of a slider of this length, m, as keys of a scene."""
+    clearance = log_uniform(rng, bounds)
+    # A corner is as far out as |offset| + |angle| L / 2.
+    offset, corner = rng.uniform(-1.0, 1.0, 2)
+    while abs(offset) + abs(corner) >= 0.98:
+        offset, corner = rng.uniform(-1.0, 1.0, 2)
+    return {
+        "clearance.slider": clearance,
+        "initial.slider_offset": float(offset * clearance),
+        "initial.slider_angle": float(corner * clearance * 2.0 / length),
+    }
