@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from comparison.cli.console import progress
-from comparison.cli.options import REPORTS, Jobs, OutFolder
+from comparison.cli.layout import wrapped
+from comparison.cli.options import REPORTS, Jobs, OutFolder, Quiet
 
 if TYPE_CHECKING:
     from comparison.agreement.cases import Case
@@ -39,6 +40,7 @@ def gate(
     ] = False,
     out: OutFolder = None,
     jobs: Jobs = None,
+    quiet: Quiet = False,
 ) -> int:
     """Run each model by itself and compare it with its baseline: a regression gate for CI."""
     from comparison.execution.workers import cpus
@@ -52,20 +54,22 @@ def gate(
     asked = [load_scene(name) for name in dict.fromkeys(scenes or [])]
     _check_names([scene.name for scene in asked])
     if update:
-        return _update(asked, baseline, jobs or cpus())
+        return _update(asked, baseline, jobs or cpus(), quiet=quiet)
     check_folder(folder)
     record = read(baseline)
     found, gone = (asked, []) if scenes else scenes_of(record, baseline.parent)
-    with progress("gate") as report:
+    with progress("gate", quiet=quiet) as report:
         result = hold_against(record, found, gone, n_jobs=jobs or cpus(), on_progress=report)
     command = shlex.join(["sixbar", "gate", *(scenes or []), "--baseline", str(baseline)])
     page = _write(result, folder, command)
-    for line in (*_lines(result), str(page)):
-        typer.echo(line)
+    for line in [_sentence(result)] if quiet else _lines(result):
+        for each in wrapped(line, rest="    "):
+            typer.echo(each)
+    typer.echo(str(page))
     return result.exit_code
 
 
-def _update(asked: Sequence[Scene], path: Path, jobs: int) -> int:
+def _update(asked: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> int:
     from comparison.cli.console import warn
     from comparison.files import check_folder
     from comparison.regression.baseline import read, write
@@ -80,7 +84,7 @@ def _update(asked: Sequence[Scene], path: Path, jobs: int) -> int:
     if not asked and not held:
         asked = [load_scene(name) for name in shipped_scenes()]
     scenes = {scene.name: scene for scene in (*held, *asked)}
-    with progress("baseline") as report:
+    with progress("baseline", quiet=quiet) as report:
         made = renewed(
             [scenes[name] for name in sorted(scenes)], path.parent, old, n_jobs=jobs, on_progress=report
         )

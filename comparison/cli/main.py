@@ -11,17 +11,30 @@ import typer
 
 from comparison.cli.console import complain, fail, progress, warn
 from comparison.cli.gate import gate
-from comparison.cli.options import REPORTS, Accuracy, AllowIndeterminate, OutFolder, Overrides
+from comparison.cli.layout import wrapped
+from comparison.cli.listing import channels, scenes
+from comparison.cli.options import (
+    REPORTS,
+    Accuracy,
+    AllowIndeterminate,
+    Model,
+    NoProgress,
+    OutFolder,
+    Overrides,
+    SceneName,
+)
+from comparison.cli.plot import animate, plot
 from comparison.cli.study import studies
 from comparison.cli.validate import validate, write_page
 
+_PLAN_INDENT = 14  # of what follows the names in a plan
 # The class raised by this typer: some of its releases vendor click.
 _UsageError: Any = typer.BadParameter.__base__
 
 app = typer.Typer(
     name="sixbar",
-    add_completion=False,
     rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
     help="Cross-validation of two models of a press with clearance in its slider's guide.",
     epilog="Exit codes: 0 agree; 1 differ, or a regression; 2 cannot compare or bad input; 3 indeterminate; "
     "70 internal error; 130 interrupted. For several scenes the worst one.",
@@ -37,9 +50,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return complain(f"{error.format_message()} (see {asked} --help)", 2)
     except (KeyboardInterrupt, typer.Abort):
         code = 130
-    except SystemExit:
-        # Typer signals a closed output pipe (head, less) by exit code 1, which here means "differ".
-        return 141
+    except SystemExit as end:
+        # Typer signals a closed output pipe (head, less) by exit code 1, which here means "differ"; the
+        # shell's completion ends so too.
+        return 141 if end.code == 1 else int(end.code or 0)
     except Exception as error:
         return fail(error)
     # Some releases of typer convert Ctrl-C to this code themselves.
@@ -54,35 +68,21 @@ def _print_version(asked: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
+@app.callback(invoke_without_command=True)
 def _root(
+    context: typer.Context,
     _version: Annotated[
         bool,
         typer.Option("--version", is_eager=True, callback=_print_version, help="Print the version and exit."),
     ] = False,
 ) -> None:
-    pass
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
 
 
-@app.command()
-def scenes() -> int:
-    """List the shipped scenes: name, speed, clearance, title."""
-    from comparison.scene import load_scene, shipped_scenes
-
-    for name in shipped_scenes():
-        scene = load_scene(name)
-        where = [joint for joint in ("slider", "crank_pin") if scene.data["joints"][joint] == "clearance"]
-        size = " + ".join(f"{scene.data['clearance'][joint] * 1e3:g} mm" for joint in where) or "no clearance"
-        typer.echo(f"{name:<16} {scene.data['drive']['speed_rpm']:>6g} rpm  {size:<15}  {scene.title}")
-    return 0
-
-
-@app.command()
 def run(
-    scene: Annotated[str, typer.Argument(help="A shipped scene or the path of a TOML file.")],
-    model: Annotated[
-        str, typer.Option(metavar="NAME", help="Model: reference, exudyn, or one of another package.")
-    ],
+    scene: SceneName,
+    model: Model,
     out: Annotated[Path, typer.Option(help="The table to write: .csv or .parquet.")],
     accuracy: Accuracy = None,
     formulation: Annotated[
@@ -90,8 +90,11 @@ def run(
         typer.Option(metavar="NAME", help="Formulation of the equations; default: the scene's."),
     ] = None,
     overrides: Overrides = None,
+    quiet: NoProgress = False,
 ) -> int:
     """Run one scene by one model and write its table, with events and provenance beside it.
+
+    Prints the files that it wrote, the table last.
 
     The results of a run that stopped early or violates an invariant of its model are written to
     NAME.partial.csv.
@@ -116,10 +119,11 @@ def run(
         values = solver_values(model, accuracy, loaded)
         loaded = loaded.with_values(values)
         for key, value in values.items():
-            typer.echo(f"{key} = {value:g}: {expectation(loaded, model)}")
+            for line in wrapped(f"{key} = {value:g}: {expectation(loaded, model)}", rest="  "):
+                typer.echo(line)
     warn(loaded.warnings)
     job = Job(loaded, model)
-    with progress(f"{loaded.name} by {model}") as report:
+    with progress(f"{loaded.name} by {model}", quiet=quiet) as report:
         outcome = run_uncached(job, report)
     if outcome.partial is not None:
         kept = write(outcome.partial, out.with_name(f"{out.stem}.partial{out.suffix}"))
@@ -130,13 +134,14 @@ def run(
     table = successful(outcome, job)
     path = write(table, out)
     warn(doubts(table))
-    typer.echo(str(path))
+    events = [] if table.events is None else [path.with_name(f"{path.stem}.events.csv")]
+    for each in (*events, path.with_name(f"{path.stem}.json"), path):
+        typer.echo(str(each))
     return 0
 
 
-@app.command()
 def plan(
-    scene: Annotated[str, typer.Argument(help="A shipped scene or the path of a TOML file.")],
+    scene: SceneName,
     overrides: Overrides = None,
 ) -> int:
     """Show what each model integrates for a scene, what it leaves out and why, and the cost of a run."""
@@ -147,14 +152,13 @@ def plan(
 
     loaded = load_scene(scene, parse_set(overrides or []))
     warn(loaded.warnings)
-    typer.echo(channels_line(loaded))
-    for model in MODELS:
-        for line in lines(plan_run(loaded, model)):
+    said = [channels_line(loaded), *(line for model in MODELS for line in lines(plan_run(loaded, model)))]
+    for each in said:
+        for line in wrapped(each, rest=" " * _PLAN_INDENT):
             typer.echo(line)
     return 0
 
 
-@app.command()
 def compare(
     a: Annotated[Path, typer.Argument(help="A table: .csv, .parquet, .mat, or text of another program.")],
     b: Annotated[Path, typer.Argument(help="The other table.")],
@@ -174,15 +178,9 @@ def compare(
     """Compare any two tables, also of other programs. Without a tolerance: metrics and "indeterminate"."""
     from comparison.agreement.compare import Runs, recorded_scene
     from comparison.agreement.compare import compare as compare_runs
+    from comparison.cli.verdicts import channel_lines, verdict_lines
     from comparison.files import check_folder, write_json
-    from comparison.report.text import (
-        EXIT_CODES,
-        as_mapping,
-        channel_lines,
-        exit_code,
-        scene_lines,
-        shift_line,
-    )
+    from comparison.report.text import EXIT_CODES, as_mapping, exit_code, shift_line
     from comparison.scene import load_scene
     from comparison.tables.imports.mapping import load_mapping
     from comparison.tables.imports.text import read_pair
@@ -217,11 +215,14 @@ def compare(
     if json is not None:
         json.parent.mkdir(parents=True, exist_ok=True)
         write_json(as_mapping(comparison), json)
-    for line in (*channel_lines(comparison), shift_line(comparison), *scene_lines([comparison]), str(report)):
+    for line in (*channel_lines(comparison), *wrapped(shift_line(comparison))):
         typer.echo(line)
+    for line in (*verdict_lines([comparison], verbose=True), str(report)):
+        typer.echo(line)
+    warn(comparison.warnings)
     return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
 
 
-app.command()(validate)
-app.command()(gate)
+for _command in (scenes, channels, plan, run, validate, compare, plot, animate, gate):
+    app.command()(_command)
 app.add_typer(studies, name="study")

@@ -4,128 +4,217 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from dataclasses import replace
 from glob import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from comparison.cli.console import progress
-from comparison.cli.options import REPORTS, Accuracy, AllowIndeterminate, Jobs, Models, OutFolder
+from comparison.cli.console import progress, warn
+from comparison.cli.layout import wrapped
+from comparison.cli.options import (
+    REPORTS,
+    Accuracy,
+    AllowIndeterminate,
+    Jobs,
+    Models,
+    OutFolder,
+    Overrides,
+    Quiet,
+    SceneNames,
+    Verbose,
+)
 
 if TYPE_CHECKING:
     from comparison.agreement.cross_check import Validation
     from comparison.agreement.results import SceneComparison
+    from comparison.scene import Scene
+
+INTERRUPTED = 130
 
 
 def validate(
-    scenes: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[SCENE]...", help="Shipped names or TOML files.", show_default="all"),
-    ] = None,
+    scenes: SceneNames = None,
     out: OutFolder = None,
     jobs: Jobs = None,
     accuracy: Accuracy = None,
     models: Models = "reference,exudyn",
+    overrides: Overrides = None,
     allow_indeterminate: AllowIndeterminate = False,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
 ) -> int:
-    """Run scenes by two models, with refined and perturbed runs, compare them, and write a report."""
-    from comparison.agreement.cross_check import validate as validate_scenes
+    """Run scenes by two models, with refined and perturbed runs, compare them, and write a report.
+
+    Stopped by Ctrl-C, it writes the report of the scenes finished by then, marked as incomplete.
+    """
     from comparison.agreement.recorded import departures
+    from comparison.cli.batches import validate_batches
+    from comparison.cli.verdicts import verdict_lines
     from comparison.engines.registry import pair
     from comparison.execution.run import MODELS
     from comparison.execution.workers import cpus
     from comparison.files import check_folder, write_json
-    from comparison.report.text import EXIT_CODES, as_mapping, exit_code, scene_lines
-    from comparison.scene import SceneError, load_scene, shipped_scenes
-    from comparison.tables.table import write
+    from comparison.report.summary import sentence
+    from comparison.report.text import EXIT_CODES, as_mapping, exit_code
+    from comparison.scene import load_scene, parse_set, shipped_scenes
 
     both = pair(models)
-    loaded = [load_scene(name) for name in dict.fromkeys(scenes or shipped_scenes())]
-    names = [scene.name for scene in loaded]
-    if twice := next((name for name in names if names.count(name) > 1), None):
-        raise SceneError(f"scene {twice!r}: two scenes have this name; names in a report must be unique")
-    folder = out or REPORTS / (names[0] if len(names) == 1 else "validate")
+    changed = parse_set(overrides or [])
+    loaded = [load_scene(name, changed) for name in dict.fromkeys(scenes or shipped_scenes())]
+    _check(loaded, both, accuracy)
+    folder = out or REPORTS / (loaded[0].name if len(loaded) == 1 else "validate")
     check_folder(folder)
-    with progress(f"{len(names)} scenes by both models" if len(names) > 1 else names[0]) as report:
-        results = validate_scenes(
-            loaded, models=both, n_jobs=jobs or cpus(), accuracy=accuracy, on_progress=report
-        )
-    comparisons = [result.comparison for result in results]
+    options = (
+        (["--models", models] if both != MODELS else [])
+        + (["--accuracy", accuracy] if accuracy is not None else [])
+        + [word for each in overrides or [] for word in ("--set", each)]
+    )
+    with progress(f"{len(loaded)} scenes" if len(loaded) > 1 else loaded[0].name, quiet=quiet) as report:
+        found = validate_batches(loaded, models=both, n_jobs=jobs or cpus(), accuracy=accuracy, report=report)
+    results, missing = found.results, [scene.name for scene in found.missing]
+    if not results:
+        return INTERRUPTED
+    comparisons = [_with_command(result.comparison, options) for result in results]
     codes = [
         70 if result.crashed else EXIT_CODES[tier.verdict]
         for result in results
         for tier in result.comparison.tiers
     ]
-    code = exit_code(codes, allow_indeterminate=allow_indeterminate)
-    command = shlex.join(
-        ["sixbar", "validate", *(scenes or [])]
-        + (["--models", models] if both != MODELS else [])
-        + (["--accuracy", accuracy] if accuracy is not None else [])
-    )
-    page = write_page(comparisons, folder, command)
-    for result in results:
-        for model in result.comparison.labels:
-            path = folder / "tables" / f"{result.comparison.name}-{model}.csv"
-            if model in result.runs:
-                write(result.runs[model].base, path)
-            else:
-                path.unlink(missing_ok=True)  # from an earlier call: it would appear to belong to this report
-    kept = _write_partial(results, folder / "tables")
+    code = INTERRUPTED if missing else exit_code(codes, allow_indeterminate=allow_indeterminate)
+    command = shlex.join(["sixbar", "validate", *(scenes or []), *options])
+    page = write_page(comparisons, folder, command, missing)
+    kept = _write_tables(results, folder / "tables", missing)
     write_json(
         {
             "command": command,
             "exit_code": code,
+            "not_compared": missing,
             "scenes": [as_mapping(comparison) for comparison in comparisons],
         },
         folder / "summary.json",
     )
-    _write_for_ci(comparisons, folder, command)
-    for line in (*scene_lines(comparisons), *kept):
+    _write_for_ci(comparisons, folder, command, missing)
+    lines = [] if quiet else verdict_lines(comparisons, verbose=verbose)
+    said = [*kept, sentence(comparisons), _incomplete(comparisons, missing)]
+    if both == MODELS and accuracy is None:
+        said.append(departures(loaded[: len(results)], comparisons))
+    lines += [line for each in said for line in wrapped(each)]
+    for line in (*lines, str(page)):
         typer.echo(line)
-    if both == MODELS and accuracy is None and (reported := departures(loaded, comparisons)):
-        typer.echo(reported)
-    typer.echo(str(page))
+    for scene in loaded[: len(results)]:
+        warn([f"scene {scene.name!r}: {warning}" for warning in scene.warnings])
     return code
 
 
-def _write_partial(results: Sequence[Validation], folder: Path) -> list[str]:
-    """Write the tables of unsuccessful runs, return their locations; delete those of an earlier call."""
+def _check(scenes: Sequence[Scene], models: tuple[str, str], accuracy: str | None) -> None:
+    """Refuse what is known to be wrong before anything runs.
+
+    Raises
+    ------
+    SceneError
+        If two scenes have one name.
+    AccuracyError
+        If the accuracy is out of reach.
+    """
+    from comparison.accuracy.levels import solver_values
+    from comparison.scene import SceneError
+
+    names = [scene.name for scene in scenes]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise SceneError(f"scene {twice!r}: two scenes have this name; names in a report must be unique")
+    if accuracy is not None:
+        for scene in scenes:
+            for model in models:
+                solver_values(model, accuracy, scene)
+
+
+def _with_command(comparison: SceneComparison, options: Sequence[str]) -> SceneComparison:
+    """Return a comparison whose command has all options: its job knows nothing of overrides."""
+    if "--set" not in options:
+        return comparison
+    changes = options[options.index("--set") :]
+    of_scene = f"{comparison.command} {shlex.join(changes)}"
+    tight = comparison.tight and replace(comparison.tight, command=of_scene)
+    return replace(comparison, command=of_scene, tight=tight)
+
+
+def _incomplete(comparisons: Sequence[SceneComparison], missing: Sequence[str]) -> str:
+    """Return which scenes were not compared; nothing if all were."""
+    if not missing:
+        return ""
+    total = len(comparisons) + len(missing)
+    return (
+        f"Incomplete: interrupted after {len(comparisons)} of {total} scenes. Not compared: "
+        f"{', '.join(missing)}."
+    )
+
+
+def _write_tables(results: Sequence[Validation], folder: Path, missing: Sequence[str]) -> list[str]:
+    """Write the tables of all runs, and return the locations of those of unsuccessful ones.
+
+    Those of an earlier call are deleted where there is none now: they would appear to belong to this report.
+    """
     from comparison.tables.table import write
 
-    for result in results:
-        for path in folder.glob(f"{escape(result.comparison.name)}.*.partial.*"):
-            path.unlink()
     reported = []
+    names = [*missing, *(result.comparison.name for result in results)]
+    for name in names:
+        for path in folder.glob(f"{escape(name)}.*.partial.*"):
+            path.unlink()
     for result in results:
+        name = result.comparison.name
+        for model in result.comparison.labels:
+            path = folder / f"{name}-{model}.csv"
+            if model in result.runs:
+                write(result.runs[model].base, path)
+            else:
+                path.unlink(missing_ok=True)
         for which, table in result.partial.items():
-            name = f"{result.comparison.name}.{which.replace(' ', '-')}.partial.csv"
-            kept = write(table, folder / name)
+            kept = write(table, folder / f"{name}.{which.replace(' ', '-')}.partial.csv")
             reported.append(f"{len(table.frame)} samples of the {which} run are in {kept}")
+    for name in missing:
+        for model in results[0].comparison.labels:
+            (folder / f"{name}-{model}.csv").unlink(missing_ok=True)
     return reported
 
 
-def write_page(comparisons: Sequence[SceneComparison], folder: Path, command: str) -> Path:
-    """Write the report of one or more scenes into a folder and return its path."""
+def write_page(
+    comparisons: Sequence[SceneComparison], folder: Path, command: str, missing: Sequence[str] = ()
+) -> Path:
+    """Write the report of one or more scenes into a folder and return its path.
+
+    Its title says so where scenes are missing.
+    """
     from comparison.report import write_report
 
-    title = comparisons[0].title if len(comparisons) == 1 else "Cross-validation of the two models"
+    total = len(comparisons) + len(missing)
+    title = comparisons[0].title if total == 1 else "Cross-validation of the two models"
+    if missing:
+        title += f" (incomplete: {len(comparisons)} of {total} scenes)"
     return write_report(comparisons, folder, title=title, command=command)
 
 
-def _write_for_ci(comparisons: Sequence[SceneComparison], folder: Path, command: str) -> None:
+def _write_for_ci(
+    comparisons: Sequence[SceneComparison], folder: Path, command: str, missing: Sequence[str]
+) -> None:
     """Write the files for continuous integration: JUnit XML and a Markdown summary."""
-    from comparison.agreement.cases import of_comparisons
+    from comparison.agreement.cases import Case, of_comparisons
     from comparison.report.job_summary import write_job_summary
     from comparison.report.junit import write_junit
     from comparison.report.summary import sentence
 
-    cases = of_comparisons(comparisons)
+    cases = [
+        *of_comparisons(comparisons),
+        *(Case(name, "standard", "verdict", "error", "not compared: interrupted") for name in missing),
+    ]
     write_junit(cases, folder / "junit.xml", name="sixbar validate")
+    said = [sentence(comparisons), _incomplete(comparisons, missing), f"Made by: {command}"]
     write_job_summary(
         folder / "summary.md",
         title="Cross-validation of the two models",
-        reported=[sentence(comparisons), f"Made by: {command}"],
+        reported=[line for line in said if line],
         headings=("scene", "tier", "verdict", "why"),
         rows=[(c.name, tier.tier, tier.verdict, tier.why) for c in comparisons for tier in c.tiers],
         cases=cases,
