@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from comparison.cli.console import saved, say
+from comparison.cli.console import saved, say, warn
+from comparison.cli.layout import wrapped
 from comparison.cli.options import REPORTS, AllowIndeterminate, OutFolder
 from comparison.cli.validate import write_page
 
@@ -73,15 +74,9 @@ def compare(
     """
     from comparison.agreement.compare import recorded_scene
     from comparison.agreement.recorded_runs import compare_recorded
+    from comparison.cli.verdicts import channel_lines, verdict_lines
     from comparison.files import check_file, check_folder, write_json
-    from comparison.report.text import (
-        EXIT_CODES,
-        as_mapping,
-        channel_lines,
-        exit_code,
-        scene_lines,
-        shift_line,
-    )
+    from comparison.report.text import EXIT_CODES, as_mapping, exit_code, shift_line
     from comparison.scene import load_scene
     from comparison.tables.imports.mapping import load_mapping
     from comparison.tables.imports.repeated_times import AT_EVENTS
@@ -146,13 +141,16 @@ def compare(
         warnings=(*left_out, *warnings),
         only=None if rules is None else rules.compare,
     )
-    for line in (*channel_lines(comparison), shift_line(comparison), *scene_lines([comparison])):
-        say(line)
+    for line in (*channel_lines(comparison), *wrapped(shift_line(comparison))):
+        typer.echo(line)
+    for line in verdict_lines([comparison], verbose=True):
+        typer.echo(line)
     report = saved(lambda folder: write_page([comparison], folder, command), folder)
     if json is not None:
         numbers, name = as_mapping(comparison), json.name
         saved(lambda folder: write_json(numbers, folder / name), json.parent)
     say(str(report))
+    warn(comparison.warnings)
     return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
 
 

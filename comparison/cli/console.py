@@ -7,21 +7,36 @@ import os
 import sys
 import tempfile
 import time
-import unicodedata
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import typer
 
-BETWEEN_LINES = 60.0
-"""s; between two lines of progress in a log."""
+from comparison.cli.layout import printable
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as RichProgress
+    from rich.progress import TaskID
+
+BETWEEN_LINES = 10.0
+"""s; at least so long between two lines of progress in a log."""
+SILENCE = 60.0
+"""s; a line after this time even if little has changed."""
+_STEP = 0.1  # share that is worth a line
 
 
-_HIDDEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
-"""Unicode categories of what a terminal would obey instead of showing it."""
+class Reporter(Protocol):
+    """What a command reports its progress to."""
+
+    def __call__(self, share: float) -> None:
+        """Report the finished share, 0 to 1."""
+
+    def finished(self, share: float, what: str) -> None:
+        """Report what has just been finished, and the finished share."""
+
 
 T = TypeVar("T")
 
@@ -58,16 +73,6 @@ def say(text: str, *, err: bool = False) -> None:
     typer.echo(printable(text), err=err)
 
 
-def printable(text: str) -> str:
-    r"""Escape what is not shown by itself: ``\x1b``."""
-    return "".join(
-        character.encode("unicode_escape").decode()
-        if character not in "\n\t" and unicodedata.category(character) in _HIDDEN
-        else character
-        for character in text
-    )
-
-
 def warn_about_the_cache() -> None:
     """Warn once per command where nothing, or not the usual folder, is the cache."""
     from comparison.execution.cache import cache_warnings
@@ -99,33 +104,89 @@ def saved(write: Callable[[Path], T], folder: Path) -> T:
 
 
 @contextmanager
-def progress(text: str) -> Iterator[Callable[[float], None]]:
-    """Show a progress bar on a terminal, and a line a minute in a log."""
-    if not sys.stderr.isatty():
-        yield _lines(text)
-        return
-    from rich.console import Console
-    from rich.progress import Progress
+def progress(text: str, *, quiet: bool = False) -> Iterator[Reporter]:
+    """Show a progress bar on a terminal, plain lines in a log, and nothing if that is asked."""
+    if quiet:
+        yield _Silence()
+    elif not sys.stderr.isatty():
+        yield Lines(text)
+    else:
+        from rich.console import Console
+        from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(text, total=1.0)
-        yield lambda share: bar.update(task, completed=share)
+        # Results are printed to stdout, which must not go where the bar goes.
+        with Progress(console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
+            yield _Bar(bar, bar.add_task(text, total=1.0), text)
 
 
-def _lines(text: str) -> Callable[[float], None]:
-    """Return what prints the finished share to stderr, at most once in `BETWEEN_LINES`."""
-    started = printed = time.monotonic()
+class _Silence:
+    def __call__(self, share: float) -> None:
+        pass
 
-    def report(share: float) -> None:
-        nonlocal printed
-        now = time.monotonic()
-        if now - printed < BETWEEN_LINES or share >= 1.0:
-            return
-        printed = now
-        left = f", about {(now - started) * (1.0 / share - 1.0) / 60.0:.0f} min left" if share > 0.0 else ""
-        say(f"sixbar: {text}: {share:.0%}{left}", err=True)
+    def finished(self, share: float, what: str) -> None:
+        pass
 
-    return report
+
+class _Bar:
+    """A bar with what was finished last beside its name."""
+
+    def __init__(self, bar: RichProgress, task: TaskID, text: str) -> None:
+        self._bar, self._task, self._text = bar, task, text
+
+    def __call__(self, share: float) -> None:
+        self._bar.update(self._task, completed=share)
+
+    def finished(self, share: float, what: str) -> None:
+        self._bar.update(self._task, completed=share, description=f"{self._text}, {what}")
+
+
+class Lines:
+    """Progress as plain lines on stderr, for a file or a pipe.
+
+    A line for what was finished, or for another tenth of the work, at most one in `BETWEEN_LINES`; and one
+    after a `SILENCE`. Nothing at the end: then the result follows.
+
+    Parameters
+    ----------
+    text
+        What is under way.
+    clock
+        Time in s.
+    """
+
+    def __init__(self, text: str, clock: Callable[[], float] = time.monotonic) -> None:
+        self._text, self._clock = text, clock
+        self._printed = clock()
+        self._share = self._shown = 0.0
+        self._finished = ""
+        self._first: tuple[float, float] | None = None  # time and share of the first report
+
+    def __call__(self, share: float) -> None:
+        """Report the finished share, 0 to 1."""
+        self._share, now = share, self._clock()
+        self._first = self._first or (now, share)
+        since = now - self._printed
+        # The small addend undoes the rounding of the difference alone.
+        changed = self._finished or share - self._shown >= _STEP - 1e-9
+        if share < 1.0 and ((changed and since >= BETWEEN_LINES) or since >= SILENCE):
+            self._print(now)
+
+    def finished(self, share: float, what: str) -> None:
+        """Report what has just been finished; where it is too early for a line, the next one has it."""
+        self._finished = what
+        self(share)
+
+    def _print(self, now: float) -> None:
+        self._printed, self._shown = now, self._share
+        start, before = self._first or (now, self._share)
+        said = f"{self._share:.0%}"
+        if self._share > before:  # cached runs are there at once, and tell nothing about the others
+            rest = (now - start) * (1.0 - self._share) / (self._share - before)
+            said += f", about {rest / 60.0:.0f} min left" if rest >= 60.0 else ", less than a minute left"
+        if self._finished:
+            said += f"; {self._finished}"
+        self._finished = ""
+        say(f"sixbar: {self._text}: {said}", err=True)
 
 
 def warn(warnings: Sequence[str]) -> None:
@@ -135,23 +196,20 @@ def warn(warnings: Sequence[str]) -> None:
 
 
 def fail(error: Exception) -> int:
-    """Print a one-line error message and return its exit code; an internal error asks for a report."""
-    from comparison.accuracy.levels import AccuracyError
-    from comparison.engines.registry import EngineError
-    from comparison.execution.ledger import LedgerError
+    """Print a one-line error message and return its exit code."""
+    return complain(*described(error))
+
+
+def described(error: Exception) -> tuple[str, int]:
+    """Return the message and the exit code of an error; an internal one asks for a report."""
     from comparison.execution.run import RunError
-    from comparison.files import FolderError
-    from comparison.regression.baseline import BaselineError
-    from comparison.scene import SceneError
-    from comparison.tables.table import TableError
 
     if isinstance(error, RunError):
-        return complain(str(error), 70 if error.outcome.status == "crashed" else 2)
-    ours = SceneError | TableError | AccuracyError | BaselineError | FolderError | EngineError | LedgerError
-    if isinstance(error, ours):
-        return complain(str(error), 2)
+        return str(error), 70 if error.outcome.status == "crashed" else 2
+    if is_refusal(error):
+        return str(error), 2
     if isinstance(error, OSError):  # of the machine, not of this program
-        return complain(_line(error), 2)
+        return _line(error), 2
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
@@ -159,9 +217,21 @@ def fail(error: Exception) -> int:
         f" at {Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno}" if trace is not None else ""
     )
     reported = f"internal error: {type(error).__name__}: {error}{place}"
-    return complain(
-        f"{reported}; please report this line, the command and the output of sixbar --version", 70
-    )
+    return f"{reported}; please report this line, the command and the output of sixbar --version", 70
+
+
+def is_refusal(error: Exception) -> bool:
+    """Whether an error says in one line what is wrong with the input."""
+    from comparison.accuracy.levels import AccuracyError
+    from comparison.engines.registry import EngineError
+    from comparison.execution.ledger import LedgerError
+    from comparison.files import FolderError
+    from comparison.regression.baseline import BaselineError
+    from comparison.scene import SceneError
+    from comparison.tables.table import TableError
+
+    ours = SceneError | TableError | AccuracyError | BaselineError | FolderError | EngineError | LedgerError
+    return isinstance(error, ours)
 
 
 def complain(text: str, code: int) -> int:

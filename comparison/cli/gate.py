@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from comparison.cli.console import progress, saved, say, warn, warn_about_the_cache
-from comparison.cli.options import REPORTS, Jobs, OutFolder
+from comparison.cli.layout import wrapped
+from comparison.cli.options import REPORTS, Jobs, OutFolder, Quiet
 
 if TYPE_CHECKING:
     from comparison.agreement.cases import Case
@@ -39,6 +40,7 @@ def gate(
     ] = False,
     out: OutFolder = None,
     jobs: Jobs = None,
+    quiet: Quiet = False,
 ) -> int:
     """Run each model by itself and compare it with its baseline: a regression gate for CI."""
     from comparison.execution.workers import cpus
@@ -52,22 +54,23 @@ def gate(
     asked = [load_scene(name) for name in dict.fromkeys(scenes or [])]
     _check_names([scene.name for scene in asked])
     if update:
-        return _update(asked, baseline, jobs or cpus())
+        return _update(asked, baseline, jobs or cpus(), quiet=quiet)
     folder = check_folder(folder)
     record = read(baseline)
     found, gone = (asked, []) if scenes else scenes_of(record, baseline.parent)
     warn_about_the_cache()
-    with progress("gate") as report:
+    with progress("gate", quiet=quiet) as report:
         result = hold_against(record, found, gone, n_jobs=jobs or cpus(), on_progress=report)
     command = shlex.join(["sixbar", "gate", *(scenes or []), "--baseline", str(baseline)])
-    for line in _lines(result):
-        say(line)
+    for line in [_sentence(result)] if quiet else _lines(result):
+        for each in wrapped(line, rest="    "):
+            say(each)
     page = saved(lambda folder: _write(result, folder, command), folder)
     say(str(page))
     return result.exit_code
 
 
-def _update(asked: Sequence[Scene], path: Path, jobs: int) -> int:
+def _update(asked: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> int:
     from comparison.files import check_file
     from comparison.regression.baseline import read, write
     from comparison.regression.check import scenes_of
@@ -82,7 +85,7 @@ def _update(asked: Sequence[Scene], path: Path, jobs: int) -> int:
         asked = [load_scene(name) for name in shipped_scenes()]
     scenes = {scene.name: scene for scene in (*held, *asked)}
     warn_about_the_cache()
-    with progress("baseline") as report:
+    with progress("baseline", quiet=quiet) as report:
         made = renewed(
             [scenes[name] for name in sorted(scenes)], path.parent, old, n_jobs=jobs, on_progress=report
         )

@@ -21,17 +21,21 @@ from comparison.cli.console import (
     warn_about_the_cache,
 )
 from comparison.cli.gate import gate
-from comparison.cli.options import Accuracy, Overrides
+from comparison.cli.layout import wrapped
+from comparison.cli.listing import channels, scenes
+from comparison.cli.options import Accuracy, Model, NoProgress, Overrides, SceneName
+from comparison.cli.plot import animate, plot
 from comparison.cli.study import studies
 from comparison.cli.validate import validate
 
+_PLAN_INDENT = 14  # of what follows the names in a plan
 # The class raised by this typer: some of its releases vendor click.
 _UsageError: Any = typer.BadParameter.__base__
 
 app = typer.Typer(
     name="sixbar",
-    add_completion=False,
     rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
     help="Cross-validation of two models of a press with clearance in its slider's guide.",
     epilog="Exit codes: 0 agree; 1 differ, or a regression; 2 cannot compare or bad input; 3 indeterminate; "
     "70 internal error; 130 interrupted. For several scenes the worst one.",
@@ -61,9 +65,10 @@ def _main(arguments: Sequence[str]) -> int:
         return complain(f"{error.format_message()} (see {asked} --help)", 2)
     except (KeyboardInterrupt, typer.Abort):
         code = 130
-    except SystemExit:
-        # Typer signals a closed output pipe (head, less) by exit code 1, which here means "differ".
-        return 141
+    except SystemExit as end:
+        # Typer signals a closed output pipe (head, less) by exit code 1, which here means "differ"; the
+        # shell's completion ends so too.
+        return 141 if end.code == 1 else int(end.code or 0)
     except Exception as error:
         return fail(error)
     # Some releases of typer convert Ctrl-C to this code themselves.
@@ -78,35 +83,21 @@ def _print_version(asked: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
+@app.callback(invoke_without_command=True)
 def _root(
+    context: typer.Context,
     _version: Annotated[
         bool,
         typer.Option("--version", is_eager=True, callback=_print_version, help="Print the version and exit."),
     ] = False,
 ) -> None:
-    pass
+    if context.invoked_subcommand is None:
+        say(context.get_help())
 
 
-@app.command()
-def scenes() -> int:
-    """List the shipped scenes: name, speed, clearance, title."""
-    from comparison.scene import load_scene, shipped_scenes
-
-    for name in shipped_scenes():
-        scene = load_scene(name)
-        where = [joint for joint in ("slider", "crank_pin") if scene.data["joints"][joint] == "clearance"]
-        size = " + ".join(f"{scene.data['clearance'][joint] * 1e3:g} mm" for joint in where) or "no clearance"
-        say(f"{name:<16} {scene.data['drive']['speed_rpm']:>6g} rpm  {size:<15}  {scene.title}")
-    return 0
-
-
-@app.command()
 def run(
-    scene: Annotated[str, typer.Argument(help="A shipped scene or the path of a TOML file.")],
-    model: Annotated[
-        str, typer.Option(metavar="NAME", help="Model: reference, exudyn, or one of another package.")
-    ],
+    scene: SceneName,
+    model: Model,
     out: Annotated[Path, typer.Option(help="The table to write: .csv or .parquet.")],
     accuracy: Accuracy = None,
     formulation: Annotated[
@@ -114,8 +105,11 @@ def run(
         typer.Option(metavar="NAME", help="Formulation of the equations; default: the scene's."),
     ] = None,
     overrides: Overrides = None,
+    quiet: NoProgress = False,
 ) -> int:
     """Run one scene by one model and write its table, with events and provenance beside it.
+
+    Prints the files that it wrote, the table last.
 
     The results of a run that stopped early or violates an invariant of its model are written to
     NAME.partial.csv.
@@ -140,11 +134,12 @@ def run(
         values = solver_values(model, accuracy, loaded)
         loaded = loaded.with_values(values)
         for key, value in values.items():
-            say(f"{key} = {value:g}: {expectation(loaded, model)}")
+            for line in wrapped(f"{key} = {value:g}: {expectation(loaded, model)}", rest="  "):
+                say(line)
     warn(loaded.warnings)
     warn_about_the_cache()
     job = Job(loaded, model)
-    with progress(f"{loaded.name} by {model}") as report:
+    with progress(f"{loaded.name} by {model}", quiet=quiet) as report:
         outcome = run_uncached(job, report)
     if outcome.partial is not None:
         partial, name = outcome.partial, f"{out.stem}.partial{out.suffix}"
@@ -161,13 +156,14 @@ def run(
     table = successful(outcome, job)
     warn(doubts(table))
     path = saved(lambda folder: write(table, folder / out.name), out.parent)
-    say(str(path))
+    events = [] if table.events is None else [path.with_name(f"{path.stem}.events.csv")]
+    for each in (*events, path.with_name(f"{path.stem}.json"), path):
+        say(str(each))
     return 0
 
 
-@app.command()
 def plan(
-    scene: Annotated[str, typer.Argument(help="A shipped scene or the path of a TOML file.")],
+    scene: SceneName,
     overrides: Overrides = None,
 ) -> int:
     """Show what each model integrates for a scene, what it leaves out and why, and the cost of a run."""
@@ -178,14 +174,13 @@ def plan(
 
     loaded = load_scene(scene, parse_set(overrides or []))
     warn(loaded.warnings)
-    say(channels_line(loaded))
-    for model in MODELS:
-        for line in lines(plan_run(loaded, model)):
+    said = [channels_line(loaded), *(line for model in MODELS for line in lines(plan_run(loaded, model)))]
+    for each in said:
+        for line in wrapped(each, rest=" " * _PLAN_INDENT):
             say(line)
     return 0
 
 
-app.command()(compare)
-app.command()(validate)
-app.command()(gate)
+for _command in (scenes, channels, plan, run, validate, compare, plot, animate, gate):
+    app.command()(_command)
 app.add_typer(studies, name="study")

@@ -1,4 +1,4 @@
-"""Options shared by several commands."""
+"""Arguments and options shared by several commands."""
 
 from __future__ import annotations
 
@@ -10,6 +10,39 @@ import typer
 REPORTS = Path("reports/out")
 """Default parent folder of reports."""
 
+
+def scene_names() -> list[str]:
+    """Return the names of the shipped scenes, for the shell's completion."""
+    from comparison.scene import shipped_scenes
+
+    return shipped_scenes()
+
+
+def _model_names() -> list[str]:
+    return ["reference", "exudyn"]
+
+
+SceneName = Annotated[
+    str,
+    typer.Argument(help="A shipped scene or the path of a TOML file.", autocompletion=scene_names),
+]
+SceneNames = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[SCENE]...",
+        help="Shipped names or TOML files.",
+        show_default="all",
+        autocompletion=scene_names,
+    ),
+]
+Model = Annotated[
+    str,
+    typer.Option(
+        metavar="NAME",
+        help="Model: reference, exudyn, or one of another package.",
+        autocompletion=_model_names,
+    ),
+]
 Overrides = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change a scene key, e.g. drive.speed_rpm=210."),
@@ -30,3 +63,7 @@ Models = Annotated[
     str,
     typer.Option(metavar="NAME,NAME", help="Two models: reference, exudyn, or those of installed packages."),
 ]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Also print the reason of every verdict.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress; only the last lines of the result.")]
+NoProgress = Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")]
+AsJson = Annotated[bool, typer.Option("--json", help="As JSON, with all numbers.")]

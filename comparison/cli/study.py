@@ -10,10 +10,14 @@ import typer
 from typer.core import TyperGroup
 
 from comparison.cli.console import progress, say, warn, warn_about_the_cache
-from comparison.cli.options import REPORTS, Jobs, Overrides
+from comparison.cli.layout import columns
+from comparison.cli.options import REPORTS, Jobs, NoProgress, Overrides, SceneName
 from comparison.studies import NAMES, STUDIES
 
 _OutStudy = Annotated[Path | None, typer.Option(help="Folder of the study.", show_default="reports/out/NAME")]
+
+
+_SHOWN = 5  # rows of a sweep on the terminal
 
 
 class _Studies(TyperGroup):
@@ -26,11 +30,13 @@ class _Studies(TyperGroup):
         return super().resolve_command(ctx, args)
 
 
-studies = typer.Typer(
-    cls=_Studies,
-    no_args_is_help=True,
-    help="Run a multi-run study. Cached runs are used.",
-)
+studies = typer.Typer(cls=_Studies, help="Run a multi-run study. Cached runs are used.")
+
+
+@studies.callback(invoke_without_command=True)
+def _root(context: typer.Context) -> None:
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
 
 
 def _command(name: str) -> Callable[..., int]:
@@ -38,6 +44,7 @@ def _command(name: str) -> Callable[..., int]:
         out: _OutStudy = None,
         jobs: Jobs = None,
         small: Annotated[bool, typer.Option("--small", help="Few and short runs, for a trial.")] = False,
+        quiet: NoProgress = False,
     ) -> int:
         from comparison.execution.workers import cpus
         from comparison.files import check_folder
@@ -45,7 +52,7 @@ def _command(name: str) -> Callable[..., int]:
 
         folder = check_folder(out or REPORTS / name)
         warn_about_the_cache()
-        with progress(name) as report:
+        with progress(name, quiet=quiet) as report:
             path = write_study(name, folder, jobs or cpus(), report, small=small)
         say(str(path))
         return 0
@@ -61,7 +68,7 @@ for _name, _about in STUDIES.items():
 
 @studies.command()
 def sweep(
-    scene: Annotated[str, typer.Argument(help="A shipped scene or the path of a TOML file.")],
+    scene: SceneName,
     grid: Annotated[
         list[str] | None,
         typer.Option(metavar="KEY=A,B,C", help="Values of a key; repeat for more keys: all combinations."),
@@ -96,6 +103,7 @@ def sweep(
         str | None,
         typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler; default: local processes."),
     ] = None,
+    quiet: NoProgress = False,
 ) -> int:
     """Run a scene over values of its keys and write sweep.csv with one row per run.
 
@@ -119,11 +127,28 @@ def sweep(
         folder = check_folder(folder)
         spread = on_processes(jobs or cpus()) if scheduler is None else on_cluster(scheduler)
         folder.mkdir(parents=True, exist_ok=True)
-        with progress(f"sweep of {base.name}") as report:
+        with progress(f"sweep of {base.name}", quiet=quiet) as report:
             path, failed = run_sweep(base, chosen, models, output or USUAL, folder, spread, report)
     except SweepError as error:
         raise typer.BadParameter(str(error)) from error
     if failed:
         warn([f"{failed} of {len(chosen) * len(models)} runs did not succeed: see the column status"])
-    say(str(path))
+    for line in (*_head(path), str(path)):
+        say(line)
     return 0
+
+
+def _head(path: Path) -> list[str]:
+    """Return the first rows of a sweep's table as lines that fit the terminal."""
+    import pandas as pd
+
+    frame = pd.read_csv(path, keep_default_na=False)
+    first = frame.head(_SHOWN)
+    cells = {name: [_cell(value) for value in first[name]] for name in first}
+    rows = [list(cells), *map(list, zip(*cells.values(), strict=True))]
+    more = len(frame) - len(first)
+    return [*columns(rows), *([f"... and {more} more rows"] if more else [])]
+
+
+def _cell(value: object) -> str:
+    return f"{value:.5g}" if isinstance(value, float) else str(value)

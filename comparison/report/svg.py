@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
@@ -33,6 +33,20 @@ _ROLES = {
     OUTSIDE: "var(--outside)",
     LIMIT: "var(--limit)",
 }
+MODEL_LINES: tuple[dict[str, Any], ...] = (
+    {"color": FIRST, "lw": 2.4, "alpha": 0.55},
+    {"color": SECOND, "lw": 0.9},
+)
+"""Curves of the first and the second model over each other: a thin line on a wide one shows both where they
+coincide, which dashes on a solid line of another colour do not: they look grey."""
+SERIES = ("#a01010", "#a02020", "#a03030", "#a04040", "#a05050", "#a06060")
+"""Colours of anything but models (scenes, laws, classes), as many as can be told apart."""
+SERIES_LINES = tuple(
+    {"color": colour, "lw": width}
+    for colour, width in zip(SERIES, (2.4, 1.9, 1.5, 1.1, 0.9, 0.8), strict=True)
+)
+"""Curves of anything but models over each other; those drawn first are the widest, and stay visible."""
+_ROLES |= {colour: f"var(--series-{n})" for n, colour in enumerate(SERIES, 1)}
 _COLOUR = re.compile("|".join(_ROLES))
 _PATH = re.compile(r'(?<= )d="([^"]*)"')
 _NUMBER = re.compile(r"-?\d+\.\d+")
@@ -43,11 +57,32 @@ _REFERENCE = re.compile(r"(url\(#|href=\"#)([^\")]*)")
 
 
 @contextmanager
-def style() -> Iterator[None]:
-    """Use the report's settings instead of the user's matplotlibrc; settings are restored on exit."""
+def style(colours: Mapping[str, str] | None = None) -> Iterator[None]:
+    """Use the report's settings instead of the user's matplotlibrc; settings are restored on exit.
+
+    Parameters
+    ----------
+    colours
+        Role -> colour, for a picture that is not put into a page.
+    """
     with mpl.rc_context():
         mpl.rc_file(STYLE)
+        if colours:
+            for key, value in mpl.rcParams.items():
+                mpl.rcParams[key] = colours.get(value, value) if isinstance(value, str) else value
         yield
+
+
+def light_colours() -> dict[str, str]:
+    """Return the colours of the roles on a light page, ``#rrggbb`` each."""
+    defined = dict(re.findall(r"(--[\w-]+): (#[0-9a-f]{6})", _light_rule()))
+    return {role: defined.get(name[4:-1], defined["--ink"]) for role, name in _ROLES.items()}
+
+
+def _light_rule() -> str:
+    """Return the first rule of the page's style sheet, which defines the colours of the light page."""
+    css = STYLE.with_name("report.css").read_text("utf-8")
+    return css[css.index(":root") : css.index("}") + 1]
 
 
 @contextmanager
@@ -99,9 +134,7 @@ def _rounded(match: re.Match[str]) -> str:
 
 def standalone(svg: str) -> str:
     """Return an inline figure as a standalone file on white, with the colours of the light page."""
-    css = STYLE.with_name("report.css").read_text("utf-8")
-    colours = css[css.index(":root") : css.index("}") + 1]  # its first rule
-    block = f"<style>{colours} svg{{color:#222;background:#fff}}</style>"
+    block = f"<style>{_light_rule()} svg{{color:#222;background:#fff}}</style>"
     head = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
     return str(svg).replace("<svg ", head, 1).replace(">", f">{block}", 1) + "\n"
 

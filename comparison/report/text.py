@@ -1,10 +1,10 @@
-"""Comparisons as numbers (for JSON) and as lines (for the terminal)."""
+"""Comparisons as numbers (for JSON) and sentences (for the terminal)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, fields
-from math import isfinite, isnan
+from math import isnan
 from typing import Any
 
 from comparison.agreement.attribution_text import percent
@@ -68,30 +68,19 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
     }
 
 
-def scene_lines(comparisons: Sequence[SceneComparison]) -> list[str]:
-    """Return one line per scene and tier (name, tier, verdict, reason), then the attribution.
+def reasons(comparison: SceneComparison) -> list[tuple[str, str]]:
+    """Return why a verdict at one tier is what it is: what each sentence is about, and the sentence.
 
-    For a difference the confirmation stands between them. The reliability of the motion follows; the scene's
-    warnings come last.
+    The reason, the confirmation of a difference, the attribution, the reliability of the motion.
     """
-    name_width = max(len(comparison.name) for comparison in comparisons)
-    lines = []
-    for comparison in comparisons:
-        name = comparison.name
-        for tier in comparison.tiers:
-            lines.append(f"{name:<{name_width}}  {tier.tier:<8}  {tier.verdict:<14}  {tier.reason}")
-            name = ""
-            if tier.confirmation is not None:
-                lines.append(
-                    f"{'':<{name_width}}  {'':<8}  {'confirmation':<14}  {tier.confirmation.sentence}"
-                )
-            if tier.attribution is not None and (said := attribution_words(tier.attribution)):
-                lines.append(f"{'':<{name_width}}  {'':<8}  {'why':<14}  {'; '.join(said)}")
-            if tier.reliability is not None:
-                reported = reliability_line(tier.reliability)
-                lines.append(f"{'':<{name_width}}  {'':<8}  {'reliability':<14}  {reported}")
-        lines += [f"{'':<{name_width}}  {'':<8}  {'warning':<14}  {line}" for line in comparison.warnings]
-    return lines
+    said = [("reason", comparison.reason)]
+    if comparison.confirmation is not None:
+        said.append(("confirmation", comparison.confirmation.sentence))
+    if comparison.attribution is not None and (words := attribution_words(comparison.attribution)):
+        said.append(("why", "; ".join(words)))
+    if comparison.reliability is not None:
+        said.append(("reliability", reliability_line(comparison.reliability)))
+    return said
 
 
 def attribution_words(attribution: Attribution) -> list[str]:
@@ -102,30 +91,6 @@ def attribution_words(attribution: Attribution) -> list[str]:
         else [f"{percent(attribution.explained)} of the judged samples explained"]
     )
     return [*reported, *attribution.sentences]
-
-
-def channel_lines(comparison: SceneComparison) -> list[str]:
-    """Return one line per channel: verdict, differences, both over its scale, coverage, samples outside."""
-    heading = ("channel", "verdict", "max", "rms", "unit", "max/scale", "rms/scale", "coverage", "outside")
-    rows = [
-        (
-            channel.channel,
-            channel.verdict,
-            f"{channel.max_difference:.3g}",
-            f"{channel.rms_difference:.3g}",
-            channel.unit,
-            f"{channel.max_scaled:.3g}",
-            f"{channel.rms_scaled:.3g}",
-            f"{channel.coverage:.1%}",
-            str(channel.outside) if isfinite(channel.worst_threshold) else "",
-        )
-        for channel in comparison.channels.values()
-    ]
-    widths = [max(map(len, column)) for column in zip(heading, *rows, strict=True)]
-    return [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in (heading, *rows)
-    ]
 
 
 def shift_line(comparison: SceneComparison) -> str:

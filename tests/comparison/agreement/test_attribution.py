@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from comparison.agreement.compare import Runs, compare
-from comparison.report.text import as_mapping, scene_lines
+from comparison.report.text import as_mapping, reasons
 
 LABELS = ("reference", "exudyn")
 KINDS = ("base", "finer", "perturbed", "coarser", "other_perturbed")
@@ -205,9 +205,8 @@ def test_it_stands_in_the_numbers_and_on_the_terminal(scene, make_table):
     assert record["cause"] == "b"
     assert record["remaining"]["b"] == pytest.approx(0.25, rel=1e-5)
     assert record["sentences"] == result.attribution.sentences
-    first, second = scene_lines([result])
-    assert first.split()[:3] == [scene.name, "standard", "agree"]
-    assert second.split()[0] == "why"
-    assert "100.00% of the judged samples explained; explained by exudyn's step" in second
+    said = dict(reasons(result))
+    assert list(said) == ["reason", "why"]
+    assert said["why"].startswith("100.00% of the judged samples explained; explained by exudyn's step")
     foreign = compare(Runs(make_table()), Runs(make_table()), tolerance=1.0)
-    assert len(scene_lines([foreign])) == 1
+    assert list(dict(reasons(foreign))) == ["reason"]

@@ -15,7 +15,7 @@ from comparison.agreement.confirmation_starts import (
     moved_starts,
     starting_error,
 )
-from comparison.report.text import as_mapping, scene_lines
+from comparison.report.text import as_mapping, reasons
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 
@@ -103,9 +103,7 @@ def test_members_deviate_by_no_more_than_the_error_that_has_arisen(make_table, s
 def test_the_sentence_stands_on_the_console_and_in_the_json(fake):
     _, taken_back = fake(wide).confirmed(b=3e-6)
     found = taken_back.confirmation
-    lines = scene_lines([taken_back])
-    assert lines[0].split()[2] == "agree"
-    assert lines[1].split(maxsplit=1) == ["confirmation", found.sentence]
+    assert reasons(taken_back)[:2] == [("reason", taken_back.reason), ("confirmation", found.sentence)]
     record = as_mapping(taken_back)["confirmation"]
     assert record["outcome"] == "underestimated"
     assert record["members"] == (99, 30)

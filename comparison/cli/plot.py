@@ -1,0 +1,111 @@
+"""``sixbar plot`` and ``sixbar animate``: result tables as one picture, or in motion."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from comparison.cli.console import progress
+from comparison.cli.options import NoProgress, scene_names
+
+if TYPE_CHECKING:
+    from comparison.tables.table import Table
+
+_Tables = Annotated[
+    list[Path], typer.Argument(metavar="TABLE [TABLE]", help="One table, or two over each other.")
+]
+
+
+def plot(
+    tables: _Tables,
+    channels: Annotated[
+        str, typer.Option(metavar="NAME,NAME", help="Channels, a panel each; see `sixbar channels`.")
+    ] = "slider_x",
+    out: Annotated[
+        Path | None, typer.Option(help="The picture: .svg, .png or .pdf.", show_default="TABLE.svg")
+    ] = None,
+    start: Annotated[float | None, typer.Option("--from", help="Start of the time shown, s.")] = None,
+    end: Annotated[float | None, typer.Option("--to", help="End of the time shown, s.")] = None,
+) -> int:
+    """Draw channels of one table, or of two over each other, as one picture."""
+    from comparison.files import check_folder
+    from comparison.pictures.plot import check_format, write_picture
+
+    path = out or _beside(tables, ".svg")
+    check_format(path)
+    check_folder(path.parent)
+    names = [name.strip() for name in channels.split(",") if name.strip()]
+    if not names:
+        raise typer.BadParameter("--channels needs at least one name, see `sixbar channels`")
+    typer.echo(str(write_picture(_read(tables), names, path, start=start, end=end)))
+    return 0
+
+
+def animate(
+    tables: _Tables,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="The animation: .html, .gif, or .mp4 with ffmpeg.", show_default="TABLE.html"),
+    ] = None,
+    scene: Annotated[
+        str | None,
+        typer.Option(
+            help="Scene of the tables; default: the one recorded beside.", autocompletion=scene_names
+        ),
+    ] = None,
+    quiet: NoProgress = False,
+) -> int:
+    """Animate the press, and the slider in its guide magnified, with the forces at its corners.
+
+    The HTML file needs nothing else. Two tables are shown over each other.
+    """
+    from comparison.files import check_folder
+    from comparison.pictures.animation import write_animation
+    from comparison.pictures.film import FORMATS, check_film, write_film
+    from comparison.pictures.motion import motion, recorded_scene
+    from comparison.scene import load_scene
+
+    path = out or _beside(tables, ".html")
+    ending = path.suffix.lower()
+    if ending not in (".html", *FORMATS):
+        raise typer.BadParameter(f"{path}: the name must end in .html, {' or '.join(FORMATS)}")
+    check_folder(path.parent)
+    check_film(path)
+    read = _read(tables)
+    moving = motion(read, load_scene(scene).data if scene is not None else recorded_scene(read))
+    if ending == ".html":
+        options = ["--scene", scene] if scene is not None else []
+        command = shlex.join(["sixbar", "animate", *map(str, tables), *options])
+        title = f"Animation of {' and '.join(read)}"
+        typer.echo(str(write_animation(moving, path, title=title, command=command)))
+        return 0
+    with progress(path.name, quiet=quiet) as report:
+        typer.echo(str(write_film(moving, path, report)))
+    return 0
+
+
+def _read(paths: list[Path]) -> dict[str, Table]:
+    """Read one table or two, by their names.
+
+    Raises
+    ------
+    typer.BadParameter
+        If they are more.
+    """
+    from comparison.tables.table import read
+
+    if len(paths) > 2:
+        raise typer.BadParameter(f"{len(paths)} tables: give one or two")
+    labels = [path.stem for path in paths]
+    if len(set(labels)) < len(labels):
+        labels = [str(path) for path in paths]
+    if len(set(labels)) < len(labels):
+        raise typer.BadParameter(f"{labels[0]} is given twice")
+    return {label: read(path) for label, path in zip(labels, paths, strict=True)}
+
+
+def _beside(paths: list[Path], ending: str) -> Path:
+    return Path("-".join(path.stem for path in paths[:2]) + ending)

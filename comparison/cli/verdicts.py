@@ -1,0 +1,92 @@
+"""Verdicts of scenes as lines of a terminal: one a scene and tier, and on demand their reasons."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf, isfinite, isnan
+
+from comparison.agreement.results import SceneComparison
+from comparison.cli.layout import coloured, columns, wrapped
+from comparison.formatting import MISSING, NO_BREAK, number, percent
+from comparison.report.summary import worst_channel
+from comparison.report.text import reasons
+
+_COVERAGE, _EXCESS = 3, 4
+_HEADINGS = ("scene", "tier", "verdict", "coverage", "|E|/2u", "")
+
+
+def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = False) -> list[str]:
+    """Return one line per scene and tier, below a heading; with their reasons below each if verbose.
+
+    The columns are the verdict, the share of predictable samples, the largest ratio of a difference to the
+    threshold of its sample, and where the models part, or what is missing.
+    """
+    tiers = [(scene.name, tier) for scene in comparisons for tier in scene.tiers]
+    rows = [_HEADINGS, *(_row(name, tier) for name, tier in tiers)]
+    heading, *lines = columns(rows, right=(_COVERAGE, _EXCESS), paint={2: lambda cell: coloured(cell, cell)})
+    if not verbose:
+        return [heading, *lines]
+    shown = [heading]
+    for line, (_, tier) in zip(lines, tiers, strict=True):
+        shown.append(line)
+        shown += [each for what, said in reasons(tier) for each in wrapped(said, first=f"    {what:<12}  ")]
+    return shown
+
+
+def channel_lines(comparison: SceneComparison) -> list[str]:
+    """Return one line per channel: verdict, largest difference, the same over its scale, coverage, samples
+    outside, RMS.
+    """
+    heading = ("channel", "verdict", "max", "unit", "max/scale", "coverage", "outside", "rms", "rms/scale")
+    rows = [
+        (
+            channel.channel,
+            channel.verdict,
+            f"{channel.max_difference:.3g}",
+            channel.unit,
+            f"{channel.max_scaled:.3g}",
+            f"{channel.coverage:.1%}",
+            str(channel.outside) if isfinite(channel.worst_threshold) else "",
+            f"{channel.rms_difference:.3g}",
+            f"{channel.rms_scaled:.3g}",
+        )
+        for channel in comparison.channels.values()
+    ]
+    return columns([heading, *rows], right=(2, 4, 5, 6, 7, 8), paint={1: lambda cell: coloured(cell, cell)})
+
+
+def _row(name: str, tier: SceneComparison) -> tuple[str, ...]:
+    return (
+        name,
+        tier.tier,
+        tier.verdict,
+        percent(tier.coverage).replace(NO_BREAK, " "),
+        _excess(tier),
+        _note(tier),
+    )
+
+
+def _excess(tier: SceneComparison) -> str:
+    """Return the largest |difference| / threshold of a judged sample."""
+    ratios = [
+        abs(channel.worst_difference) / channel.worst_threshold if channel.worst_threshold else inf
+        for channel in tier.channels.values()
+        if channel.verdict != "unexcited" and channel.worst_difference
+    ]
+    known = [ratio for ratio in ratios if not isnan(ratio)]
+    return number(max(known), 2) if known else MISSING
+
+
+def _note(tier: SceneComparison) -> str:
+    """Return in a few words where the models part, or what is missing."""
+    if tier.verdict == "cannot compare":
+        return tier.reason.removeprefix(f"scene {tier.name!r}: ")
+    notes = []
+    if tier.verdict == "differ" and tier.attribution is not None and tier.attribution.outside_in:
+        notes.append(f"{tier.attribution.outside_in} from {tier.attribution.outside_from:.3f} s")
+    if tier.confirmation is not None:
+        notes.append(tier.confirmation.mark)
+    worst = worst_channel(tier)
+    if tier.verdict == "indeterminate" and worst is not None:
+        notes.append(f"{worst.channel}: {worst.reason}")
+    return "; ".join(notes)

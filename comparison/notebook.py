@@ -1,0 +1,93 @@
+"""Results in a notebook: a table made from a model's result in one call, shown as a table and drawn.
+
+>>> from comparison.notebook import tabulated
+>>> from comparison.scene import load_scene
+>>> from reference_model import simulate
+>>> table = tabulated(simulate(load_scene("ideal").data))
+>>> table.frame["slider_y"].abs().max() > 0
+True
+"""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from comparison.formatting import number
+from comparison.pictures.plot import Picture, picture
+from comparison.tables.channels import channels
+from comparison.tables.table import Result, Table
+
+_ROWS = 5
+
+
+@dataclass(frozen=True)
+class RunTable(Table):
+    """A `comparison.tables.table.Table` that draws itself and that notebooks show.
+
+    ``frame`` holds time and channels, ``events`` a row per contact, both as data frames.
+    """
+
+    def plot(self, *names: str, other: Table | None = None) -> Picture:
+        """Draw channels over time, a panel each; by default the slider's x.
+
+        Parameters
+        ----------
+        names
+            Channels.
+        other
+            A table to draw over this one, such as the other model's.
+
+        Raises
+        ------
+        TableError
+            If a table lacks a channel.
+        """
+        tables: dict[str, Table] = {self._label("this run"): self}
+        if other is not None:
+            label = str(other.provenance.get("model", "other run"))
+            tables[label if label not in tables else f"{label} (other)"] = other
+        return picture(tables, names or ("slider_x",))
+
+    def _label(self, default: str) -> str:
+        return str(self.provenance.get("model", default))
+
+    def _repr_html_(self) -> str:
+        known = channels()
+        rows = [
+            (
+                name,
+                known[name].unit if name in known else "",
+                number(float(self.frame[name].min())),
+                number(float(self.frame[name].max())),
+            )
+            for name in self.channels
+        ]
+        status = self.provenance.get("status", "")
+        contacts = "" if self.events is None else f", {len(self.events)} contacts"
+        head = f"{self._label('run')}{': ' if status else ''}{status}; {len(self.frame)} samples to "
+        head += f"{number(float(self.time[-1]))} s{contacts}" if len(self.frame) else "none"
+        return _table(head, ("channel", "unit", "smallest", "largest"), rows)
+
+
+def tabulated(result: Result) -> RunTable:
+    """Return the table of a model's result.
+
+    Raises
+    ------
+    TableError
+        If the result is incomplete, or its columns differ in length.
+    """
+    return RunTable.from_result(result)  # type: ignore[return-value]
+
+
+def _table(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in headings)
+    body = "".join(
+        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
+    )
+    return (
+        f"<table><caption>{html.escape(caption)}</caption><thead><tr>{head}</tr></thead>"
+        f"<tbody>{body}</tbody></table>"
+    )

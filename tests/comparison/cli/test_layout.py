@@ -1,0 +1,108 @@
+"""What is printed fits the terminal: every command at several widths, and in a pipe."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from comparison.cli import layout, main
+from comparison.tables.table import write
+
+WIDTHS = (60, 80, 120, None)
+"""Columns; None: a pipe."""
+
+
+@pytest.fixture(params=WIDTHS)
+def columns(request, monkeypatch) -> int:
+    if request.param is None:
+        monkeypatch.delenv("COLUMNS", raising=False)
+        return 80
+    monkeypatch.setenv("COLUMNS", str(request.param))
+    return request.param
+
+
+def too_long(text: str, columns: int) -> list[str]:
+    """Lines that do not fit, but for those that are a path, which must not be broken."""
+    return [line for line in text.splitlines() if len(line) > columns and not Path(line).exists()]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["-h"],
+        ["scenes"],
+        ["channels"],
+        ["plan", "both-clearances"],
+        ["study"],
+        *([command, "-h"] for command in ("run", "validate", "compare", "gate", "plot", "animate")),
+        ["study", "sweep", "-h"],
+    ],
+    ids=" ".join,
+)
+def test_commands_that_run_nothing(arguments, columns, capsys):
+    assert main(arguments) == 0
+    out, err = capsys.readouterr()
+    assert too_long(out, columns) == []
+    assert "\x1b" not in out
+    assert len(out.splitlines()) > 8
+    assert err == ""
+
+
+@pytest.mark.usefixtures("fake_models")
+def test_validate_and_the_sweep(columns, scene_file, gravity, capsys):
+    good, bad = scene_file("a-scene-of-a-long-name"), scene_file("bad", gravity.fail)
+    assert main(["validate", good, bad, "--out", "v", "--set", "drive.cycles=1", "-v"]) == 2
+    out, err = capsys.readouterr()
+    assert too_long(out, columns) == []
+    assert err == ""
+    # Name, tier and verdict are shown at any width, what else there is room for is cut.
+    assert "\nbad                     standard  cannot compare" in out
+    assert ("..." in out) == (columns <= 80)
+    assert (
+        main(["study", "sweep", good, "--grid", "drive.speed_rpm=" + ",".join(map(str, range(90, 97)))]) == 0
+    )
+    out = capsys.readouterr().out
+    assert too_long(out, columns) == []
+    assert out.startswith("point  drive.speed_rpm  model")
+    assert out.splitlines()[-2] == "... and 2 more rows"
+
+
+def test_compare(columns, make_table, capsys):
+    write(make_table(), Path("a.csv"))
+    write(make_table(stretch=1e-3), Path("b.csv"))
+    assert main(["compare", "a.csv", "b.csv", "--tolerance", "1e-5"]) == 1
+    out = capsys.readouterr().out
+    assert too_long(out, columns) == []
+    assert out.startswith("channel  ")
+
+
+def test_columns_are_left_out_from_the_right_and_numbers_are_never_cut():
+    rows = [("name", "value", "note"), ("first", "12345678", "a long explanation"), ("b", "1", "")]
+    assert layout.columns(rows, right=(1,), available=40) == [
+        "name      value  note",
+        "first  12345678  a long explanation",
+        "b             1",
+    ]
+    assert layout.columns(rows, right=(1,), available=28)[1] == "first  12345678  a long e..."
+    assert layout.columns(rows, right=(1,), available=20) == [
+        "name      value",
+        "first  12345678",
+        "b             1",
+    ]
+    assert layout.columns(rows, right=(1,), available=12) == ["name", "first", "b"]
+
+
+def test_verdicts_have_colours_unless_they_are_not_wanted(monkeypatch):
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    assert layout.coloured("differ  ", "differ  ") == "\x1b[31mdiffer  \x1b[0m"
+    assert layout.coloured("unknown", "unknown") == "unknown"
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert layout.coloured("differ", "differ") == "differ"
+
+
+def test_paths_are_not_broken(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    path = "a-folder/of-a/long-name/with-hyphens-and/more-of-it.csv"
+    assert layout.wrapped(f"the table is in {path}") == ["the table is in", path]

@@ -1,0 +1,74 @@
+"""One picture of one table or two, in a file and on the command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparison.cli import main
+from comparison.pictures.plot import picture
+from comparison.tables.table import TableError
+
+
+def test_a_panel_a_channel_with_quantity_and_unit_and_a_curve_a_table(tables):
+    figure = picture(tables, ("slider_x", "slider_vy", "corner_ll_normal"))
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert labels == [
+        "slider x − guide\n(µm)",
+        "slider velocity y\n(m/s)",
+        "normal force,\nlower left corner\n(N)",
+    ]
+    assert figure.axes[-1].get_xlabel() == "time (s)"
+    assert [len(axes.get_lines()) for axes in figure.axes] == [2, 2, 2]
+    first, second = figure.axes[0].get_lines()
+    assert first.get_color() != second.get_color()
+    assert first.get_linewidth() > 2 * second.get_linewidth()
+    # 0.2 mm of clearance, in micrometres.
+    assert np.abs(first.get_ydata()).max() == pytest.approx(200.0, rel=1e-3)
+    assert figure._repr_svg_().lstrip().startswith("<?xml")
+
+
+def test_a_window_shows_its_samples_alone(tables):
+    (axes,) = picture({"a": tables["a"]}, start=0.1, end=0.2).axes
+    (line,) = axes.get_lines()
+    assert 0.1 <= line.get_xdata().min() <= line.get_xdata().max() <= 0.2
+    with pytest.raises(TableError, match=r"a: fewer than two samples are shown; its time is 0 s to 0\.8 s"):
+        picture({"a": tables["a"]}, start=5.0)
+
+
+@pytest.mark.usefixtures("files")
+@pytest.mark.parametrize(("ending", "magic"), [("svg", b"<svg"), ("png", b"\x89PNG"), ("pdf", b"%PDF")])
+def test_the_command_writes_every_format(ending, magic, capsys):
+    assert (
+        main(["plot", "a.csv", "b.csv", "--channels", "slider_x,slider_vx", "--out", f"deep/p.{ending}"]) == 0
+    )
+    assert capsys.readouterr().out == f"deep/p.{ending}\n"
+    content = Path(f"deep/p.{ending}").read_bytes()
+    assert content.startswith(magic)
+    if ending == "svg":
+        assert b"var(--first)" in content
+        assert b"var(--second)" in content
+    assert [path.name for path in Path("deep").iterdir()] == [f"p.{ending}"]
+
+
+@pytest.mark.usefixtures("files")
+@pytest.mark.parametrize(
+    ("arguments", "rule"),
+    [
+        (["a.csv", "--channels", "slider_q"], "a: channel 'slider_q' is missing; it has slider_x, "),
+        (["a.csv", "--channels", ","], "needs at least one name"),
+        (["a.csv", "--out", "p.jpg"], "p.jpg: the name must end in .svg, .png or .pdf"),
+        (["a.csv", "b.csv", "c.csv"], "3 tables: give one or two"),
+        (["a.csv", "a.csv"], "a.csv is given twice"),
+        (["c.csv"], "c.csv: No such file"),
+    ],
+)
+def test_mistakes_are_one_line(arguments, rule, capsys):
+    before = set(Path.cwd().iterdir())
+    assert main(["plot", *arguments]) == 2
+    err = capsys.readouterr().err
+    assert rule in err
+    assert err.count("\n") == 1
+    assert set(Path.cwd().iterdir()) == before
