@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from comparison.cli.console import progress
+from comparison.cli.console import progress, say
 from comparison.cli.options import NoProgress, scene_names
 
 if TYPE_CHECKING:
@@ -31,16 +31,16 @@ def plot(
     end: Annotated[float | None, typer.Option("--to", help="End of the time shown, s.")] = None,
 ) -> int:
     """Draw channels of one table, or of two over each other, as one picture."""
-    from comparison.files import check_folder
+    from comparison.files import check_file
     from comparison.pictures.plot import check_format, write_picture
 
     path = out or _beside(tables, ".svg")
     check_format(path)
-    check_folder(path.parent)
+    path = check_file(path)
     names = [name.strip() for name in channels.split(",") if name.strip()]
     if not names:
         raise typer.BadParameter("--channels needs at least one name, see `sixbar channels`")
-    typer.echo(str(write_picture(_read(tables), names, path, start=start, end=end)))
+    say(str(write_picture(_read(tables), names, path, start=start, end=end)))
     return 0
 
 
@@ -62,7 +62,7 @@ def animate(
 
     The HTML file needs nothing else. Two tables are shown over each other.
     """
-    from comparison.files import check_folder
+    from comparison.files import check_file
     from comparison.pictures.animation import write_animation
     from comparison.pictures.film import FORMATS, check_film, write_film
     from comparison.pictures.motion import motion, recorded_scene
@@ -72,7 +72,7 @@ def animate(
     ending = path.suffix.lower()
     if ending not in (".html", *FORMATS):
         raise typer.BadParameter(f"{path}: the name must end in .html, {' or '.join(FORMATS)}")
-    check_folder(path.parent)
+    path = check_file(path)
     check_film(path)
     read = _read(tables)
     moving = motion(read, load_scene(scene).data if scene is not None else recorded_scene(read))
@@ -80,10 +80,10 @@ def animate(
         options = ["--scene", scene] if scene is not None else []
         command = shlex.join(["sixbar", "animate", *map(str, tables), *options])
         title = f"Animation of {' and '.join(read)}"
-        typer.echo(str(write_animation(moving, path, title=title, command=command)))
+        say(str(write_animation(moving, path, title=title, command=command)))
         return 0
     with progress(path.name, quiet=quiet) as report:
-        typer.echo(str(write_film(moving, path, report)))
+        say(str(write_film(moving, path, report)))
     return 0
 
 

@@ -34,9 +34,7 @@ def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = Fal
 
 
 def channel_lines(comparison: SceneComparison) -> list[str]:
-    """Return one line per channel: verdict, largest difference, the same over its scale, coverage, samples
-    outside, RMS.
-    """
+    """Return one line per channel: verdict, largest difference, coverage, samples outside, RMS."""
     heading = ("channel", "verdict", "max", "unit", "max/scale", "coverage", "outside", "rms", "rms/scale")
     rows = [
         (
