@@ -57,6 +57,7 @@ def session(*, program: bool) -> Iterator[None]:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # such as in an ASCII locale
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it warns of a home that cannot be written
     logger, handler = logging.getLogger("comparison"), _Warnings(logging.WARNING)
     logger.addHandler(handler)
     try:
@@ -75,9 +76,14 @@ def say(text: str, *, err: bool = False) -> None:
 
 def warn_about_the_cache() -> None:
     """Warn once per command where nothing, or not the usual folder, is the cache."""
-    from comparison.execution.cache import cache_warnings
+    from comparison.execution.cache import cache_folder, cache_warnings
+    from comparison.files import FolderError
 
-    warn(cache_warnings())
+    found = cache_warnings()
+    warn(found)
+    with suppress(FolderError):
+        if found:  # nor could matplotlib keep its fonts in the usual place
+            os.environ.setdefault("MPLCONFIGDIR", str(cache_folder() / "matplotlib"))
 
 
 def saved(write: Callable[[Path], T], folder: Path) -> T:

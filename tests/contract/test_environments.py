@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -37,8 +38,10 @@ def sixbar(tmp_path):
                 [program, "-m", "comparison", *command],
                 env=environment, cwd=work, capture_output=True, text=True, check=False, **options,
             )  # fmt: skip
-            assert (ended.returncode, ended.stderr.count("\n")) == (0, warnings), (name, ended.stderr)
-            assert ended.stderr.startswith("sixbar: warning: ") == bool(warnings)
+            # On a busy machine there are lines of progress as well.
+            lines = [line for line in ended.stderr.splitlines() if not re.match(r"sixbar: \S+.*: \d+%", line)]
+            assert (ended.returncode, len(lines)) == (0, warnings), (name, ended.stderr)
+            assert all(line.startswith("sixbar: warning: ") for line in lines)
             assert "\x1b" not in ended.stdout
         assert (work / "v" / "report.html").is_file()
         assert not (work / "~").exists()

@@ -49,7 +49,7 @@ def command(scene_file, tmp_path, monkeypatch, fake_model):
     (tmp_path / "tmp").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
     monkeypatch.setattr("comparison.execution.run.load", lambda _: fake_model.simulate)
-    text = Path(scene_file("own", 9.0)).read_text()
+    text = Path(scene_file("own", 9.0, "groups = []\n")).read_text()
     for which, gravity in (("old", "9.0"), ("new", "9.5")):
         (tmp_path / which).mkdir()
         (tmp_path / which / "own.toml").write_text(text.replace("9.0", gravity))
