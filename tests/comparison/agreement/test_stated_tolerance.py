@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.results import SceneComparison
+from comparison.tables.channels import channels
 from comparison.tables.imports.mapping import Quantity
 from comparison.tables.imports.own_channels import Stated, own_channel
 from comparison.tables.table import Table, TableError
@@ -186,3 +187,11 @@ def test_any_single_corrupted_sample_beyond_the_tolerance_is_told(name, row, tim
     assert {other for other, channel in result.channels.items() if channel.verdict == "differ"} == {name}
     assert (result.channels[name].outside, result.channels[name].worst_time) == (1, TIME[row])
     assert name in result.reason
+
+
+@pytest.mark.parametrize(("scale", "outcome"), [(10.0, "agree"), (1.0, "differ")])
+def test_a_given_scale_takes_the_place_of_the_range(scale, outcome):
+    own = {"slider_y": replace(channels()["slider_y"], given=scale)}
+    a, b = (replace(table(slider_y=values), own=own) for values in (np.zeros(N), np.full(N, 5e-3)))
+    result = compare(Runs(a), Runs(b), tolerance=1e-3)
+    assert (result.verdict, result.channels["slider_y"].scale) == (outcome, scale)
