@@ -93,7 +93,7 @@ def between(
     return (
         f"{label}: samples between the compared times are not judged; some stand out from their neighbours "
         f"by more than the tolerance, in {len(found)} channels, most of all {name} at t = {time[worst]:.6g} "
-        f"s by {distance[worst]:.3g} {results[name].unit}",
+        f"s by {distance[worst]:.3g} {results[name].unit}".rstrip(),
     )
 
 

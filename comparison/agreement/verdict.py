@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from math import floor as floor_of
 from math import nan
 from typing import Any, NamedTuple
@@ -147,6 +148,7 @@ def _judge(
     fixed: bool,
 ) -> _Judgement:
     """Compare the predictable, non-zero samples with their thresholds; fixed: the same for all."""
+    of = partial(_number, channel.unit)
     judged, coverage = predictable & happens, float(predictable.mean())
     numbers = (nan, nan, nan, nan, 0)
     count = int(judged.sum())
@@ -161,7 +163,7 @@ def _judge(
         numbers = explained, float(time[worst]), float(difference[worst]), float(threshold[worst]), outside
     explained, at, worst_difference, worst_threshold, outside = numbers
     if extent < channel.floor:
-        reason = f"its range in both, {extent:.2g} {channel.unit}, is below {channel.floor:g} {channel.unit}"
+        reason = f"its range in both, {of(extent, 2)}, is below {of(channel.floor)}"
         return _Judgement("unexcited", reason, *numbers)
     if threshold is None:
         reason = "there is neither an uncertainty nor a tolerance"
@@ -174,7 +176,7 @@ def _judge(
             f"{outside} of {count} {'samples' if fixed else 'predictable samples'} are outside "
             f"{'the tolerance' if fixed else 'their threshold'}"
             f"{', at worst' if outside else ', the nearest'} at t = {at:.6g} s: the difference is "
-            f"{worst_difference:.3g} {channel.unit}, the threshold {worst_threshold:.2g} {channel.unit}"
+            f"{of(worst_difference)}, the threshold {of(worst_threshold, 2)}"
         )
         if fixed and worst_threshold == 0.0:
             said += "; the channel is constant in the first table, so its scale is zero unless one is given"
@@ -199,10 +201,10 @@ def _outside_all(
         return None
     if np.mean(np.abs(difference[happens]) <= largest) >= limits.share:
         return None
-    worst = int(np.abs(difference).argmax())
+    worst, of = int(np.abs(difference).argmax()), partial(_number, channel.unit)
     reason = (
-        f"at t = {time[worst]:.6g} s the difference is {difference[worst]:.3g} {channel.unit}, "
-        f"{limits.k:g} times the largest uncertainty of all times {largest:.2g} {channel.unit}"
+        f"at t = {time[worst]:.6g} s the difference is {of(difference[worst])}, "
+        f"{limits.k:g} times the largest uncertainty of all times {of(largest, 2)}"
     )
     return _Judgement(
         "differ",
@@ -212,6 +214,11 @@ def _outside_all(
         threshold=largest,
         outside=int((np.abs(difference[happens]) > largest).sum()),
     )
+
+
+def _number(unit: str, value: float, digits: int = 3) -> str:
+    """Return value and unit; of a channel of another mechanism the unit may be unknown."""
+    return f"{value:.{digits}g} {unit}".rstrip()
 
 
 def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> tuple[str, str]:

@@ -73,7 +73,8 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
     if any(channel.u is None for scene in comparisons for channel in scene.channels.values()):
         lines.append(
             "Tables without a refined run carry no uncertainty: a fixed tolerance (a share of the scale) is "
-            "the threshold and every sample counts as predictable; without one the verdict is indeterminate."
+            "the threshold, every sample counts as predictable and all must be within it, unless a smaller "
+            "share was asked for; without a tolerance the verdict is indeterminate."
         )
     return lines
 

@@ -35,7 +35,9 @@ def kind(path: Path) -> str:
         raise TableError(
             f"{path}: is an HDF5 file: export its columns as CSV, with their names in the first line"
         )
-    if b"\0" in head and not head.startswith((b"\xff\xfe", b"\xfe\xff")):
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise TableError(f"{path}: is text in UTF-16: save it as UTF-8")
+    if b"\0" in head:
         raise TableError(
             f"{path}: is a binary file: let the program write text or CSV (of OpenFAST OutFileFmt = 1)"
         )

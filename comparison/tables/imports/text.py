@@ -99,17 +99,18 @@ def _assign(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping) -
     rules = [mapping.of("a" if side == "a" else "b") for side in sides]
     assigned = [_by_rules(source, own, mapping) for source, own in zip(sources, rules, strict=True)]
     shared = set.intersection(*(set(one.others) for one in assigned))
-    for one, own in zip(assigned, rules, strict=True):
-        mapped = any(name in own or position(n) in own for n, name in enumerate(one.source.names))
-        wanted = shared & set(mapping.compare or ()) if mapped else shared
+    # A mapping that names columns leaves out the others, even if both tables have them.
+    wanted = shared & set(mapping.compare or ()) if any(one.rules for one in assigned) else shared
+    for one in assigned:
         for column in one.source.columns:
             if column.name in wanted:
                 one.columns[column.name] = column
         others = [name for name in one.others if name not in wanted]
         lacking = [*others, *one.source.others]
-        if lacking and not mapped and mapping.compare is None:
+        unknown = [name for name in lacking if name not in shared]
+        if unknown and not one.rules and mapping.compare is None:
             raise TableError(
-                f"{one.source.path}: {lacking[0]!r} is not a channel, nor a column of both tables; {_HINT}"
+                f"{one.source.path}: {unknown[0]!r} is not a channel, nor a column of both tables; {_HINT}"
             )
         one.others[:] = lacking
     return assigned

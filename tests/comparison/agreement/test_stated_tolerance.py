@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,6 +12,9 @@ from hypothesis import strategies as st
 
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.results import SceneComparison
+from comparison.tables.channels import channels
+from comparison.tables.imports.mapping import Quantity
+from comparison.tables.imports.own_channels import Stated, own_channel
 from comparison.tables.table import Table, TableError
 
 N = 1001
@@ -147,6 +152,13 @@ COLUMNS = {
     "corner_ll_normal": np.where(np.sin(40 * TIME) > 0.9, 30.0, 0.0),
     "energy_kinetic": np.full(N, 2.0),
     "guide_moment": np.zeros(N),
+    "crank_speed": np.full(N, 15.0) + 0.1 * np.sin(2 * TIME),
+    "knee": 30 * np.sin(6 * TIME),
+    "force per weight": np.abs(np.sin(4 * TIME)),
+}
+OWN = {
+    name: own_channel(name, Quantity(), [Stated("a", unit, COLUMNS[name])])
+    for name, unit in (("knee", "deg"), ("force per weight", None))
 }
 
 
@@ -163,7 +175,7 @@ def test_any_single_corrupted_sample_beyond_the_tolerance_is_told(name, row, tim
     values = COLUMNS[name]
     # Of a constant column any change is one; above the floor below which nothing counts as motion.
     size = max(times * tolerance * np.ptp(values), 1e-5)
-    whole, bad = table(**COLUMNS), table(**COLUMNS)
+    whole, bad = (replace(table(**COLUMNS), own=OWN) for _ in range(2))
     bad.frame.loc[row, name] += sign * size
     a, b = (bad, whole) if first else (whole, bad)
     result = compare(Runs(a), Runs(b), tolerance=tolerance)
@@ -175,3 +187,11 @@ def test_any_single_corrupted_sample_beyond_the_tolerance_is_told(name, row, tim
     assert {other for other, channel in result.channels.items() if channel.verdict == "differ"} == {name}
     assert (result.channels[name].outside, result.channels[name].worst_time) == (1, TIME[row])
     assert name in result.reason
+
+
+@pytest.mark.parametrize(("scale", "outcome"), [(10.0, "agree"), (1.0, "differ")])
+def test_a_given_scale_takes_the_place_of_the_range(scale, outcome):
+    own = {"slider_y": replace(channels()["slider_y"], given=scale)}
+    a, b = (replace(table(slider_y=values), own=own) for values in (np.zeros(N), np.full(N, 5e-3)))
+    result = compare(Runs(a), Runs(b), tolerance=1e-3)
+    assert (result.verdict, result.channels["slider_y"].scale) == (outcome, scale)

@@ -113,7 +113,10 @@ def test_ten_joint_angles_of_two_opensim_files_compare_without_a_mapping(wrong, 
     assert out.count("agree\n") + out.count(" agree ") >= 10 - code
     assert "no unit is stated for joint_0, joint_1" in out
     if code:
-        assert "most of all joint_6: 1 of 101 samples are outside the tolerance, at worst at t = 0.4 s" in out
+        assert (
+            "most of all joint_6: 1 of 101 samples are outside the tolerance, at worst at t = 0.4 s: " in out
+        )
+        assert "the difference is -0.5, the threshold 0.0" in out  # without a unit, none is stated
         assert main([*command, "--share", "0.99"]) == 0
         assert "1 of 101 samples are outside" in capsys.readouterr().out
 

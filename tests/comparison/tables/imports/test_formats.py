@@ -126,12 +126,26 @@ def test_a_unit_that_differs_is_converted_to_the_first_tables():
     np.testing.assert_array_equal(a.values("reach"), b.values("reach"))
 
 
+def test_a_mapping_of_one_table_leaves_out_what_it_does_not_name_in_both():
+    put("a.csv", "time,q,hip\n0,1,3\n1,2,4\n")
+    put("b.csv", "time,knee,hip\n0,1,3\n1,2,4\n")
+    definition = '[channels.knee]\nunit = "deg"\n[a.q]\nchannel = "knee"\n'
+    a, b, warnings = read_pair(Path("a.csv"), Path("b.csv"), load_mapping(put("map.toml", definition)))
+    assert a.channels == b.channels == ["knee"]
+    assert [line for line in warnings if line.endswith("leaves it out: hip")] == [
+        f"{name}: not compared, since the mapping leaves it out: hip" for name in ("a.csv", "b.csv")
+    ]
+    rules = load_mapping(put("map.toml", 'compare = ["knee", "hip"]\n' + definition))
+    assert read_pair(Path("a.csv"), Path("b.csv"), rules)[0].channels == ["knee", "hip"]
+
+
 @pytest.mark.parametrize(
     ("head", "rule"),
     [
         (b"\x89HDF\r\n\x1a\n", "is an HDF5 file: export its columns as CSV"),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "Excel before 2007: save its sheet as .csv or .xlsx"),
         (b"\x01\x00\x02\x00fast", "is a binary file: let the program write text or CSV"),
+        ("time,x\n0,1\n".encode("utf-16"), "is text in UTF-16: save it as UTF-8"),
         (b"PK\x03\x04 no workbook", "is an Excel workbook"),
         (b"", "contains no row of two or more numbers"),
         (b"time\n1\n2\n", "contains no row of two or more numbers"),
