@@ -32,7 +32,7 @@ def plot(
 ) -> int:
     """Draw channels of one table, or of two over each other, as one picture."""
     from comparison.files import check_file
-    from comparison.pictures.plot import check_format, write_picture
+    from comparison.report.pictures.plot import check_format, write_picture
 
     path = out or _beside(tables, ".svg")
     check_format(path)
@@ -63,9 +63,9 @@ def animate(
     The HTML file needs nothing else. Two tables are shown over each other.
     """
     from comparison.files import check_file
-    from comparison.pictures.animation import write_animation
-    from comparison.pictures.film import FORMATS, check_film, write_film
-    from comparison.pictures.motion import motion, recorded_scene
+    from comparison.report.pictures.animation import write_animation
+    from comparison.report.pictures.film import FORMATS, check_film, write_film
+    from comparison.report.pictures.motion import motion, recorded_scene
     from comparison.scene import load_scene
 
     path = out or _beside(tables, ".html")

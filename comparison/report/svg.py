@@ -41,7 +41,7 @@ MODEL_LINES: tuple[dict[str, Any], ...] = (
 coincide, which dashes on a solid line of another colour do not: they look grey."""
 SERIES = ("#a01010", "#a02020", "#a03030", "#a04040", "#a05050", "#a06060")
 """Colours of anything but models (scenes, laws, classes), as many as can be told apart."""
-SERIES_LINES = tuple(
+SERIES_LINES: tuple[dict[str, Any], ...] = tuple(
     {"color": colour, "lw": width}
     for colour, width in zip(SERIES, (2.4, 1.9, 1.5, 1.1, 0.9, 0.8), strict=True)
 )
@@ -75,7 +75,7 @@ def style(colours: Mapping[str, str] | None = None) -> Iterator[None]:
 
 def light_colours() -> dict[str, str]:
     """Return the colours of the roles on a light page, ``#rrggbb`` each."""
-    defined = dict(re.findall(r"(--[\w-]+): (#[0-9a-f]{6})", _light_rule()))
+    defined: dict[str, str] = dict(re.findall(r"(--[\w-]+): (#[0-9a-f]{6})", _light_rule()))
     return {role: defined.get(name[4:-1], defined["--ink"]) for role, name in _ROLES.items()}
 
 

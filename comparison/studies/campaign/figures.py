@@ -21,12 +21,12 @@ from comparison.tables.arrays import Array
 _DECADES = np.arange(-15.0, -2.9, 0.5)
 _SHARES = np.linspace(0.0, 1.0, 21)
 _MARKS: dict[str, dict[str, Any]] = {
-    stages.AGREE: {"marker": ".", "color": svg.FIRST, "ms": 3},
+    stages.AGREE: {"marker": ".", "color": svg.SERIES[0], "ms": 3},
     stages.NOT_DECIDED: {"marker": "o", "color": svg.THRESHOLD, "mfc": "none", "ms": 4},
     stages.FAILED: {"marker": "x", "color": svg.INK, "ms": 4},
     stages.UNDERESTIMATED: {"marker": "s", "color": svg.DIFFERENCE, "mfc": "none", "ms": 5},
     stages.BROKEN: {"marker": "^", "color": svg.OUTSIDE, "ms": 5},
-    stages.DIFFER: {"marker": "D", "color": svg.SECOND, "ms": 5},
+    stages.DIFFER: {"marker": "D", "color": svg.SERIES[3], "ms": 5},
 }
 """By outcome; the rare ones last, so that they lie on top."""
 
@@ -34,8 +34,8 @@ _MARKS: dict[str, dict[str, Any]] = {
 def draw_distances(found: Found, path: Path) -> None:
     """Draw how many scenes have which largest distance between the single runs, and which coverage."""
     groups = (
-        ("agree", svg.FIRST, {stages.AGREE, stages.UNDERESTIMATED}),
-        ("differ or broken", svg.SECOND, {stages.DIFFER, stages.BROKEN}),
+        ("agree", svg.SERIES[0], {stages.AGREE, stages.UNDERESTIMATED}),
+        ("differ or broken", svg.SERIES[3], {stages.DIFFER, stages.BROKEN}),
         ("not decided", svg.THRESHOLD, {stages.NOT_DECIDED}),
     )
     screened = [(row["outcome"], row["screening"]) for _, row in found if row["screening"] is not None]
@@ -49,8 +49,8 @@ def draw_distances(found: Found, path: Path) -> None:
         right.axvline(thresholds(TIER).coverage, color=svg.LIMIT, dashes=(4, 2))
         ticks = np.arange(-15, -2, 3)
         left.set_xticks(ticks, [f"$10^{{{tick}}}$" for tick in ticks])
-        left.set(xlabel="largest distance, scaled to x (m)", ylabel="scenes")
-        right.set_xlabel("share of samples predictable")
+        left.set(xlabel="largest distance, scaled to x (m)", ylabel="number of scenes")
+        right.set_xlabel("share of samples predictable (-)")
         for axes in (left, right):
             axes.set(yscale="log", ylim=(0.7, 1.2 * len(found)))
             _plain(axes.yaxis, (1, 10, 100, 1000))
@@ -76,7 +76,7 @@ def draw_places(found: Found, path: Path) -> None:
                 axes.plot(speeds, of, linestyle="none", label=outcome, **mark)
         left.set(yscale="log", ylim=(0.8e3 * CLEARANCE[0], 1.2e3 * CLEARANCE[1]), ylabel="clearance (mm)")
         _plain(left.yaxis, (0.05, 0.1, 0.2, 0.5, 1.0))
-        right.set(ylim=(-0.03, 1.03), ylabel="restitution")
+        right.set(ylim=(-0.03, 1.03), ylabel="coefficient of restitution (-)")
         for axes in (left, right):
             axes.set(xscale="log", xlim=(0.9 * SPEED_RPM[0], 1.1 * SPEED_RPM[1]), xlabel="speed (rpm)")
             _plain(axes.xaxis, (10, 30, 100, 300, 1000))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,12 +13,6 @@ from comparison.tables.table import Table
 
 REVERSAL = (0.195, 0.235)
 """s; the bottom dead centre is at 0.2144 s."""
-_LINES: tuple[dict[str, Any], ...] = (
-    {"color": svg.FIRST, "lw": 1.6},
-    {"color": svg.SECOND, "lw": 1.4, "dashes": (3.5, 1.8)},
-    {"color": svg.OUTSIDE},
-    {"color": svg.DIFFERENCE, "dashes": (1, 1)},
-)
 _LEAST = 1e-14
 """J: below round-off of the energies; what a logarithmic axis shows of zero."""
 
@@ -39,20 +32,20 @@ def draw(laws: Mapping[str, Table | None], literal: Mapping[float, Table | None]
     _energy(laws, folder / "energy.svg")
     _energy({f"{tolerance:.0e}": run for tolerance, run in literal.items()}, folder / "tolerances.svg")
     with svg.panels(folder / "slider_x.svg") as (axes,):
-        for (law, run), line in zip(laws.items(), _LINES, strict=False):
+        for (law, run), line in zip(laws.items(), svg.SERIES_LINES, strict=False):
             if run is not None:
                 inside = (run.time >= REVERSAL[0]) & (run.time <= REVERSAL[1])
                 guide = run.provenance["scene"]["mechanism"]["guide_x"]
                 time, x = run.time[inside], 1e3 * (run.values("slider_x")[inside] - guide)
                 kept = envelope(x)
                 axes.plot(time[kept], x[kept], label=law, **line)
-        axes.set(xlabel="time (s)", ylabel="x − guide (mm)")
+        axes.set(xlabel="time (s)", ylabel="slider x − guide (mm)")
         svg.legend_above(axes)
 
 
 def _energy(runs: Mapping[str, Table | None], path: Path) -> None:
     with svg.panels(path) as (axes,):
-        for (label, run), line in zip(runs.items(), _LINES, strict=False):
+        for (label, run), line in zip(runs.items(), svg.SERIES_LINES, strict=False):
             if run is None:
                 axes.plot([], [], label=f"{label}: stopped", **line)
                 continue

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -79,6 +80,16 @@ def recorded(outcome: Outcome) -> Table | None:
     return outcome.table or outcome.partial
 
 
+def _finding(best: Mapping[str, Table | None]) -> str:
+    """Return the largest spurious energy under each law, of its most accurate run."""
+    found = [
+        f"{law} {quantity(float(run.frame['energy_residual'].abs().max()), 'J')}"
+        for law, run in best.items()
+        if run is not None
+    ]
+    return f"Largest spurious energy, by law: {', '.join(found)}."
+
+
 def page(results: Results) -> dict[str, str]:
     """Return what stands in the page."""
     reference, exudyn = results.reference, results.exudyn
@@ -98,6 +109,7 @@ def page(results: Results) -> dict[str, str]:
     shown = literal[listed_at].table
     listed = [] if shown is None else listing(shown)
     return {
+        "finding": _finding(best),
         "runs": table(("law", "run", *RUN_HEADINGS, "x within 1 µm of the most accurate run until"), rows),
         "switches": table(("tolerance", *SWITCH_HEADINGS), statistics),
         "tolerance": f"{listed_at:.0e}",

@@ -30,7 +30,7 @@ def draw(runs: Runs, folder: Path) -> None:
             axes.plot(time[::40], sign * 1e3 * bound[::40], color=svg.LIMIT, dashes=(1, 2), label=label)
         axes.plot(time[kept], 1e3 * errors["slider_y"][kept], color=svg.FIRST, label="reference")
         _mark(axes, PRINTED["slider_y"], 1e3)
-        axes.set(xlabel="time (s)", ylabel="error of y (mm)")
+        axes.set(xlabel="time (s)", ylabel="error of slider y (mm)")
         svg.legend_above(axes)
     with svg.panels(folder / "passage.svg", 2, height=4.4, sharex=True) as both:
         inside = (time >= PASSAGE[0]) & (time <= PASSAGE[1])
@@ -57,7 +57,7 @@ def _stiffness(axes: Axes, runs: Runs) -> None:
     slope = middle[0] * (moduli / moduli[0]) ** 0.4
     axes.plot(moduli / 1e9, slope, color=svg.LIMIT, dashes=(1, 2), label="modulus to the power 0.4")
     printed = abs(PRINTED["slider_ay"].value)
-    axes.axhline(printed, color=svg.SECOND, lw=1.2, dashes=(3.5, 1.8), label="published")
+    axes.axhline(printed, color=svg.OUTSIDE, lw=1.2, dashes=(3.5, 1.8), label="published")
     axes.margins(x=0.03)
     axes.yaxis.set_major_locator(FixedLocator([200, 500, 1000, 2000]))
     axes.yaxis.set_major_formatter(ScalarFormatter())
@@ -66,4 +66,4 @@ def _stiffness(axes: Axes, runs: Runs) -> None:
 
 
 def _mark(axes: Axes, printed: Published, factor: float) -> None:
-    axes.plot(printed.time, factor * printed.value, "o", color=svg.SECOND, ms=5, label="published peak")
+    axes.plot(printed.time, factor * printed.value, "o", color=svg.OUTSIDE, ms=5, label="published peak")

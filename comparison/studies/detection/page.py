@@ -30,6 +30,7 @@ def page(results: Results) -> dict[str, object]:
     ]
     healthy = Counter(result["verdict"] for result in results.healthy)
     return {
+        "finding": finding(results),
         "overview": overview(results),
         "machine": made_on(),
         "scenes": ", ".join(f"`{name}`" for name in cross_model.scenes_with_clearance()),
@@ -57,6 +58,17 @@ def page(results: Results) -> dict[str, object]:
         "largest": number(limits.MOST, 1),
         "smallest": table(("number", *starmap(_place, limits.PLACES)), smallest),
     }
+
+
+def finding(results: Results) -> str:
+    """Return the false alarms and the detected faults of all kinds together."""
+    counts = [count(found) for _, found in results.without_fault]
+    tried = [found for detected in results.detections.values() for found in detected]
+    alarms, decided = (sum(numbers) for numbers in zip(*((c.alarms, c.decided) for c in counts), strict=True))
+    return (
+        f"{alarms} false alarms in {decided} decided comparisons; "
+        f"{sum(tried)} of {len(tried)} faults detected."
+    )
 
 
 def overview(results: Results) -> str:

@@ -123,17 +123,14 @@ def figure(results: Results, folder: Path) -> None:
     a, b = results.bands
     middle = 0.5 * float(a.max() + a.min())
     with svg.panels(folder / "slider_x.svg", 2, height=4.4, sharex=True) as (upper, lower):
-        for bands, colour, dashes, label in (
-            (a, svg.FIRST, (None, None), "reference"),
-            (b, svg.SECOND, (4, 2), "Exudyn"),
-        ):
-            upper.plot(results.cycles, 1e3 * (bands[1] - middle), color=colour, dashes=dashes, label=label)
+        for bands, line, label in zip((a, b), svg.MODEL_LINES, ("reference", "exudyn"), strict=True):
+            upper.plot(results.cycles, 1e3 * (bands[1] - middle), label=label, **line)
             width = np.maximum(bands[2] - bands[0], ROUND_OFF)  # zero has no logarithm
-            lower.semilogy(results.cycles, 1e3 * width, color=colour, dashes=dashes)
+            lower.semilogy(results.cycles, 1e3 * width, **line)
         lower.axhline(1e3 * results.predictable, color=svg.LIMIT, dashes=(1, 2))
         upper.plot([], [], label="predictable below", color=svg.LIMIT, dashes=(1, 2))
-        upper.set_ylabel("median of x (mm)")
-        lower.set(xlabel="time (cycles)", ylabel="95 % − 5 % quantile of x (mm)")
+        upper.set_ylabel("median of slider x (mm)")
+        lower.set(xlabel="time (crank cycles)", ylabel="95 % − 5 % quantile (mm)")
         svg.legend_above(upper)
 
 

@@ -26,9 +26,9 @@ SHORT = {
 }
 """R: reference, E: Exudyn."""
 _LOOKS: dict[str, tuple[str, str, str, str]] = {
-    Class.CONVERGED: ("o", svg.SHADE, svg.LIMIT, ""),
+    Class.CONVERGED: ("o", svg.SERIES[0], svg.SERIES[0], ""),
     Class.DEGRADED: ("s", svg.OUTSIDE, svg.OUTSIDE, ""),
-    Class.UNCONFIRMED: ("d", svg.GRID, svg.THRESHOLD, "?"),
+    Class.UNCONFIRMED: ("d", svg.SERIES[2], svg.SERIES[2], "?"),
     Class.STOPPED: ("x", svg.LIMIT, svg.INK, "×"),
     Class.REFUSED: ("_", svg.GRID, svg.INK, "–"),
     Class.CRASHED: ("*", svg.INK, svg.INK, ""),
@@ -72,7 +72,7 @@ def _axes(runs: pd.DataFrame, laws: Sequence[str], path: Path) -> None:
                 axes.barh(y, 0.94, 0.9, x - 0.47, color=_LOOKS[run["class"]][1], alpha=0.6)
                 axes.text(x, y, run["sign"], ha="center", va="center_baseline", size=7)
             titles = [SHORT[name] for name in names]
-            axes.set_xticks(range(len(names)), titles, rotation=60, ha="left", size=7)
+            axes.set_xticks(range(len(names)), titles, rotation=90, size=7.5)
             axes.set_yticks(cells.index, heads.where(new, "") + cells["value"], size=7.5)
             axes.set_title(law, size=9)
             axes.tick_params(top=True, labeltop=True, bottom=False, labelbottom=False, length=0)

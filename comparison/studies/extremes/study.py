@@ -59,6 +59,7 @@ def page(results: Results) -> Mapping[str, object]:
     runs = results.runs
     different = tables.differing(runs)
     return {
+        "finding": tables.finding(runs),
         "limit": f"{LIMIT:g}",
         "short_limit": f"{SHORT_LIMIT:g}",
         "long_limit": f"{LONG_LIMIT:g}",

@@ -93,6 +93,12 @@ def csv(runs: pd.DataFrame) -> pd.DataFrame:
     return runs.assign(**rounded)[list(_SHOWN)]
 
 
+def finding(runs: pd.DataFrame) -> str:
+    """Return how many runs are in each class."""
+    said = ", ".join(f"{count} {kind}" for kind, count in runs["class"].value_counts().items())
+    return f"Of {len(runs)} runs: {said}."
+
+
 def counts(runs: pd.DataFrame) -> str:
     """Return how many runs of each formulation ended in each class."""
     total = pd.crosstab(runs["formulation"], runs["class"], dropna=False).assign(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import radians
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.ticker import FixedLocator, NullLocator, ScalarFormatter
@@ -18,13 +17,10 @@ from comparison.studies.identification.kinematics import motion
 from comparison.studies.identification.radius import POWER
 from comparison.studies.identification.runs import PRINTED_RANGES, Runs
 
-LINES: tuple[dict[str, Any], ...] = (
-    {"color": svg.FIRST},
-    {"color": svg.SECOND, "dashes": (3.5, 1.8)},
-    {"color": svg.DIFFERENCE, "dashes": (1, 1)},
-    {"color": svg.OUTSIDE, "dashes": (6, 1.5)},
-    {"color": svg.THRESHOLD, "dashes": (4, 1.5, 1, 1.5)},
-)
+_BESIDE = {"O": (8, -9), "A": (7, 4), "B": (3, 5), "H": (4, 4), "C": (3, 6), "F": (-12, -3)}
+"""Joint -> offset of its letter, points: clear of the links and of the other letters."""
+_ROW = 0.19
+"""Inches: a line of the ranking."""
 
 
 def draw_presses(fits: Sequence[Fit], path: Path) -> None:
@@ -38,16 +34,21 @@ def draw_presses(fits: Sequence[Fit], path: Path) -> None:
             axes.axvline(fit.geometry.guide, color=svg.GRID, lw=0.8)
             H = complex(fit.geometry.pivot_x, fit.geometry.pivot_y)
             low = int(cycle.F.imag.argmin())
-            for at, line, label in ((0, LINES[0], "top dead centre"), (low, LINES[1], "bottom dead centre")):
+            for at, colour, label in (
+                (0, svg.SERIES[0], "top dead centre"),
+                (low, svg.SERIES[1], "bottom dead centre"),
+            ):
                 chain = np.array([0.0, cycle.A[at], cycle.B[at], np.nan, H, cycle.C[at], cycle.F[at]])
-                axes.plot(chain.real, chain.imag, marker="o", ms=2.5, label=label, **line)
+                axes.plot(chain.real, chain.imag, marker="o", ms=2.5, color=colour, label=label)
             joints = {"O": 0j, "H": H} | {name: getattr(cycle, name)[0] for name in "ABCF"}
             for name, point in joints.items():
-                axes.annotate(name, (point.real, point.imag), xytext=(3, 4), textcoords="offset points")
+                axes.annotate(
+                    name, (point.real, point.imag), xytext=_BESIDE[name], textcoords="offset points"
+                )
             axes.margins(x=0.15, y=0.1)
-            axes.set(aspect="equal", xlabel="x (m)")
+            axes.set(aspect="equal", xlabel="position x (m)")
             axes.set_title(f"{word}: misfit {fit.misfit:.2g}", fontsize=9)
-        both[0].set_ylabel("y (m)")
+        both[0].set_ylabel("position y (m)")
         svg.legend_above(both[0])
 
 
@@ -55,15 +56,15 @@ def draw_ranking(fits: Sequence[Fit], path: Path) -> None:
     """Draw the misfit of every topology, the best on top."""
     places = np.arange(len(fits))
     misfits = [fit.misfit for fit in fits]
-    with svg.panels(path, height=5.2) as (axes,):
+    with svg.panels(path, height=0.7 + _ROW * len(fits)) as (axes,):
         axes.hlines(places, min(misfits) / 2, misfits, color=svg.SHADE, lw=0.8)
-        axes.plot(misfits, places, "o", color=svg.FIRST, ms=4)
+        axes.plot(misfits, places, "o", color=svg.SERIES[0], ms=4)
         axes.axvline(1.0, color=svg.LIMIT, dashes=(1, 2))
         axes.set_xscale("log")
         axes.set_xlim(min(misfits) / 2, 2 * max(misfits))
         axes.set_ylim(len(fits) - 0.5, -0.5)
         labels = [fit.topology.words("{}, B {}, rod 2 at {}, {}, guide {}") for fit in fits]
-        axes.set_yticks(places, labels, fontsize=6)
+        axes.set_yticks(places, labels, fontsize=6.8)
         axes.set_xlabel("misfit (allowances)")
 
 
@@ -71,9 +72,11 @@ def draw_profiles(profiles: Sequence[Profile], path: Path) -> None:
     """Draw what holding one unknown costs; one profile an unknown."""
     with svg.panels(path, 1, 3, height=2.6, sharey=True) as three:
         for axes, name, held, value in zip(three, UNKNOWNS, profiles, shipped_geometry(), strict=True):
-            axes.plot(1e3 * (held.values - held.best), held.growth, label="others fitted", **LINES[0])
+            axes.plot(
+                1e3 * (held.values - held.best), held.growth, label="others fitted", color=svg.SERIES[0]
+            )
             axes.axhline(4.0, label="two standard deviations", color=svg.LIMIT, dashes=(1, 2))
-            axes.axvline(1e3 * (value - held.best), label="shipped", **LINES[1])
+            axes.axvline(1e3 * (value - held.best), label="shipped", color=svg.SERIES[3])
             axes.set_xlabel(f"{name} − best (mm)")
             axes.set_title(f"best {number(1e3 * held.best, 5)} mm", fontsize=9)
         three[0].set_ylabel("growth of the sum of squares")
@@ -85,8 +88,8 @@ def draw_radius(runs: Runs, path: Path) -> None:
     peaks = runs.by_radius
     radii = peaks.index.to_numpy(np.float64)
     with svg.panels(path, height=3.2) as (axes,):
-        for name, line in zip(peaks, LINES, strict=True):
-            axes.loglog(radii, peaks[name], marker="o", label=str(name), **line)
+        for name, colour in zip(peaks, svg.SERIES, strict=False):
+            axes.loglog(radii, peaks[name], marker="o", label=str(name), color=colour)
         slope = np.exp(np.log(peaks).mean(axis=None)) * (radii / np.exp(np.log(radii).mean())) ** POWER
         axes.loglog(radii, slope, color=svg.INK, lw=0.8, dashes=(1, 2), label="K to the power 0.4")
         axes.axhline(1.0, color=svg.LIMIT, lw=0.8)
@@ -103,10 +106,13 @@ def draw_offset(runs: Runs, path: Path) -> None:
     offsets = 1e6 * runs.ranges.index.to_numpy(np.float64)
     with svg.panels(path, 1, 2, height=2.8) as both:
         for axes, name, scale, unit in zip(both, ("x", "y error"), (1e3, 1e6), ("mm", "µm"), strict=True):
-            for side, line, label in (("highest", LINES[0], None), ("lowest", LINES[1], "published")):
+            for side, colour, label in (
+                ("highest", svg.SERIES[0], None),
+                ("lowest", svg.SERIES[1], "published"),
+            ):
                 column = f"{name}, {side}"
-                axes.plot(offsets, scale * runs.ranges[column], marker="o", label=side, **line)
+                axes.plot(offsets, scale * runs.ranges[column], marker="o", label=side, color=colour)
                 axes.axhline(scale * PRINTED_RANGES[column], color=svg.LIMIT, dashes=(1, 2), label=label)
             axes.margins(x=0.05)
-            axes.set(xlabel="reference offset (µm)", ylabel=f"error of {name[0]} ({unit})")
+            axes.set(xlabel="reference offset (µm)", ylabel=f"range of the error of {name[0]} ({unit})")
         svg.legend_above(both[0])

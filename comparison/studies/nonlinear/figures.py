@@ -47,11 +47,12 @@ def draw_sections(a: Array, b: Array, path: Path) -> None:
     The states of the reference, ``a``, and of Exudyn, ``b``, have the shape (cycles, angles, 4).
     """
     with svg.panels(path, 2, 2, height=4.8) as panels:
+        reach = np.ptp(a[:, DRAWN], axis=0).max(axis=0)  # one unit for all panels
+        (x_factor, x_unit), (rate_factor, rate_unit) = (
+            prefix(max(of, SMALLEST_UNIT), unit) for of, unit in ((reach[0], "m"), (reach[2], "m/s"))
+        )
         for axes, angle in zip(panels, DRAWN, strict=True):
-            middle, reach = np.median(a[:, angle], axis=0), np.ptp(a[:, angle], axis=0)
-            (x_factor, x_unit), (rate_factor, rate_unit) = (
-                prefix(max(of, SMALLEST_UNIT), unit) for of, unit in ((reach[0], "m"), (reach[2], "m/s"))
-            )
+            middle = np.median(a[:, angle], axis=0)
             both = ((a, svg.FIRST, "o", "reference"), (b, svg.SECOND, "x", "exudyn"))
             for cycles, colour, marker, label in both:
                 x, _, rate, _ = (cycles[:MOST_POINTS, angle] - middle).T
@@ -61,8 +62,9 @@ def draw_sections(a: Array, b: Array, path: Path) -> None:
                 )  # fmt: skip
             axes.margins(0.06)
             axes.locator_params(nbins=5)
+            axes.ticklabel_format(scilimits=(-2, 3))
             axes.set_title(f"{360 * angle / ANGLES:.0f}° after the start", fontsize=9)
-            axes.set(xlabel=f"x ({x_unit})", ylabel=f"rate of x ({rate_unit})")
+            axes.set(xlabel=f"slider x ({x_unit})", ylabel=f"velocity of x ({rate_unit})")
         svg.legend_above(panels[0])
 
 
@@ -79,16 +81,17 @@ def draw_bifurcation(
                     x = by_cycle(states(outcome.table, scene), scene)[-SHOWN_CYCLES:, :, 0]
                     values.append(factor * value)
                     points.append(x[:, np.argmax(x.std(axis=0))] / scene.data["clearance"]["slider"])
-            # Dashes a hundredth of the axis wide stand for points: as one line it is a tenth of the bytes.
-            width = 0.003 * (values[-1] - values[0])
+            # Dashes as wide as there is room stand for points: as one line it is a tenth of the bytes.
+            apart = float(np.diff(np.unique(values)).min(initial=np.inf))
+            width = min(0.38 * apart, 0.012 * (values[-1] - values[0]))
             x, y = np.repeat(values, len(points[0])), np.ravel(points)
             nothing = np.full(x.size, np.nan)
             dashes = (
                 np.column_stack(of).ravel() for of in ([x - width, x + width, nothing], [y, y, nothing])
             )
-            axes.plot(*dashes, color=svg.FIRST, lw=0.5)
+            axes.plot(*dashes, color=svg.FIRST, lw=1.4, alpha=0.7)
             axes.margins(x=0.01)
-            axes.set(xlabel=label, ylabel="x over the clearance (-)", ylim=(-1.05, 1.05))
+            axes.set(xlabel=label, ylabel="slider x / clearance (-)", ylim=(-1.05, 1.05))
 
 
 def draw_exponents(found: Mapping[str, tuple[Sequence[float], Sequence[Exponent]]], path: Path) -> None:

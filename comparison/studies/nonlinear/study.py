@@ -79,6 +79,7 @@ def page(results: Results) -> dict[str, object]:
     }
     believed = tables.believed(results.exponents, {name: float(of.max()) for name, of in scatter.items()})
     return {
+        "finding": tables.finding(believed, config.scenes),
         "answer": tables.answer(believed, config.scenes),
         "controls": controls(config.periods),
         "main": tables.by_distance(results.exponents),

@@ -57,14 +57,25 @@ def answer(best: Mapping[Key, Exponent], names: Sequence[str]) -> str:
         runs = {key: e for key, e in best.items() if key[0] == name}
         measured = {key: e for key, e in runs.items() if e.measured}
         count, count_measured = (Counter(model for _, model, _ in of) for of in (runs, measured))
-        verdict = "undecided"
-        if {e.sign for e in measured.values()} == {1} and set(count_measured) == set(MODELS):
-            verdict = "chaotic"
-        elif runs and {e.sign for e in runs.values()} == {-1}:
-            verdict = "not chaotic"
+        verdict = _verdict(runs)
         share = {f"{m} runs that measure the exponent": f"{count_measured[m]} of {count[m]}" for m in MODELS}
         lines.append({"scene": name, "verdict": f"**{verdict}**"} | share)
     return rows_table(lines)
+
+
+def finding(best: Mapping[Key, Exponent], names: Sequence[str]) -> str:
+    """Return how many scenes are chaotic, and how many are not or undecided."""
+    counted = Counter(_verdict({key: e for key, e in best.items() if key[0] == name}) for name in names)
+    said = ", ".join(f"{count} {verdict}" for verdict, count in counted.most_common())
+    return f"Of {len(names)} scenes: {said}."
+
+
+def _verdict(runs: Mapping[Key, Exponent]) -> str:
+    """Return whether a scene is chaotic, by the exponents of its runs."""
+    measured = {key: e for key, e in runs.items() if e.measured}
+    if {e.sign for e in measured.values()} == {1} and {model for _, model, _ in measured} == set(MODELS):
+        return "chaotic"
+    return "not chaotic" if runs and {e.sign for e in runs.values()} == {-1} else "undecided"
 
 
 def by_distance(found: Found) -> str:

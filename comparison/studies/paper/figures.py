@@ -22,12 +22,9 @@ from comparison.studies.shared.published import published
 from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
 
-LINES: dict[str, dict[str, Any]] = {
-    MODELS[0]: {"color": svg.FIRST},
-    MODELS[1]: {"color": svg.SECOND, "dashes": (3.5, 1.8)},
-}
+LINES: dict[str, dict[str, Any]] = dict(zip(MODELS, svg.MODEL_LINES, strict=True))
 PRINTED: dict[str, Any] = {"color": svg.OUTSIDE, "marker": "o", "ms": 4, "mfc": "none", "ls": "", "zorder": 3}
-IDEAL: dict[str, Any] = {"color": svg.DIFFERENCE, "dashes": (1, 1), "lw": 0.8}
+IDEAL: dict[str, Any] = {"color": svg.DIFFERENCE, "lw": 0.5}
 LEAST = 1e-16
 """m, m/s, m/s^2: what a logarithmic axis shows of zero."""
 COLUMNS = 250

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,11 +14,6 @@ from comparison.studies.random_inputs.draws import RESPONSES
 from comparison.studies.random_inputs.second_moment import Plane, counted_probability, failure_probability
 from comparison.tables.arrays import Array
 
-_LINES: tuple[dict[str, Any], ...] = (
-    {"color": svg.FIRST},
-    {"color": svg.SECOND, "dashes": (4, 2)},
-    {"color": svg.OUTSIDE, "dashes": (1, 1)},
-)
 _STEPS = 120
 
 
@@ -39,7 +33,7 @@ def draw_probabilities(responses: pd.DataFrame, planes: Mapping[str, Plane], pat
                 label: np.array([failure_probability(plane, limit, with_rest=rest)[0] for limit in limits])
                 for label, rest in (("first order", False), ("first order with residual", True))
             }
-            for (label, curve), line in zip(curves.items(), _LINES, strict=True):
+            for (label, curve), line in zip(curves.items(), svg.SERIES_LINES, strict=False):
                 axes.semilogy(limits / factor, np.where(curve > 0, curve, np.nan), label=label, **line)
             axes.set_ylim(1e-4, 1.2)
             axes.set_title(name.replace(", ", ",\n"), fontsize=9)
@@ -66,7 +60,7 @@ def draw_gradients(slopes: Mapping[str, tuple[str, pd.DataFrame]], path: Path) -
             axes.axhline(0.0, color=svg.LIMIT, lw=0.8)
             axes.set_xscale("log")
             axes.margins(x=0.06)
-            axes.set_ylabel(f"slope per deviation ({scaled})")
+            axes.set_ylabel(f"slope per standard deviation ({scaled})")
             axes.set_title(name, fontsize=9)
         every[-1].set_xlabel("scatter of the runs over that of the inputs")
 
@@ -79,7 +73,7 @@ def draw_precision(labels: Sequence[str], changes: Mapping[str, Array], path: Pa
     """
     x = np.arange(len(labels))
     with svg.panels(path, height=3.4) as (axes,):
-        for n, ((label, change), line) in enumerate(zip(changes.items(), _LINES, strict=True)):
+        for n, ((label, change), line) in enumerate(zip(changes.items(), svg.SERIES_LINES, strict=False)):
             axes.errorbar(
                 x + 0.12 * (n - 1), 100 * change[:, 0], 100 * np.abs(change[:, 1:].T - change[:, 0]),
                 color=line["color"], marker="os^"[n], ms=4, ls="none", lw=0.9, capsize=2, label=label,

@@ -130,6 +130,7 @@ def page(results: Results) -> dict[str, object]:
         name: (*LIMITS[name], float(getattr(settings, name.partition(",")[0]).upper)) for name in RESPONSES
     }
     return {
+        "finding": tables.finding(planes, [label(one) for one in results.inputs]),
         "runs": f"{count:,}",
         "failed": len(many.failures),
         "plane_runs": config.plane,

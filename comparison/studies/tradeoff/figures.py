@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil
 from pathlib import Path
+from textwrap import fill
 
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator
 
+from comparison.execution.run import MODELS
 from comparison.execution.task_store import SUCCESS
 from comparison.report import svg
 from comparison.studies.tradeoff.front import asymptotic, curve_of, front
@@ -18,43 +20,50 @@ from comparison.studies.tradeoff.methods import CHIEF, SCENES, SWEEPS, Sweep
 COSTS = {"seconds": "processor time (s)", "evaluations": "evaluations of the equations"}
 """Columns of the cost, and the names of their axes."""
 _MARKS = ("o", "s", "^", "v", "D", "P", "X")
-_DASHES = ((None, None), (4, 1.5), (1, 1.5), (5, 1.5, 1, 1.5))
-_COLOURS = {"reference": svg.FIRST, "exudyn": svg.SECOND}
+_COLOURS = (*svg.SERIES, svg.INK)
+"""Of the methods of a model, each of which has a panel of its own."""
+_LEGEND = 0.19
+"""Inches: a line of a legend."""
 
 
 def draw(rows: pd.DataFrame, folder: Path) -> None:
-    """Draw cost over error, both logarithmic, for each scene and kind of cost."""
+    """Draw cost over error, both logarithmic, for each scene and kind of cost, a panel a model."""
     for scene in SCENES:
         of_scene = rows[rows["scene"] == scene]
-        sweeps = [sweep for sweep in SWEEPS if sweep.method.name in set(of_scene["method"])]
-        height = 2.9 + 0.17 * ceil((len(sweeps) + 1) / 2)  # a line of the legend is 0.17 inches high
+        methods = set(of_scene["method"])
+        sweeps = {
+            model: [s for s in SWEEPS if s.method.model == model and s.method.name in methods]
+            for model in MODELS
+        }
         words, unit = QUANTITIES[CHIEF[scene]]
+        height = 2.9 + _LEGEND * (1 + max(map(len, sweeps.values())))
         for cost, cost_label in COSTS.items():
-            with svg.panels(folder / f"{scene}-{cost}.svg", height=height) as (axes,):
-                axes.margins(x=0.03)
-                axes.set(xscale="log", yscale="log", xlabel=f"{words} ({unit})" if unit else words)
-                axes.set_ylabel(cost_label)
-                _draw_methods(axes, of_scene, sweeps, CHIEF[scene], cost)
-                axes.invert_xaxis()
-                svg.legend_above(axes, 2)
+            best = front(of_scene.rename(columns={f"errors.{CHIEF[scene]}": "error", cost: "cost"}))
+            path = folder / f"{scene}-{cost}.svg"
+            with svg.panels(path, 1, len(MODELS), height=height, sharex=True, sharey=True) as panels:
+                for axes, model in zip(panels, MODELS, strict=True):
+                    axes.margins(x=0.05)
+                    axes.set(xscale="log", yscale="log", xlabel=fill(f"{words} ({unit or '-'})", 34))
+                    axes.plot(
+                        best["error"], best["cost"], color=svg.SHADE, lw=5, label="Pareto front of both"
+                    )
+                    _draw_methods(axes, of_scene, sweeps[model], CHIEF[scene], cost)
+                    axes.xaxis.set_major_locator(LogLocator(numticks=6))
+                    axes.set_title(model, fontsize=9)
+                    axes.legend(loc="upper left", bbox_to_anchor=(-0.4, 0.0), borderaxespad=5.0)
+                panels[0].invert_xaxis()  # shared by both
+                panels[0].set_ylabel(cost_label)
 
 
 def _draw_methods(axes: Axes, rows: pd.DataFrame, sweeps: Sequence[Sweep], quantity: str, cost: str) -> None:
-    """Draw a line a method, with the number of failures in its label, and the Pareto front."""
-    count = dict.fromkeys(_COLOURS, 0)
-    for sweep in sweeps:
-        model, name = sweep.method.model, sweep.method.name.replace(" (five bodies)", "")
+    """Draw a line a method, with the number of failures in its label."""
+    for sweep, mark, colour in zip(sweeps, _MARKS, _COLOURS, strict=False):
         failed = ((rows["method"] == sweep.method.name) & (rows["status"] != SUCCESS)).sum()
         curve = curve_of(rows, sweep, quantity, cost)
         shown = curve[curve["error"] > 0]
         firm = curve[asymptotic(curve, sweep.order, quantity) & (curve["error"] > 0)]
-        mark = _MARKS[count[model] % len(_MARKS)]
+        label = sweep.method.name.replace(" (five bodies)", "") + (f" (-{failed})" if failed else "")
         axes.plot(
-            shown["error"], shown["cost"], color=_COLOURS[model], marker=mark, mfc="none", ms=4, lw=0.9,
-            dashes=_DASHES[count[model] % len(_DASHES)],
-            label=f"{model[0].upper()}: {name}" + (f" (-{failed})" if failed else ""),
-        )  # fmt: skip
-        axes.plot(firm["error"], firm["cost"], mark, color=_COLOURS[model], ms=4)
-        count[model] += 1
-    best = front(rows.rename(columns={f"errors.{quantity}": "error", cost: "cost"}))
-    axes.plot(best["error"], best["cost"], color=svg.SHADE, lw=5, zorder=0, label="Pareto front")
+            shown["error"], shown["cost"], color=colour, marker=mark, mfc="none", ms=4, lw=0.9, label=label
+        )
+        axes.plot(firm["error"], firm["cost"], mark, color=colour, ms=4)

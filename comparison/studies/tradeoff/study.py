@@ -75,6 +75,7 @@ def page(results: Results) -> dict[str, object]:
         if row["status"] != SUCCESS
     ]
     return {
+        "finding": tables.finding(rows),
         "rounds": config.rounds,
         "busy": f"{config.busy:g}",
         "long": f"{LONG:g}",

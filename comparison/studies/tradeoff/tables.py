@@ -55,6 +55,19 @@ def ratios(rows: pd.DataFrame) -> str:
     return markdown(pd.DataFrame(found), words | dict.fromkeys(EQUAL, _two))
 
 
+def finding(rows: pd.DataFrame) -> str:
+    """Return which method is the cheapest at the smallest of the equal errors that any of them reaches."""
+    said = []
+    for scene in WITH_CLEARANCE:
+        reached = costs(rows, scene).dropna(axis="columns", how="all")
+        if not reached.empty:
+            least = reached[reached.columns[-1]]
+            said.append(
+                f"{TITLES[scene]}: {least.idxmin()} at {reached.columns[-1]}, {quantity(least.min(), 's')}"
+            )
+    return f"Least processor time at equal error of x: {'; '.join(said) or MISSING}."
+
+
 def equal_error(rows: pd.DataFrame, scene: str) -> str:
     """Return costs at equal error of x, and in brackets their ratios to that of the minimal formulation."""
     cost = costs(rows, scene)

@@ -17,7 +17,7 @@ from comparison.execution.run import Progress
 from comparison.files import replacing
 from comparison.formatting import MISSING, percent
 from comparison.report.gallery import figures
-from comparison.report.summary import largest_predictable
+from comparison.report.summary import largest_predictable, sentence
 from comparison.report.svg import standalone, style
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies.shared.frames import rows_table
@@ -54,7 +54,11 @@ def measure(scenes: Sequence[str], n_jobs: int, on_progress: Progress | None) ->
 def page(results: Results) -> dict[str, str]:
     """Return what stands in the page."""
     table = rows_table(row(comparison) for comparison in results.comparisons)
-    return {"table": table, "note": NOTE if ABOVE in table else ""} | results.made
+    return {
+        "finding": sentence(results.comparisons),
+        "table": table,
+        "note": NOTE if ABOVE in table else "",
+    } | results.made
 
 
 def row(scene: SceneComparison) -> dict[str, str]:

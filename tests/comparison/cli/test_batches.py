@@ -41,7 +41,7 @@ def test_an_interruption_leaves_the_report_of_what_is_finished(stop, scene_file,
     Path("v/tables").mkdir(parents=True)
     Path("v/tables/two-exudyn.csv").write_text("of an earlier call")
     files = [scene_file(name) for name in ("one", "two", "three")]
-    assert main(["validate", *files, "--out", "v", "--jobs", "1"]) == 130
+    assert main(["validate", *files, "--out", "v", "--jobs", "1", "-q"]) == 130
     out, err = capsys.readouterr()
     assert err == "sixbar: interrupted; finished runs are cached\n"
     assert "Incomplete: interrupted after 1 of 3 scenes. Not compared: two, three." in out

@@ -68,6 +68,7 @@ def test_run_writes_the_table_and_says_where(scene_file, capsys):
                 "deep/own.csv",
                 "--set",
                 "drive.cycles=1",
+                "-q",
             ]
         )
         == 0
@@ -133,7 +134,7 @@ def test_accuracy_is_that_of_the_formulation(scene_file):
 )
 def test_a_run_that_fails_writes_nothing(scene_file, gravity, capsys, what, code, reported):
     path = scene_file("own", getattr(gravity, what))
-    assert main(["run", path, "--model", "exudyn", "--out", "a.csv"]) == code
+    assert main(["run", path, "--model", "exudyn", "--out", "a.csv", "-q"]) == code
     out, err = capsys.readouterr()
     assert out == ""
     assert reported in err

@@ -51,7 +51,7 @@ def test_an_unforeseen_error_is_one_line_with_what_to_report(monkeypatch, capsys
 
 def test_an_interruption_ends_with_130_in_one_line_and_leaves_no_process(fake_models, scene_file, gravity):
     running = process(
-        "validate", scene_file("hang", gravity.hang), "--out", "v", start_new_session=True,
+        "validate", scene_file("hang", gravity.hang), "--out", "v", "-q", start_new_session=True,
         # A test run in the background hands down that SIGINT is ignored.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )  # fmt: skip

@@ -58,7 +58,7 @@ def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(n
     for picture in pictures:
         drawn = (Path(reported).parent / picture).read_text("utf-8")
         assert drawn.count("<path") > 10
-        assert "var(--first)" in drawn
+        assert re.search(r"var\(--(first|series-1)\)", drawn)
         assert "--first:" in drawn
     runs = small.read_text().count("\n")
     assert runs > 10
@@ -73,7 +73,13 @@ def test_all_studies_their_list_and_the_table_of_the_readme(tmp_path):
     (tmp_path / "comparison" / "agreement").mkdir(parents=True)
     reports.main(small=True)
     listed = (tmp_path / "reports" / "README.md").read_text("utf-8")
-    links = re.findall(r"^- \[.+\]\((.+)\)$", listed, re.MULTILINE)
+    sections = listed.split("\n## ")[1:]
+    for section in sections:
+        heading, finding, *picture = section.strip().split("\n\n")
+        assert re.fullmatch(r"\[.+\]\(.+\)", heading)
+        assert finding.endswith(".")
+        assert all((tmp_path / "reports" / re.findall(r"\]\((.+)\)$", each)[0]).is_file() for each in picture)
+    links = re.findall(r"^## \[.+\]\((.+)\)$", listed, re.MULTILINE)
     assert links == [f"{name}/README.md" for name in NAMES]
     assert all((tmp_path / "reports" / link).is_file() for link in links)
     readme = (tmp_path / "README.md").read_text("utf-8")

@@ -170,4 +170,4 @@ def test_the_page_shows_tables_drawings_and_failures(tmp_path):
     assert len(pictures) == 6
     assert {path.name for path in tmp_path.iterdir()} == {"README.md", "tradeoff.json", *pictures}
     assert re.search(r"^- reference, multipliers, DOP853, ideal, 1e-06: gave up$", text, re.MULTILINE)
-    assert "R: multipliers, DOP853 (-1)" in (tmp_path / "ideal-seconds.svg").read_text("utf-8")
+    assert ">multipliers, DOP853 (-1)<" in (tmp_path / "ideal-seconds.svg").read_text("utf-8")

@@ -10,9 +10,9 @@ from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.figure import Figure
 
 from comparison.files import replacing
-from comparison.pictures.drawing import GAP, SLIDER, corners, press_box
-from comparison.pictures.motion import Motion
 from comparison.report import svg
+from comparison.report.pictures.drawing import GAP, SLIDER, corners, press_box
+from comparison.report.pictures.motion import Motion
 from comparison.tables.table import TableError
 
 FORMATS = (".gif", ".mp4")

@@ -5,7 +5,14 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
+from comparison.scene import Scene, load_scene
 from comparison.tables.table import write
+
+
+@pytest.fixture
+def scene() -> Scene:
+    """The paper's central case with fewer samples; the report's own tests have another `scene`."""
+    return load_scene("150rpm-0.2mm", {"output.samples_per_cycle": 200})
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 """Results in a notebook: a table made from a model's result in one call, shown as a table and drawn.
 
->>> from comparison.notebook import tabulated
+>>> from comparison.report.pictures.notebook import tabulated
 >>> from comparison.scene import load_scene
 >>> from reference_model import simulate
 >>> table = tabulated(simulate(load_scene("ideal").data))
@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from comparison.formatting import number
-from comparison.pictures.plot import Picture, picture
+from comparison.report.pictures.plot import Picture, picture
 from comparison.tables.channels import channels
 from comparison.tables.table import Result, Table
 

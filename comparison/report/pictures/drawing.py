@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from comparison.pictures.motion import Motion
+from comparison.report.pictures.motion import Motion
 from comparison.tables.arrays import Array
 
 GAP = 24.0

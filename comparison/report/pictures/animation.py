@@ -15,9 +15,9 @@ from markupsafe import Markup
 
 from comparison.files import plain, replacing
 from comparison.formatting import quantity
-from comparison.pictures.drawing import ARROW, GAP, SLIDER, corners, largest_force, press_box
-from comparison.pictures.motion import Motion
 from comparison.report.decimate import envelope
+from comparison.report.pictures.drawing import ARROW, GAP, SLIDER, corners, largest_force, press_box
+from comparison.report.pictures.motion import Motion
 from comparison.report.svg import STYLE
 from comparison.tables.arrays import Array
 from comparison.tables.channels import CORNERS
@@ -41,7 +41,7 @@ def write_animation(motion: Motion, path: Path, *, title: str, command: str) -> 
         Heading, and what reproduces the page.
     """
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    assets = files("comparison.pictures").joinpath("assets")
+    assets = files("comparison.report.pictures").joinpath("assets")
     script = assets.joinpath("animation.js").read_text("utf-8")
     html = environment.from_string(assets.joinpath("animation.html.j2").read_text("utf-8")).render(
         title=title,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from comparison.cli import main
-from comparison.pictures.plot import picture
+from comparison.report.pictures.plot import picture
 from comparison.tables.table import TableError
 
 

@@ -14,9 +14,9 @@ import pytest
 from PIL import Image
 
 from comparison.cli import main
-from comparison.pictures.drawing import GAP, SLIDER, corners
-from comparison.pictures.film import PICTURES_A_SECOND, write_film
-from comparison.pictures.motion import FRAMES, motion
+from comparison.report.pictures.drawing import GAP, SLIDER, corners
+from comparison.report.pictures.film import PICTURES_A_SECOND, write_film
+from comparison.report.pictures.motion import FRAMES, motion
 from comparison.tables.table import TableError
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from comparison.notebook import tabulated
+from comparison.report.pictures.notebook import tabulated
 
 
 def test_one_call_makes_a_table_that_shows_and_draws_itself(fake_model, scene):
