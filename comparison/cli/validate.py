@@ -16,6 +16,7 @@ from comparison.cli.options import REPORTS, Accuracy, AllowIndeterminate, Jobs, 
 if TYPE_CHECKING:
     from comparison.agreement.cross_check import Validation
     from comparison.agreement.results import SceneComparison
+    from comparison.report.card import Orders
 
 
 def validate(
@@ -31,6 +32,7 @@ def validate(
 ) -> int:
     """Run scenes by two models, with refined and perturbed runs, compare them, and write a report."""
     from comparison.agreement.cross_check import validate as validate_scenes
+    from comparison.agreement.observed_order import observed_orders
     from comparison.agreement.recorded import departures
     from comparison.engines.registry import pair
     from comparison.execution.run import MODELS
@@ -63,7 +65,7 @@ def validate(
         + (["--models", models] if both != MODELS else [])
         + (["--accuracy", accuracy] if accuracy is not None else [])
     )
-    page = write_page(comparisons, folder, command)
+    page = write_page(comparisons, folder, command, observed_orders(results))
     for result in results:
         for model in result.comparison.labels:
             path = folder / "tables" / f"{result.comparison.name}-{model}.csv"
@@ -105,12 +107,15 @@ def _write_partial(results: Sequence[Validation], folder: Path) -> list[str]:
     return reported
 
 
-def write_page(comparisons: Sequence[SceneComparison], folder: Path, command: str) -> Path:
+def write_page(
+    comparisons: Sequence[SceneComparison], folder: Path, command: str, orders: Orders | None = None
+) -> Path:
     """Write the report of one or more scenes into a folder and return its path."""
     from comparison.report import write_report
+    from comparison.report.origin import origin
 
     title = comparisons[0].title if len(comparisons) == 1 else "Cross-validation of the two models"
-    return write_report(comparisons, folder, title=title, command=command)
+    return write_report(comparisons, folder, title=title, command=command, origin=origin(), orders=orders)
 
 
 def _write_for_ci(comparisons: Sequence[SceneComparison], folder: Path, command: str) -> None:
