@@ -29,6 +29,7 @@ from comparison.cli.options import (
 if TYPE_CHECKING:
     from comparison.agreement.cross_check import Validation
     from comparison.agreement.results import SceneComparison
+    from comparison.report.card import Orders
     from comparison.scene import Scene
 
 INTERRUPTED = 130
@@ -149,6 +150,7 @@ def _write(
 
     Tables of an earlier call are deleted where there is none now: they would appear to belong to this report.
     """
+    from comparison.agreement.observed_order import observed_orders
     from comparison.files import replacing_in, write_json, write_text
     from comparison.report.text import as_mapping
     from comparison.tables.table import write
@@ -156,7 +158,7 @@ def _write(
     comparisons = [result.comparison for result in results]
     kept = []
     with replacing_in(folder) as part:
-        page = write_page(comparisons, part, command, missing)
+        page = write_page(comparisons, part, command, observed_orders(results), missing)
         for result in results:
             for model, run in result.runs.items():
                 write(run.base, part / "tables" / f"{result.comparison.name}-{model}.csv")
@@ -193,19 +195,24 @@ def _write(
 
 
 def write_page(
-    comparisons: Sequence[SceneComparison], folder: Path, command: str, missing: Sequence[str] = ()
+    comparisons: Sequence[SceneComparison],
+    folder: Path,
+    command: str,
+    orders: Orders | None = None,
+    missing: Sequence[str] = (),
 ) -> Path:
     """Write the report of one or more scenes into a folder and return its path.
 
     Its title says so where scenes are missing.
     """
     from comparison.report import write_report
+    from comparison.report.origin import origin
 
     total = len(comparisons) + len(missing)
     title = comparisons[0].title if total == 1 else "Cross-validation of the two models"
     if missing:
         title += f" (incomplete: {len(comparisons)} of {total} scenes)"
-    return write_report(comparisons, folder, title=title, command=command)
+    return write_report(comparisons, folder, title=title, command=command, origin=origin(), orders=orders)
 
 
 def _write_for_ci(

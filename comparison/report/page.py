@@ -5,11 +5,11 @@ from __future__ import annotations
 import base64
 import hashlib
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import jinja2
-import numpy as np
 from markupsafe import Markup
 
 from comparison.agreement.results import SceneComparison
@@ -17,40 +17,58 @@ from comparison.files import replacing
 from comparison.formatting import MISSING, percent, quantity
 from comparison.metrics.impacts import WINDOW
 from comparison.reliability.difference import MARGIN
-from comparison.report import reliability, rule, summary, svg, tables
-from comparison.report.gallery import figures, is_derived, representative
+from comparison.report import overview, reliability, rule, summary, svg, tables
+from comparison.report.card import Orders, card
+from comparison.report.compact import compact
+from comparison.report.gallery import Drawing, figures, is_derived, representative
+from comparison.report.origin import Origin
+from comparison.report.plot_data import plot_data
+from comparison.report.schematic import Schematic, schematic
 from comparison.report.text import attribution_words, shift_line
 
 _ASSETS = Path(__file__).with_name("assets")
-# Collapsed sections are opened for printing where style sheets cannot do it.
-_SCRIPT = (
-    'addEventListener("beforeprint",()=>document.querySelectorAll("details:not([open])")'
-    '.forEach(d=>{d.open=true;d.dataset.closed=""}));'
-    'addEventListener("afterprint",()=>document.querySelectorAll("[data-closed]")'
-    ".forEach(d=>{d.open=false;delete d.dataset.closed}));"
-)
 
 
-def write_report(comparisons: Sequence[SceneComparison], out: Path, *, title: str, command: str) -> Path:
+def _script() -> str:
+    """Return the page's script: the plotting library with its licence, then ours."""
+    library = _ASSETS / "uplot"
+    licence = (library / "LICENSE").read_text("utf-8")
+    parts = [(_ASSETS / name).read_text("utf-8") for name in ("animation.js", "plots.js")]
+    return "\n".join([f"/* uPlot\n{licence}*/", (library / "uPlot.iife.min.js").read_text("utf-8"), *parts])
+
+
+def write_report(
+    comparisons: Sequence[SceneComparison],
+    out: Path,
+    *,
+    title: str,
+    command: str,
+    origin: Origin | None = None,
+    orders: Orders | None = None,
+) -> Path:
     """Write ``report.html`` into a folder.
 
     Parameters
     ----------
     comparisons
-        Scenes in display order; they may have no channels ("cannot compare").
+        Scenes, shown with the worst verdict first; they may have no channels ("cannot compare").
     out
         The folder, created if missing. An existing report is replaced once the new one is complete.
     title
         Heading of the page.
     command
         Command that reproduces the whole report.
+    origin
+        Of the report; None: not stated.
+    orders
+        Observed orders of convergence, where they are known.
 
     Returns
     -------
     path
-        Path of the page. Equal comparisons give identical bytes.
+        Path of the page. Equal arguments give identical bytes.
     """
-    html = render(comparisons, title=title, command=command)
+    html = render(comparisons, title=title, command=command, origin=origin, orders=orders)
     out.mkdir(parents=True, exist_ok=True)
     path = out / "report.html"
     with replacing(path) as part:
@@ -58,8 +76,15 @@ def write_report(comparisons: Sequence[SceneComparison], out: Path, *, title: st
     return path
 
 
-def render(comparisons: Sequence[SceneComparison], *, title: str, command: str) -> str:
-    """Return the page as text."""
+def render(
+    comparisons: Sequence[SceneComparison],
+    *,
+    title: str,
+    command: str,
+    origin: Origin | None = None,
+    orders: Orders | None = None,
+) -> str:
+    """Return the page as text; see `write_report`."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_ASSETS),
         autoescape=True,
@@ -67,37 +92,49 @@ def render(comparisons: Sequence[SceneComparison], *, title: str, command: str) 
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    worst = max(
-        range(len(comparisons)),
-        key=lambda n: summary.rank(summary.worst_verdict(comparisons[n])),
-        default=None,
-    )
+    comparisons = overview.failing_first(comparisons)
+    keys = [f"s{n}" for n in range(len(comparisons))]
+    script = _script()
+    styles = [_ASSETS / "uplot" / "uPlot.min.css", _ASSETS / "report.css"]
     with svg.style():
-        scenes = [_scene(scene, f"s{n}", shown=n == worst) for n, scene in enumerate(comparisons)]
+        scenes = [
+            _scene(scene, key, orders or {}, shown=key == "s0")
+            for scene, key in zip(comparisons, keys, strict=True)
+        ]
     return environment.get_template("report.html.j2").render(
         title=title,
         command=command,
         overall={"verdict": summary.overall_verdict(comparisons), "sentence": summary.sentence(comparisons)},
+        failing=overview.failing(comparisons, keys),
+        grid=overview.grid(comparisons, keys),
+        tiers=overview.tiers(comparisons),
+        channel_grid=overview.channel_grid(comparisons, keys),
+        models=overview.models(comparisons),
+        origin=origin,
+        schematic=_representative([scene["schematic"] for scene in scenes]),
         scenes=scenes,
-        tiers=any(scene.tight is not None for scene in comparisons),
         reliability=any(scene.reliability is not None for scene in comparisons),
         margin=MARGIN,
         symbols=summary.SYMBOLS,
         definition=rule.definition(comparisons),
         contact_headings=tables.CONTACT_HEADINGS,
         information_headings=list(tables.INFORMATION_HEADINGS.values()),
-        css=Markup((_ASSETS / "report.css").read_text("utf-8")),
-        script=Markup(_SCRIPT),
-        script_hash=base64.b64encode(hashlib.sha256(_SCRIPT.encode()).digest()).decode(),
+        css=Markup("\n".join(path.read_text("utf-8") for path in styles)),
+        script=Markup(script),
+        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
     )
 
 
-def _scene(scene: SceneComparison, key: str, *, shown: bool) -> dict[str, Any]:
-    """Return the template data of one scene; ``key`` is the prefix of its figures' ids."""
-    worst = summary.worst_channel(scene)
-    usual = _tier(scene)
+def _representative(drawings: Sequence[Schematic | None]) -> Schematic | None:
+    """Return the first drawing with a clearance, else the first of all."""
+    found = [drawing for drawing in drawings if drawing is not None]
+    return next((drawing for drawing in found if drawing.geometry["magnified"]), found[0] if found else None)
+
+
+def _scene(scene: SceneComparison, key: str, orders: Orders, *, shown: bool) -> dict[str, Any]:
+    """Return the template data of one scene; ``key`` is the prefix of its ids."""
+    usual = _tier(scene, orders)
     rows = {row["name"]: row for row in usual["channels"]}
-    judged = [channel.coverage for channel in scene.channels.values() if channel.verdict != "unexcited"]
     return usual | {
         "key": key,
         "open": shown,
@@ -106,9 +143,9 @@ def _scene(scene: SceneComparison, key: str, *, shown: bool) -> dict[str, Any]:
         "description": scene.description,
         "shift": shift_line(scene),
         "warnings": scene.warnings,
-        "worst": rows[worst.channel] if worst else None,
-        "lowest_coverage": percent(float(np.min(judged))) if judged else MISSING,
-        "figures": figures(scene, key),
+        "schematic": schematic(scene.scene),
+        "plots": _plots(scene),
+        "figures": _compact(figures(scene, key)),
         "not_drawn": ", ".join(name for name, channel in scene.channels.items() if is_derived(channel)),
         "unexcited": ", ".join(name for name, row in rows.items() if row["verdict"] == "unexcited"),
         "without_contact": all(events is not None and events.empty for events in scene.events),
@@ -119,20 +156,31 @@ def _scene(scene: SceneComparison, key: str, *, shown: bool) -> dict[str, Any]:
         "situations": tables.situation_rows(scene),
         "numbers": tables.scene_values(scene.scene),
         "command": scene.command,
-        "reliability_figures": reliability.drawings(scene, f"{key}-reliability"),
+        "reliability_figures": _compact(reliability.drawings(scene, f"{key}-reliability")),
         "tight": scene.tight
-        and _tier(scene.tight) | {"figures": representative(scene.tight, f"{key}-tight")},
+        and _tier(scene.tight, orders) | {"figures": _compact(representative(scene.tight, f"{key}-tight"))},
     }
 
 
-def _tier(scene: SceneComparison) -> dict[str, Any]:
+def _compact(drawings: Sequence[Drawing]) -> list[Drawing]:
+    return [replace(drawing, svg=Markup(compact(drawing.svg))) for drawing in drawings]
+
+
+def _plots(scene: SceneComparison) -> list[dict[str, str]]:
+    """Return the data of the plots by tier, that with the worst verdict first."""
+    tiers = sorted(scene.tiers, key=lambda tier: -summary.rank(tier.verdict))
+    packed = [{"tier": tier.tier, "text": plot_data(tier)} for tier in tiers]
+    return [data for data in packed if data["text"]]
+
+
+def _tier(scene: SceneComparison, orders: Orders) -> dict[str, Any]:
     """Return the template data of a scene at one tier."""
     explained = scene.attribution.explained if scene.attribution else float("nan")
     return {
         "tier": scene.tier,
         "verdict": scene.verdict,
         "reason": scene.reason,
-        "why": scene.why,
+        "card": card(scene, orders),
         "confirmation": scene.confirmation,
         "labels": scene.labels,
         "attribution": attribution_words(scene.attribution) if scene.attribution else [],

@@ -1,20 +1,24 @@
-"""The made-up comparisons of the report's own tests."""
+"""The made-up comparisons of the report's own tests, and a browser that shows their pages."""
 
 from __future__ import annotations
 
 import importlib.util
+import shutil
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from playwright.sync_api import Browser, Page, sync_playwright
 
-from comparison.agreement.results import SceneComparison
+from comparison.agreement.results import Confirmation, SceneComparison
+from comparison.report import write_report
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 
-@pytest.fixture(scope="session")
-def comparisons() -> list[SceneComparison]:
-    """A scene that agrees at both tiers and one that differs."""
+def _made_up() -> Any:
     # Test folders are no packages, so the neighbour is loaded by its path.
     path = Path(__file__).parents[1] / "comparison" / "report" / "conftest.py"
     spec = importlib.util.spec_from_file_location("made_up_comparisons", path)
@@ -22,9 +26,72 @@ def comparisons() -> list[SceneComparison]:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="session")
+def comparisons() -> list[SceneComparison]:
+    """Verdicts of all kinds, and none in the order of the page.
+
+    Agreement at both tiers; a seeded fault; a difference that was confirmed, one that was withdrawn; too few
+    predictable samples; a run that crashed.
+    """
+    make = _made_up().make_scene
 
     def moved(columns: dict[str, Any]) -> dict[str, Any]:
         return columns | {"slider_x": columns["slider_x"] + 1e-6}
 
-    both = replace(module.make_scene("press"), tight=module.make_scene("press", tier="tight"))
-    return [both, module.make_scene("moved", alter=moved)]
+    press, fault = make("press"), make("fault", alter=moved)
+    confirmed = Confirmation("confirmed", members=(99, 30), sentence="confirmed")
+    withdrawn = replace(confirmed, outcome="underestimated", factor=6.4, sentence="no difference of models")
+    return [
+        replace(press, tight=make("press", tier="tight")),
+        replace(fault, confirmation=Confirmation("unconfirmed", members=(3, 0), sentence="unconfirmed")),
+        replace(fault, name="confirmed", confirmation=confirmed),
+        replace(press, name="underestimated", confirmation=withdrawn),
+        replace(press, name="undecided", verdict="indeterminate", reason="too few"),
+        replace(
+            press, name="crashed", verdict="cannot compare", channels={}, events=(None, None), provenance={},
+            reason="scene 'crashed': the exudyn run did not succeed: crashed; exit code 3",
+        ),
+    ]  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def report(comparisons: list[SceneComparison], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("report")
+    return write_report(comparisons, folder, title="Press", command="sixbar validate")
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """The machine's own Chromium."""
+    if CHROMIUM is None:
+        pytest.skip("no Chromium on this machine (Debian: apt-get install chromium)")
+    with sync_playwright() as driver:
+        running = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield running
+        running.close()
+
+
+@pytest.fixture
+def show(browser: Browser, report: Path) -> Iterator[Callable[..., Page]]:
+    """Return what opens the report; a script's error, or a request that leaves the page, fails the test."""
+    wrong: list[str] = []
+    contexts = []
+
+    def opened(width: int = 1440, height: int = 900, anchor: str = "", **options: Any) -> Page:
+        context = browser.new_context(viewport={"width": width, "height": height}, **options)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("pageerror", lambda error: wrong.append(f"error: {error}"))
+        page.on("console", lambda message: wrong.append(f"console: {message.text}"))
+        own = report.as_uri()
+        page.on("request", lambda r: None if r.url.partition("#")[0] == own else wrong.append(r.url))
+        page.goto(own + anchor)
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert wrong == []

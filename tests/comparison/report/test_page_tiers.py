@@ -7,7 +7,6 @@ from html import escape as html_escape
 from outline import page, words
 
 from comparison.agreement.results import Confirmation, SceneComparison
-from comparison.formatting import percent
 
 
 def test_the_crank_pins_contacts_stand_beside_the_corners_and_its_share_by_itself(
@@ -85,7 +84,7 @@ def test_other_measures_are_closed_and_said_to_be_information(scene: SceneCompar
 
 
 def part_of_tight(html: str) -> str:
-    return html[html.index("<h3>Tight tier</h3>") : html.index("Every number of the scene")]
+    return html[html.index(">Tight tier</h3>") : html.index("Every number of the scene")]
 
 
 def test_both_tiers_count_for_the_verdict_of_the_page(
@@ -97,29 +96,11 @@ def test_both_tiers_count_for_the_verdict_of_the_page(
     assert (tiered.verdict, tiered.tight.verdict) == ("agree", "differ")
     assert "✗ differ At the standard tier all 2 agree; at the tight tier the scene press differs." in text
     scenes = re.findall(r'<details class="scene"( open)?>\s*<summary><b>(\w+)</b>(.*?)</summary>', html)
-    assert [(opened, name) for opened, name, _ in scenes] == [("", "press"), (" open", "tiered")]
-    assert "tight tier" in scenes[1][2]
-    assert "differ" in scenes[1][2]
+    assert [(opened, name) for opened, name, _ in scenes] == [(" open", "tiered"), ("", "press")]
+    assert "tight tier" in scenes[0][2]
+    assert "differ" in scenes[0][2]
     # One verdict is no two: the page of a single tier says so nowhere.
     assert "tight" not in words(page(scene))
-
-
-def test_the_overview_has_a_column_for_each_tier_with_what_was_predictable(
-    scene: SceneComparison, tiered: SceneComparison
-) -> None:
-    html = page(tiered, scene)
-    overview = html[html.index("<tbody>") : html.index("</tbody>")]
-    rows = re.findall(r'<tr>\s*<th scope="row">.*?</th>(.*?)</tr>', overview, re.DOTALL)
-    cells = [re.findall(r"<td[^>]*>(.*?)</td>", row, re.DOTALL) for row in rows]
-    assert "agree" in cells[0][0]
-    assert "differ" in cells[0][1]
-    assert cells[1][1] == "not run"
-    for cell, tier in zip(cells[0], tiered.tiers, strict=False):
-        excited = [c.coverage for c in tier.channels.values() if c.verdict != "unexcited"]
-        assert f"predictable {percent(sum(excited) / len(excited))}" in cell
-        assert "explained 99.99\u00a0%" in cell  # 0.99996, cut off
-    (columns,) = {len(row) for row in cells}
-    assert columns == 2 + 5 + 2
 
 
 def test_the_tight_tier_has_its_reason_attribution_channels_figure_and_runs(tiered: SceneComparison) -> None:
@@ -159,7 +140,7 @@ def test_a_tight_tier_that_could_not_be_compared_is_the_verdict(
 
 
 def test_a_scene_of_two_tiers_is_small(tiered: SceneComparison) -> None:
-    assert len(page(tiered).encode()) < 10e6 / 10  # ten scenes in 10 MB
+    assert len(page(tiered).encode()) < 6e6 / 10  # ten scenes in 6 MB
 
 
 def test_how_a_difference_was_confirmed_or_taken_back_stands_beside_its_verdict(
@@ -173,7 +154,6 @@ def test_how_a_difference_was_confirmed_or_taken_back_stands_beside_its_verdict(
     assert "<p><b>confirmed &lt;b&gt;by&lt;/b&gt; 129 runs</b></p>" in html
     assert '<p class="warning"><b>no difference after all</b></p>' in html
     said = words(html)
-    assert f"confirmed <b>by</b> 129 runs. {differing.reason}" in said
     assert "confirmed by at least 30 runs" in said
     assert "uncertainty underestimated 6.4 times" in said
     assert "Of 2 scenes 1 differs and 1 agrees. 1 of these verdicts rests on a corrected uncertainty." in said

@@ -1,0 +1,194 @@
+"""The interactive plots: zoom, shared cursor, channels, impacts, moving schematic; by mouse and by key."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page
+
+from comparison.agreement.results import SceneComparison
+
+pytestmark = pytest.mark.browser
+
+STATE = """
+id => {
+  const v = [...viewers.values()].find(v => "#" + v.key === id), plots = v.plots;
+  return {
+    range: v.range, ranges: plots.map(p => [p.scales.x.min, p.scales.x.max]), time: v.data.t[v.index],
+    cursors: plots.map(p => p.cursor.idx), index: v.index, shown: [...v.shown], tier: v.tier,
+  };
+}
+"""
+DATA = """
+() => {
+  const v = [...viewers.values()].find(v => v.key === "s4-plots");
+  const {a, b, size, within, judged, zero} = v.data.channels.find(c => c.name === "slider_x");
+  return {t: [...v.data.t], a, b, size, within, judged, zero};
+}
+"""
+SCHEMATIC = """
+() => {
+  const figure = document.querySelector("#s4 .schematic"), g = JSON.parse(figure.dataset.geometry);
+  const points = figure.querySelector(".body.first").points, middle = (points[0].x + points[2].x) / 2;
+  const at = name => ["cx", "cy"].map(k => Number(figure.querySelector(`.at-${name}`).getAttribute(k)));
+  const [O, A] = ["O", "A"].map(at);
+  return {
+    title: figure.querySelector(".heading").textContent, x: (middle - g.slider[0]) / g.magnified,
+    crank: Math.hypot(A[0] - O[0], A[1] - O[1]) / g.view[0], scale: g.view[0],
+  };
+}
+"""
+PLOTS = "#s4-plots"  # of the scene that agrees at both tiers
+FAULT = "#s1-plots"
+
+
+def opened(show: Callable[..., Page], plots: str = PLOTS, **options: Any) -> Page:
+    page = show(anchor=plots.replace("plots", "standard"), **options)
+    page.locator(plots).scroll_into_view_if_needed()
+    page.locator(f"{plots} canvas").first.wait_for()
+    return page
+
+
+def state(page: Page, plots: str = PLOTS) -> dict[str, Any]:
+    """Range, time of the cursor, shown channels; as the viewer has them."""
+    found = page.evaluate(STATE, plots)
+    return dict(found)
+
+
+def press(page: Page, *keys: str, plots: str = PLOTS) -> dict[str, Any]:
+    page.focus(f"{plots} .plots")
+    for key in keys:
+        page.keyboard.press(key)
+    page.wait_for_timeout(50)  # the plots draw in the next frame
+    return state(page, plots)
+
+
+def test_the_data_are_those_of_the_comparison(
+    show: Callable[..., Page], comparisons: list[SceneComparison]
+) -> None:
+    page = opened(show)
+    channel = comparisons[0].channels["slider_x"]
+    found = page.evaluate(DATA)
+    assert found["t"] == pytest.approx(channel.time, abs=1e-12)
+    zero = found["zero"]
+    # 24 bits of a displacement of 0.2 mm; 8 bits of the difference and of its threshold.
+    assert found["a"] == pytest.approx(channel.a - zero, abs=2e-4 * 2**-23)
+    assert found["b"] == pytest.approx(channel.b - zero, abs=2e-4 * 2**-8)
+    size = [value or 0.0 for value in found["size"]]
+    assert size == pytest.approx(abs(channel.difference), rel=2**-8, abs=1e-30)
+    assert found["within"] == pytest.approx(channel.limits.k * channel.u, rel=2**-8)
+    assert found["judged"] == channel.predictable.tolist()
+
+
+def test_dragging_and_the_wheel_zoom_all_plots_together(show: Callable[..., Page]) -> None:
+    page = opened(show)
+    whole = state(page)["range"]
+    over = page.locator(f"{PLOTS} .u-over").first
+    box = over.bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 0.25 * box["width"], box["y"] + 20)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 20, steps=5)
+    page.mouse.up()
+    page.wait_for_timeout(50)
+    now = state(page)
+    span = whole[1] - whole[0]
+    # A pixel of some 700.
+    assert now["range"] == pytest.approx([whole[0] + 0.25 * span, whole[0] + 0.5 * span], abs=0.005 * span)
+    assert all(found == pytest.approx(now["range"]) for found in now["ranges"])
+    page.mouse.wheel(0, -100)
+    page.wait_for_timeout(100)
+    nearer = state(page)["range"]
+    assert nearer[1] - nearer[0] == pytest.approx(0.8 * (now["range"][1] - now["range"][0]))
+    page.get_by_role("button", name="Whole run (0)").locator("visible=true").first.click()
+    assert state(page)["range"] == whole
+
+
+def test_keys_move_cursor_and_range_and_the_readout_follows(show: Callable[..., Page]) -> None:
+    page = opened(show)
+    one = press(page, "ArrowRight", "ArrowRight", "ArrowRight")
+    assert one["index"] == 3
+    assert set(one["cursors"]) == {3}  # of all plots
+    assert f"t = {one['time']:.5f} s" in page.locator(f"{PLOTS} .readout").inner_text()
+    before = one["range"]
+    near = press(page, "+", "+")["range"]
+    assert near[1] - near[0] == pytest.approx((before[1] - before[0]) / 4)
+    moved = press(page, "Shift+ArrowRight")["range"]
+    assert moved[0] - near[0] == pytest.approx((near[1] - near[0]) / 4)
+    assert press(page, "0")["range"] == before
+
+
+def test_impacts_are_reached_one_by_one_with_their_peaks(
+    show: Callable[..., Page], comparisons: list[SceneComparison]
+) -> None:
+    page = opened(show)
+    events = comparisons[0].events[0]
+    assert events is not None
+    first = events.sort_values("start").iloc[0]
+    found = press(page, "n")
+    assert found["range"][0] < first["start"] < found["range"][1]
+    assert found["range"][1] - found["range"][0] < 0.01  # of 0.8 s
+    assert f"corner_{first['corner']}_normal" in found["shown"]
+    said = page.locator(f"{PLOTS} .readout").inner_text()
+    assert f"{first['start']:.6f} s" in said
+    assert f"peak {first['peak_force']:.4g} N" in said
+    later = press(page, "n")["range"]
+    assert later[0] > found["range"][0]
+    assert press(page, "p")["range"] == pytest.approx(found["range"])
+
+
+def test_the_first_sample_outside_is_found(
+    show: Callable[..., Page], comparisons: list[SceneComparison]
+) -> None:
+    page = opened(show, FAULT)
+    channels = comparisons[1].channels.values()
+    outside = [c.predictable & (abs(c.difference) > c.limits.k * c.u) for c in channels]
+    earliest = min(int(mask.argmax()) for mask in outside if mask.any())
+    assert press(page, "o", plots=FAULT)["index"] == earliest
+    opened_page = opened(show)
+    press(opened_page, "o")
+    assert "No sample is outside" in opened_page.locator(f"{PLOTS} .readout").inner_text()
+
+
+def test_channels_tier_and_ratio_can_be_chosen(show: Callable[..., Page]) -> None:
+    page = opened(show)
+    count = page.locator(f"{PLOTS} canvas").count()
+    page.locator(f"{PLOTS} .picker input[name=slider_vx]").check()
+    assert page.locator(f"{PLOTS} canvas").count() == count + 2
+    page.get_by_text("|E| / 2u", exact=True).locator("visible=true").first.click()
+    labels = page.evaluate("() => [...viewers.values()].at(-1).plots.map(p => p.axes[1].label)")
+    assert "|difference| / 2 u" in labels
+    page.locator(f"{PLOTS} .bar").get_by_text("tight", exact=True).click()
+    page.wait_for_timeout(300)
+    assert state(page)["tier"] == "tight"
+    assert "slider_vx" in state(page)["shown"]
+
+
+def test_the_schematic_moves_with_the_cursor(
+    show: Callable[..., Page], comparisons: list[SceneComparison]
+) -> None:
+    page = opened(show)
+    at = press(page, "n")["index"]
+    seen = page.evaluate(SCHEMATIC)
+    channel, scene = comparisons[0].channels["slider_x"], comparisons[0].scene
+    assert scene is not None
+    assert seen["title"] == f"press at {channel.time[at]:.4f} s"
+    # A tenth of a pixel, of which 18 are the clearance.
+    assert seen["x"] == pytest.approx(channel.a[at] - scene["mechanism"]["guide_x"], abs=0.2 / 18 * 2e-4)
+    assert seen["crank"] == pytest.approx(scene["mechanism"]["crank"]["length"], abs=0.2 / seen["scale"])
+    press(page, " ")
+    page.wait_for_timeout(400)
+    moved = press(page, " ")["index"]
+    assert moved != at
+    assert page.evaluate(SCHEMATIC)["title"] != seen["title"]
+
+
+def test_plots_fit_a_phone(show: Callable[..., Page]) -> None:
+    page = opened(show, width=390, height=844, has_touch=True)
+    assert page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth") == 0
+    box = page.locator(f"{PLOTS} canvas").first.bounding_box()
+    assert box is not None
+    assert box["x"] >= 0
+    assert box["x"] + box["width"] <= 390

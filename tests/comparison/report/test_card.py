@@ -1,0 +1,94 @@
+"""The verdict card: one plain sentence, the order, what to do next."""
+
+import shlex
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from outline import page, words
+
+from comparison.agreement.results import Attribution, Confirmation, SceneComparison
+from comparison.cli.main import app
+from comparison.formatting import quantity
+from comparison.report.card import card
+from comparison.report.summary import worst_channel
+
+
+def confirmed(scene: SceneComparison, **changes: object) -> SceneComparison:
+    found = Confirmation("confirmed", members=(99, 30), sentence="confirmed")
+    return replace(scene, confirmation=replace(found, **changes))
+
+
+def test_a_difference_is_one_sentence_with_numbers_instant_and_confirmation(
+    differing: SceneComparison,
+) -> None:
+    attribution = Attribution(outside_from=0.25, outside_in="corner_ll_normal")
+    of = confirmed(replace(differing, attribution=attribution))
+    said = card(of, {}).sentence
+    worst = worst_channel(of)
+    assert worst is not None
+    size, limit = abs(worst.worst_difference), worst.worst_threshold
+    assert f"{quantity(size, 'N', 2)} against {quantity(limit, 'N', 2)} (2u)" in said
+    assert "from 0.25 s (cycle 1" in said
+    assert said.endswith("confirmed by at least 30 runs.")
+    assert said.count(". ") == 0  # one sentence
+
+
+def test_chatter_before_the_difference_is_said(differing: SceneComparison) -> None:
+    starts = np.array([0.231, 0.235, 0.24, 0.244, 0.249])
+    contacts = pd.DataFrame({"corner": "ll", "start": starts, "end": starts + 1e-4})
+    of = replace(
+        differing, attribution=Attribution(outside_from=0.25, outside_in="slider_x"), events=(contacts, None)
+    )
+    assert "just after chatter (5 contacts in the 20\u00a0ms before)" in card(of, {}).sentence
+    assert "chatter" not in card(replace(of, events=(contacts.iloc[1:], None)), {}).sentence
+
+
+def test_a_corrected_uncertainty_and_an_undecided_verdict_say_so(scene: SceneComparison) -> None:
+    corrected = confirmed(scene, outcome="underestimated", factor=6.4)
+    assert "had been underestimated 6.4 times and is corrected" in card(corrected, {}).sentence
+    undecided = replace(scene, verdict="indeterminate", reason="too few")
+    assert card(undecided, {}).sentence.startswith("Not decided: ")
+    assert "at least 50% are required" in card(undecided, {}).sentence
+
+
+def test_a_crashed_run_is_its_reason_and_how_to_repeat_it(broken: SceneComparison) -> None:
+    reason = "scene 'broken': the exudyn run did not succeed: crashed; exit code 3"
+    found = card(replace(broken, reason=reason), {})
+    assert found.sentence == f"{reason}."
+    assert found.commands == ("sixbar run press --model exudyn --out broken-exudyn.csv",)
+
+
+@pytest.mark.parametrize(("formulation", "third"), [("full", "multiplier"), ("tree", "full")])
+def test_what_to_do_about_a_difference_are_commands_that_exist(
+    differing: SceneComparison, formulation: str, third: str
+) -> None:
+    assert differing.scene is not None
+    solver = differing.scene["solver"] | {"exudyn": {"formulation": formulation}}
+    found = card(replace(differing, scene=differing.scene | {"solver": solver}), {})
+    assert f"--formulation {third}" in found.commands[0]
+    known = {command.name or command.callback.__name__ for command in app.registered_commands}
+    for command in found.commands:
+        assert shlex.split(command)[0] == "sixbar"
+        assert shlex.split(command)[1] in known
+
+
+def test_agreement_asks_for_nothing(scene: SceneComparison) -> None:
+    assert card(scene, {}).commands == ()
+
+
+def test_the_orders_of_this_scene_and_tier_are_shown(tiered: SceneComparison) -> None:
+    orders = {("press", "tight"): (float("nan"), 1.98), ("other", "standard"): (4.0, 5.0)}
+    assert [card(tier, orders).order for tier in tiered.tiers] == ["", "exudyn 2.0"]
+
+
+def test_the_card_stands_on_the_page_with_links_to_its_tables(tiered: SceneComparison) -> None:
+    html = page(tiered)
+    for tier in tiered.tiers:
+        part = html[html.index(f'id="s0-{tier.tier}"') :]
+        part = part[: part.index("</article>")]
+        assert " ".join(card(tier, {}).sentence.split()) in words(part)
+        for target in ("why", "channels", "runs"):
+            assert f'href="#s0-{tier.tier}-{target}"' in part
+            assert f'id="s0-{tier.tier}-{target}"' in html
