@@ -12,6 +12,7 @@ import typer
 
 from comparison.cli.console import progress
 from comparison.cli.options import REPORTS, Accuracy, AllowIndeterminate, Jobs, Models, OutFolder
+from comparison.cli.pairwise import OnePair, validate_pairs
 
 if TYPE_CHECKING:
     from comparison.agreement.cross_check import Validation
@@ -29,7 +30,12 @@ def validate(
     models: Models = "reference,exudyn",
     allow_indeterminate: AllowIndeterminate = False,
 ) -> int:
-    """Run scenes by two models, with refined and perturbed runs, compare them, and write a report."""
+    """Run scenes by two models, with refined and perturbed runs, compare them, and write a report.
+
+    With more than two models each pair is compared, and the report says which model stands alone.
+    """
+    if models.count(",") > 1:
+        return _pairwise(scenes, out, models, lambda two, own: validate(scenes, own, jobs, accuracy, two))
     from comparison.agreement.cross_check import validate as validate_scenes
     from comparison.agreement.recorded import departures
     from comparison.engines.registry import pair
@@ -87,6 +93,16 @@ def validate(
         typer.echo(reported)
     typer.echo(str(page))
     return code
+
+
+def _pairwise(scenes: list[str] | None, out: Path | None, models: str, one: OnePair) -> int:
+    from comparison.engines.registry import several
+    from comparison.files import check_folder
+
+    folder = out or REPORTS / "pairwise"
+    check_folder(folder)
+    command = shlex.join(["sixbar", "validate", *(scenes or []), "--models", models])
+    return validate_pairs(several(models), folder, command, one)
 
 
 def _write_partial(results: Sequence[Validation], folder: Path) -> list[str]:
