@@ -37,7 +37,7 @@ class PairResult:
         if channel is None:
             return MISSING
         share = "" if channel["coverage"] is None else f", predictable {percent(channel['coverage'])}"
-        return f"{quantity(channel['max_difference'], channel['unit'])}{share}"
+        return f"slider x: {quantity(channel['max_difference'], channel['unit'])}{share}"
 
 
 @dataclass(frozen=True)
@@ -77,10 +77,9 @@ def write_pairwise(rows: Sequence[Row], folder: Path, *, models: Sequence[str], 
 def lead(rows: Sequence[Row]) -> str:
     """Return one sentence for all scenes: who stands alone, how often."""
     alone = [row.standing.alone for row in rows if row.standing.alone]
-    said = [f"{model} stands alone on {alone.count(model)} of {len(rows)}" for model in dict.fromkeys(alone)]
-    agreed = sum(row.standing.outcome == "agree" for row in rows)
-    said += [f"all that can be compared agree on {agreed} of {len(rows)}"] if agreed else []
-    rest = len(rows) - len(alone) - agreed
-    said += [f"{rest} of {len(rows)} without one that stands alone, and without agreement"] if rest else []
-    text = "; ".join(said)
-    return f"{text[0].upper()}{text[1:]} {'scene' if len(rows) == 1 else 'scenes'}."
+    said = [f"{model} stands alone on {alone.count(model)}" for model in dict.fromkeys(alone)]
+    if agreed := sum(row.standing.outcome == "agree" for row in rows):
+        said.append(f"all models that can be compared agree on {agreed}")
+    if rest := len(rows) - len(alone) - agreed:
+        said.append(f"neither on {rest}")
+    return f"Of {len(rows)} scene{'s' * (len(rows) > 1)}: {'; '.join(said)}."

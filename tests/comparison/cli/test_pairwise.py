@@ -41,7 +41,7 @@ def test_the_model_that_differs_from_both_others_stands_alone(scene_file, gravit
     for pair in ("reference-exudyn", "reference-third", "exudyn-third"):
         assert f'href="{pair}/report.html"' in page
         assert Path("all", pair, "report.html").is_file()
-    assert "stands alone on 1 of 1" in page
+    assert "Of 1 scene: exudyn stands alone on 1." in page
 
 
 @pytest.mark.usefixtures("third")
