@@ -48,6 +48,7 @@ lint: $(VENV)/.installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/mypy benchmarks
+	$(BIN)/mypy examples/third_engine/pinocchio_press
 	$(BIN)/lint-imports
 
 clean:

@@ -11,7 +11,7 @@ import typer
 from comparison.cli.console import saved, say, warn
 from comparison.cli.layout import wrapped
 from comparison.cli.options import REPORTS, AllowIndeterminate, OutFolder
-from comparison.cli.validate import write_page
+from comparison.cli.pages import write_page
 
 if TYPE_CHECKING:
     from comparison.agreement.recorded_runs import Recorded

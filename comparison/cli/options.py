@@ -61,7 +61,10 @@ Jobs = Annotated[int | None, typer.Option(min=1, help="Number of parallel runs."
 OutFolder = Annotated[Path | None, typer.Option(help="Folder of the report.", show_default="reports/out/...")]
 Models = Annotated[
     str,
-    typer.Option(metavar="NAME,NAME", help="Two models: reference, exudyn, or those of installed packages."),
+    typer.Option(
+        metavar="NAME,NAME[,...]",
+        help="Two or more models: reference, exudyn, or those of installed packages.",
+    ),
 ]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Also print the reason of every verdict.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress; only the last lines of the result.")]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import replace
-from glob import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,11 +24,11 @@ from comparison.cli.options import (
     SceneNames,
     Verbose,
 )
+from comparison.cli.pages import incomplete, write_validation
+from comparison.cli.pairwise import OnePair, validate_pairs
 
 if TYPE_CHECKING:
-    from comparison.agreement.cross_check import Validation
     from comparison.agreement.results import SceneComparison
-    from comparison.report.card import Orders
     from comparison.scene import Scene
 
 INTERRUPTED = 130
@@ -48,8 +47,13 @@ def validate(
 ) -> int:
     """Run scenes by two models, with refined and perturbed runs, compare them, and write a report.
 
+    With more than two models each pair is compared, and the report says which model stands alone.
     Stopped by Ctrl-C, it writes the report of the scenes finished by then, marked as incomplete.
     """
+    if models.count(",") > 1:
+        return _pairwise(
+            scenes, out, models, lambda two, own: validate(scenes, own, jobs, accuracy, two, overrides)
+        )
     from comparison.agreement.recorded import departures
     from comparison.cli.batches import validate_batches
     from comparison.cli.verdicts import verdict_lines
@@ -86,13 +90,13 @@ def validate(
     code = INTERRUPTED if missing else exit_code(codes, allow_indeterminate=allow_indeterminate)
     command = shlex.join(["sixbar", "validate", *(scenes or []), *options])
     lines = [] if quiet else verdict_lines(comparisons, verbose=verbose)
-    said = [sentence(comparisons), _incomplete(comparisons, missing)]
+    said = [sentence(comparisons), incomplete(comparisons, missing)]
     if both == MODELS and accuracy is None:
         said.append(departures(loaded[: len(results)], comparisons))
     for line in (*lines, *(line for each in said for line in wrapped(each))):
         typer.echo(line)
     results = [replace(one, comparison=of) for one, of in zip(results, comparisons, strict=True)]
-    page, kept = saved(lambda folder: _write(results, folder, command, code, missing), folder)
+    page, kept = saved(lambda folder: write_validation(results, folder, command, code, missing), folder)
     for line in (*(line for each in kept for line in wrapped(each)), str(page)):
         say(line)
     for scene in loaded[: len(results)]:
@@ -132,109 +136,11 @@ def _with_command(comparison: SceneComparison, options: Sequence[str]) -> SceneC
     return replace(comparison, command=of_scene, tight=tight)
 
 
-def _incomplete(comparisons: Sequence[SceneComparison], missing: Sequence[str]) -> str:
-    """Return which scenes were not compared; nothing if all were."""
-    if not missing:
-        return ""
-    total = len(comparisons) + len(missing)
-    return (
-        f"Incomplete: interrupted after {len(comparisons)} of {total} scenes. Not compared: "
-        f"{', '.join(missing)}."
-    )
+def _pairwise(scenes: list[str] | None, out: Path | None, models: str, one: OnePair) -> int:
+    from comparison.engines.registry import several
+    from comparison.files import check_folder
 
-
-def _write(
-    results: Sequence[Validation], folder: Path, command: str, code: int, missing: Sequence[str]
-) -> tuple[Path, list[str]]:
-    """Write the report with its tables and summaries; return its path, and where partial results are.
-
-    Tables of an earlier call are deleted where there is none now: they would appear to belong to this report.
-    """
-    from comparison.agreement.observed_order import observed_orders
-    from comparison.files import replacing_in, write_json, write_text
-    from comparison.report.text import as_mapping
-    from comparison.tables.table import write
-
-    comparisons = [result.comparison for result in results]
-    kept = []
-    with replacing_in(folder) as part:
-        page = write_page(comparisons, part, command, observed_orders(results), missing)
-        for result in results:
-            for model, run in result.runs.items():
-                write(run.base, part / "tables" / f"{result.comparison.name}-{model}.csv")
-            for which, table in result.partial.items():
-                name = f"{result.comparison.name}.{which.replace(' ', '-')}.partial.csv"
-                write(table, part / "tables" / name)
-                kept.append(
-                    f"{len(table.frame)} samples of the {which} run are in {folder / 'tables' / name}"
-                )
-            for which, text in result.tracebacks.items():
-                name = f"{result.comparison.name}.{which.replace(' ', '-')}.traceback.txt"
-                write_text(text, part / name)
-                kept.append(f"the traceback of the {which} run is in {folder / name}")
-        write_json(
-            {
-                "command": command,
-                "exit_code": code,
-                "not_compared": list(missing),
-                "scenes": [as_mapping(comparison) for comparison in comparisons],
-            },
-            part / "summary.json",
-        )
-        _write_for_ci(comparisons, part, command, missing)
-        new = {path.name for path in part.rglob("*")}
-    for name in (*missing, *(comparison.name for comparison in comparisons)):
-        stale = [*(folder / "tables").glob(f"{escape(name)}.*.partial.*")]
-        stale += folder.glob(f"{escape(name)}.*.traceback.txt")
-        for model in comparisons[0].labels:
-            stale += [folder / "tables" / f"{name}-{model}{end}" for end in (".csv", ".events.csv", ".json")]
-        for path in stale:
-            if path.name not in new:
-                path.unlink(missing_ok=True)
-    return folder / page.name, kept
-
-
-def write_page(
-    comparisons: Sequence[SceneComparison],
-    folder: Path,
-    command: str,
-    orders: Orders | None = None,
-    missing: Sequence[str] = (),
-) -> Path:
-    """Write the report of one or more scenes into a folder and return its path.
-
-    Its title says so where scenes are missing.
-    """
-    from comparison.report import write_report
-    from comparison.report.origin import origin
-
-    total = len(comparisons) + len(missing)
-    title = comparisons[0].title if total == 1 else "Cross-validation of the two models"
-    if missing:
-        title += f" (incomplete: {len(comparisons)} of {total} scenes)"
-    return write_report(comparisons, folder, title=title, command=command, origin=origin(), orders=orders)
-
-
-def _write_for_ci(
-    comparisons: Sequence[SceneComparison], folder: Path, command: str, missing: Sequence[str]
-) -> None:
-    """Write the files for continuous integration: JUnit XML and a Markdown summary."""
-    from comparison.agreement.cases import Case, of_comparisons
-    from comparison.report.job_summary import write_job_summary
-    from comparison.report.junit import write_junit
-    from comparison.report.summary import sentence
-
-    cases = [
-        *of_comparisons(comparisons),
-        *(Case(name, "standard", "verdict", "error", "not compared: interrupted") for name in missing),
-    ]
-    write_junit(cases, folder / "junit.xml", name="sixbar validate")
-    said = [sentence(comparisons), _incomplete(comparisons, missing), f"Made by: {command}"]
-    write_job_summary(
-        folder / "summary.md",
-        title="Cross-validation of the two models",
-        reported=[line for line in said if line],
-        headings=("scene", "tier", "verdict", "why"),
-        rows=[(c.name, tier.tier, tier.verdict, tier.why) for c in comparisons for tier in c.tiers],
-        cases=cases,
-    )
+    folder = out or REPORTS / "pairwise"
+    check_folder(folder)
+    command = shlex.join(["sixbar", "validate", *(scenes or []), "--models", models])
+    return validate_pairs(several(models), folder, command, one)

@@ -72,6 +72,20 @@ def pair(names: str) -> tuple[str, str]:
     return find(first).name, find(second).name
 
 
+def several(names: str) -> list[str]:
+    """Parse the names of three or more models to compare, as in ``"reference,exudyn,mine"``.
+
+    Raises
+    ------
+    EngineError
+        If one is not available or named twice.
+    """
+    models = [find(name).name for name in names.split(",")]
+    if twice := next((name for name in models if models.count(name) > 1), None):
+        raise EngineError(f"models {names!r}: {twice} is named twice")
+    return models
+
+
 def load(name: str) -> Callable[..., Any]:
     """Import a model and return its ``simulate``.
 

@@ -1,0 +1,60 @@
+"""``sixbar validate`` with three or more models: each pair by itself, then who stands alone."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import typer
+
+OnePair = Callable[[str, Path], int]
+"""Validates two models, "a,b", writes their report into a folder and returns the exit code."""
+
+
+def validate_pairs(models: Sequence[str], folder: Path, command: str, one: OnePair) -> int:
+    """Validate all pairs of models, write the page of all of them, and return the worst exit code.
+
+    The runs of a model are the same in each of its pairs: all but the first time they come from the cache.
+    """
+    from comparison.agreement.standing import pairs
+    from comparison.files import write_json
+    from comparison.report.pairwise import write_pairwise
+    from comparison.report.text import exit_code
+
+    codes, found = [], {}
+    for pair in pairs(models):
+        typer.echo(f"{pair[0]} and {pair[1]}:")
+        own = folder / "-".join(pair)
+        codes.append(one(",".join(pair), own))
+        found[pair] = json.loads((own / "summary.json").read_text("utf-8"))["scenes"]
+    rows = _rows(models, found)
+    code = exit_code(codes)
+    page = write_pairwise(rows, folder, models=models, command=command)
+    scenes = [
+        {"name": row.name, **vars(row.standing)}
+        | {"verdicts": {" and ".join(result.pair): result.found["verdict"] for result in row.results}}
+        for row in rows
+    ]
+    write_json(
+        {"command": command, "exit_code": code, "models": models, "scenes": scenes}, folder / "summary.json"
+    )
+    width = max(len(row.name) for row in rows)
+    typer.echo("all together:")
+    for row in rows:
+        typer.echo(f"{row.name:<{width}}  {row.standing.sentence}")
+    typer.echo(str(page))
+    return code
+
+
+def _rows(models: Sequence[str], found: dict[tuple[str, str], list[dict[str, Any]]]) -> list[Any]:
+    from comparison.agreement.standing import standing
+    from comparison.report.pairwise import PairResult, Row
+
+    rows = []
+    for scenes in zip(*found.values(), strict=True):
+        results = [PairResult(pair, scene) for pair, scene in zip(found, scenes, strict=True)]
+        verdicts = {result.pair: result.found["verdict"] for result in results}
+        rows.append(Row(scenes[0]["name"], scenes[0]["title"], standing(models, verdicts), results))
+    return rows

@@ -1,0 +1,116 @@
+"""DOP853 from one switching instant to the next, located on its dense output."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import DOP853
+from scipy.optimize import brentq
+
+Vector = NDArray[np.float64]
+Dense = Callable[[float], Vector]
+Surface = tuple[str, int]
+"""What is passed, and by which contact."""
+CHECKS = 8
+"""Points of a step at which the surfaces are looked at; a dip between two of them is found by its rate."""
+TINY = 1e-16
+"""Uncertainty of an instant, s: the last digit of a time within a cycle."""
+
+
+class System(Protocol):
+    """What is integrated."""
+
+    def rates(self, t: float, y: Vector) -> Vector:
+        """Right-hand side between two switches."""
+
+    def surfaces(self, t: float, y: Vector) -> dict[Surface, tuple[float, float]]:
+        """Values that are positive until a switch, with their rates (nan: not watched for dips)."""
+
+    def switch(self, surface: Surface, t: float, y: Vector) -> None:
+        """Change the right-hand side."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Solution over a step, or over the part of it before a switch."""
+
+    start: float
+    end: float
+    at: Dense
+    checked: list[float]
+    switched: Surface | None
+
+
+class StepError(RuntimeError):
+    """The tolerance requires smaller steps than the arithmetic allows."""
+
+
+def integrate(
+    system: System, y: Vector, end: float, tolerance: Vector, largest_step: float
+) -> Iterator[Piece]:
+    """Integrate from 0 to an end, piece by piece; the system switches after the caller had the piece.
+
+    Parameters
+    ----------
+    system
+        What is integrated.
+    y
+        Initial state.
+    end
+        Time, s.
+    tolerance
+        Absolute local error of each component.
+    largest_step
+        In seconds.
+
+    Raises
+    ------
+    StepError
+        If the steps become too small.
+    """
+    t, relative = 0.0, 100 * np.finfo(float).eps  # the least that scipy accepts
+    while t < end:
+        settings: dict[str, Any] = {"max_step": largest_step, "rtol": relative, "atol": tolerance}
+        solver = DOP853(system.rates, t, y, end, **settings)
+        switched = None
+        while switched is None and solver.status == "running":
+            if solver.step() is not None:  # a message
+                raise StepError(f"at {solver.t:g} s")
+            dense = solver.dense_output()
+            checked = list(np.linspace(solver.t_old, solver.t, CHECKS + 1))
+            t, y, switched = solver.t, solver.y, None
+            if first := _first_switch(system, dense, checked):
+                t, switched = first
+                y = dense(t)
+            yield Piece(solver.t_old, t, dense, [at for at in checked if at < t], switched)
+        if switched is not None:
+            system.switch(switched, t, y)
+
+
+def _first_switch(system: System, dense: Dense, times: list[float]) -> tuple[float, Surface] | None:
+    """Return the first instant of a step at which a surface is passed, and which."""
+
+    def value(t: float, which: Surface, part: int = 0) -> float:
+        return system.surfaces(t, dense(t))[which][part]
+
+    before = system.surfaces(times[0], dense(times[0]))
+    for left, right in pairwise(times):
+        after, passed = system.surfaces(right, dense(right)), []
+        for which, (low, falling) in before.items():
+            high, rising = after[which]
+            until = right
+            if high >= 0.0 and low > 0.0 and falling < 0.0 < rising:
+                until = brentq(value, left, right, args=(which, 1), xtol=TINY)
+                high = value(until, which)
+            if high < 0.0:
+                at = brentq(value, left, until, args=(which,), xtol=TINY) if low > 0.0 else left
+                passed.append((at, which))
+        if passed:
+            return min(passed, key=lambda found: found[0])
+        before = after
+    return None
