@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from comparison.agreement.cross_check import Validation, family, validate
 from comparison.agreement.results import no_comparison
-from comparison.cli.console import Reporter, described, is_refusal
+from comparison.cli.console import described, is_refusal
+from comparison.cli.progress import Reporter
 from comparison.scene import Scene
 
 

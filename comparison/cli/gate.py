@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from comparison.cli.console import progress, saved, say, warn, warn_about_the_cache
+from comparison.cli.console import saved, say, warn, warn_about_the_cache
 from comparison.cli.layout import wrapped
 from comparison.cli.options import REPORTS, Jobs, OutFolder, Quiet
+from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
     from comparison.agreement.cases import Case

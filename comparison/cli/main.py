@@ -13,7 +13,6 @@ from comparison.cli.compare import compare
 from comparison.cli.console import (
     complain,
     fail,
-    progress,
     saved,
     say,
     session,
@@ -25,6 +24,7 @@ from comparison.cli.layout import wrapped
 from comparison.cli.listing import channels, scenes
 from comparison.cli.options import Accuracy, Model, NoProgress, Overrides, SceneName
 from comparison.cli.plot import animate, plot
+from comparison.cli.progress import progress
 from comparison.cli.study import studies
 from comparison.cli.validate import validate
 

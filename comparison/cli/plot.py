@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from comparison.cli.console import progress, say
+from comparison.cli.console import say
 from comparison.cli.options import NoProgress, scene_names
+from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
     from comparison.tables.table import Table

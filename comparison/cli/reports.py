@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from comparison.cli.console import progress
+from comparison.cli.progress import progress
 from comparison.execution.workers import cpus
 from comparison.files import replacing
 from comparison.formatting import table

@@ -9,9 +9,10 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from comparison.cli.console import progress, say, warn, warn_about_the_cache
+from comparison.cli.console import say, warn, warn_about_the_cache
 from comparison.cli.layout import columns
 from comparison.cli.options import REPORTS, Jobs, NoProgress, Overrides, SceneName
+from comparison.cli.progress import progress
 from comparison.studies import NAMES, STUDIES
 
 _OutStudy = Annotated[Path | None, typer.Option(help="Folder of the study.", show_default="reports/out/NAME")]

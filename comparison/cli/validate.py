@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from comparison.cli.console import progress, saved, say, warn, warn_about_the_cache
+from comparison.cli.console import saved, say, warn, warn_about_the_cache
 from comparison.cli.layout import wrapped
 from comparison.cli.options import (
     REPORTS,
@@ -26,6 +26,7 @@ from comparison.cli.options import (
 )
 from comparison.cli.pages import incomplete, write_validation
 from comparison.cli.pairwise import OnePair, validate_pairs
+from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
     from comparison.agreement.results import SceneComparison

@@ -12,7 +12,7 @@ from comparison.accuracy.levels import AccuracyError
 from comparison.agreement.cross_check import Validation
 from comparison.agreement.results import no_comparison
 from comparison.cli import batches, main
-from comparison.cli.console import progress
+from comparison.cli.progress import progress
 from comparison.execution.run import MODELS
 from comparison.scene import load_scene
 

@@ -3,7 +3,7 @@
 import pytest
 import typer
 
-from comparison.cli.console import BETWEEN_LINES, SILENCE, Lines, progress
+from comparison.cli.progress import BETWEEN_LINES, SILENCE, Lines, progress
 
 
 class Clock:
