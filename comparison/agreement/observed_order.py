@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import isfinite, log, nan, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +13,14 @@ from comparison.agreement.cross_check import Validation
 from comparison.agreement.results import SceneComparison
 
 
-def observed_orders(results: Sequence[Validation]) -> dict[tuple[str, str], tuple[float, float]]:
+class Order(NamedTuple):
+    """Observed order of a model, nan if unknown, and the one that its method has."""
+
+    observed: float
+    expected: float
+
+
+def observed_orders(results: Sequence[Validation]) -> dict[tuple[str, str], tuple[Order, Order]]:
     """Return the orders at which the errors of both models follow their settings, by scene and tier.
 
     With d_c and d_f the root mean squares of coarser minus base and of base minus finer, over the channel's
@@ -28,7 +36,7 @@ def observed_orders(results: Sequence[Validation]) -> dict[tuple[str, str], tupl
     Returns
     -------
     dict
-        An order is nan where a model has no three levels, or two of them are equal.
+        By scene and tier, of either model. Unknown where a model has no three levels, or two are equal.
     """
     found = {}
     for result in results:
@@ -36,7 +44,8 @@ def observed_orders(results: Sequence[Validation]) -> dict[tuple[str, str], tupl
             runs = result.runs if tier.tier == "standard" else result.tight_runs
             if tier.channels and runs:
                 a, b = tier.labels
-                found[tier.name, tier.tier] = (order(runs[a], tier), order(runs[b], tier))
+                first, second = (Order(order(runs[of], tier), runs[of].refinement[1]) for of in (a, b))
+                found[tier.name, tier.tier] = (first, second)
     return found
 
 

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from math import isnan
 
 from comparison.agreement.event_description import describe
+from comparison.agreement.observed_order import Order
 from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.formatting import NO_BREAK, number, percent, quantity
 from comparison.report.ratio import deciding_channel
 from comparison.report.summary import worst_channel
 
-Orders = Mapping[tuple[str, str], tuple[float, float]]
-"""(scene, tier) -> observed order of either model, see `comparison.agreement.observed_order`."""
+Orders = Mapping[tuple[str, str], tuple[Order, Order]]
+"""(scene, tier) -> order of either model, see `comparison.agreement.observed_order`."""
 
 _CHATTER = 0.05  # of a crank cycle before an instant: about one flight between two impacts
 _MANY = 5  # contacts that begin in it
@@ -124,9 +125,9 @@ def _order(scene: SceneComparison, orders: Orders) -> str:
     if found is None:
         return ""
     return ", ".join(
-        f"{label} {number(order, 2)}"
+        f"{label} {number(order.observed, 2)} (expected {order.expected:g})"
         for label, order in zip(scene.labels, found, strict=True)
-        if not isnan(order)
+        if not isnan(order.observed)
     )
 
 

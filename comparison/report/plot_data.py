@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.files import plain
@@ -71,7 +72,7 @@ def plot_data(scene: SceneComparison) -> str:
 
 
 def _channel(
-    scene: SceneComparison, channel: ChannelComparison, kept: Array
+    scene: SceneComparison, channel: ChannelComparison, kept: NDArray[np.intp]
 ) -> tuple[dict[str, Any], list[bytes]]:
     threshold, name = rule.threshold(channel)
     guide = channel.channel == "slider_x" and scene.scene is not None
@@ -103,7 +104,7 @@ def _channel(
     return described, arrays
 
 
-def _kept(shown: list[ChannelComparison], time: Array) -> Array:
+def _kept(shown: list[ChannelComparison], time: Array) -> NDArray[np.intp]:
     """Return the indices of the samples to be drawn, increasing."""
     if time.size <= MOST:
         return np.arange(time.size)

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from outline import page, words
 
+from comparison.agreement.observed_order import Order
 from comparison.agreement.results import Attribution, Confirmation, SceneComparison
 from comparison.cli.main import app
 from comparison.formatting import quantity
@@ -79,8 +80,11 @@ def test_agreement_asks_for_nothing(scene: SceneComparison) -> None:
 
 
 def test_the_orders_of_this_scene_and_tier_are_shown(tiered: SceneComparison) -> None:
-    orders = {("press", "tight"): (float("nan"), 1.98), ("other", "standard"): (4.0, 5.0)}
-    assert [card(tier, orders).order for tier in tiered.tiers] == ["", "exudyn 2.0"]
+    orders = {
+        ("press", "tight"): (Order(float("nan"), 1.0), Order(1.98, 2.0)),
+        ("other", "standard"): (Order(4.0, 4.0), Order(5.0, 5.0)),
+    }
+    assert [card(tier, orders).order for tier in tiered.tiers] == ["", "exudyn 2.0 (expected 2)"]
 
 
 def test_the_card_stands_on_the_page_with_links_to_its_tables(tiered: SceneComparison) -> None:
