@@ -59,6 +59,15 @@ def test_the_list_of_the_studies_is_that_of_their_reports():
             assert (REPORTS / name / picture).is_file(), picture
 
 
+def test_the_index_has_the_finding_of_a_study_and_its_first_picture():
+    text = (
+        "# A title\n\nAbout.\n\n**Of 3 runs\n2 agree.** More.\n\n**No.**\n\n![a](one.svg)\n\n![b](two.svg)\n"
+    )
+    assert index({"runs": text, "bare": "# Bare\n"}).partition("\n\n## ")[2] == (
+        "[A title](runs/README.md)\n\nOf 3 runs 2 agree.\n\n![a](runs/one.svg)\n\n## [Bare](bare/README.md)\n"
+    )
+
+
 def test_the_numbers_in_its_sentences_are_those_of_the_code():
     said = " ".join(README.split())
     standard, tight = thresholds("standard"), thresholds("tight")
