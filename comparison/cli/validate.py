@@ -12,7 +12,7 @@ import typer
 
 from comparison.cli.console import progress
 from comparison.cli.options import REPORTS, Accuracy, AllowIndeterminate, Jobs, Models, OutFolder
-from comparison.cli.pairwise import OnePair, validate_pairs
+from comparison.cli.pairwise import validate_pairs
 
 if TYPE_CHECKING:
     from comparison.agreement.cross_check import Validation
@@ -35,7 +35,14 @@ def validate(
     With more than two models each pair is compared, and the report says which model stands alone.
     """
     if models.count(",") > 1:
-        return _pairwise(scenes, out, models, lambda two, own: validate(scenes, own, jobs, accuracy, two))
+        from comparison.engines.registry import several
+
+        return validate_pairs(
+            several(models),
+            out or REPORTS / "pairwise",
+            _command(scenes, models, accuracy),
+            lambda two, own: validate(scenes, own, jobs, accuracy, two, allow_indeterminate),
+        )
     from comparison.agreement.cross_check import validate as validate_scenes
     from comparison.agreement.recorded import departures
     from comparison.engines.registry import pair
@@ -64,11 +71,7 @@ def validate(
         for tier in result.comparison.tiers
     ]
     code = exit_code(codes, allow_indeterminate=allow_indeterminate)
-    command = shlex.join(
-        ["sixbar", "validate", *(scenes or [])]
-        + (["--models", models] if both != MODELS else [])
-        + (["--accuracy", accuracy] if accuracy is not None else [])
-    )
+    command = _command(scenes, models if both != MODELS else "", accuracy)
     page = write_page(comparisons, folder, command)
     for result in results:
         for model in result.comparison.labels:
@@ -95,14 +98,12 @@ def validate(
     return code
 
 
-def _pairwise(scenes: list[str] | None, out: Path | None, models: str, one: OnePair) -> int:
-    from comparison.engines.registry import several
-    from comparison.files import check_folder
-
-    folder = out or REPORTS / "pairwise"
-    check_folder(folder)
-    command = shlex.join(["sixbar", "validate", *(scenes or []), "--models", models])
-    return validate_pairs(several(models), folder, command, one)
+def _command(scenes: list[str] | None, models: str, accuracy: str | None) -> str:
+    return shlex.join(
+        ["sixbar", "validate", *(scenes or [])]
+        + (["--models", models] if models else [])
+        + (["--accuracy", accuracy] if accuracy is not None else [])
+    )
 
 
 def _write_partial(results: Sequence[Validation], folder: Path) -> list[str]:
