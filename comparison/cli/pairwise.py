@@ -19,10 +19,11 @@ def validate_pairs(models: Sequence[str], folder: Path, command: str, one: OnePa
     The runs of a model are the same in each of its pairs: all but the first time they come from the cache.
     """
     from comparison.agreement.standing import pairs
-    from comparison.files import write_json
+    from comparison.files import check_folder, write_json
     from comparison.report.pairwise import write_pairwise
     from comparison.report.text import exit_code
 
+    folder = check_folder(folder)
     codes, found = [], {}
     for pair in pairs(models):
         typer.echo(f"{pair[0]} and {pair[1]}:")

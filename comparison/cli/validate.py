@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
@@ -25,7 +24,7 @@ from comparison.cli.options import (
     Verbose,
 )
 from comparison.cli.pages import incomplete, write_validation
-from comparison.cli.pairwise import OnePair, validate_pairs
+from comparison.cli.pairwise import validate_pairs
 from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
@@ -51,15 +50,28 @@ def validate(
     With more than two models each pair is compared, and the report says which model stands alone.
     Stopped by Ctrl-C, it writes the report of the scenes finished by then, marked as incomplete.
     """
+    from comparison.execution.run import MODELS
+
+    options = (
+        (["--models", models] if models != ",".join(MODELS) else [])
+        + (["--accuracy", accuracy] if accuracy is not None else [])
+        + [word for each in overrides or [] for word in ("--set", each)]
+    )
     if models.count(",") > 1:
-        return _pairwise(
-            scenes, out, models, lambda two, own: validate(scenes, own, jobs, accuracy, two, overrides)
+        from comparison.engines.registry import several
+
+        return validate_pairs(
+            several(models),
+            out or REPORTS / "pairwise",
+            shlex.join(["sixbar", "validate", *(scenes or []), *options]),
+            lambda two, own: validate(
+                scenes, own, jobs, accuracy, two, overrides, allow_indeterminate, verbose, quiet
+            ),
         )
     from comparison.agreement.recorded import departures
     from comparison.cli.batches import validate_batches
     from comparison.cli.verdicts import verdict_lines
     from comparison.engines.registry import pair
-    from comparison.execution.run import MODELS
     from comparison.execution.workers import cpus
     from comparison.files import check_folder
     from comparison.report.summary import sentence
@@ -72,11 +84,6 @@ def validate(
     _check(loaded, both, accuracy)
     folder = check_folder(out or REPORTS / (loaded[0].name if len(loaded) == 1 else "validate"))
     warn_about_the_cache()
-    options = (
-        (["--models", models] if both != MODELS else [])
-        + (["--accuracy", accuracy] if accuracy is not None else [])
-        + [word for each in overrides or [] for word in ("--set", each)]
-    )
     with progress(f"{len(loaded)} scenes" if len(loaded) > 1 else loaded[0].name, quiet=quiet) as report:
         found = validate_batches(loaded, models=both, n_jobs=jobs or cpus(), accuracy=accuracy, report=report)
     results, missing = found.results, [scene.name for scene in found.missing]
@@ -135,13 +142,3 @@ def _with_command(comparison: SceneComparison, options: Sequence[str]) -> SceneC
     of_scene = f"{comparison.command} {shlex.join(changes)}"
     tight = comparison.tight and replace(comparison.tight, command=of_scene)
     return replace(comparison, command=of_scene, tight=tight)
-
-
-def _pairwise(scenes: list[str] | None, out: Path | None, models: str, one: OnePair) -> int:
-    from comparison.engines.registry import several
-    from comparison.files import check_folder
-
-    folder = out or REPORTS / "pairwise"
-    check_folder(folder)
-    command = shlex.join(["sixbar", "validate", *(scenes or []), "--models", models])
-    return validate_pairs(several(models), folder, command, one)

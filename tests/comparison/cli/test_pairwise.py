@@ -67,6 +67,15 @@ def test_each_model_runs_once_for_all_its_pairs(third, scene_file):
     assert outcome()["scenes"][0]["outcome"] == "agree"
 
 
+@pytest.mark.usefixtures("third")
+def test_undecided_is_exit_code_3_unless_allowed(scene_file):
+    """Without a tolerance the third model has no uncertainty, so that its pairs are indeterminate."""
+    scene = scene_file("vague")
+    assert main(["validate", scene, *MODELS, "--out", "all"]) == 3
+    assert outcome()["scenes"][0]["outcome"] == "undecided"
+    assert main(["validate", scene, *MODELS, "--out", "all", "--allow-indeterminate"]) == 0
+
+
 @pytest.mark.parametrize(
     ("models", "rule"),
     [
