@@ -31,7 +31,7 @@ COMMANDS = {
         "sweep",
         "{scene}",
         "--grid",
-        "drive.speed_rpm=100,150",
+        "drive.speed_rpm={speed}",
         "--out",
         "out",
         "--jobs",
@@ -49,13 +49,15 @@ def command(scene_file, tmp_path, monkeypatch, fake_model):
     (tmp_path / "tmp").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
     monkeypatch.setattr("comparison.execution.run.load", lambda _: fake_model.simulate)
+    monkeypatch.delenv("SIXBAR_TEST_LOG")  # a file that the fakes write
     text = Path(scene_file("own", 9.0, "groups = []\n")).read_text()
     for which, gravity in (("old", "9.0"), ("new", "9.5")):
         (tmp_path / which).mkdir()
         (tmp_path / which / "own.toml").write_text(text.replace("9.0", gravity))
 
     def give(name: str, which: str) -> int:
-        return main([word.format(scene=tmp_path / which / "own.toml") for word in COMMANDS[name]])
+        values = {"scene": tmp_path / which / "own.toml", "speed": 100 if which == "old" else 150}
+        return main([word.format(**values) for word in COMMANDS[name]])
 
     return give
 
