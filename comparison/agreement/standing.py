@@ -65,7 +65,9 @@ def _judged(models: Sequence[str], verdicts: Mapping[Pair, str]) -> tuple[str, s
     for model in models if len(models) > 2 else ():
         own = [pair for pair in verdicts if model in pair]
         others = [pair for pair in verdicts if model not in pair]
-        if set(differing) == set(own) and all(verdicts[pair] == "agree" for pair in others):
+        if all(verdicts[pair] == "differ" for pair in own) and all(
+            verdicts[pair] == "agree" for pair in others
+        ):
             rest = _listed([other for other in models if other != model])
             return "alone", model, f"{model} stands alone: it differs from {rest}, which agree"
     open_pairs = [pair for verdict in ("indeterminate", "cannot compare") for pair in words.get(verdict, [])]

@@ -23,6 +23,7 @@ class Recording:
         self.contacts: list[dict[str, Any]] = []
         self.open: dict[int, dict[str, Any]] = {}
         self.samples = 0
+        self.last = 0.0, y
         self.at_start = self._now(motion.at(0.0, y))
 
     def add(self, piece: Piece) -> None:
@@ -31,6 +32,7 @@ class Recording:
         A sample at the piece's end is left to the next one: at a jump the right limit counts.
         """
         self._begin_and_end(piece.start, piece.at(piece.start))
+        self.last = piece.end, piece.at(piece.end)
         until = int(np.searchsorted(self.times, piece.end, side="left"))
         for t in self.times[self.samples : until]:
             self._sample(t, piece.at(t))
@@ -40,12 +42,15 @@ class Recording:
                 contact["peak_force"] = max(contact["peak_force"], now.forces[k].normal)
                 contact["largest_depth"] = max(contact["largest_depth"], -now.corners[k].gap)
 
-    def finish(self, t: float, y: Vector) -> None:
-        """Record the last sample; the contacts that are closed end with the run."""
-        self._begin_and_end(t, y)
-        self._sample(t, y)
+    def finish(self) -> None:
+        """Record the last sample of a complete run."""
+        self._begin_and_end(*self.last)
+        self._sample(*self.last)
+
+    def close(self) -> None:
+        """End the contacts that are still closed with the run."""
         for k in list(self.open):
-            self._close(k, t, y)
+            self._close(k, *self.last)
 
     def events(self) -> dict[str, Vector]:
         """Return the table of contacts."""

@@ -47,8 +47,8 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     if scene["joints"]["crank_pin"] == "clearance":
         raise ValueError("joints.crank_pin = 'clearance' must be 'ideal': only the slider has clearance here")
     tolerance = scene["solver"].get("pinocchio", {}).get("tolerance", TOLERANCE)
-    if not (isinstance(tolerance, float) and 0.0 < tolerance < 1e-3):
-        raise ValueError(f"solver.pinocchio.tolerance = {tolerance!r} must be a real number below 1e-3 rad")
+    if not (isinstance(tolerance, float) and 1e-14 <= tolerance < 1e-3):
+        raise ValueError(f"solver.pinocchio.tolerance = {tolerance!r} must be real, 1e-14 to 1e-3 rad")
     drive, per_cycle = scene["drive"], scene["output"]["samples_per_cycle"]
     cycle = 60.0 / abs(drive["speed_rpm"])
     times = np.arange(round(drive["cycles"] * per_cycle) + 1) / per_cycle * cycle
@@ -65,13 +65,13 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
                 break
             record.add(piece)
             pieces, switches = pieces + 1, switches + (piece.switched is not None)
-            last = piece
             if progress:
                 progress(piece.end / times[-1])
         else:
-            record.finish(last.end, last.at(last.end))
+            record.finish()
     except StepError as error:
         status, remedy = "step-too-small", f"{error}; set a larger solver.pinocchio.tolerance"
+    record.close()
     return SimpleNamespace(
         columns={name: np.array(values) for name, values in record.columns.items()},
         events=record.events(),
