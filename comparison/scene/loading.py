@@ -175,9 +175,8 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
         loop = " -> ".join(p.name for p in (*chain[chain.index(path) :], path))
         raise SceneError(f"{where}: scene.extends is circular: {loop}")
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise SceneError(f"{where}: {path} is larger than {LARGEST_FILE} bytes")
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        large = path.stat().st_size > LARGEST_FILE
+        data = {} if large else tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise SceneError(f"{where}: cannot read {path}: {error.strerror}") from error
     except UnicodeDecodeError as error:
@@ -188,6 +187,8 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
         raise SceneError(f"{where}: {path} has an integer of too many digits") from error
     except RecursionError as error:
         raise SceneError(f"{where}: {path} is nested too deeply") from error
+    if large:
+        raise SceneError(f"{where}: {path} is larger than {LARGEST_FILE} bytes")
     texts = data.get("scene", {})
     if not isinstance(texts, dict) or "extends" not in texts:
         return data

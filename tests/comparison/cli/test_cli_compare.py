@@ -109,9 +109,10 @@ def test_ten_joint_angles_of_two_opensim_files_compare_without_a_mapping(wrong, 
     opensim("right.mot", degrees)
     command = ["compare", "left.sto", "right.mot", "--tolerance", "1e-3"]
     assert main(command) == code
-    out = capsys.readouterr().out
-    assert out.count("agree\n") + out.count(" agree ") >= 10 - code
-    assert "no unit is stated for joint_0, joint_1" in out
+    out, err = capsys.readouterr()
+    assert out.count(" agree ") >= 10 - code
+    assert "no unit is stated for joint_0, joint_1" in err
+    out = " ".join(out.split())  # reasons are wrapped
     if code:
         assert (
             "most of all joint_6: 1 of 101 samples are outside the tolerance, at worst at t = 0.4 s: " in out

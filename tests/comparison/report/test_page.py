@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from dataclasses import replace
+from errno import ENOSPC
 from pathlib import Path
 
 import numpy as np
@@ -219,7 +220,7 @@ def test_a_failed_report_leaves_the_old_one_and_no_litter(
     before = written.read_bytes()
 
     def disk_full(*_: object) -> None:
-        raise OSError("No space left on device")
+        raise OSError(ENOSPC, "No space left on device")
 
     monkeypatch.setattr(page_module.Path, "replace", disk_full)
     with pytest.raises(OSError, match="No space"):
