@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -76,7 +76,7 @@ def make_table(scene: Scene) -> Callable[..., Table]:
 
 
 @pytest.fixture
-def fake_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def fake_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Let worker processes find fake models; the path of the log to which each run adds a line."""
     for name in ("reference_model", "exudyn_model"):
         (tmp_path / "fakes" / name).mkdir(parents=True)
@@ -88,7 +88,9 @@ def fake_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     log = tmp_path / "log"
     monkeypatch.setenv("SIXBAR_TEST_LOG", str(log))
     log.touch()
-    return log
+    yield log
+    for name in ("reference_model", "exudyn_model"):
+        sys.modules.pop(name, None)  # this process may have imported the fake; the real one is put back
 
 
 @pytest.fixture
