@@ -18,6 +18,7 @@ from comparison.scene.fields import KG, KGM2, M_S, M, NotNegative, Positive, Rea
 from comparison.scene.formulation import smallest_in_exudyn
 
 MAX_SAMPLES = 100_000_000  # a larger table would not fit into the memory of an ordinary machine
+MAX_SAMPLES_PER_CYCLE = 10**15  # of which a short share is asked for; below it floats count exactly
 
 
 class Texts(Section):
@@ -146,7 +147,7 @@ class Output(Section):
     """Recorded channel groups and sampling density."""
 
     groups: list[Group] = Field(default_factory=_usual_groups)
-    samples_per_cycle: Annotated[int, Field(ge=2, le=MAX_SAMPLES)] = 1000
+    samples_per_cycle: Annotated[int, Field(ge=2, le=MAX_SAMPLES_PER_CYCLE)] = 1000
 
     @model_validator(mode="after")
     def _distinct(self) -> Self:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +15,6 @@ from comparison.tables.table import Table
 
 pytestmark = pytest.mark.browser
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-
 
 def table(size: float) -> Table:
     """The slider swings across its guide."""
@@ -29,25 +26,20 @@ def table(size: float) -> Table:
 
 
 @pytest.fixture
-def page(tmp_path):
+def page(browser, tmp_path):
     """The animation of two tables in a browser, with what went wrong in it."""
-    api = pytest.importorskip("playwright.sync_api")
-    if CHROMIUM is None:
-        pytest.skip("no Chromium on this machine (Debian: apt-get install chromium)")
     moving = motion({"a": table(1.0), "b": table(0.9)}, load_scene("150rpm-0.2mm").data)
     path = write_animation(moving, tmp_path / "a.html", title="a", command="sixbar")
-    with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        opened = browser.new_page(viewport={"width": 390, "height": 800})
-        opened.faults = []
-        opened.on("pageerror", lambda error: opened.faults.append(str(error)))
-        opened.on(
-            "console", lambda message: opened.faults.append(message.text) if message.type == "error" else None
-        )
-        opened.on("request", lambda request: opened.faults.append(request.url))
-        opened.goto(Path(path).as_uri())
-        yield opened
-        browser.close()
+    opened = browser.new_page(viewport={"width": 390, "height": 800})
+    opened.faults = []
+    opened.on("pageerror", lambda error: opened.faults.append(str(error)))
+    opened.on(
+        "console", lambda message: opened.faults.append(message.text) if message.type == "error" else None
+    )
+    opened.on("request", lambda request: opened.faults.append(request.url))
+    opened.goto(Path(path).as_uri())
+    yield opened
+    opened.close()
 
 
 def state(page):

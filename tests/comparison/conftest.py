@@ -60,6 +60,12 @@ def scene_file(tmp_path: Path) -> Callable[..., str]:
 
 
 @pytest.fixture
+def wide(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lines of the console are as long as they are."""
+    monkeypatch.setenv("COLUMNS", "2000")
+
+
+@pytest.fixture
 def scene() -> Scene:
     """The paper's central case with fewer samples."""
     return load_scene("150rpm-0.2mm", {"output.samples_per_cycle": 200})

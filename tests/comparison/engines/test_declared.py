@@ -64,6 +64,7 @@ def test_a_declaration_that_is_none_is_one_line(install, settings, rule):
         declared("odd")
 
 
+@pytest.mark.usefixtures("wide")
 def test_a_traceback_stands_in_the_report_folder_and_beside_a_table(install, capfd):
     install("odd_press", ODD, POINTS)
     Path("own.toml").write_text(

@@ -119,7 +119,7 @@ def test_a_bad_model_gets_one_line(what, code, reported, capfd):
 def test_what_a_model_prints_is_not_among_the_results(capfd, monkeypatch):
     monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)  # with it nothing waits to be lost
     assert run_odd("prints") == 0
-    assert capfd.readouterr() == ("a.csv\n", "hello\n")
+    assert capfd.readouterr() == ("a.events.csv\na.json\na.csv\n", "hello\n")
 
 
 @pytest.mark.usefixtures("odd")

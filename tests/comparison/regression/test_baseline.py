@@ -107,7 +107,7 @@ def test_checkpoints_are_predictable_samples_with_k_u_as_threshold(family, scene
     limits = thresholds()
     assert set(made.channels) | set(made.unexcited) | set(made.unpredictable) == set(runs.base.channels)
     for name in ("slider_x", "slider_omega", "corner_ll_normal"):
-        u, values = model_uncertainty(runs, name, scene), runs.base.values(name)
+        u, values = model_uncertainty(runs, name, scene.period), runs.base.values(name)
         points = made.channels[name]
         at = [int(np.abs(runs.base.time - point.time).argmin()) for point in points]
         assert len(set(at)) == len(points) <= COUNT

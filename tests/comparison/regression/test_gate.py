@@ -12,7 +12,7 @@ from gate_command import BASELINE, checks, edit, gate, seal
 
 from comparison.cli import main
 
-pytestmark = pytest.mark.usefixtures("elsewhere")
+pytestmark = pytest.mark.usefixtures("elsewhere", "wide")
 
 
 @pytest.mark.usefixtures("made")

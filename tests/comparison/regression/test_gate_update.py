@@ -16,7 +16,7 @@ from comparison.regression import update
 from comparison.regression.baseline import read
 from comparison.scene import shipped_scenes
 
-pytestmark = pytest.mark.usefixtures("elsewhere")
+pytestmark = pytest.mark.usefixtures("elsewhere", "wide")
 
 
 @pytest.mark.parametrize(
