@@ -53,11 +53,14 @@ def model(kind: str) -> tuple[Model, Any]:
 def update_memory(built: Model) -> Callable[[Any, float], bool]:
     """Make the function before each step that the user function's contact needs."""
     events, done, data = np.zeros(4000, EVENT), 0, built.mbs.systemData
+    step = float(built.constants.law[0]["step"])
 
     def before_step(*_: Any) -> bool:
         nonlocal done
         q, v = data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
-        update_corners(done, q[SLIDER_X:], v[SLIDER_X:], built.constants.law, built.contacts, events, 0)
+        update_corners(
+            done * step, q[SLIDER_X:], v[SLIDER_X:], built.constants.law, built.contacts, events, 0
+        )
         done += 1
         return True
 

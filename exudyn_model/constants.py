@@ -68,8 +68,8 @@ def scene_constants(parameters: Parameters, step: float) -> Constants:
     ----------
     parameters : Parameters
     step : float
-        Fixed step, s; nan where there is none: touches inside a step alone read it, and they do not occur in
-        steps that end at each touch.
+        Step in a contact, s; nan where there is none: touches inside a step alone read it, and they do not
+        occur in steps that end at each touch.
     """
     return Constants(
         linkage_record(parameters),

@@ -67,7 +67,7 @@ def mass_diagonal(mechanism: Mechanism) -> NDArray[np.float64]:
 
 @kernel
 def audit_energy(
-    index: int,
+    time: float,
     q: NDArray[np.float64],
     v: NDArray[np.float64],
     torque: float,
@@ -77,15 +77,15 @@ def audit_energy(
     audit: Any,
     energies: NDArray[np.float64],
 ) -> None:
-    """Fill ``energies`` (J, in the order of ``ENERGIES``) for accepted state ``index``.
+    """Fill ``energies`` (J, in the order of ``ENERGIES``) for the accepted state at ``time``.
 
     Drive, gravity, damping and friction count from t = 0, kinetic and contact energy are those stored now.
     The residual is work of motor and gravity less the increase of what is stored, less what is dissipated.
 
     Parameters
     ----------
-    index : int
-        Number of steps from t = 0.
+    time : float
+        s.
     q, v : ndarray, shape (15,)
         The slider's x counts from the guide's centre line.
     torque : float
@@ -126,7 +126,7 @@ def audit_energy(
         damping_power += (elastic_pin - state.normal) * state.rate
         friction_power -= state.friction * pin_motion(crank_and_rod2(q, v), pin_law).slip
     drive_power = torque * v[CRANK_ANGLE]
-    if index == 0:
+    if time == 0.0:
         audit.initial_height, audit.initial_stored = height, kinetic + contact
     else:
         half = 0.5 * law.step

@@ -102,6 +102,7 @@ def scales(
     events: Mapping[str, NDArray[Any]],
     extrema: Mapping[str, Mapping[str, float]],
     step: float,
+    longest: float,
     tolerance: float,
 ) -> dict[str, float]:
     """Return the scales of a run that the bounds are multiples of.
@@ -113,8 +114,8 @@ def scales(
         Watched: see ``watch``.
     events, extrema : mapping
         Of ``simulation.Result``.
-    step : float
-        The fixed step, s; 0 for a tree.
+    step, longest : float
+        That in a contact and the longest one in flight, s; 0 for a tree.
     tolerance : float
         Of the Newton iteration; 0 for a tree.
     """
@@ -131,7 +132,7 @@ def scales(
     }
     if step > 0.0:
         # Positions are rounded to some 1e-15 m
-        rounded_speed, squared = 1e-13 / step, (omega * step) ** 2
+        rounded_speed, squared = 1e-13 / step, (omega * longest) ** 2
         cycles = parameters.drive.cycles
         # A mean of the squares: a long rest beside short impacts says nothing of the steps in those
         impulse = np.asarray(events["impulse"], dtype=float)
@@ -142,13 +143,13 @@ def scales(
             "crank_speed_order": abs(omega) * parameters.mechanism.crank.length * (1e-4 + 10 * squared)
             + rounded_speed,
             "drift_order": 1e-7 + 10 * squared * (1 + cycles),
-            "energy_order": _energy_order(parameters, step, squared_share),
+            "energy_order": _energy_order(parameters, step, squared_share) + squared,
         }
     return found
 
 
 def _energy_order(parameters: Parameters, step: float, squared_share: float) -> float:
-    """Bound the energy's residual, an error of second order in the step's share of a contact."""
+    """Bound the energy's residual in contacts, an error of second order in the step's share of one."""
     # The friction of a pin with clearance reverses within a step: measured 4e-6
     order = (1e-6 if parameters.journal is None else 1e-4) + 10 * squared_share
     if parameters.contact.law == "strip":

@@ -28,6 +28,8 @@ class Model:
         body (the motor's on the crank, the guide's on the slider), is -lambda.
     read_corners : callable or None
         See ``five_bodies.native_contact``; None where the contact is the user function.
+    after_newton : callable or None
+        Exudyn's post-Newton function of a crank pin with clearance: see ``contact.journal``.
     """
 
     mbs: Any
@@ -36,3 +38,4 @@ class Model:
     contacts: NDArray[np.void]
     multipliers: tuple[str, ...] = ()
     read_corners: Callable[[], NDArray[np.float64]] | None = None
+    after_newton: Callable[[Any, float], list[float]] | None = None

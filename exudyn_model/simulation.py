@@ -144,6 +144,7 @@ def _invariants(
     ]
     if integration.energy and parameters.contact.law != "paper-switching":
         seen.append(seen_in_energy(columns, extrema))
-    step, tolerance = (run.settings.get(name, 0.0) for name in ("step_used", "newton_tolerance"))
-    found = scales(parameters, run.contacts, events, extrema, step, tolerance)
+    names = "step_used", "longest_step", "newton_tolerance"
+    steps = (run.settings.get(name, 0.0) for name in names)
+    found = scales(parameters, run.contacts, events, extrema, *steps)
     return judge(seen, integration.formulation, integration.method, found)

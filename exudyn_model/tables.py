@@ -5,9 +5,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.channels import ACCELERATIONS, STATE
 from exudyn_model.compiled import kernel
+from exudyn_model.contact.impact_speed import turning_point
 from exudyn_model.contact.memory import EVENT, write_event
 from exudyn_model.contact.states import CONTACTS
+
+# Coordinates and velocities of the slider among the channels; from each to its rate
+_MOTION, _TO_RATE = len(STATE), len(ACCELERATIONS)
 
 _EXTREMA = np.dtype([(name, np.float64) for name in ("min", "time_of_min", "max", "time_of_max")])
 
@@ -29,6 +34,39 @@ def update_extrema(extrema: NDArray[np.void], values: NDArray[np.float64], time:
         if values[channel] > extrema[channel].max:
             extrema[channel].max = values[channel]
             extrema[channel].time_of_max = time
+
+
+@kernel
+def update_turning_points(
+    extrema: NDArray[np.void],
+    before: NDArray[np.float64],
+    values: NDArray[np.float64],
+    step: float,
+    time: float,
+) -> None:
+    """Take the extrema of the slider's motion inside a step into ``extrema``.
+
+    Parameters
+    ----------
+    extrema : ndarray
+    before, values : ndarray
+        At the start of the step and at its end: coordinates, velocities and accelerations first.
+    step : float
+        s.
+    time : float
+        Of the end, s.
+    """
+    for channel in range(_MOTION):
+        rate = channel + _TO_RATE
+        if before[rate] * values[rate] < 0.0:
+            fraction, value = turning_point(
+                before[channel], before[rate], values[channel], values[rate], step
+            )
+            now = time - (1.0 - fraction) * step
+            if value < extrema[channel].min:
+                extrema[channel].min, extrema[channel].time_of_min = value, now
+            if value > extrema[channel].max:
+                extrema[channel].max, extrema[channel].time_of_max = value, now
 
 
 def extrema_table(

@@ -142,7 +142,7 @@ def with_declared(scene: Scene, models: Iterable[str]) -> Scene:
 def finer(model: str, scene: Scene) -> Scene | None:
     """Return the scene with the model's settings one level finer: tolerance / 10, step / 2.
 
-    With Exudyn's fixed steps both: Newton's iteration stops with an error that remains equal in both runs if
+    With Exudyn's five bodies both: Newton's iteration stops with an error that remains equal in both runs if
     only the step is halved, and would appear as a difference of models. An installed model is refined in
     whichever of ``step`` and ``tolerance`` the scene gives as a real number; None if neither.
     """

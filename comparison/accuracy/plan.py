@@ -93,7 +93,7 @@ def _reference(scene: Scene) -> Plan:
 def _exudyn(scene: Scene) -> Plan:
     free, ideal_slider = joints_with_clearance(scene.data), scene.data["joints"]["slider"] == "ideal"
     chosen = scene.data["solver"]["exudyn"]["formulation"]
-    bodies = "all five bodies with their joints, in fixed steps"
+    bodies = "all five bodies with their joints, in steps that are short in contacts"
     integrated: tuple[str, ...]
     if chosen == "tree":
         if "crank_pin" in free:

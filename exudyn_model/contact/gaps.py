@@ -19,7 +19,7 @@ _LAW = law_type("half_width", "half_length", "clearance", "kind", "side_stiffnes
 
 def contact_law(contact: Guide, slider: Slider, step: float) -> NDArray[np.void]:
     """Collect the constants of the kernels in one record, shape (1,); lengths in m, the step in s."""
-    law = surface_law(_LAW, contact, step)
+    law = surface_law(_LAW, contact, step, slider.mass)
     law["half_width"] = slider.width / 2
     law["half_length"] = slider.length / 2
     law["clearance"] = contact.clearance

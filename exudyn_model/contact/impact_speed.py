@@ -1,14 +1,19 @@
-"""Speed at the instant of touch, which lies inside a fixed step (five bodies alone).
+"""Speed at the instant of touch, which lies inside a step (five bodies alone).
 
-Exudyn advances five bodies in fixed steps and calls the force at trial states of a step's end:
+Exudyn advances five bodies in implicit steps and calls the force at trial states of a step's end. In the
+shortest step (``five_bodies.step_choice``), inside of which alone a contact may begin or end:
 
 - What was in contact at the step's start keeps its frozen speed.
 - What was open and is closed in the trial state gets the speed at the instant of touch between the two, by
   :func:`touch`. The next update (``memory``) applies the same function to the accepted state, so the speed
   that is frozen is the one that the step itself was solved with: no jump, and second order is kept.
+
+In a longer step what was open at its start stays without force.
 """
 
 from typing import Any
+
+import numpy as np
 
 from exudyn_model.compiled import kernel
 
@@ -41,6 +46,22 @@ def crossing(gap0: float, rate0: float, gap1: float, rate1: float, step: float) 
 
 
 @kernel
+def turning_point(
+    value0: float, rate0: float, value1: float, rate1: float, step: float
+) -> tuple[float, float]:
+    """Return the fraction of a step where a cubic Hermite interpolant has its extremum, and that extremum.
+
+    rate0 and rate1 must differ in sign.
+    """
+    slope0, slope1, rise = step * rate0, step * rate1, value1 - value0
+    # The slope is slope0 + 2 b f + a f^2
+    a, b = 3.0 * (slope0 + slope1 - 2.0 * rise), 3.0 * rise - 2.0 * slope0 - slope1
+    root = np.sqrt(b * b - a * slope0)
+    fraction = -slope0 / (b + root if slope0 < 0.0 else b - root)
+    return fraction, value0 + fraction * (slope0 + fraction * (b + fraction * a / 3.0))
+
+
+@kernel
 def touch(gap0: float, rate0: float, gap1: float, rate1: float, law: Any) -> tuple[float, float]:
     """Return the fraction of the step at which an open contact closes, and its impact speed (m/s, floored).
 
@@ -59,4 +80,6 @@ def impact_speed_in_force(state: Any, gap: float, rate: float, law: Any) -> floa
     if gap >= 0.0:
         return 0.0
     frozen: float = state.impact_speed
+    if law.stays_open > 0.0:
+        return frozen
     return frozen if frozen > 0.0 else touch(state.gap, state.rate, gap, rate, law)[1]

@@ -47,7 +47,7 @@ def journal_law(parameters: Parameters, step: float) -> NDArray[np.void]:
     journal, mechanism = parameters.journal, parameters.mechanism
     if journal is None:
         return np.zeros(1, _LAW)
-    law = surface_law(_LAW, journal, step)
+    law = surface_law(_LAW, journal, step, mechanism.rod2.mass)
     law["clearance"] = journal.clearance
     law["bearing_radius"] = journal.radius + journal.clearance
     law["crank_to_tip"] = mechanism.crank.to_tip
@@ -172,6 +172,8 @@ def journal_force(
     if motion.gap >= 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     speed = impact_speed_in_force(contacts[PIN], motion.gap, motion.rate, constants)
+    if speed == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     normal = damped(elastic_force(motion.gap, constants), -motion.rate, speed, constants)
     friction = friction_in_regime(normal, motion.slip, contacts[PIN].regime, constants)
     fx, fy, moment1, moment2 = pin_load(normal, friction, motion, bodies, constants)

@@ -41,8 +41,8 @@ def write_event(row: Any, number: int, state: Any, end: float) -> None:
 
 
 @kernel
-def begin(index: int, gap: float, rate: float, state: Any, law: Any) -> float:
-    """Begin a contact that was open in accepted state ``index - 1`` and is closed in state ``index``.
+def begin(time: float, gap: float, rate: float, state: Any, law: Any) -> float:
+    """Begin a contact that was open in the last accepted state and is closed in that at ``time`` (s).
 
     Returns
     -------
@@ -51,12 +51,12 @@ def begin(index: int, gap: float, rate: float, state: Any, law: Any) -> float:
     """
     touched_at = 0.0
     if state.impact_speed == 0.0 and gap < 0.0:
-        if index == 0:
+        if time == 0.0:
             speed = max(-rate, law.impact_speed_floor)
             state.start = 0.0
         else:
             touched_at, speed = touch(state.gap, state.rate, gap, rate, law)
-            state.start = (index - 1 + touched_at) * law.step
+            state.start = time - (1.0 - touched_at) * law.step
         state.impact_speed = speed
         state.normal, state.impulse, state.peak, state.depth = 0.0, 0.0, 0.0, 0.0
     return touched_at
@@ -64,7 +64,7 @@ def begin(index: int, gap: float, rate: float, state: Any, law: Any) -> float:
 
 @kernel
 def accumulate(
-    index: int,
+    time: float,
     motion: CornerMotion | PinMotion,
     normal: float,
     touched_at: float,
@@ -74,12 +74,12 @@ def accumulate(
     events: NDArray[np.void],
     event_count: int,
 ) -> int:
-    """Accumulate a contact up to accepted state ``index``; if it has ended, write it down.
+    """Accumulate a contact up to the accepted state at ``time``; if it has ended, write it down.
 
     Parameters
     ----------
-    index : int
-        Number of steps from t = 0.
+    time : float
+        s.
     motion : CornerMotion or PinMotion
         In this state.
     normal : float
@@ -99,23 +99,23 @@ def accumulate(
     gap, rate = motion.gap, motion.rate
     if state.impact_speed > 0.0:
         left_at = 1.0 if gap < 0.0 else crossing(state.gap, state.rate, gap, rate, law.step)
-        if index > 0:
+        if time > 0.0:
             state.impulse += 0.5 * (state.normal + normal) * (left_at - touched_at) * law.step
         state.peak = max(state.peak, normal)
         state.depth = max(state.depth, -gap)
         state.normal = normal
         state.friction = friction_force(normal, motion.slip, law)
         if gap >= 0.0:
-            write_event(events[event_count], number, state, (index - 1 + left_at) * law.step)
+            write_event(events[event_count], number, state, time - (1.0 - left_at) * law.step)
             event_count += 1
             state.impact_speed = 0.0
-    state.gap, state.rate = gap, rate
+    state.gap, state.rate, state.slip = gap, rate, motion.slip
     return event_count
 
 
 @kernel
 def update_corners(
-    index: int,
+    time: float,
     q: NDArray[np.float64],
     v: NDArray[np.float64],
     law: NDArray[np.void],
@@ -123,12 +123,12 @@ def update_corners(
     events: NDArray[np.void],
     event_count: int,
 ) -> tuple[int, float, float, float]:
-    """Update all corners with accepted state ``index``; ended contacts go to ``events``.
+    """Update all corners with the accepted state at ``time``; ended contacts go to ``events``.
 
     Parameters
     ----------
-    index : int
-        Number of steps from t = 0.
+    time : float
+        s.
     q, v : ndarray, shape (3,)
         The slider's coordinates (x from the guide's centre line) and their rates.
     law, corners : ndarray
@@ -149,8 +149,8 @@ def update_corners(
         low, up = corners[side], corners[side + UPPER]
         lower = corner_motion(side, q[X], q[ANGLE], v[X], v[Y], v[ANGLE], constants)
         upper = corner_motion(side + UPPER, q[X], q[ANGLE], v[X], v[Y], v[ANGLE], constants)
-        lower_touched = begin(index, lower.gap, lower.rate, low, constants)
-        upper_touched = begin(index, upper.gap, upper.rate, up, constants)
+        lower_touched = begin(time, lower.gap, lower.rate, low, constants)
+        upper_touched = begin(time, upper.gap, upper.rate, up, constants)
         # A corner that has left has no force, though its speed is still kept for the table
         normals = side_normals(
             -lower.gap,
@@ -162,10 +162,10 @@ def update_corners(
             constants,
         )
         event_count = accumulate(
-            index, lower, normals[0], lower_touched, side, low, constants, events, event_count
+            time, lower, normals[0], lower_touched, side, low, constants, events, event_count
         )
         event_count = accumulate(
-            index, upper, normals[1], upper_touched, side + UPPER, up, constants, events, event_count
+            time, upper, normals[1], upper_touched, side + UPPER, up, constants, events, event_count
         )
         for corner, motion in ((low, lower), (up, upper)):
             fx -= outward * corner.normal
@@ -176,7 +176,7 @@ def update_corners(
 
 @kernel
 def update_pin(
-    index: int,
+    time: float,
     q: NDArray[np.float64],
     v: NDArray[np.float64],
     law: NDArray[np.void],
@@ -184,12 +184,12 @@ def update_pin(
     events: NDArray[np.void],
     event_count: int,
 ) -> tuple[int, float, float, float]:
-    """Update the pin's memory with accepted state ``index``; an ended contact goes to ``events``.
+    """Update the pin's memory with the accepted state at ``time``; an ended contact goes to ``events``.
 
     Parameters
     ----------
-    index : int
-        Number of steps from t = 0.
+    time : float
+        s.
     q, v : ndarray
         Coordinates of the five bodies, or of crank and rod 2 alone, and their rates.
     law, contacts : ndarray
@@ -206,11 +206,11 @@ def update_pin(
     constants, state = law[0], contacts[PIN]
     bodies = crank_and_rod2(q, v)
     motion = pin_motion(bodies, constants)
-    if index == 0:
+    if time == 0.0:
         state.regime = slip_regime(motion.slip, constants)
-    touched_at, normal = begin(index, motion.gap, motion.rate, state, constants), 0.0
+    touched_at, normal = begin(time, motion.gap, motion.rate, state, constants), 0.0
     if motion.gap < 0.0:
         normal = damped(elastic_force(motion.gap, constants), -motion.rate, state.impact_speed, constants)
-    event_count = accumulate(index, motion, normal, touched_at, PIN, state, constants, events, event_count)
+    event_count = accumulate(time, motion, normal, touched_at, PIN, state, constants, events, event_count)
     fx, fy, _, moment = pin_load(state.normal, state.friction, motion, bodies, constants)
     return event_count, fx, fy, moment

@@ -20,16 +20,20 @@ _SURFACE = (
 
 
 def law_type(*geometry: str) -> np.dtype[np.void]:
-    """Return the type of a record with the constants of a contact, among them those named in ``geometry``."""
-    return np.dtype([(name, np.float64) for name in (*_SURFACE, "step", *geometry)])
+    """Return the type of a record with the constants of a contact, among them those named in ``geometry``.
+
+    Two fields belong to the step in progress (``five_bodies.step_choice``): "step", its length (s), and
+    "stays_open", 1 where what is open at its start stays without force to its end.
+    """
+    return np.dtype([(name, np.float64) for name in (*_SURFACE, "step", "stays_open", "mass", *geometry)])
 
 
-def surface_law(kind: np.dtype[np.void], contact: Contact, step: float) -> NDArray[np.void]:
-    """Make such a record, shape (1,), with the surface's constants in SI units and the step in s."""
+def surface_law(kind: np.dtype[np.void], contact: Contact, step: float, mass: float) -> NDArray[np.void]:
+    """Make such a record, shape (1,): constants in SI units, step (s), mass that the contact carries (kg)."""
     law = np.zeros(1, kind)
     for name in _SURFACE:
         law[name] = getattr(contact, name)
-    law["step"] = step
+    law["step"], law["mass"] = step, mass
     return law
 
 

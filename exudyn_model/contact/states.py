@@ -31,6 +31,7 @@ _STATE = np.dtype(
             "impact_speed",
             "normal",
             "friction",
+            "slip",
             "regime",  # of the friction: see `friction.slip_regime`
             # Accumulated over the contact in progress
             "start",

@@ -32,7 +32,7 @@ from exudyn_model.parameters import Parameters, Rod, Slider
 
 
 def build(parameters: Parameters, state: InitialState, step: float) -> Model:
-    """Build the mechanism at ``state``, for integration with a fixed ``step`` (s).
+    """Build the mechanism at ``state``, for integration with ``step`` (s) in contacts.
 
     Its coordinates are x, y, angle of bodies 1 to 5; the slider's x counts from the guide's centre line.
     """
@@ -66,13 +66,13 @@ def build(parameters: Parameters, state: InitialState, step: float) -> Model:
         mbs.AddLoad(LoadMassProportional(markerNumber=centre, loadVector=[0.0, -mechanism.gravity, 0.0]))
 
     multipliers = []
-    contacts = contact_states()
+    contacts, after_newton = contact_states(), None
     constants = scene_constants(parameters, step)
     law, pin_law = constants.law, constants.pin_law
     for pin in pins(mechanism):
         if pin.name == "A" and parameters.journal is not None:
             _add_contact(mbs, [nodes[CRANK], nodes[ROD2]], journal.force_user_function(pin_law, contacts))
-            mbs.SetPostNewtonUserFunction(journal.post_newton_user_function(pin_law, contacts))
+            after_newton = journal.post_newton_user_function(pin_law, contacts)
             continue
         multipliers += [f"reaction_{pin.name}_x", f"reaction_{pin.name}_y"]
         ends = []
@@ -106,7 +106,7 @@ def build(parameters: Parameters, state: InitialState, step: float) -> Model:
     else:
         _add_contact(mbs, [nodes[SLIDER]], force_user_function(law, contacts))
     mbs.Assemble()
-    return Model(mbs, container, constants, contacts, tuple(multipliers), read_corners)
+    return Model(mbs, container, constants, contacts, tuple(multipliers), read_corners, after_newton)
 
 
 def _add_contact(mbs: Any, nodes: list[Any], force: ForceUserFunction) -> None:

@@ -178,7 +178,7 @@ def deepest(q: NDArray[np.float64], law: NDArray[np.void]) -> float:
 
 @kernel
 def update_native_corners(
-    index: int,
+    time: float,
     q: NDArray[np.float64],
     v: NDArray[np.float64],
     native: NDArray[np.float64],
@@ -197,11 +197,11 @@ def update_native_corners(
         state, normal = corners[number], native[number, _NORMAL]
         _, rate, slip, arm_x, arm_y = corner_motion(number, q[X], q[ANGLE], v[X], v[Y], v[ANGLE], constants)
         motion = CornerMotion(native[number, _GAP], rate, slip, arm_x, arm_y)
-        touched_at = begin(index, motion.gap, rate, state, constants)
-        if motion.gap < 0.0 and index > 0:
+        touched_at = begin(time, motion.gap, rate, state, constants)
+        if motion.gap < 0.0 and time > 0.0:
             state.impact_speed = max(native[number, _IMPACT_SPEED], constants.impact_speed_floor)
         event_count = accumulate(
-            index, motion, normal, touched_at, number, state, constants, events, event_count
+            time, motion, normal, touched_at, number, state, constants, events, event_count
         )
         state.friction = native[number, _FRICTION]
         inward = -ACROSS[number] * normal

@@ -39,7 +39,7 @@ from exudyn_model.contact.states import CORNERS, PIN
 from exudyn_model.energy import audit_energy
 from exudyn_model.five_bodies.native_contact import update_native_corners
 from exudyn_model.free_rocker import slider_acceleration_with_pin_clearance
-from exudyn_model.tables import update_extrema
+from exudyn_model.tables import update_extrema, update_turning_points
 from exudyn_model.watch import Eccentricity, watch_corners, watch_pin
 
 _CORNERS, _ENERGIES = len(CORNERS), len(ENERGIES)
@@ -92,12 +92,12 @@ def observe(
     kept: Kept,
     constants: Constants,
     contacts: NDArray[np.void],
-    index: int,
+    time: float,
     native: NDArray[np.float64],
     events: NDArray[np.void],
     event_count: int,
 ) -> int:
-    """Update the contacts' memory, fill the values of all channels, update_extrema their extrema.
+    """Update the contacts' memory, fill the values of all channels, update their extrema.
 
     Parameters
     ----------
@@ -106,8 +106,8 @@ def observe(
     constants : Constants
     contacts : ndarray, shape (5,)
         Changed in place.
-    index : int
-        Number of steps from t = 0.
+    time : float
+        s.
     native : ndarray, shape (4, 4) or (0, 4)
         What ``native_contact`` reads of the corners; empty where the contact is the user function.
     events : ndarray, shape (n,)
@@ -120,15 +120,15 @@ def observe(
     """
     q, v, multipliers, values = vectors.q, vectors.v, vectors.multipliers, kept.values
     linkage, law, pin_law = constants.linkage[0], constants.law, constants.pin_law
-    time = index * law[0].step
+    before = values[:GAP].copy()
     fx, fy, moment = 0.0, 0.0, 0.0
     if len(native) > 0:
         event_count, fx, fy, moment = update_native_corners(
-            index, q[SLIDER_X:], v[SLIDER_X:], native, law, contacts, events, event_count
+            time, q[SLIDER_X:], v[SLIDER_X:], native, law, contacts, events, event_count
         )
     elif not linkage.ideal_slider:
         event_count, fx, fy, moment = update_corners(
-            index, q[SLIDER_X:], v[SLIDER_X:], law, contacts, events, event_count
+            time, q[SLIDER_X:], v[SLIDER_X:], law, contacts, events, event_count
         )
     values[channels.SLIDER_X] = linkage.guide_x + q[SLIDER_X]
     values[channels.SLIDER_Y], values[channels.SLIDER_ANGLE] = q[SLIDER_Y], q[SLIDER_ANGLE]
@@ -137,9 +137,7 @@ def observe(
     if linkage.ideal_pin:
         ax, ay, alpha = slider_acceleration(q, v, fx, fy, moment, linkage)
     else:
-        event_count, pin_x, pin_y, pin_moment = update_pin(
-            index, q, v, pin_law, contacts, events, event_count
-        )
+        event_count, pin_x, pin_y, pin_moment = update_pin(time, q, v, pin_law, contacts, events, event_count)
         forces = Forces(fx, fy, moment, pin_x, pin_y, pin_moment)
         ax, ay, alpha = slider_acceleration_with_pin_clearance(q, v, forces, linkage)
         reaction = ADDED + len(multipliers)
@@ -151,7 +149,7 @@ def observe(
         values[NORMAL + PER_CONTACT * number] = contacts[number].normal
         values[FRICTION + PER_CONTACT * number] = contacts[number].friction
     # Exudyn's own contact begins with the first step, whatever is closed before
-    if not linkage.ideal_slider and (index > 0 or len(native) == 0):
+    if not linkage.ideal_slider and (time > 0.0 or len(native) == 0):
         watch_corners(
             time,
             q[SLIDER_X],
@@ -167,8 +165,10 @@ def observe(
         values[ADDED + row] = -multipliers[row]
     if len(kept.masses) > 0:
         torque, energies = -multipliers[vectors.drive], values[len(values) - _ENERGIES :]
-        audit_energy(index, q, v, torque, kept.masses, constants, contacts, kept.audit[0], energies)
+        audit_energy(time, q, v, torque, kept.masses, constants, contacts, kept.audit[0], energies)
     update_extrema(kept.extrema, values, time)
+    if law[0].stays_open > 0.0:  # longer than a tick
+        update_turning_points(kept.extrema, before, values, law[0].step, time)
     return event_count
 
 

@@ -15,6 +15,7 @@ from exudyn_model.energy import new_audit
 from exudyn_model.five_bodies.constraints import CONSTRAINTS, Constraints
 from exudyn_model.five_bodies.native_contact import RADIUS, deepest
 from exudyn_model.five_bodies.observation import Kept, Vectors, observe
+from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.model import Model
 from exudyn_model.tables import event_table, extrema_table, new_extrema
 
@@ -31,8 +32,10 @@ class Recorder:
     ----------
     model : Model
         From ``mechanism``.
-    steps_per_sample, samples : int
-        Every ``steps_per_sample``-th state is a sample; ``samples`` of them besides the initial state.
+    choice : StepChoice
+        Tells the time of the state to accept.
+    samples : int
+        Besides the initial state.
     masses : ndarray, shape (15,) or (0,)
         From ``energy``; empty where the energy is not audited.
     constraints : Constraints
@@ -49,7 +52,7 @@ class Recorder:
     def __init__(
         self,
         model: Model,
-        steps_per_sample: int,
+        choice: StepChoice,
         samples: int,
         masses: NDArray[np.float64],
         constraints: Constraints,
@@ -58,10 +61,9 @@ class Recorder:
         self.drift = dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
         self._constraints = constraints
         self._constants, self._contacts = model.constants, model.contacts
-        self._step = float(model.constants.law[0]["step"])
+        self._choice = choice
         self._read_corners = model.read_corners
         self._drive = model.multipliers.index("crank_torque")
-        self._steps_per_sample = steps_per_sample
         self._channels = CHANNELS + model.multipliers
         if "reaction_A_x" not in self._channels:
             self._channels += ("reaction_A_x", "reaction_A_y")  # of the contact
@@ -71,13 +73,9 @@ class Recorder:
         self._kept = Kept(np.zeros(count), new_extrema(count), new_audit(), masses)
         self._samples = np.zeros((samples + 1, count))
         self._events = np.zeros(0, EVENT)
-        self._event_count = 0
+        self._event_count, self._sample_count = 0, 0
+        self._time = 0.0
         self._followed: tuple[int, ...] = ()
-
-    @property
-    def at_sample(self) -> bool:
-        """Whether the next state is a sample."""
-        return self.accepted % self._steps_per_sample == 0
 
     def follow(
         self, q: NDArray[np.float64], v: NDArray[np.float64], multipliers: NDArray[np.float64]
@@ -105,7 +103,7 @@ class Recorder:
             return
         self._followed, self._q, self._v = places, q, v
         fixed = Vectors(q, v, multipliers, self._drive), self._kept, self._constants, self._contacts
-        self._observe = partial(direct(observe, *fixed, 0, _NOT_NATIVE, self._events, 0), *fixed)
+        self._observe = partial(direct(observe, *fixed, 0.0, _NOT_NATIVE, self._events, 0), *fixed)
 
     def accept(self) -> bool:
         """Take the next state.
@@ -115,22 +113,23 @@ class Recorder:
         bool
             Whether it is a sample.
         """
-        is_sample = self.accepted % self._steps_per_sample == 0
+        is_sample, time = self._choice.at_sample, self._choice.time
         if is_sample:
             # Each contact ends at most once a step: this lasts until the next sample
-            needed = self._event_count + len(CONTACTS) * self._steps_per_sample
+            needed = self._event_count + len(CONTACTS) * self._choice.per_sample
             if needed > len(self._events):
                 self._events = np.concatenate([self._events, np.zeros(needed, EVENT)])
         native = self._read_corners() if self._read_corners else _NOT_NATIVE
-        self._event_count = self._observe(self.accepted, native, self._events, self._event_count)
+        self._event_count = self._observe(time, native, self._events, self._event_count)
         if is_sample:
-            self._samples[self.accepted // self._steps_per_sample] = self._kept.values
-            time = self.accepted * self._step
+            self._samples[self._sample_count] = self._kept.values
+            self._sample_count += 1
             for name, amount in zip(
                 CONSTRAINTS, self._constraints.violation(time, self._q, self._v), strict=True
             ):
                 if not amount <= self.drift[name][0]:  # also where it is not a number
                     self.drift[name] = amount, time
+        self._time = time
         self.accepted += 1
         return is_sample
 
@@ -145,8 +144,9 @@ class Recorder:
 
     def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
         """Return sampled channels by name, as far as the run came."""
-        count = (self.accepted - 1) // self._steps_per_sample + 1
-        return {name: self._samples[:count, self._channels.index(name)].copy() for name in names}
+        return {
+            name: self._samples[: self._sample_count, self._channels.index(name)].copy() for name in names
+        }
 
     def extrema(self, names: tuple[str, ...]) -> dict[str, dict[str, float]]:
         """Return least and greatest value of each channel over all accepted states, with their times in s."""
@@ -154,5 +154,4 @@ class Recorder:
 
     def events(self) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
-        now = (self.accepted - 1) * self._step
-        return event_table(self._events[: self._event_count], self._contacts, now)
+        return event_table(self._events[: self._event_count], self._contacts, self._time)

@@ -13,10 +13,12 @@ from exudyn_model.five_bodies.recording import Recorder
 from exudyn_model.five_bodies.settings import (
     SPECTRAL_RADIUS,
     choose_steps,
+    fixed_steps,
     jacobian_uses,
     newton_tolerance,
 )
 from exudyn_model.five_bodies.solver import solve
+from exudyn_model.five_bodies.step_choice import LONGEST, LONGEST_INDEX2, StepChoice
 from exudyn_model.parameters import Parameters
 from exudyn_model.run import Run
 
@@ -26,13 +28,18 @@ def run_five_bodies(parameters: Parameters, progress: Callable[[float], None] | 
     steps = choose_steps(parameters)
     model = build(parameters, assemble(parameters), steps.size)
     masses = mass_diagonal(parameters.mechanism) if parameters.integration.energy else np.zeros(0)
-    recorder = Recorder(model, steps.per_sample, steps.samples, masses, Constraints(parameters))
     method = parameters.integration.method
+    longest = LONGEST_INDEX2 if method == "trapezoidal-index2" else LONGEST
+    if fixed_steps(parameters):
+        longest = 1
+    choice = StepChoice(model.constants, model.contacts, steps.size, steps.per_sample, longest)
+    recorder = Recorder(model, choice, steps.samples, masses, Constraints(parameters))
     tolerance = newton_tolerance(parameters, steps.size)
     uses = jacobian_uses(parameters)
-    outcome = solve(model.mbs, steps, method, tolerance, uses, recorder, progress)
+    outcome = solve(model, steps, choice, method, tolerance, uses, recorder, progress)
     settings: dict[str, Any] = {
         "step_used": steps.size,
+        "longest_step": choice.longest_taken * steps.size,
         "steps_per_sample": steps.per_sample,
         "newton_tolerance": tolerance,
     }

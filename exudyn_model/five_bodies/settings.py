@@ -13,7 +13,7 @@ SPECTRAL_RADIUS = 0.9
 
 @dataclass(frozen=True)
 class Steps:
-    """The fixed steps of a run.
+    """The steps of a run, all as short as in a contact.
 
     Attributes
     ----------
@@ -41,6 +41,14 @@ def choose_steps(parameters: Parameters) -> Steps:
     # An interval that is a whole number of steps must not get one more from round-off
     per_sample = max(1, math.ceil(interval / parameters.integration.step * (1 - 1e-12)))
     return Steps(interval, parameters.samples, per_sample)
+
+
+def fixed_steps(parameters: Parameters) -> bool:
+    """Return whether all steps are equal: with nothing to touch, or by Exudyn's own contact object.
+
+    That object locates no touch in a longer step, and an ideal linkage has no contact whose step to follow.
+    """
+    return parameters.ideal or parameters.integration.formulation == "native"
 
 
 def newton_tolerance(parameters: Parameters, step: float) -> float:
@@ -74,10 +82,11 @@ def jacobian_uses(parameters: Parameters) -> int:
     return 1 if smooth else 8
 
 
-def settings(steps: Steps, method: str, tolerance: float, uses: int) -> Any:
-    """Make ``exudyn.SimulationSettings`` for fixed steps; each value set here has its reason beside it.
+def settings(steps: Steps, method: str, tolerance: float, uses: int, fixed: bool = True) -> Any:
+    """Make ``exudyn.SimulationSettings``; each value set here has its reason beside it.
 
-    ``tolerance`` and ``uses`` of a Jacobian are those of the functions above.
+    ``tolerance`` and ``uses`` of a Jacobian are those of the functions above, ``fixed`` whether all steps are
+    equal; else ``solver`` sets the length of each.
     """
     values = exu.SimulationSettings()
     # No folder `solution/`, no file, no sensor: `recording` takes what it needs from memory
@@ -87,9 +96,11 @@ def settings(steps: Steps, method: str, tolerance: float, uses: int) -> Any:
     integration.verboseMode = 0
     integration.endTime = steps.samples * steps.sample_interval
     integration.numberOfSteps = steps.samples * steps.per_sample
-    # Equal steps: samples fall on states, the order of convergence means something, and no step is tried
-    # twice, so that each call before a step brings the recorder a new state
-    integration.adaptiveStep = False
+    # A step is tried again only where `solver` asks for it, with the length that it sets; never shorter than
+    # the fixed one, and never lengthened by Exudyn's own choice
+    integration.adaptiveStep = not fixed
+    integration.adaptiveStepRecoverySteps = 2**31 - 1
+    integration.minimumStepSize = steps.size * (1.0 + 1e-9) if not fixed else integration.minimumStepSize
     integration.automaticStepSize = False
     if method == "trapezoidal-index2":
         # Constraints at velocity level: the multipliers are as smooth as the accelerations. A relative
@@ -110,7 +121,7 @@ def settings(steps: Steps, method: str, tolerance: float, uses: int) -> Any:
     integration.discontinuous.maxIterations = 6
     integration.discontinuous.ignoreMaxIterations = False
     # Exudyn's own contact would ask for shorter steps where it begins, and stop where the step is fixed
-    integration.discontinuous.useRecommendedStepSize = False
+    integration.discontinuous.useRecommendedStepSize = not fixed
     # In N and m alike. For index 3 the usual 1e-7 is no limit: 1e-8 moves the slider of the paper's case by
     # 2e-11 m, and the step of 2e-6 s leaves 3e-7 m. Much smaller ones are less than the forces' round-off
     integration.newton.absoluteTolerance = tolerance

@@ -10,7 +10,13 @@ import exudyn as exu
 from exudyn_model.bodies import ROD4_ANGLE
 from exudyn_model.five_bodies.recording import Recorder
 from exudyn_model.five_bodies.settings import Steps, settings
+from exudyn_model.five_bodies.step_choice import StepChoice
+from exudyn_model.model import Model
 from exudyn_model.run import PROGRESS_INTERVAL, Outcome
+
+# Ticks of a step in which the linkage hardly moves, and how many iterations of a longer one may use an old
+# Jacobian
+_SHORT, _USES_IN_LONG = 4, 2
 
 
 class _BehindWallError(Exception):
@@ -29,27 +35,52 @@ def _rod4_spun(data: Any) -> bool:
 
 
 def solve(
-    mbs: Any,
+    model: Model,
     steps: Steps,
+    choice: StepChoice,
     method: str,
     tolerance: float,
     uses: int,
     recorder: Recorder,
     progress: Callable[[float], None] | None,
 ) -> Outcome:
-    """Integrate ``mbs`` from t = 0 and pass every accepted state to ``recorder``.
+    """Integrate ``model`` from t = 0 and pass every accepted state to ``recorder``.
 
     One call of Exudyn's solver for the whole run: a second one would start with new initial accelerations.
+    The length of each step is set before it; a step in which a contact begins or ends is taken back after it
+    where it is longer than a tick (``step_choice``).
     """
     interruption: list[BaseException] = []
+    mbs, settle = model.mbs, model.after_newton
     data = mbs.systemData
-    last_call = time.monotonic()
+    fixed, index2 = choice.longest == 1, method == "trapezoidal-index2"
+    # Whether Newton's method has converged in the present step, so that it is accepted; whether the step is
+    # to be iterated once more from its start; fraction of the step up to where a contact begins or ends
+    accepted, again, fraction = True, False, 0.0
+    rejected = 0
+    dynamic: Any = None
+    iteration: Any = None
+    newton: Any = None
+    last_call, duration = time.monotonic(), steps.samples * steps.sample_interval
 
     def before_step(*_: Any) -> bool:
         """Record the current state; False to stop."""
-        nonlocal last_call
+        nonlocal last_call, accepted, again, rejected, dynamic, iteration, newton
         try:
-            if recorder.at_sample:
+            if dynamic is None:
+                dynamic = mbs.sys["dynamicSolver"]
+                iteration, newton = dynamic.it, dynamic.newton
+            if not accepted:
+                if fraction == 0.0:
+                    # Newton's method has failed, after which Exudyn does not restore the algorithmic
+                    # accelerations of its method; to iterate anew does
+                    again = not index2
+                rejected += 1
+                choice.shorten(fraction if fraction > 0.0 else 0.5)
+                set_step()
+                dynamic.conv.jacobianUpdateRequested = True
+                return True
+            if choice.at_sample:
                 recorder.follow(
                     data.GetODE2Coordinates(copy=False),
                     data.GetODE2Coordinates_t(copy=False),
@@ -61,19 +92,57 @@ def solve(
                 return False
             if is_sample and progress is not None and time.monotonic() - last_call > PROGRESS_INTERVAL:
                 last_call = time.monotonic()
-                progress((recorder.accepted - 1) / (steps.samples * steps.per_sample))
+                progress(choice.time / duration)
+            before = choice.ticks
+            choice.choose()
+            if not fixed:
+                accepted = False
+                if choice.ticks != before:
+                    set_step()
         # Also a user's Ctrl-C: Exudyn would make it an error of its own
         except BaseException as exception:
             interruption.append(exception)
             return False
         return True
 
+    def set_step() -> None:
+        """Give Exudyn the step that begins."""
+        iteration.currentStepSize = choice.ticks * choice.size
+        iteration.currentTime = choice.time
+        # In long steps, in which the linkage moves on, two iterations seldom suffice; a third with the old
+        # Jacobian takes less time than a new one
+        newton.maxModifiedNewtonIterations = uses if choice.ticks <= _SHORT else max(uses, _USES_IN_LONG)
+        if index2:
+            # Rows of the constraints' velocities are scaled with the step
+            dynamic.conv.jacobianUpdateRequested = True
+
+    def after_newton(mbs: Any, t: float) -> list[float]:
+        """Exudyn's post-Newton function: an error above 1 rejects, with a recommended step or to iterate."""
+        nonlocal accepted, again, fraction
+        if settle is not None and settle(mbs, t)[0] > 0.0:
+            return [2.0, -1.0]
+        if again:
+            again = False
+            return [2.0, -1.0]
+        if choice.ticks > 1:
+            fraction = choice.first_change(
+                data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
+            )
+            if not fraction > 1.0:
+                return [2.0, 0.0]
+        accepted, fraction = True, 0.0
+        return [0.0, -1.0]
+
     mbs.SetPreStepUserFunction(before_step)
+    if not fixed:
+        mbs.SetPostNewtonUserFunction(after_newton)
+    elif settle is not None:
+        mbs.SetPostNewtonUserFunction(settle)
     status, remedy = "success", ""
     console = exu.config.printToConsole
     exu.config.printToConsole = False
     try:
-        mbs.SolveDynamic(settings(steps, method, tolerance, uses))
+        mbs.SolveDynamic(settings(steps, method, tolerance, uses, fixed))
         if not interruption:
             before_step()  # the last state, which no further step starts from
     except exu.SolverError:
@@ -88,6 +157,7 @@ def solve(
     finally:
         exu.config.printToConsole = console
         mbs.SetPreStepUserFunction(0)
+        mbs.SetPostNewtonUserFunction(0)
     if interruption and not isinstance(interruption[0], _BehindWallError):
         raise interruption[0]
     if interruption:
@@ -102,6 +172,7 @@ def solve(
     iterations = mbs.sys["dynamicSolver"].it
     counters = {
         "steps": recorder.accepted - 1,
+        "rejected": rejected,
         "newton_iterations": iterations.newtonStepsCount,
         "jacobians": iterations.newtonJacobiCount,
     }

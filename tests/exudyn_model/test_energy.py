@@ -75,6 +75,7 @@ def test_samples_of_the_works_do_not_depend_on_how_many_are_taken(make_scene):
     changes = ENERGY | {"drive.cycles": 0.05, "solver.exudyn.step": 4e-6}
     seldom = simulate(make_scene(changes)).columns
     often = simulate(make_scene(changes | {"output.samples_per_cycle": 10_000})).columns
+    scale = np.max(seldom["energy_kinetic"])
     for name in NAMES:
-        # The same steps; times are rounded differently
-        np.testing.assert_allclose(often[name][::10], seldom[name], rtol=1e-8, atol=1e-11, err_msg=name)
+        # Steps in flight end at samples: the order's error of the longest, 3e-5 s
+        np.testing.assert_allclose(often[name][::10], seldom[name], atol=1e-6 * scale, err_msg=name)

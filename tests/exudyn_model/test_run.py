@@ -81,8 +81,8 @@ def test_samples_do_not_depend_on_how_many_are_taken(result, make_scene):
     often = simulate(make_scene({**SHORT, "output.samples_per_cycle": 4000}))
     for name, values in result.columns.items():
         if name != "time":
-            # The same steps; times k h of a run are rounded differently
-            np.testing.assert_allclose(often.columns[name][::4], values, rtol=1e-9, atol=1e-12)
+            # Steps in flight end at samples: the order's error of the longest, far below that of the contacts
+            np.testing.assert_allclose(often.columns[name][::4], values, atol=1e-3 * np.ptp(values))
 
 
 def test_equal_scenes_give_equal_results_with_and_without_progress(either, settings, make_scene):
@@ -100,10 +100,11 @@ def test_provenance_is_json(result):
     provenance = json.loads(json.dumps(result.provenance))
     assert provenance["model"] == "exudyn"
     counters = provenance["counters"]
-    assert counters["steps"] == 10_000
-    # The work: little more than two iterations a step, and a Jacobian that serves some ten steps
-    assert counters["newton_iterations"] < 2.3 * counters["steps"]
-    assert counters["jacobians"] < 0.2 * counters["steps"]
+    # The work, of 10,000 steps as long as in a contact: few of them, two or three iterations each, and a
+    # Jacobian that serves several steps
+    assert counters["steps"] < 0.15 * 10_000
+    assert counters["newton_iterations"] < 3.5 * counters["steps"]
+    assert counters["jacobians"] < 0.5 * counters["steps"]
     assert provenance["status"] == result.status == "success"
     assert provenance["versions"]["exudyn"] == "1.13.6"
 

@@ -30,7 +30,7 @@ def thrown(fly, guide, plain_contact):
             force = plain_contact.corners_user_function(contact, POINT, step, corners)
 
         def update_guide(done, q, v, count):
-            return update_corners(done, q, v, law, corners, events, count)[0]
+            return update_corners(done * step, q, v, law, corners, events, count)[0]
 
         rates, count = fly([POINT.mass], [complex(SPEED)], force, update_guide, DURATION, steps, 1)
         return rates[0], events[:count]

@@ -131,7 +131,7 @@ def rebound(make_scene, fly):
         )
 
         def update_journal(done, q, v, count):
-            return update_pin(done, q, v, law, contacts, events, count)[0]
+            return update_pin(done * duration / steps, q, v, law, contacts, events, count)[0]
 
         # Obliquely, at no special angle
         velocities = [sign * speed * cmath.exp(0.7j) for sign in (0.5, -0.5)]

@@ -19,7 +19,7 @@ def update(guide, slider):
 
     def update(offset, speed, slip=0.0):
         count, *force = update_corners(
-            update.index,
+            update.index * STEP,
             np.array([offset, 0.0, 0.0]),
             np.array([speed, slip, 0.0]),
             law,

@@ -78,9 +78,10 @@ def test_a_run_tells_the_largest_violation(make_scene, method):
     for step in (8e-6, 4e-6):
         changes = {"drive.cycles": 0.1, "solver.exudyn.step": step, "solver.exudyn.method": method}
         recorded = simulate(make_scene(changes)).provenance["constraints"]
-        for name in ("position", "velocity"):
+        # In flight steps are up to 32 times as long, 8 times for index 2: measured 5e-7 m/s and 7e-9 m
+        for name, bound in (("position", 1e-8), ("velocity", 1e-6)):
             assert 0.0 <= recorded[f"{name}_time_s"] <= 0.04
-            assert 0.0 < recorded[name] < 1e-8
+            assert 0.0 < recorded[name] < bound
         found.append(recorded["position"])
     assert max(found) < 1e-8
     assert min(found) > 0.0

@@ -11,6 +11,7 @@ from exudyn_model.contact.states import contact_states
 from exudyn_model.five_bodies.constraints import Constraints
 from exudyn_model.five_bodies.mechanism import build
 from exudyn_model.five_bodies.recording import Recorder
+from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.reading import read_scene
 
 
@@ -35,14 +36,16 @@ def test_the_machine_code_gives_what_the_kernel_gives_to_the_last_digit(paramete
 def test_a_recorder_reads_its_vectors_anew_and_notices_if_others_take_their_place(parameters):
     state = assemble(parameters)
     model = build(parameters, state, 1e-6)
-    recorder = Recorder(model, 2, 2, np.zeros(0), Constraints(parameters))
+    choice = StepChoice(model.constants, model.contacts, 1e-6, 2, 1)
+    recorder = Recorder(model, choice, 2, np.zeros(0), Constraints(parameters))
     q, v, multipliers = state.positions.ravel(), state.velocities.ravel(), np.zeros(13)
     q[12] -= parameters.mechanism.guide_x
     recorder.follow(q, v, multipliers)
     heights = []
     for number in range(5):
-        assert recorder.at_sample == (number % 2 == 0)
+        assert choice.time == number * 1e-6
         assert recorder.accept() == (number % 2 == 0)
+        choice.choose()
         heights.append(q[13])
         q[13] += 1e-3
     np.testing.assert_array_equal(recorder.columns(("slider_y",))["slider_y"], heights[::2])

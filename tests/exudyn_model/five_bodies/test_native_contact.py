@@ -40,8 +40,8 @@ def test_agrees_with_the_user_function_over_the_first_cycle(make_scene):
 
 def test_without_friction_nothing_but_the_impact_speed_differs(make_scene):
     changes = {"drive.cycles": 0.05, "friction.coefficient": 0.0, "contact.restitution": 1.0}
-    # Undamped: Newton's tolerance and round-off of coordinates of 0.55 m
-    assert distance(make_scene, changes) < 1e-11
+    # Undamped: what longer steps in flight leave; measured 2.9e-11
+    assert distance(make_scene, changes) < 1e-10
 
 
 def test_opposite_corners(make_scene):
