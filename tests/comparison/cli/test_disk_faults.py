@@ -16,6 +16,7 @@ import pytest
 from faulty_disk import contents, failing, small_files
 
 from comparison.cli import main
+from comparison.report.origin import origin
 
 pytest.importorskip("resource", reason="limits of file sizes are POSIX")
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("fake_models")]
@@ -50,6 +51,8 @@ def command(scene_file, tmp_path, monkeypatch, fake_model):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
     monkeypatch.setattr("comparison.execution.run.load", lambda _: fake_model.simulate)
     monkeypatch.delenv("SIXBAR_TEST_LOG")  # a file that the fakes write
+    written = origin()
+    monkeypatch.setattr("comparison.report.origin.origin", lambda: written)  # with the time of day
     text = Path(scene_file("own", 9.0, "groups = []\n")).read_text()
     for which, gravity in (("old", "9.0"), ("new", "9.5")):
         (tmp_path / which).mkdir()

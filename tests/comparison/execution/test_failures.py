@@ -202,5 +202,5 @@ def test_a_scene_out_of_range_is_one_line(model, changes, reported, capfd):
 @pytest.mark.parametrize("model", ["reference", "exudyn"])
 @pytest.mark.parametrize("scene", ["150rpm-0.2mm", "crank-pin"])
 def test_a_model_prints_nothing_of_its_own(model, scene, capfd):
-    assert main(command(model, {"drive.cycles": 0.02}, scene)) == 0
+    assert main([*command(model, {"drive.cycles": 0.02}, scene), "-q"]) == 0
     assert capfd.readouterr() == ("a.events.csv\na.json\na.csv\n", "")
