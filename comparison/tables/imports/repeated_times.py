@@ -28,7 +28,8 @@ def resolved(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.DataFr
     TableError
         If times are repeated and ``at_events`` is None.
     """
-    time = frame["time"].to_numpy(dtype=np.float64)
+    # What is not a number is refused where the values are checked.
+    time = pd.to_numeric(frame["time"], errors="coerce").to_numpy(dtype=np.float64)
     again = np.append(False, np.diff(time) == 0)
     if not again.any():
         return frame
@@ -45,7 +46,7 @@ def resolved(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.DataFr
     kept = {"left": first, "right": last, "both": first | last}[at_events]
     rows: pd.DataFrame = frame[kept].reset_index(drop=True)
     if at_events == "both":
-        times = rows["time"].to_numpy(dtype=np.float64).copy()
+        times = pd.to_numeric(rows["time"], errors="coerce").to_numpy(dtype=np.float64).copy()
         after = np.append(False, np.diff(times) == 0)
         times[after] = np.nextafter(times[after], np.inf)
         rows["time"] = times

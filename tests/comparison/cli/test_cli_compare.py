@@ -144,3 +144,13 @@ def test_crank_angle_and_speed_are_channels():
         Path(f"{name}.csv").write_text(f"time,crank_angle,crank_speed\n{rows}\n")
     # One runs on, the other starts anew with each revolution.
     assert main(["compare", "a.csv", "b.csv", "--tolerance", "1e-9"]) == 0
+
+
+def test_a_second_heading_among_the_rows_is_one_line(make_table, capsys):
+    write(make_table(), Path("a.csv"))
+    head, *rows = Path("a.csv").read_text().splitlines()
+    Path("b.csv").write_text("\n".join([head, *rows[:3], head, *rows[3:]]) + "\n")
+    assert main(["compare", "a.csv", "b.csv"]) == 2
+    err = capsys.readouterr().err
+    assert "data row 4" in err
+    assert err.count("\n") == 1

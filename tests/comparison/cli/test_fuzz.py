@@ -1,7 +1,8 @@
 """Any input: a verdict or one line on stderr, never a traceback, an internal error or a raw escape.
 
 Scenes, mappings, tables and arguments are damaged at random. A failure prints what reproduces it. The number
-of examples of each test is HYPOTHESIS_EXAMPLES, else 600.
+of examples of each test is HYPOTHESIS_EXAMPLES, else 300, a third of it where tables are compared and a page is
+written.
 """
 
 from __future__ import annotations
@@ -23,12 +24,13 @@ from comparison.scene import load_scene, shipped_scenes
 from comparison.tables.table import write
 
 pytestmark = pytest.mark.slow
-EXAMPLES = int(os.environ.get("HYPOTHESIS_EXAMPLES", "600"))
+EXAMPLES = int(os.environ.get("HYPOTHESIS_EXAMPLES", "300"))
 many = settings(
     max_examples=EXAMPLES,
     print_blob=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
+costly = settings(many, max_examples=EXAMPLES // 3)
 SHIPPED = [
     Path(str(files("comparison.scene.shipped").joinpath(f"{name}.toml"))).read_text()
     for name in ("paper", *shipped_scenes())
@@ -144,7 +146,7 @@ EVENTS = "corner,start,end,normal_speed,impulse,peak_force,largest_depth\nll,0.1
 NAMES = st.sampled_from(["own.csv", "own.txt", "own.tsv", "own.mat", "own.parquet", "own.dat"])
 
 
-@many
+@costly
 @given(data=st.data(), name=NAMES)
 def test_tables(data, name, tables, tmp_path):
     sound, text = tables
@@ -153,7 +155,7 @@ def test_tables(data, name, tables, tmp_path):
     held(["compare", str(path), str(sound), "--out", str(tmp_path / "out")])
 
 
-@many
+@costly
 @given(
     record=st.one_of(
         damaged(st.just(RECORD)),
@@ -182,7 +184,7 @@ MAPPING = (
 )
 
 
-@many
+@costly
 @given(content=damaged(st.just(MAPPING)))
 def test_mapping_files(content, tables, tmp_path):
     sound, text = tables
@@ -195,7 +197,7 @@ def test_mapping_files(content, tables, tmp_path):
 BASELINE = Path(str(files("comparison"))).parent / "sixbar-baseline.toml"
 
 
-@settings(many, max_examples=min(EXAMPLES, 100))
+@costly
 @given(content=damaged(st.just(BASELINE.read_text()[:20_000])))
 def test_baselines(content, tmp_path):
     (tmp_path / "baseline.toml").write_bytes(content)
