@@ -1,8 +1,8 @@
 """Any input: a verdict or one line on stderr, never a traceback, an internal error or a raw escape.
 
 Scenes, mappings, tables and arguments are damaged at random. A failure prints what reproduces it. The number
-of examples of each test is HYPOTHESIS_EXAMPLES, else 300, a third of it where tables are compared and a page is
-written.
+of examples of each test is HYPOTHESIS_EXAMPLES, else 300, a third of it where tables are compared and a
+page is written.
 """
 
 from __future__ import annotations
