@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import typer
+from comparison.cli.console import say
+from comparison.cli.layout import wrapped
 
 OnePair = Callable[[str, Path], int]
 """Validates two models, "a,b", writes their report into a folder and returns the exit code."""
@@ -26,7 +27,7 @@ def validate_pairs(models: Sequence[str], folder: Path, command: str, one: OnePa
     folder = check_folder(folder)
     codes, found = [], {}
     for pair in pairs(models):
-        typer.echo(f"{pair[0]} and {pair[1]}:")
+        say(f"{pair[0]} and {pair[1]}:")
         own = folder / "-".join(pair)
         codes.append(one(",".join(pair), own))
         found[pair] = json.loads((own / "summary.json").read_text("utf-8"))["scenes"]
@@ -42,10 +43,11 @@ def validate_pairs(models: Sequence[str], folder: Path, command: str, one: OnePa
         {"command": command, "exit_code": code, "models": models, "scenes": scenes}, folder / "summary.json"
     )
     width = max(len(row.name) for row in rows)
-    typer.echo("all together:")
+    say("all together:")
     for row in rows:
-        typer.echo(f"{row.name:<{width}}  {row.standing.sentence}")
-    typer.echo(str(page))
+        for line in wrapped(row.standing.sentence, first=f"{row.name:<{width}}  "):
+            say(line)
+    say(str(page))
     return code
 
 

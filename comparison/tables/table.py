@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 import pandas as pd
@@ -77,7 +77,7 @@ class Table:
     own: dict[str, Channel] = field(default_factory=dict)
 
     @classmethod
-    def from_result(cls, result: Result) -> Table:
+    def from_result(cls, result: Result) -> Self:
         """Convert the result of a model's ``simulate``, whatever its status.
 
         Raises

@@ -79,7 +79,7 @@ def tabulated(result: Result) -> RunTable:
     TableError
         If the result is incomplete, or its columns differ in length.
     """
-    return RunTable.from_result(result)  # type: ignore[return-value]
+    return RunTable.from_result(result)
 
 
 def _table(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
