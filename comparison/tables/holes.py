@@ -30,7 +30,7 @@ def holes(time: Array) -> list[Hole]:
 
     Of equidistant times (nine tenths of the steps are equal to 10 %, and make up a part of the span) every
     step of two intervals or more is one. Where a program chooses its steps, a hole is ten times as long as
-    every step that is not, and there are few of them; a shorter one cannot be told from a long step.
+    every step that is not, and there are few of them; a shorter one looks like a long step.
 
     Parameters
     ----------

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol, Self
 
@@ -20,8 +20,10 @@ import pyarrow as pa
 from numpy.typing import NDArray
 from pyarrow import csv
 
-from comparison.files import plain, replacing_in, write_json
+from comparison.files import check_size, plain, replacing_in, write_json
 from comparison.tables.channels import Channel, channels
+from comparison.tables.frames import LARGEST, named, read_parquet
+from comparison.tables.record import check_record, read_record
 
 FORMATS = (".csv", ".parquet")
 
@@ -98,8 +100,9 @@ class Table:
             raise TableError(f"the model's columns are inconsistent: {error}") from error
         record = {"extrema": result.extrema, "provenance": result.provenance}
         try:
+            check_record({**result.provenance, "extrema": result.extrema})
             json.dumps(plain(record))
-        except TypeError as error:
+        except (TypeError, ValueError) as error:
             raise TableError(f"the model's extrema or provenance: {error}") from error
         provenance = {**result.provenance, "status": result.status, "remedy": result.remedy}
         return cls(frame, events, result.extrema, provenance)
@@ -119,6 +122,11 @@ class Table:
         """Column names without ``time``."""
         return [str(name) for name in self.frame.columns if name != "time"]
 
+    def only(self, names: Sequence[str]) -> Self:
+        """Return the time and these channels alone; those that it lacks are left out, and so are events."""
+        wanted = ("time", *dict.fromkeys(names))
+        return replace(self, frame=self.frame[[name for name in wanted if name in self.frame]], events=None)
+
     def values(self, channel: str) -> NDArray[np.float64]:
         """Return one column, shape (n,)."""
         return self.frame[channel].to_numpy(dtype=np.float64)
@@ -137,13 +145,11 @@ def read(path: str | Path) -> Table:
     frame = read_frame(path)
     _, record_path = _beside(path)
     with _readable(record_path):
-        record = json.loads(record_path.read_text(encoding="utf-8")) if record_path.is_file() else {}
+        record = read_record(record_path)
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
-    if not isinstance(record, dict):
-        raise TableError(f"{record_path}: must contain one JSON object")
     frame.insert(0, "time", frame.pop("time"))
-    return Table(frame, read_events(path), record.pop("extrema", {}), record)
+    return Table(frame, read_events(path), record.pop("extrema", None) or {}, record)
 
 
 def read_frame(path: Path, *, parquet: bool | None = None, **layout: Any) -> pd.DataFrame:
@@ -165,10 +171,9 @@ def read_frame(path: Path, *, parquet: bool | None = None, **layout: Any) -> pd.
     """
     frame: pd.DataFrame
     with _readable(path), warnings.catch_warnings():
+        check_size(path, LARGEST)
         if path.suffix.lower() == ".parquet" if parquet is None else parquet:
-            frame = pd.read_parquet(path, engine="pyarrow")
-            pa.default_memory_pool().release_unused()  # it retains the memory of decoding
-            return frame
+            return read_parquet(path)
         # Rows longer than the header: pandas would drop the excess, with a warning.
         warnings.simplefilter("error", pd.errors.ParserWarning)
         options: dict[str, Any] = {"skipinitialspace": True, "index_col": False, "encoding": "utf-8-sig"}
@@ -176,7 +181,7 @@ def read_frame(path: Path, *, parquet: bool | None = None, **layout: Any) -> pd.
             frame = pd.read_csv(path, **(options | layout))
         except pd.errors.ParserWarning as warning:
             raise ValueError("its rows have more values than its header") from warning
-    return frame
+        return frame if "names" in layout else named(frame)
 
 
 def read_events(path: Path) -> pd.DataFrame | None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from comparison.files import check_size
+from comparison.tables.frames import LARGEST
 from comparison.tables.table import TableError
 
 _MATLAB = (b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")
@@ -19,10 +21,11 @@ def kind(path: Path) -> str:
         If it cannot be opened, or is of a kind that is not read: with what to do instead.
     """
     try:
+        check_size(path, LARGEST)
         with path.open("rb") as file:
             head = file.read(_BINARY)
     except OSError as error:
-        raise TableError(f"{path}: {'is a folder' if path.is_dir() else error.strerror or error}") from error
+        raise TableError(f"{path}: {error.strerror or error}") from error
     if head.startswith(b"PAR1"):
         return "parquet"
     if head.startswith(b"PK\x03\x04"):

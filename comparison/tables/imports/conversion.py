@@ -31,15 +31,15 @@ def convert(
         raise TableError(f"{where} has no unit, neither in the table nor in the mapping")
     stated = wanted if stated is None else stated
     values = column.numbers
-    reported = f"{column.name} in {stated}" if stated else column.name
+    description = f"{column.name} in {stated}" if stated else column.name
     if rule is not None:
         factor = factor if rule.factor is None else rule.factor
         values = values if rule.sign == 1 else -values
-        reported = ("-" if rule.sign < 0 else "") + reported
+        description = ("-" if rule.sign < 0 else "") + description
     if factor != 1:
-        values, reported = values * factor, f"{factor:g} {reported}"
+        values, description = values * factor, f"{factor:g} {description}"
     if rule is not None and rule.offset:
-        values, reported = values + rule.offset, reported + f" {rule.offset:+g}"
+        values, description = values + rule.offset, description + f" {rule.offset:+g}"
     unit, kind = parse(stated), parse(wanted)
     other = parse(column.unit) if column.unit is not None else None
     if factor != 1 and unit == parse("1"):
@@ -53,4 +53,4 @@ def convert(
             )
     if other is not None and other != unit:
         raise TableError(f"{where}: the unit is {column.unit!r} in the table and {stated!r} in the mapping")
-    return (values if unit is None or kind is None else unit.over(kind).to_si(values)), reported
+    return (values if unit is None or kind is None else unit.over(kind).to_si(values)), description

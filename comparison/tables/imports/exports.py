@@ -16,18 +16,18 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from comparison.tables.imports.units import parse
+from comparison.tables.imports.titles import names_and_units, numbered
 from comparison.tables.table import TableError, read_frame
 
 _HEAD = 1 << 18  # bytes that must contain the first row of numbers
+_LONGEST_LINE, _LONGEST_NAME = 100_000, 1_000
+"""Characters: the time to find names in a line grows as the square of its length."""
 _SPACES = r"\s+"
 _SEPARATORS = (";", "\t", ",", _SPACES)
 # Names separated by spaces: quoted or a single word, either with a unit in brackets.
 # Of a line of units each is in brackets of its own.
 _WORD = re.compile(r'(?:"[^"]*"|[^\s"\[(]+)(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?|\[[^\]]*\]|\([^)]*\)')
-_INDEX = re.compile(r"\s*\d+\s*(?:,\s*\d+\s*)*")
 _COMMENT = "#%!"
-_BRACKETS = re.compile(r"(?P<name>.*\S)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))")
 
 
 @dataclass(frozen=True)
@@ -88,6 +88,8 @@ def layout(path: Path) -> Layout | None:
         If it cannot be opened, or the line above the numbers lacks names of columns.
     """
     lines, encoding = _head(path)
+    if any(len(line) > _LONGEST_LINE for line in lines):
+        raise TableError(f"{path}: has a line of more than {_LONGEST_LINE} characters")
     found = next(((n, s) for n, line in enumerate(lines) for s in _SEPARATORS if _is_row(line, s)), None)
     if found is None:
         return None
@@ -97,6 +99,8 @@ def layout(path: Path) -> Layout | None:
     rows = [_fields(line, separator) for line in lines[first : first + 100]]
     written = [n for n in range(first - size) if lines[n].strip()]
     titles = [(n, _fields(lines[n].lstrip(" " + _COMMENT), separator, names=True)) for n in written[-2:]]
+    if any(len(field) > _LONGEST_NAME for _, fields in titles for field in fields):
+        raise TableError(f"{path}: has a name of more than {_LONGEST_NAME} characters")
     count = len(rows[0])
     nameless = not titles or len(titles[-1][1]) != count
     if nameless and titles and lines[titles[-1][0]].lstrip()[0] not in _COMMENT:
@@ -104,18 +108,14 @@ def layout(path: Path) -> Layout | None:
             f"{path}: line {first + 1} holds {count} numbers, but line {titles[-1][0] + 1} names "
             f"{len(titles[-1][1])}: each column needs a name, or none does"
         )
-    units: list[str | None] = [None] * count
     if nameless:
-        names: list[tuple[str, str | None]] = [(position(n), None) for n in range(count)]
+        names, units = numbered(count)
     else:
-        titles = [(n, fields) for n, fields in titles if len(fields) == count]
-        names = [_split(field) for field in titles[-1][1]]
-        if len(titles) == 2 and _are_units(titles[-1][1]):
-            names, units = [_split(field) for field in titles[0][1]], [_bare(f) for f in titles[1][1]]
+        names, units = names_and_units([fields for _, fields in titles if len(fields) == count])
     comma = separator != "," and any("," in field for row in rows for field in row)
     return Layout(
-        names=[name for name, _ in names],
-        units=[below or beside for below, (_, beside) in zip(units, names, strict=True)],
+        names=names,
+        units=units,
         above=first,
         separator=separator,
         decimal="," if comma else ".",
@@ -123,11 +123,6 @@ def layout(path: Path) -> Layout | None:
         header="\n".join(lines[:first]),
         nameless=nameless,
     )
-
-
-def position(n: int) -> str:
-    """Return the name of a column by its position, counted from 0: ``#1`` for the first."""
-    return f"#{n + 1}"
 
 
 def read_columns(path: Path, how: Layout) -> list[Column]:
@@ -212,33 +207,6 @@ def _is_number(field: str) -> bool:
     return True
 
 
-def _bare(field: str) -> str | None:
-    """Return a unit without its brackets; None for an empty field."""
-    return field.strip().strip("[]()").strip() or None
-
-
-def _split(field: str) -> tuple[str, str | None]:
-    """Return name and unit of ``x [mm]``, ``x (mm)`` or ``x``; ``r[1]`` and ``der(x)`` are names."""
-    field = field.strip()
-    found = _BRACKETS.fullmatch(field)
-    attached = field.strip('"')[-1:] in "])" and not re.search(r"\s[\[(][^\[(]*$", field)
-    if found is None:
-        return field.strip('"'), None
-    square, round_ = found["square"], found["round"]
-    if attached and square is not None and _INDEX.fullmatch(square):
-        return field.strip('"'), None
-    if attached and square is None and (parse(round_ or "") is None or found["name"].endswith("der")):
-        return field.strip('"'), None
-    return found["name"].strip('"'), _bare(square or round_ or "")
-
-
-def _are_units(fields: list[str]) -> bool:
-    """Whether a line below the names holds units: all in brackets, or at least one known."""
-    if all(field[:1] in "[(" and field[-1:] in "])" for field in fields if field):
-        return True
-    return any(parse(field) is not None for field in fields)
-
-
 def _numbers(path: Path, frame: pd.DataFrame, n: int, name: str, decimal: str) -> NDArray[np.float64]:
     if frame[n].dtype.kind in "fiu":
         return frame[n].to_numpy(dtype=np.float64)
@@ -249,7 +217,7 @@ def _numbers(path: Path, frame: pd.DataFrame, n: int, name: str, decimal: str) -
     if not bad.size:
         return numbers.to_numpy(dtype=np.float64)
     row = int(bad[0])
-    reported = f"{path}: column {name!r} is not a number in data row {row + 1}: {frame[n].iloc[row]!r}"
+    message = f"{path}: column {name!r} is not a number in data row {row + 1}: {frame[n].iloc[row]!r}"
     if pd.to_numeric(frame.iloc[row], errors="coerce").isna().all():
-        reported = f"{path}: text after data row {row}: save one block of columns per file"
-    raise TableError(reported)
+        message = f"{path}: text after data row {row}: save one block of columns per file"
+    raise TableError(message)

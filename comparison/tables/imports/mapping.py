@@ -9,6 +9,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from comparison.files import contents
+from comparison.scene.fields import Sign
 from comparison.tables.channels import channels
 from comparison.tables.imports.units import parse
 from comparison.tables.table import TableError
@@ -26,7 +28,7 @@ class Rule(_Keys):
     channel: str
     unit: str | None = None
     """None: as stated in the table."""
-    sign: Literal[1, -1] = 1
+    sign: Sign = 1
     offset: Annotated[float, Field(allow_inf_nan=False)] = 0.0
     """In the column's unit."""
     factor: Annotated[float, Field(allow_inf_nan=False)] | None = None
@@ -83,13 +85,15 @@ def load_mapping(path: Path) -> Mapping:
         One line with key, value and violated rule.
     """
     try:
-        mapping = Mapping.model_validate(tomllib.loads(path.read_text("utf-8")))
+        mapping = Mapping.model_validate(tomllib.loads(contents(path)))
     except OSError as error:
         raise TableError(f"{path}: {error.strerror or error}") from error
     except ValidationError as error:  # before its base class ValueError
         raise TableError(f"{path}: {_explain(error)}") from error
     except ValueError as error:  # TOML's and UnicodeDecodeError
         raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
+    except RecursionError as error:
+        raise TableError(f"{path}: is nested too deeply") from error
     for name, quantity in mapping.channels.items():
         _check_quantity(f"{path}: channels.{name!r}", name, quantity, mapping)
     for part, rules in (("columns", mapping.columns), ("a", mapping.a), ("b", mapping.b)):

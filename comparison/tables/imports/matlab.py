@@ -16,9 +16,20 @@ from typing import Any
 
 import numpy as np
 
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None  # type: ignore[assignment]
+
+from comparison.files import check_size
+from comparison.tables.frames import LARGEST
 from comparison.tables.imports.exports import Column
 from comparison.tables.table import TableError
 
+_LONGEST = 600.0
+"""s to read a file."""
+_MEMORY = 4 * LARGEST
+"""Bytes of address space to read it in: it is compressed, and may be small. The libraries take some of it."""
 _OTHERS, _REFUSED = "others", "refused"
 _VECTOR = "vector "
 """Prefix of the names of vectors, to avoid collisions with the two keys above and numpy's arguments."""
@@ -45,11 +56,16 @@ def read_mat(path: Path) -> tuple[list[Column], list[str]]:
     TableError
         If it cannot be read, or the vectors differ in length.
     """
-    if not path.is_file():
-        raise TableError(f"{path}: {'is a folder' if path.is_dir() else 'No such file or directory'}")
+    try:
+        check_size(path, LARGEST)
+    except OSError as error:
+        raise TableError(f"{path}: {error.strerror or error}") from error
     # -P: do not import a module of the same name from the working directory.
     reader = [sys.executable, "-P", "-m", __spec__.name, str(path)]
-    done = subprocess.run(reader, capture_output=True, check=False)
+    try:
+        done = subprocess.run(reader, capture_output=True, check=False, timeout=_LONGEST)
+    except subprocess.TimeoutExpired as error:
+        raise TableError(f"{path}: cannot be read within {_LONGEST:g} s") from error
     if done.returncode != 0:
         raise TableError(f"{path}: is not a readable .mat file")
     content = dict(np.load(BytesIO(done.stdout), allow_pickle=False))
@@ -145,6 +161,10 @@ def _kind(value: Any) -> str:
 
 def main() -> None:
     """Write the vectors of the given file to standard output; any failure ends this process."""
+    if resource is not None:
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        most = _MEMORY if hard == resource.RLIM_INFINITY else min(_MEMORY, hard)
+        resource.setrlimit(resource.RLIMIT_AS, (most, hard))
     content, refused = _load(sys.argv[1])
     vectors, others = _vectors(content)
     packed = BytesIO()

@@ -10,6 +10,7 @@ from typing import Any
 import pandas as pd
 
 from comparison.tables.imports.content import kind
+from comparison.tables.imports.excel import read_workbook
 from comparison.tables.imports.exports import Column, layout, read_columns
 from comparison.tables.imports.matlab import read_mat
 from comparison.tables.table import Table, TableError, read, read_events, read_frame
@@ -71,7 +72,8 @@ def open_source(path: Path) -> Source:
             return _native(path, read(path))
         return Source(path, _columns(frame), events=read_events(path))
     if what == "excel":
-        raise TableError(f"{path}: is an Excel workbook: save its sheet as CSV")
+        columns, nameless = read_workbook(path)
+        return Source(path, columns, events=read_events(path), nameless=nameless)
     how = layout(path)
     native = how is None or (how.plain and "time" in how.names and not _ends_in_a_comment(path))
     if native and path.suffix.lower() == ".csv":

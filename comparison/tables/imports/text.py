@@ -16,11 +16,13 @@ import pandas as pd
 
 from comparison.tables.channels import Channel, channels
 from comparison.tables.imports.conversion import convert
-from comparison.tables.imports.exports import Column, position
+from comparison.tables.imports.exports import Column
 from comparison.tables.imports.mapping import TIME, Mapping, Quantity, Rule
 from comparison.tables.imports.own_channels import Stated, check_rates, own_channel
+from comparison.tables.imports.prescribed import prescribed
 from comparison.tables.imports.reading import Source, open_source
 from comparison.tables.imports.repeated_times import resolved
+from comparison.tables.imports.titles import position
 from comparison.tables.table import Table, TableError
 
 _HINT = "a mapping file (--mapping) assigns columns to channels"
@@ -76,8 +78,9 @@ def read_tables(
     sources = [open_source(path) for path in paths]
     _refuse_missing_columns(sources, sides, mapping)
     assigned = _assign(sources, sides, mapping)
+    completed = list(_complete(assigned, mapping))
     known = _definitions(assigned, mapping)
-    warnings = list(_assumptions(sources, known))
+    warnings = [*_assumptions(sources, known), *completed]
     tables = []
     for one in assigned:
         table = _convert_all(one, known, mapping, at_events)
@@ -136,6 +139,19 @@ def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping) -> _Ass
         names = ", ".join(sorted(source.names))
         raise TableError(f"{source.path}: channel time is missing; columns: {names}; {_HINT}")
     return assigned
+
+
+def _complete(assigned: Sequence[_Assigned], mapping: Mapping) -> Iterable[str]:
+    """Give tables of ours what their scenes prescribe, where another table has it; say so."""
+    wanted = {name for one in assigned for name in one.columns}
+    if mapping.compare is not None:
+        wanted &= set(mapping.compare)
+    for one in assigned:
+        found = prescribed(one.source.record, one.columns[TIME].numbers)
+        added = {c.name: c for c in found if c.name in wanted and c.name not in one.columns}
+        one.columns.update(added)
+        if added:
+            yield f"{one.source.path.name}: as its scene prescribes: {', '.join(added)}"
 
 
 def _channel(name: str, mapping: Mapping) -> str | None:

@@ -32,6 +32,7 @@ def sample(
 @pytest.mark.parametrize(
     ("name", "x", "v", "units", "digits"),
     [
+        ("adams.xlsx", ".press.slider.X", ".press.slider.VX", ("meter", "meter/sec"), 15),
         ("chrono_adams.txt", "X_Pos", "X_Vel", ("", ""), 6),
         ("openfast.out", "PtfmSurge", "PtfmSurgeV", ("m", "m/s"), 5),
         ("hydrodyn.out", "PtfmSurge", "PtfmSurgeV", ("m", "m/s"), 5),
@@ -146,7 +147,7 @@ def test_a_mapping_of_one_table_leaves_out_what_it_does_not_name_in_both():
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "Excel before 2007: save its sheet as .csv or .xlsx"),
         (b"\x01\x00\x02\x00fast", "is a binary file: let the program write text or CSV"),
         ("time,x\n0,1\n".encode("utf-16"), "is text in UTF-16: save it as UTF-8"),
-        (b"PK\x03\x04 no workbook", "is an Excel workbook"),
+        (b"PK\x03\x04 no workbook", "is not a readable .xlsx workbook: save its sheet as CSV"),
         (b"", "contains no row of two or more numbers"),
         (b"time\n1\n2\n", "contains no row of two or more numbers"),
     ],

@@ -140,3 +140,10 @@ def test_a_result_of_dymola(transposed):
     for name, values in COLUMNS.items():
         np.testing.assert_array_equal(table.values(name), values)
     np.testing.assert_array_equal(table.values("reaction_A_x"), 7.5)
+
+
+def test_a_file_that_takes_too_long_is_one_line(monkeypatch):
+    savemat(FILE, COLUMNS)
+    monkeypatch.setattr("comparison.tables.imports.matlab._LONGEST", 1e-3)  # s: the process has not begun
+    with pytest.raises(TableError, match=r"a\.mat: cannot be read within 0\.001 s"):
+        read()
