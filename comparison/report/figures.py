@@ -98,8 +98,8 @@ class ChannelFigure:
         self._walls = [
             upper.axhline(0.0, color=svg.LIMIT, lw=0.8, dashes=(1, 2), label="wall") for _ in range(2)
         ]
-        (self._a,) = upper.plot([], [], color=svg.FIRST, lw=1.6, label="first")
-        (self._b,) = upper.plot([], [], color=svg.SECOND, lw=1.2, dashes=(3.5, 1.8), label="second")
+        (self._a,) = upper.plot([], [], label="first", **svg.MODEL_LINES[0])
+        (self._b,) = upper.plot([], [], label="second", **svg.MODEL_LINES[1])
         (self._threshold,) = lower.plot(
             [], [], color=svg.THRESHOLD, lw=1.2, dashes=(3.5, 1.2, 1, 1.2), label="threshold"
         )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
@@ -11,9 +13,13 @@ from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.formatting import percent, quantity
 from comparison.report import rule
 from comparison.report.figures import ChannelFigure, Curves
+from comparison.report.impact_figure import Impact, draw_impact, representative_impact
 from comparison.report.summary import worst_channel
 from comparison.tables.arrays import Array
-from comparison.tables.channels import channels
+from comparison.tables.channels import CONTACTS, channels
+
+if TYPE_CHECKING:
+    from comparison.agreement.pulses import Pulse
 
 _ENLARGED = 0.02  # of a crank cycle (or of the run) to either side of the worst sample
 
@@ -29,8 +35,10 @@ class Drawing:
     svg: Markup
 
 
-def figures(scene: SceneComparison, key: str) -> list[Drawing]:
-    """Draw the scene's worst sample enlarged and its channels, inside `svg.style`.
+def figures(
+    scene: SceneComparison, key: str, pulses: tuple[Sequence[Pulse], Sequence[Pulse]] = ((), ())
+) -> list[Drawing]:
+    """Draw the scene's worst sample and one impact enlarged, and its channels, inside `svg.style`.
 
     Unexcited channels, which are constant, and derived ones are omitted.
 
@@ -38,6 +46,8 @@ def figures(scene: SceneComparison, key: str) -> list[Drawing]:
     ----------
     key
         Starts the ids of the figures; unique on the page.
+    pulses
+        Contacts of either model resolved in time.
     """
     order = {name: n for n, name in enumerate(channels())}
     shown = [c for c in scene.channels.values() if c.verdict != "unexcited" and not is_derived(c)]
@@ -47,6 +57,8 @@ def figures(scene: SceneComparison, key: str) -> list[Drawing]:
     worst = worst_channel(scene)
     if worst is not None and np.isfinite(worst.worst_time) and worst.verdict != "unexcited":
         drawings.append(_draw(scene, worst, pages, f"{key}-worst", enlarged=True))
+    if (impact := representative_impact(scene, pulses)) is not None:
+        drawings.append(_draw_impact(scene, impact, f"{key}-impact"))
     return drawings + [_draw(scene, channel, pages, f"{key}-{n}") for n, channel in enumerate(shown)]
 
 
@@ -88,12 +100,28 @@ def _draw(
     if channel.u is not None:
         caption += f"; {scene.tier} tier"
     alt = (
-        f"{heading} over time, {scene.labels[0]} solid and {scene.labels[1]} dashed; below it the size of "
-        f"their difference against {limit_name}, logarithmic. "
+        f"{heading} over time, {scene.labels[0]} as a wide and {scene.labels[1]} as a thin line; below it "
+        f"the size of their difference against {limit_name}, logarithmic. "
         f"Verdict {channel.verdict}: {channel.reason}. {caption}."
     )
     svg = Markup(pages[limit_name].svg(curves, key))  # matplotlib escapes the text in its drawings
     return Drawing(heading=heading, caption=caption, verdict=channel.verdict, alt=alt, svg=svg)
+
+
+def _draw_impact(scene: SceneComparison, impact: Impact, key: str) -> Drawing:
+    (a, first), (b, second) = impact.first, impact.second
+    heading = f"An impact resolved: {CONTACTS[a['corner']]} corner, from {a['start']:.6f} s"
+    caption = (
+        f"Peak {quantity(a['peak_force'], 'N')} and {quantity(b['peak_force'], 'N')}, lasting "
+        f"{quantity(a['end'] - a['start'], 's')} and {quantity(b['end'] - b['start'], 's')}; touches "
+        f"{quantity(abs(a['start'] - b['start']), 's')} apart, drawn over each other; {scene.tier} tier"
+    )
+    alt = (
+        f"{heading}: normal force of {scene.labels[0]} ({first.time.size} points) and {scene.labels[1]} "
+        f"({second.time.size} points) over the time from the touch. {caption}."
+    )
+    svg = Markup(draw_impact(impact, scene.labels, key))
+    return Drawing(heading=heading, caption=caption, verdict=scene.verdict, alt=alt, svg=svg)
 
 
 def _curves(scene: SceneComparison, channel: ChannelComparison, limit: Array | None) -> Curves:

@@ -24,7 +24,7 @@ def write_job_summary(
     path: Path,
     *,
     title: str,
-    reported: Sequence[str],
+    sentences: Sequence[str],
     headings: Sequence[str],
     rows: Sequence[Sequence[str]],
     cases: Sequence[Case],
@@ -37,14 +37,14 @@ def write_job_summary(
         The file; its folder is created.
     title
         Heading of the page.
-    reported
+    sentences
         Sentences below it: result and notes.
     headings, rows
         Of the table of verdicts.
     cases
         The findings; those that failed are listed.
     """
-    text = _page(title, reported, headings, rows, [case for case in cases if case.status in _SIGNS])
+    text = _page(title, sentences, headings, rows, [case for case in cases if case.status in _SIGNS])
     path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as part:
         part.write_text(text, "utf-8")
@@ -53,12 +53,12 @@ def write_job_summary(
 
 def _page(
     title: str,
-    reported: Sequence[str],
+    sentences: Sequence[str],
     headings: Sequence[str],
     rows: Sequence[Sequence[str]],
     failed: Sequence[Case],
 ) -> str:
-    parts = [f"# {_text(title)}", *map(_text, reported)]
+    parts = [f"# {_text(title)}", *map(_text, sentences)]
     shown, left = _fitting(rows, _room(parts))
     parts.append(table(headings, shown))
     if left:

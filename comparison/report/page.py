@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import jinja2
 from markupsafe import Markup
 
 from comparison.agreement.results import SceneComparison
@@ -24,16 +21,18 @@ from comparison.report.gallery import Drawing, figures, is_derived, representati
 from comparison.report.origin import Origin
 from comparison.report.plot_data import plot_data
 from comparison.report.schematic import Schematic, schematic
+from comparison.report.templates import ASSETS, TEMPLATES, script_hash, style
 from comparison.report.text import attribution_words, shift_line
 
-_ASSETS = Path(__file__).with_name("assets")
+if TYPE_CHECKING:
+    from comparison.agreement.pulses import Pulses
 
 
 def _script() -> str:
     """Return the page's script: the plotting library with its licence, then ours."""
-    library = _ASSETS / "uplot"
+    library = ASSETS / "uplot"
     licence = (library / "LICENSE").read_text("utf-8")
-    parts = [(_ASSETS / name).read_text("utf-8") for name in ("animation.js", "plots.js")]
+    parts = [(ASSETS / name).read_text("utf-8") for name in ("animation.js", "plots.js")]
     return "\n".join([f"/* uPlot\n{licence}*/", (library / "uPlot.iife.min.js").read_text("utf-8"), *parts])
 
 
@@ -45,6 +44,7 @@ def write_report(
     command: str,
     origin: Origin | None = None,
     orders: Orders | None = None,
+    pulses: Pulses | None = None,
 ) -> Path:
     """Write ``report.html`` into a folder.
 
@@ -62,13 +62,15 @@ def write_report(
         Of the report; None: not stated.
     orders
         Observed orders of convergence, where they are known.
+    pulses
+        Contact forces resolved in time, where they are known.
 
     Returns
     -------
     path
         Path of the page. Equal arguments give identical bytes.
     """
-    html = render(comparisons, title=title, command=command, origin=origin, orders=orders)
+    html = render(comparisons, title=title, command=command, origin=origin, orders=orders, pulses=pulses)
     out.mkdir(parents=True, exist_ok=True)
     path = out / "report.html"
     with replacing(path) as part:
@@ -83,25 +85,19 @@ def render(
     command: str,
     origin: Origin | None = None,
     orders: Orders | None = None,
+    pulses: Pulses | None = None,
 ) -> str:
     """Return the page as text; see `write_report`."""
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_ASSETS),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     comparisons = overview.failing_first(comparisons)
     keys = [f"s{n}" for n in range(len(comparisons))]
     script = _script()
-    styles = [_ASSETS / "uplot" / "uPlot.min.css", _ASSETS / "report.css"]
+    plot_style = Markup((ASSETS / "uplot" / "uPlot.min.css").read_text("utf-8") + "\n")
     with svg.style():
         scenes = [
-            _scene(scene, key, orders or {}, shown=key == "s0")
+            _scene(scene, key, orders or {}, pulses or {}, shown=key == "s0")
             for scene, key in zip(comparisons, keys, strict=True)
         ]
-    return environment.get_template("report.html.j2").render(
+    return TEMPLATES.get_template("report.html.j2").render(
         title=title,
         command=command,
         overall={"verdict": summary.overall_verdict(comparisons), "sentence": summary.sentence(comparisons)},
@@ -119,9 +115,9 @@ def render(
         definition=rule.definition(comparisons),
         contact_headings=tables.CONTACT_HEADINGS,
         information_headings=list(tables.INFORMATION_HEADINGS.values()),
-        css=Markup("\n".join(path.read_text("utf-8") for path in styles)),
+        css=plot_style + style(),
         script=Markup(script),
-        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        script_hash=script_hash(script),
     )
 
 
@@ -131,7 +127,9 @@ def _representative(drawings: Sequence[Schematic | None]) -> Schematic | None:
     return next((drawing for drawing in found if drawing.geometry["magnified"]), found[0] if found else None)
 
 
-def _scene(scene: SceneComparison, key: str, orders: Orders, *, shown: bool) -> dict[str, Any]:
+def _scene(
+    scene: SceneComparison, key: str, orders: Orders, pulses: Pulses, *, shown: bool
+) -> dict[str, Any]:
     """Return the template data of one scene; ``key`` is the prefix of its ids."""
     usual = _tier(scene, orders)
     rows = {row["name"]: row for row in usual["channels"]}
@@ -144,8 +142,8 @@ def _scene(scene: SceneComparison, key: str, orders: Orders, *, shown: bool) -> 
         "shift": shift_line(scene),
         "warnings": scene.warnings,
         "schematic": schematic(scene.scene),
-        "plots": _plots(scene),
-        "figures": _compact(figures(scene, key)),
+        "plots": _plots(scene, pulses),
+        "figures": _compact(figures(scene, key, pulses.get((scene.name, scene.tier), ((), ())))),
         "not_drawn": ", ".join(name for name, channel in scene.channels.items() if is_derived(channel)),
         "unexcited": ", ".join(name for name, row in rows.items() if row["verdict"] == "unexcited"),
         "without_contact": all(events is not None and events.empty for events in scene.events),
@@ -166,10 +164,13 @@ def _compact(drawings: Sequence[Drawing]) -> list[Drawing]:
     return [replace(drawing, svg=Markup(compact(drawing.svg))) for drawing in drawings]
 
 
-def _plots(scene: SceneComparison) -> list[dict[str, str]]:
+def _plots(scene: SceneComparison, pulses: Pulses) -> list[dict[str, str]]:
     """Return the data of the plots by tier, that with the worst verdict first."""
     tiers = sorted(scene.tiers, key=lambda tier: -summary.rank(tier.verdict))
-    packed = [{"tier": tier.tier, "text": plot_data(tier)} for tier in tiers]
+    packed = [
+        {"tier": tier.tier, "text": plot_data(tier, pulses.get((tier.name, tier.tier), ((), ())))}
+        for tier in tiers
+    ]
     return [data for data in packed if data["text"]]
 
 

@@ -7,15 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import jinja2
-from markupsafe import Markup
-
 from comparison.agreement.standing import Pair, Standing
 from comparison.files import replacing
 from comparison.formatting import MISSING, percent, quantity
 from comparison.report.summary import SYMBOLS
-
-_ASSETS = Path(__file__).with_name("assets")
+from comparison.report.templates import TEMPLATES, style
 
 
 @dataclass(frozen=True)
@@ -52,21 +48,14 @@ class Row:
 
 def write_pairwise(rows: Sequence[Row], folder: Path, *, models: Sequence[str], command: str) -> Path:
     """Write ``report.html`` of several models into a folder and return its path."""
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_ASSETS),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    page = environment.get_template("pairwise.html.j2").render(
+    page = TEMPLATES.get_template("pairwise.html.j2").render(
         rows=rows,
         pairs=[result.pair for result in rows[0].results],
         models=models,
         command=command,
         lead=lead(rows),
         symbols=SYMBOLS,
-        css=Markup((_ASSETS / "report.css").read_text("utf-8")),
+        css=style(),
     )
     path = folder / "report.html"
     with replacing(path) as temporary:

@@ -10,7 +10,8 @@ from __future__ import annotations
 import base64
 import json
 import zlib
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -26,16 +27,20 @@ from comparison.report.ratio import deciding_channel
 from comparison.tables.arrays import Array
 from comparison.tables.channels import CONTACTS
 
+if TYPE_CHECKING:
+    from comparison.agreement.pulses import Pulse
+
 MOST = 12_000
 """Samples of a tier; of a longer run the envelopes are kept."""
 _UNIFORM = 1e-9  # of the run time: such times are stored by their ends
 
 
-def plot_data(scene: SceneComparison) -> str:
+def plot_data(scene: SceneComparison, pulses: tuple[Sequence[Pulse], Sequence[Pulse]] = ((), ())) -> str:
     """Return the plots of a scene at one tier as Base64; empty if there is nothing to draw.
 
     Unexcited channels are omitted, and those that follow from others (`comparison.report.gallery`), unless
-    one of these decides the verdict.
+    one of these decides the verdict. The pulses are the resolved contacts of either model: times and forces
+    are stored as shares of the last and of the largest one (16 bits each).
     """
     deciding, _ = deciding_channel(scene)
     shown = [
@@ -65,6 +70,11 @@ def plot_data(scene: SceneComparison) -> str:
     for channel in shown:
         described, packed = _channel(scene, channel, kept)
         channels.append(described)
+        arrays += packed
+    head["pulses"] = []
+    for events, resolved in zip(scene.events, pulses, strict=True):
+        described, packed = _pulses(events, resolved)
+        head["pulses"].append(described)
         arrays += packed
     text = json.dumps(plain(head | {"channels": channels}), separators=(",", ":"), ensure_ascii=True)
     body = len(text).to_bytes(4, "little") + text.encode() + b"".join(arrays)
@@ -123,10 +133,29 @@ def _contacts(events: pd.DataFrame | None) -> list[list[Any]]:
     order = list(CONTACTS)
     return [
         [order.index(corner), round(start, 8), round(end - start, 8), float(f"{peak:.4g}")]
-        for corner, start, end, peak in events.sort_values("start")[
+        for corner, start, end, peak in events.sort_values("start", kind="stable")[
             ["corner", "start", "end", "peak_force"]
         ].itertuples(index=False)
     ]
+
+
+def _pulses(events: pd.DataFrame | None, pulses: Sequence[Pulse]) -> tuple[dict[str, Any], list[bytes]]:
+    """Return which of the sorted contacts (`_contacts`) are resolved, by how many points, and these."""
+    if events is None or not pulses:
+        return {"of": [], "count": [], "last": [], "peak": []}, []
+    place = np.argsort(np.argsort(events["start"].to_numpy(), kind="stable"))
+    ordered = sorted(pulses, key=lambda pulse: int(place[pulse.row]))
+    last = [float(pulse.time[-1]) for pulse in ordered]
+    peak = [float(pulse.force.max()) for pulse in ordered]
+    described = {
+        "of": [int(place[pulse.row]) for pulse in ordered],
+        "count": [pulse.time.size for pulse in ordered],
+        "last": [float(f"{value:.6g}") for value in last],
+        "peak": [float(f"{value:.6g}") for value in peak],
+    }
+    times = [pulse.time / end for pulse, end in zip(ordered, last, strict=True)]
+    forces = [pulse.force / most for pulse, most in zip(ordered, peak, strict=True)]
+    return described, [_shares(np.concatenate(times)), _shares(np.concatenate(forces))]
 
 
 def _shown_first(scene: SceneComparison, shown: list[ChannelComparison]) -> list[str]:
@@ -141,6 +170,13 @@ def _planes(values: Array, kind: type[np.floating[Any]]) -> bytes:
     """Return little-endian numbers, byte by byte of all samples: neighbours are alike and deflate well."""
     number = np.dtype(kind).newbyteorder("<")
     return values.astype(number).view(np.uint8).reshape(-1, number.itemsize).T.tobytes()
+
+
+def _shares(values: Array) -> bytes:
+    """Return shares from 0 to 1 in 16 bits, the low bytes first."""
+    return (
+        np.rint(65535.0 * np.clip(values, 0.0, 1.0)).astype("<u2").view(np.uint8).reshape(-1, 2).T.tobytes()
+    )
 
 
 def _halves(values: Array) -> bytes:

@@ -14,7 +14,7 @@ from comparison.formatting import MISSING, number, quantity
 from comparison.reliability.assessment import Assessment
 from comparison.reliability.difference import Difference
 from comparison.reliability.errors import QUANTITIES, unit_of
-from comparison.reliability.words import particulars, rounded
+from comparison.reliability.words import notes, rounded
 from comparison.report import svg
 from comparison.report.gallery import Drawing
 from comparison.tables.channels import channels
@@ -30,7 +30,7 @@ def section(scene: SceneComparison) -> dict[str, Any] | None:
         return None
     return {
         "verdict": found.verdict,
-        "reported": particulars(found),
+        "notes": notes(found),
         "rows": [_row(name, difference) for name, difference in found.quantities.items()],
     }
 
@@ -58,7 +58,8 @@ def drawings(scene: SceneComparison, key: str) -> list[Drawing]:
     caption = (
         f"each point at the end of its interval of the crank cycle; smallest: {smallest}; {scene.tier} tier"
     )
-    alt = f"{heading}: {', '.join(found.quantities)}, {scene.labels[0]} solid and {scene.labels[1]} dashed. "
+    lines = f"{scene.labels[0]} as a wide and {scene.labels[1]} as a thin line"
+    alt = f"{heading}: {', '.join(found.quantities)}, {lines}. "
     figure = against_angle(found.quantities, scene.labels)
     return [
         Drawing(
@@ -78,9 +79,12 @@ def against_angle(quantities: dict[str, Difference], labels: tuple[str, str]) ->
     figure.subplots_adjust(0.16, 0.095, 0.965, 0.93, hspace=0.22)
     for axes, (name, found) in zip(panels, quantities.items(), strict=True):
         axes.axhline(found.a.cap, color=svg.LIMIT, lw=0.8, dashes=(1, 2), label="no error")
-        (first,) = axes.plot(found.a.angle, found.a.reliability, "o-", color=svg.FIRST, lw=1.6, clip_on=False)
-        (second,) = axes.plot(found.b.angle, found.b.reliability, "x", color=svg.SECOND, lw=1.2, ms=5)
-        second.set(linestyle=(0, (3.5, 1.8)), clip_on=False)
+        (first,) = axes.plot(
+            found.a.angle, found.a.reliability, "o-", ms=5, clip_on=False, **svg.MODEL_LINES[0]
+        )
+        (second,) = axes.plot(
+            found.b.angle, found.b.reliability, "x-", ms=5, clip_on=False, **svg.MODEL_LINES[1]
+        )
         values = np.concatenate([found.a.reliability, found.b.reliability, [found.a.cap]])
         margin = 0.08 * float(np.ptp(values)) or 1e-6
         axes.set_ylim(values.min() - margin, values.max() + margin)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 
 from comparison.files import replacing
 
@@ -34,13 +35,13 @@ _ROLES = {
     LIMIT: "var(--limit)",
 }
 MODEL_LINES: tuple[dict[str, Any], ...] = (
-    {"color": FIRST, "lw": 2.4, "alpha": 0.55},
-    {"color": SECOND, "lw": 0.9},
+    {"color": FIRST, "lw": 3.6, "alpha": 0.5},
+    {"color": SECOND, "lw": 1.2},
 )
 """Curves of the first and the second model over each other: a thin line on a wide one shows both where they
 coincide, which dashes on a solid line of another colour do not: they look grey."""
 SERIES = ("#a01010", "#a02020", "#a03030", "#a04040", "#a05050", "#a06060")
-"""Colours of anything but models (scenes, laws, classes), as many as can be told apart."""
+"""Colours of anything but models (scenes, laws, classes), as many as can be distinguished."""
 SERIES_LINES: tuple[dict[str, Any], ...] = tuple(
     {"color": colour, "lw": width}
     for colour, width in zip(SERIES, (2.4, 1.9, 1.5, 1.1, 0.9, 0.8), strict=True)
@@ -122,6 +123,13 @@ def legend_above(axes: Axes, columns: int = 4) -> None:
     figure.legend(
         *axes.get_legend_handles_labels(), loc="outside upper left", ncols=columns, borderaxespad=0.4
     )
+
+
+def name_curves(legend: Legend, names: Sequence[str]) -> None:
+    """Write names into a legend as they are: to a label "$x" is mathematics, and "_x" not in a legend."""
+    for text, name in zip(legend.get_texts(), names, strict=True):
+        text.set_parse_math(False)
+        text.set_text(name)
 
 
 def _rounded(match: re.Match[str]) -> str:

@@ -155,7 +155,7 @@ def run_rows(provenance: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]
             "settings": _pairs(run.get("settings")),
             "counters": _pairs(run.get("counters")),
             "constraints": _pairs(run["constraints"]) if "constraints" in run else "",
-            "wall_time": f"{run['wall_time_s']:.2f} s" if "wall_time_s" in run else MISSING,
+            "wall_time": MISSING if run.get("wall_time_s") is None else f"{run['wall_time_s']:.2f} s",
             "status": str(run.get("status", MISSING)),
         }
         for name, run in provenance.items()

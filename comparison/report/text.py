@@ -85,12 +85,12 @@ def reasons(comparison: SceneComparison) -> list[tuple[str, str]]:
 
 def attribution_words(attribution: Attribution) -> list[str]:
     """Return the share that is explained, where there is one, and the sentences of an attribution."""
-    reported = (
+    explained = (
         []
         if isnan(attribution.explained)
         else [f"{percent(attribution.explained)} of the judged samples explained"]
     )
-    return [*reported, *attribution.sentences]
+    return [*explained, *attribution.sentences]
 
 
 def shift_line(comparison: SceneComparison) -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from half_sines import half_sines
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from comparison.agreement.results import Confirmation, SceneComparison
@@ -60,7 +61,8 @@ def comparisons() -> list[SceneComparison]:
 @pytest.fixture(scope="session")
 def report(comparisons: list[SceneComparison], tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("report")
-    return write_report(comparisons, folder, title="Press", command="sixbar validate")
+    pulses = {(tier.name, tier.tier): half_sines(tier) for scene in comparisons for tier in scene.tiers}
+    return write_report(comparisons, folder, title="Press", command="sixbar validate", pulses=pulses)
 
 
 @pytest.fixture(scope="session")

@@ -9,6 +9,7 @@ import pytest
 from playwright.sync_api import Page
 
 from comparison.agreement.results import SceneComparison
+from comparison.tables.channels import CORNERS
 
 pytestmark = pytest.mark.browser
 
@@ -26,6 +27,29 @@ DATA = """
   const v = [...viewers.values()].find(v => v.key === "s4-plots");
   const {a, b, size, within, judged, zero} = v.data.channels.find(c => c.name === "slider_x");
   return {t: [...v.data.t], a, b, size, within, judged, zero};
+}
+"""
+IN_VIEW = """
+label => {
+  const figure = [...document.querySelectorAll("#s4-plots figure")].find(f => f.ariaLabel.startsWith(label));
+  const {top, bottom} = figure.getBoundingClientRect();
+  return top >= 0 && bottom <= innerHeight + 1;
+}
+"""
+PULSES = """
+id => {
+  const v = [...viewers.values()].find(v => "#" + v.key === id), [low, high] = v.range;
+  const pulses = v.data.pulses.map(list => list.filter(p => p.end > low && p.start < high));
+  const name = `corner_${CORNERS[pulses[0][0].corner]}_normal`;
+  const at = v.data.channels.filter(c => v.shown.has(c.name)).findIndex(c => c.name === name);
+  const plot = v.plots[2 * at], ink = [...plot.root.querySelectorAll("canvas")][0].getContext("2d");
+  const {width, height} = ink.canvas, all = ink.getImageData(0, 0, width, height).data;  // read once
+  const drawn = pulses.map(([p]) => {
+    const i = p.n.findIndex(n => n > 0.5 * p.most);
+    const [x, y] = [plot.valToPos(p.t[i], "x", true), plot.valToPos(p.n[i], "y", true)];
+    return all[4 * (Math.round(y) * width + Math.round(x)) + 3] > 100;
+  });
+  return {pulses, drawn, top: plot.scales.y.max};
 }
 """
 SCHEMATIC = """
@@ -131,12 +155,37 @@ def test_impacts_are_reached_one_by_one_with_their_peaks(
     assert found["range"][0] < first["start"] < found["range"][1]
     assert found["range"][1] - found["range"][0] < 0.01  # of 0.8 s
     assert f"corner_{first['corner']}_normal" in found["shown"]
+    page.wait_for_function(IN_VIEW, arg=f"normal force, {CORNERS[first['corner']]} corner")
     said = page.locator(f"{PLOTS} .readout").inner_text()
     assert f"{first['start']:.6f} s" in said
     assert f"peak {first['peak_force']:.4g} N" in said
     later = press(page, "n")["range"]
     assert later[0] > found["range"][0]
     assert press(page, "p")["range"] == pytest.approx(found["range"])
+
+
+def test_an_impact_shows_both_pulses_up_to_the_peaks_of_the_event_tables(
+    show: Callable[..., Page], comparisons: list[SceneComparison]
+) -> None:
+    page = opened(show)
+    found = press(page, "n", "n")
+    first, second = (events.sort_values("start").iloc[1] for events in comparisons[0].events)
+    seen = page.evaluate(PULSES, PLOTS)
+    for drawn, event in zip(seen["pulses"], (first, second), strict=True):
+        (pulse,) = drawn
+        assert len(pulse["t"]) >= 20
+        assert max(pulse["n"]) == pytest.approx(event["peak_force"], rel=0.01)
+        # 16 bits of the contact's length.
+        assert pulse["t"][0] == pytest.approx(event["start"], abs=1e-8)
+        assert pulse["t"][-1] == pytest.approx(event["end"], abs=1e-8)
+        assert found["range"][0] < event["start"] < event["end"] < found["range"][1]
+    # Both peaks are inside the axes, and reach at least half of their height.
+    highest = max(first["peak_force"], second["peak_force"])
+    assert highest < seen["top"] < 2 * highest
+    # Half-way up their flanks, where no sample is.
+    assert seen["drawn"] == [True, True]
+    said = page.locator(f"{PLOTS} .readout").inner_text()
+    assert f"peak {first['peak_force']:.4g} N (reference), {second['peak_force']:.4g} N (exudyn)" in said
 
 
 def test_the_first_sample_outside_is_found(

@@ -61,9 +61,9 @@ def seen(request: pytest.FixtureRequest, show: Callable[..., Page]) -> dict[str,
 def test_the_page_holds_all_and_nothing_is_cut_off_or_overlaps(
     seen: dict[str, Any], comparisons: list[SceneComparison]
 ) -> None:
-    # Nine of motion, the normal forces of two corners and the enlargement; more where others differ.
-    assert seen["figures"] >= 4 * 12
-    # Both axes with grid and ticks, both models, the difference, the threshold, and their legends.
+    # Nine of motion, the normal forces of two corners, the enlargement and an impact; more in others.
+    assert seen["figures"] >= 4 * 13
+    # Axes with grid and ticks, both models, their peaks or the difference and its threshold, legends.
     assert min(seen["lines"]) >= 10
     channels = [
         channel for scene in comparisons for tier in scene.tiers for channel in tier.channels.values()

@@ -63,6 +63,23 @@ function unpack(bytes) {
     c.judged = Array.from(limit, v => !(v < 0 || Object.is(v, -0)));
     c.ratio = c.size.map((v, i) => c.judged[i] && c.within[i] ? (v || 0) / c.within[i] || null : null);
   }
+  // Contacts resolved by a run with dense output: times and forces as shares of the last and of the largest.
+  const shares = count => {
+    const out = Array.from({length: count}, (_, i) => (bytes[at + i] + 256 * bytes[at + count + i]) / 65535);
+    at += 2 * count;
+    return out;
+  };
+  head.pulses = head.pulses.map((model, side) => {
+    const count = model.count.reduce((a, b) => a + b, 0), times = shares(count), forces = shares(count);
+    let from = 0;
+    return model.of.map((place, i) => {
+      const contact = head.contacts[side][place], part = [from, from += model.count[i]];
+      return {
+        corner: contact[0], start: contact[1], end: contact[1] + model.last[i], most: model.peak[i],
+        t: times.slice(...part).map(v => contact[1] + v * model.last[i]), n: forces.slice(...part).map(v => v * model.peak[i]),
+      };
+    });
+  });
   return head;
 }
 
@@ -86,11 +103,40 @@ function shade(u, judged, t) {
   ctx.restore();
 }
 
+const cornerOf = c => CORNERS.findIndex(name => c.name === `corner_${name}_normal`);
+
 // Peaks of the event table: contacts are shorter than samples are apart, so curves alone miss most of them.
 function peaks(viewer, c) {
-  const corner = CORNERS.findIndex(name => c.name === `corner_${name}_normal`);
+  const corner = cornerOf(c);
   if (corner < 0) return [[], []];
-  return viewer.data.contacts.map(list => list.filter(k => k[0] === corner).map(k => [k[1] + k[2] / 2, k[3]]));
+  return viewer.data.contacts.map((list, side) => {
+    // At the largest force of a resolved contact, in the middle of another.
+    const at = new Map(viewer.data.pulses[side].map(p => [p.start, p.t[p.n.indexOf(Math.max(...p.n))]]));
+    return list.filter(k => k[0] === corner).map(k => [at.get(k[1]) ?? k[1] + k[2] / 2, k[3]]);
+  });
+}
+
+// Width and colour of either model's curve: a thin line on a wide, pale one shows both where they coincide.
+const STYLES = [{name: "first", alpha: "99", width: 4}, {name: "second", alpha: "", width: 1.5}];
+const stroke = side => colour(STYLES[side].name) + STYLES[side].alpha;
+
+function drawPulses(u, pulses) {
+  const {ctx, bbox} = u, {min, max} = u.scales.x;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  pulses.forEach((list, side) => {
+    ctx.strokeStyle = stroke(side);
+    ctx.lineWidth = STYLES[side].width * devicePixelRatio;
+    for (const p of list) {
+      if (p.end < min || p.start > max) continue;
+      ctx.beginPath();
+      p.t.forEach((t, i) => ctx.lineTo(u.valToPos(t, "x", true), u.valToPos(p.n[i], "y", true)));
+      ctx.stroke();
+    }
+  });
+  ctx.restore();
 }
 
 function drawPeaks(u, marks) {
@@ -142,9 +188,16 @@ function options(viewer, width, height, extra) {
 }
 
 function modelsPlot(viewer, c, width) {
-  const marks = peaks(viewer, c);
+  const marks = peaks(viewer, c), corner = cornerOf(c);
+  const pulses = viewer.data.pulses.map(list => list.filter(p => p.corner === corner));
+  // Between samples far apart a line would be drawn through the middle of contacts that are known.
+  const lines = uPlot.paths.linear();
+  const paths = (u, ...rest) => pulses.flat().length && dense(u) ? null : lines(u, ...rest);
   const span = (u, low, high) => {
-    for (const [t, value] of marks.flat()) if (t >= u.scales.x.min && t <= u.scales.x.max) high = Math.max(high, value);
+    // The plot has its new range only after this; what reaches into it counts with its peak.
+    const [start, end] = viewer.range;
+    for (const [t, value] of marks.flat()) if (t >= start && t <= end) high = Math.max(high, value);
+    for (const p of pulses.flat()) if (p.end >= start && p.start <= end) high = Math.max(high, p.most);
     if (!(high > low)) { low -= Math.abs(low) * 0.1 || 1; high += Math.abs(high) * 0.1 || 1; }
     const margin = 0.06 * (high - low);
     return [low - margin, high + margin];
@@ -161,10 +214,9 @@ function modelsPlot(viewer, c, width) {
   return [options(viewer, width, 190, {
     label: name, judged: c.judged, scales: {y: {range: span}}, axis: {values, size: 84},
     series: [
-      {label: viewer.data.labels[0], stroke: colour("first"), width: 2, points: {show: u => dense(u)}},
-      {label: viewer.data.labels[1], stroke: colour("second"), width: 1.5, dash: [6, 4], points: {show: u => dense(u)}},
+      ...STYLES.map(({width}, side) => ({label: viewer.data.labels[side], stroke: stroke(side), width, paths, points: {show: u => dense(u)}})),
     ],
-    draw: u => drawPeaks(u, marks),
+    draw: u => { drawPulses(u, pulses); drawPeaks(u, marks); },
   }), [viewer.data.t, c.a, c.b]];
 }
 
@@ -261,20 +313,31 @@ class Viewer {
     }, {passive: false});
     this.area.addEventListener("pointerdown", () => this.area.focus({preventScroll: true}));
     const some = this.data.samples < this.data.of ? ` Of ${this.data.of} samples ${this.data.samples} are kept, with all envelopes.` : "";
-    const help = element("p", {className: "soft"}, "Drag to enlarge; click, then the wheel enlarges too (or Ctrl and wheel). Keys: ← → cursor, Shift ← → pan, + − 0 zoom, n p impacts, o first outside, space play. Shaded: not predictable. Triangles: peaks of the event tables." + some);
+    const help = element("p", {className: "soft"}, "Drag to enlarge; click, then the wheel enlarges too (or Ctrl and wheel). Keys: ← → cursor, Shift ← → pan, + − 0 zoom, n p impacts, o first outside, space play. Shaded: not predictable. Triangles: peaks of the event tables." + this.resolved() + some);
     this.root.querySelector(".mount").replaceChildren(bar, picker, this.readout, this.area, help);
+  }
+
+  // What is known of forces between samples.
+  resolved() {
+    const {contacts, pulses, labels} = this.data;
+    if (!pulses.flat().length) return "";
+    const counts = labels.map((label, side) => `${pulses[side].length} of ${contacts[side].length} of ${label}`);
+    return ` Contacts drawn between samples, from another run with dense output that has the same contact: ${counts.join(", ")}; of the others the peak alone.`;
   }
 
   draw() {
     for (const plot of this.plots) plot.destroy();
     this.plots = [];
+    this.figures = new Map();
     this.area.replaceChildren();
     this.width = this.area.clientWidth;
     for (const c of this.data.channels.filter(c => this.shown.has(c.name))) {
       const legend = element("p", {className: "legend"}, element("b", {}, c.label), " ",
         element("span", {className: "key first"}, this.data.labels[0]), " ", element("span", {className: "key second"}, this.data.labels[1]));
       const boxes = [element("div"), element("div")];
-      this.area.append(element("figure", {ariaLabel: `${c.label} over time, both models, and their difference. Verdict ${c.verdict}.`}, legend, ...boxes));
+      const figure = element("figure", {ariaLabel: `${c.label} over time, both models, and their difference. Verdict ${c.verdict}.`}, legend, ...boxes);
+      this.figures.set(c.name, figure);
+      this.area.append(figure);
       for (const [n, made] of [modelsPlot(this, c, this.width), differencePlot(this, c, this.width)].entries()) {
         this.plots.push(new uPlot(...made, boxes[n]));
       }
@@ -345,13 +408,23 @@ class Viewer {
     const now = this.jumped ?? this.data.t[this.index];
     const next = step > 0 ? starts.find(t => t > now + 1e-6) : starts.findLast(t => t < now - 1e-6);
     if (next === undefined) return;
-    const [corner, start, length, peak] = this.data.contacts.flat().find(k => k[1] === next);
-    this.bring(`corner_${CORNERS[corner]}_normal`);
-    const half = 0.004 * (this.data.period || this.whole[1] - this.whole[0]);
-    this.zoom(next - half, next + half);
-    this.note = {index: this.near(next), text: `Impact at the ${PLACES[corner]}: ${start.toFixed(6)} s, lasts ${quantity(length, "s")}, peak ${quantity(peak, "N")}`};
+    const [corner, start, length] = this.data.contacts.flat().find(k => k[1] === next);
+    const name = `corner_${CORNERS[corner]}_normal`;
+    this.bring(name);
+    // The plots get their heights in a microtask.
+    requestAnimationFrame(() => this.figures.get(name)?.scrollIntoView({block: "nearest"}));
+    const half = 0.004 * (this.data.period || this.whole[1] - this.whole[0]), reach = Math.min(half, 2 * length);
+    this.zoom(next - reach, next + length / 2 + reach);
+    this.note = {index: this.near(next), text: `Impact at the ${PLACES[corner]}: ${start.toFixed(6)} s, lasts ${quantity(length, "s")}, ${this.peaks(corner, start, length)}`};
     this.go(this.note.index);
     this.jumped = next;
+  }
+
+  // Peak of each model's contact that touches nearest to an instant, within its length.
+  peaks(corner, start, length) {
+    const found = this.data.contacts.map(list => list.filter(k => k[0] === corner && Math.abs(k[1] - start) < length)
+      .reduce((best, k) => best && Math.abs(best[1] - start) <= Math.abs(k[1] - start) ? best : k, null));
+    return `peak ${found.map((k, side) => `${k ? quantity(k[3], "N") : "none"} (${this.data.labels[side]})`).join(", ")}`;
   }
 
   outside() {

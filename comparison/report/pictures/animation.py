@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import json
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import jinja2
 import numpy as np
 from markupsafe import Markup
 
@@ -18,7 +15,7 @@ from comparison.formatting import quantity
 from comparison.report.decimate import envelope
 from comparison.report.pictures.drawing import ARROW, GAP, SLIDER, corners, largest_force, press_box
 from comparison.report.pictures.motion import Motion
-from comparison.report.svg import STYLE
+from comparison.report.templates import TEMPLATES, script_hash, style
 from comparison.tables.arrays import Array
 from comparison.tables.channels import CORNERS
 
@@ -40,10 +37,9 @@ def write_animation(motion: Motion, path: Path, *, title: str, command: str) -> 
     title, command
         Heading, and what reproduces the page.
     """
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     assets = files("comparison.report.pictures").joinpath("assets")
     script = assets.joinpath("animation.js").read_text("utf-8")
-    html = environment.from_string(assets.joinpath("animation.html.j2").read_text("utf-8")).render(
+    html = TEMPLATES.from_string(assets.joinpath("animation.html.j2").read_text("utf-8")).render(
         title=title,
         command=command,
         labels=list(motion.sliders),
@@ -52,9 +48,9 @@ def write_animation(motion: Motion, path: Path, *, title: str, command: str) -> 
         guide_words=_guide_words(motion),
         first_words=f"{motion.time[0]:.4f} s, crank cycle {motion.cycle[0]:.3f}",
         wall=SLIDER[0] / 2 + (GAP if motion.clearance else 0.0),
-        css=Markup(STYLE.with_name("report.css").read_text("utf-8")),
+        css=style(),
         script=Markup(script),
-        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        script_hash=script_hash(script),
         **_drawn(motion),
     )
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -60,12 +60,13 @@ def write_film(motion: Motion, path: Path, on_progress: Callable[[float], None])
         (slider,) = press.plot([], [], "s", color=colours[svg.LIMIT], ms=9)
         outlines = {label: corners(motion, label) for label in motion.sliders}
         lines = [
-            guide.plot([], [], label=label, **(line | {"color": colours[str(line["color"])]}))[0]
-            for label, line in zip(outlines, svg.MODEL_LINES, strict=False)
+            guide.plot([], [], label="table", **(line | {"color": colours[str(line["color"])]}))[0]
+            for _, line in zip(outlines, svg.MODEL_LINES, strict=False)
         ]
         press.set_title("press", fontsize=9)
         guide.set_title("slider, displacement magnified", fontsize=9)
-        guide.legend(handles=lines, loc="lower center", bbox_to_anchor=(0.5, -0.08), ncols=2)
+        legend = guide.legend(handles=lines, loc="lower center", bbox_to_anchor=(0.5, -0.08), ncols=2)
+        svg.name_curves(legend, list(outlines))
         clock = figure.text(0.02, 0.02, "")
         try:
             with writer.saving(figure, str(named), dpi=100):

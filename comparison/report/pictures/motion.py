@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from comparison.report.mechanism import joints
+from comparison.scene import SceneError, scene_from_mapping
 from comparison.tables.arrays import Array
 from comparison.tables.channels import CORNERS
 from comparison.tables.table import Table, TableError
 
 NEEDED = ("slider_x", "slider_y", "slider_angle")
+FORCES = tuple(f"corner_{corner}_normal" for corner in CORNERS)
 FRAMES = 2000
 """Frames at most; also of a long run two hundred or more per cycle remain for ten cycles."""
 
@@ -103,13 +105,17 @@ def recorded_scene(tables: Mapping[str, Table]) -> Mapping[str, Any]:
     Raises
     ------
     TableError
-        If there is none.
+        If there is none, or it is not valid.
     """
     label, table = next(iter(tables.items()))
     scene = table.provenance.get("scene")
     if not isinstance(scene, dict):
         raise TableError(f"{label}: no scene is recorded beside the table; name it by --scene")
-    return scene
+    try:
+        # The model of a table need not be installed here.
+        return scene_from_mapping({key: part for key, part in scene.items() if key != "solver"}).data
+    except SceneError as error:
+        raise TableError(f"{label}: the recorded scene is not valid: {error}; name one by --scene") from error
 
 
 def _at(time: Array, table: Table, name: str) -> Array:

@@ -73,6 +73,7 @@ def picture(
         figure.align_ylabels(axes)
         if len(tables) > 1:
             svg.legend_above(axes[0])
+            svg.name_curves(figure.legends[0], list(tables))
     return figure
 
 
@@ -142,10 +143,10 @@ def _draw(
     if guide is not None:
         curves, title = {label: values - guide for label, values in curves.items()}, "slider x − guide"
     factor, unit = prefix(max(float(np.nanmax(np.abs(values))) for values in curves.values()), _unit(known))
-    for (label, values), line in zip(curves.items(), svg.MODEL_LINES, strict=False):
+    for number, ((label, values), line) in enumerate(zip(curves.items(), svg.MODEL_LINES, strict=False)):
         own = line | {"color": colours.get(str(line["color"]), line["color"])}
         kept = envelope(values, _COLUMNS)
-        panel.plot(times[label][kept], values[kept] / factor, label=label, **own)
+        panel.plot(times[label][kept], values[kept] / factor, label=f"table {number}", **own)
     title = title.replace(", ", ",\n")
     panel.set_ylabel(f"{title}\n({unit})" if unit else title, parse_math=False)
     panel.margins(y=0.06)

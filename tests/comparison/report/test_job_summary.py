@@ -16,7 +16,7 @@ HEADINGS = ("scene", "verdict")
 
 def page(tmp_path, rows, cases):
     path = write_job_summary(
-        tmp_path / "deep" / "summary.md", title="A & B", reported=["It <b>is</b>"],
+        tmp_path / "deep" / "summary.md", title="A & B", sentences=["It <b>is</b>"],
         headings=HEADINGS, rows=rows, cases=cases,
     )  # fmt: skip
     assert path.stat().st_size <= LIMIT

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from half_sines import COUNT, half_sines
 
 from comparison.agreement.results import SceneComparison
 from comparison.report import rule
@@ -63,6 +64,42 @@ def test_contacts_are_in_order_of_time_with_their_peaks(scene: SceneComparison) 
         assert events is not None
         assert [start for _, start, _, _ in packed] == pytest.approx(sorted(events["start"]), abs=1e-8)
         assert sorted(peak for *_, peak in packed) == pytest.approx(sorted(events["peak_force"]), rel=5e-4)
+
+
+def test_resolved_contacts_are_packed_with_their_place_among_the_contacts(scene: SceneComparison) -> None:
+    pulses = half_sines(scene)
+    first = pulses[0][5:2:-1]  # some, in any order
+    head, body = unpacked(plot_data(scene, (first, pulses[1])))
+    found = at_end(body, head["pulses"])
+    for side, resolved in enumerate((first, pulses[1])):
+        events = scene.events[side]
+        assert events is not None
+        assert head["pulses"][side]["count"] == [COUNT] * len(resolved)
+        by_start = {round(events["start"][pulse.row], 8): pulse for pulse in resolved}
+        for place, (time, force) in zip(head["pulses"][side]["of"], found[side], strict=True):
+            pulse = by_start[head["contacts"][side][place][1]]
+            # 16 bits of either, half a unit by rounding; the largest are rounded to six digits.
+            np.testing.assert_allclose(time, pulse.time, rtol=0, atol=1e-5 * pulse.time[-1])
+            np.testing.assert_allclose(force, pulse.force, rtol=0, atol=1e-5 * pulse.force.max())
+
+
+def at_end(body: bytes, described: list[dict[str, Any]]) -> list[list[tuple[np.ndarray, np.ndarray]]]:
+    """Read times and forces of the resolved contacts of both models, which are the last in the body."""
+    found, at = [], len(body) - sum(4 * sum(model["count"]) for model in described)
+    for model in described:
+        count = sum(model["count"])
+        planes = np.frombuffer(body[at : at + 4 * count], np.uint8).reshape(2, 2, count)
+        at += 4 * count
+        shares = np.split(
+            (planes[:, 0] + 256.0 * planes[:, 1]) / 65535, np.cumsum(model["count"])[:-1], axis=1
+        )
+        found.append(
+            [
+                (last * time, peak * force)
+                for (time, force), last, peak in zip(shares, model["last"], model["peak"], strict=True)
+            ]
+        )
+    return found
 
 
 def test_the_first_sample_outside_is_marked(differing: SceneComparison) -> None:

@@ -20,8 +20,8 @@ from comparison.report.pictures.motion import FRAMES, motion
 from comparison.tables.table import TableError
 
 
-def test_the_links_keep_their_lengths_and_the_slider_is_where_the_table_has_it(tables, scene):
-    found, mechanism = motion(tables, scene.data), scene.data["mechanism"]
+def test_the_links_keep_their_lengths_and_the_slider_is_where_the_table_has_it(tables, central_case):
+    found, mechanism = motion(tables, central_case.data), central_case.data["mechanism"]
     for ends, length in (("OA", "crank"), ("AB", "rod2"), ("HC", "rocker"), ("CF", "rod4")):
         apart = np.linalg.norm(found.links[ends[0]] - found.links[ends[1]], axis=1)
         # To round-off of coordinates below 1 m.
@@ -32,20 +32,22 @@ def test_the_links_keep_their_lengths_and_the_slider_is_where_the_table_has_it(t
     assert found.cycle[-1] == pytest.approx(2.0)
 
 
-def test_a_corner_that_touches_the_wall_touches_it_in_the_drawing(tables, scene):
+def test_a_corner_that_touches_the_wall_touches_it_in_the_drawing(tables, central_case):
     table = tables["a"]
-    clearance = scene.data["clearance"]["slider"]
-    frame = table.frame.assign(slider_x=scene.data["mechanism"]["guide_x"] - clearance, slider_angle=0.0)
-    drawn = corners(motion({"a": replace(table, frame=frame)}, scene.data), "a")
+    clearance = central_case.data["clearance"]["slider"]
+    frame = table.frame.assign(
+        slider_x=central_case.data["mechanism"]["guide_x"] - clearance, slider_angle=0.0
+    )
+    drawn = corners(motion({"a": replace(table, frame=frame)}, central_case.data), "a")
     np.testing.assert_allclose(drawn[:, 0, 0], -SLIDER[0] / 2 - GAP)  # ll
     np.testing.assert_allclose(drawn[:, 2, 0], SLIDER[0] / 2 - GAP)  # ur
     # Turned to the left: the upper corners go left, the lower ones right.
-    frame = table.frame.assign(slider_x=scene.data["mechanism"]["guide_x"], slider_angle=1e-3)
-    ll, _, _, ul = corners(motion({"a": replace(table, frame=frame)}, scene.data), "a")[0]
+    frame = table.frame.assign(slider_x=central_case.data["mechanism"]["guide_x"], slider_angle=1e-3)
+    ll, _, _, ul = corners(motion({"a": replace(table, frame=frame)}, central_case.data), "a")[0]
     assert ul[0] < -SLIDER[0] / 2 < ll[0]
 
 
-def test_an_impact_between_two_frames_is_shown(tables, scene):
+def test_an_impact_between_two_frames_is_shown(tables, central_case):
     table = tables["a"]
     times = np.linspace(0.0, 0.8, 5 * FRAMES + 1)
     columns = {name: np.interp(times, table.time, table.values(name)) for name in table.channels}
@@ -56,7 +58,7 @@ def test_an_impact_between_two_frames_is_shown(tables, scene):
                 table, frame=table.frame.iloc[:0].reindex(range(times.size)).assign(time=times, **columns)
             )
         },
-        scene.data,
+        central_case.data,
     )
     assert len(found.time) <= FRAMES
     assert found.forces["a"]["ul"].max() == 60.0
@@ -88,10 +90,10 @@ def test_a_label_cannot_break_the_page():
     assert "&lt;b&gt;&amp;x" in page
 
 
-def test_a_film_has_its_pictures_and_leaves_no_part_behind(tables, scene, tmp_path):
+def test_a_film_has_its_pictures_and_leaves_no_part_behind(tables, central_case, tmp_path):
     short = {label: replace(table, frame=table.frame.iloc[:4]) for label, table in tables.items()}
     shares: list[float] = []
-    path = write_film(motion(short, scene.data), tmp_path / "f.gif", shares.append)
+    path = write_film(motion(short, central_case.data), tmp_path / "f.gif", shares.append)
     with Image.open(path) as film:
         assert film.n_frames == 4
         assert film.info["duration"] == 1000 / PICTURES_A_SECOND
@@ -119,7 +121,7 @@ def test_mistakes_are_one_line(arguments, rule, capsys, monkeypatch):
     assert not list(Path.cwd().glob("*.html"))
 
 
-def test_a_table_without_the_slider_is_refused(tables, scene):
+def test_a_table_without_the_slider_is_refused(tables, central_case):
     bare = replace(tables["a"], frame=tables["a"].frame.drop(columns="slider_angle"))
     with pytest.raises(TableError, match="a: channel 'slider_angle' is missing"):
-        motion({"a": bare}, scene.data)
+        motion({"a": bare}, central_case.data)

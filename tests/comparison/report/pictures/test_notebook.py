@@ -5,8 +5,8 @@ from __future__ import annotations
 from comparison.report.pictures.notebook import tabulated
 
 
-def test_one_call_makes_a_table_that_shows_and_draws_itself(fake_model, scene):
-    table = tabulated(fake_model.simulate(scene.data))
+def test_one_call_makes_a_table_that_shows_and_draws_itself(fake_model, central_case):
+    table = tabulated(fake_model.simulate(central_case.data))
     assert list(table.frame)[:2] == ["time", "slider_x"]
     assert len(table.events) == 1
     shown = table._repr_html_()
@@ -19,7 +19,7 @@ def test_one_call_makes_a_table_that_shows_and_draws_itself(fake_model, scene):
     assert len(upper.get_lines()) == len(lower.get_lines()) == 2
 
 
-def test_names_are_escaped(fake_model, scene):
-    result = fake_model.simulate(scene.data)
+def test_names_are_escaped(fake_model, central_case):
+    result = fake_model.simulate(central_case.data)
     result.columns["<b>"] = result.columns["time"]
     assert "<b>" not in tabulated(result)._repr_html_()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -72,3 +73,29 @@ def test_mistakes_are_one_line(arguments, rule, capsys):
     assert rule in err
     assert err.count("\n") == 1
     assert set(Path.cwd().iterdir()) == before
+
+
+@pytest.mark.usefixtures("files")
+@pytest.mark.parametrize("name", ["$\\frac", "_a", "$x$", "a_{b", "&<i>"])
+@pytest.mark.parametrize("ending", ["svg", "png"])
+def test_a_table_s_name_is_shown_as_it_is(name, ending, capsys):
+    """A dollar sign begins mathematics in a label, and an underline what a legend leaves out."""
+    Path("a.csv").rename(f"{name}.csv")
+    assert main(["plot", f"{name}.csv", "b.csv", "--out", f"p.{ending}"]) == 0
+    assert capsys.readouterr().err == ""
+    if ending == "svg":
+        assert f">{escape(name)}</text>" in Path("p.svg").read_text("utf-8")
+
+
+@pytest.mark.usefixtures("files")
+@pytest.mark.parametrize("content", ["1e308", "text", "nan", "inf"])
+def test_what_cannot_be_drawn_is_one_line(content, capsys):
+    lines = Path("a.csv").read_text().splitlines()
+    lines[5] = f"{lines[5].split(',')[0]},{content}," + lines[5].split(",", 2)[2]
+    Path("a.csv").write_text("\n".join(lines))
+    for command in (["plot", "a.csv", "--out", "p.svg"], ["animate", "a.csv", "--out", "p.html"]):
+        assert main(command) == 2
+        err = capsys.readouterr().err
+        assert "in data row 5" in err
+        assert err.count("\n") == 1
+    assert main(["plot", "a.csv", "--channels", "slider_y", "--out", "p.svg"]) == 0  # one that is sound
