@@ -154,8 +154,9 @@ def _into(row: Row, case: Case, runs: _Scene, run: Run, confirm: Confirm) -> Non
         row["confirmation"] = None if confirmation is None else asdict(confirmation)
         clock.lap("confirmation")
     shortened = summary(result)
-    row |= {"outcome": outcome_of(result), "reason": shortened["reason"], "first": shortened["first"]}
-    row["coverage"] = _coverage(result)
+    coverage = _coverage(result)
+    row |= {"outcome": outcome_of(result, coverage), "coverage": coverage}
+    row |= {"reason": shortened["reason"], "first": shortened["first"]}
     if result.verdict == "differ":
         row["adjudication"] = adjudicate(result, (reference.base, tree), case.scene, run)
         clock.lap("adjudication")
@@ -173,13 +174,17 @@ class _Clock:
         self._seconds[name], self._last = now - self._last, now
 
 
-def outcome_of(result: SceneComparison) -> str:
-    """Return the outcome of a comparison whose difference, if it had one, went through confirmation."""
-    if result.verdict == "indeterminate":
-        return NOT_DECIDED
+def outcome_of(result: SceneComparison, coverage: float) -> str:
+    """Return the outcome of a comparison whose difference, if it had one, went through confirmation.
+
+    Agreement counts only with `coverage` at the tier's floor or above, as in the first stage.
+    """
+    if result.verdict == "differ":
+        return DIFFER
     if result.verdict == "agree" and result.confirmation is not None:
         return UNDERESTIMATED
-    return {"agree": AGREE, "differ": DIFFER}[result.verdict]
+    enough = coverage >= thresholds(TIER).coverage
+    return AGREE if result.verdict == "agree" and enough else NOT_DECIDED
 
 
 def _coverage(result: SceneComparison) -> float:

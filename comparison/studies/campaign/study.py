@@ -21,6 +21,7 @@ from comparison.studies.campaign.opinions import FINE_SAMPLES, SMALL_STEP
 from comparison.studies.campaign.screening import LIMIT, TIER
 from comparison.studies.campaign.tables import Found
 from comparison.studies.campaign.tasks import run_cases
+from comparison.studies.campaign.third_engine import with_third_opinions
 from comparison.studies.shared.study import Study
 
 NAMES = {"reference": "the reference errs", "exudyn": "Exudyn's tree errs", OPEN: "open"}
@@ -29,7 +30,8 @@ NAMES = {"reference": "the reference errs", "exudyn": "Exudyn's tree errs", OPEN
 def measure(count: int, n_jobs: int, on_progress: Progress | None) -> Found:
     """Examine so many scenes of the population."""
     cases = population.cases(count, population.SEED)
-    return list(zip(cases, run_cases(cases, n_jobs, on_progress), strict=True))
+    found = list(zip(cases, run_cases(cases, n_jobs, on_progress), strict=True))
+    return with_third_opinions(found, n_jobs)
 
 
 def figures(found: Found, folder: Path) -> None:

@@ -9,6 +9,7 @@ import secrets
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -31,6 +32,20 @@ from comparison.studies.campaign.walls import Breach, breaches
 from comparison.tables.table import Table
 
 SEED_VARIABLE = "SIXBAR_CAMPAIGN_SEED"
+
+
+@pytest.mark.parametrize(
+    ("verdict", "coverage", "outcome"),
+    [
+        ("agree", 0.25, stages.AGREE),
+        ("agree", 0.24, stages.NOT_DECIDED),  # x alone is predictable there
+        ("indeterminate", 1.0, stages.NOT_DECIDED),
+        ("differ", 0.24, stages.DIFFER),
+    ],
+)
+def test_agreement_counts_from_the_floor_of_coverage_on(verdict, coverage, outcome):
+    result = SimpleNamespace(verdict=verdict, confirmation=None)
+    assert stages.outcome_of(result, coverage) == outcome
 
 
 def table_with(gap, events):
@@ -121,8 +136,8 @@ def test_the_campaign_writes_a_page_with_its_figures_and_a_second_call_runs_noth
 ):
     monkeypatch.chdir(tmp_path)
     assert main(["study", "campaign", "--small", "--jobs", "2"]) == 0
-    (reported,) = capsys.readouterr().out.splitlines()
-    text, folder = Path(reported).read_text("utf-8"), Path(reported).parent
+    (printed,) = capsys.readouterr().out.splitlines()
+    text, folder = Path(printed).read_text("utf-8"), Path(printed).parent
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     assert {path.name for path in folder.iterdir()} == {
         "README.md", "campaign.json", "distances.svg", "places.svg"
@@ -134,7 +149,7 @@ def test_the_campaign_writes_a_page_with_its_figures_and_a_second_call_runs_noth
     assert runs >= 5 * 6
     assert main(["study", "campaign", "--small"]) == 0
     assert fake_models.read_text().count("\n") == runs
-    assert Path(reported).read_text("utf-8") == text
+    assert Path(printed).read_text("utf-8") == text
 
 
 def test_the_page_shows_who_errs_what_was_corrected_and_what_failed(models, case, tmp_path):
@@ -177,19 +192,19 @@ def test_sixty_fixed_scenes_break_no_invariant_in_either_model():
     Two of them, 48 and 59, are such that a reference that looks for touches in the ends of its steps only
     flies through a wall in 80 and 10 nm of depth.
     """
-    reported = []
+    faults = []
     for case in cases(60, population.SEED):
         usual = replace(case, scene=case.scene.with_values({"solver.exudyn.tolerance": 1e-10}))
         for model, outcome in ran(usual).items():
             where = f"scene {case.number} of seed {population.SEED}, {model}"
             if outcome.table is None:
-                reported.append(f"{where}: {outcome.status}; {outcome.message}")
+                faults.append(f"{where}: {outcome.status}; {outcome.message}")
                 continue
-            reported += [f"{where}: {one}" for one in breaches(outcome.table)]
+            faults += [f"{where}: {one}" for one in breaches(outcome.table)]
             for name, of in outcome.table.provenance.get("invariants", {}).items():
                 if not of["value"] <= of["bound"]:
-                    reported.append(f"{where}: {name} {of}, and its status is success")
-    assert not reported, "\n".join(reported)
+                    faults.append(f"{where}: {name} {of}, and its status is success")
+    assert not faults, "\n".join(faults)
 
 
 @pytest.mark.slow
@@ -198,16 +213,16 @@ def test_ten_fresh_scenes_break_no_invariant_and_show_no_confirmed_difference(ca
     seed = int(os.environ.get(SEED_VARIABLE) or secrets.randbelow(2**31))
     with capsys.disabled():
         sys.stdout.write(f"\nfresh scenes: {SEED_VARIABLE}={seed}\n")
-    reported = []
+    faults = []
     for case in cases(10, seed):
         row = examine_case(CaseTask(case), lambda _: None)
         where = f"scene {case.number} of seed {seed}"
-        reported += [f"{where}: {model}: {one}" for model, of in row["breaches"].items() for one in of]
-        reported += [f"{where}: {one}" for one in row["failures"] if one["status"] == "invariant-violated"]
+        faults += [f"{where}: {model}: {one}" for model, of in row["breaches"].items() for one in of]
+        faults += [f"{where}: {one}" for one in row["failures"] if one["status"] == "invariant-violated"]
         confirmed = row["confirmation"] is not None and row["confirmation"]["outcome"] == "confirmed"
         if row["outcome"] == stages.DIFFER and confirmed:
-            reported.append(f"{where}: {row['confirmation']['sentence']}; errs: {row['adjudication']}")
-    assert not reported, f"{SEED_VARIABLE}={seed}\n" + "\n".join(reported)
+            faults.append(f"{where}: {row['confirmation']['sentence']}; errs: {row['adjudication']}")
+    assert not faults, f"{SEED_VARIABLE}={seed}\n" + "\n".join(faults)
 
 
 def test_what_was_found_is_kept_and_not_sought_again(fake_models, tmp_path, monkeypatch):
