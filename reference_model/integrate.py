@@ -120,10 +120,10 @@ def advance(
         REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT or CHATTER.
     """
     begin_cycle(c, p)
-    cycle = cycle_start(c, p)
+    t_cycle = cycle_start(c, p)
     t, h = p.clock[0], p.clock[1]
-    t_stop -= cycle
-    t_end -= cycle
+    t_stop -= t_cycle
+    t_end -= t_cycle
     size = state_size(c)
     k, f = np.zeros((ROWS, size)), np.empty((7, size))
     y1, state, dy = np.empty(size), np.empty(size), np.empty(size)
@@ -217,7 +217,7 @@ def advance(
         if contact != NONE:
             kind, _, _ = margin_of(c, p.modes, contact, number)
             was_free = nothing_touches(p.modes)
-            switch(c, cycle + t, kind, contact, before, p)
+            switch(c, t_cycle + t, kind, contact, before, p)
             if kind == GAP:
                 if nothing_touches(p.modes) and not was_free:
                     h = max(h, p.clock[2])
@@ -228,5 +228,5 @@ def advance(
     p.clock[0], p.clock[1] = t, h
     energies = observed[: len(ENERGIES)]
     audit(c, t, p.y, p.modes, k[0], before, p.start, energies)
-    watch_energy(c, energies, p.start, cycle + t, p.watch)
+    watch_energy(c, energies, p.start, t_cycle + t, p.watch)
     return status

@@ -177,18 +177,18 @@ def note_step(
 
     `t` counts from the start of the cycle.
     """
-    cycle = cycle_start(c, p)
+    t_cycle = cycle_start(c, p)
     # The integrals behind the coordinates are only read for the energies.
     size = p.y.size if samples.what & WITH_ENERGY else free(c)
     count = p.counters[SAMPLES]
     times = samples.times
     peak = has_peak(c, p.modes, h, before, after)
-    if peak or (count < times.size and times[count] - cycle < t + h):
+    if peak or (count < times.size and times[count] - t_cycle < t + h):
         prepare_dense(c, t, h, p.y, y1, p.modes, k, size, state, contacts, f)
         p.counters[EVALUATIONS] += 3
-    while count < times.size and times[count] - cycle < t + h:
+    while count < times.size and times[count] - t_cycle < t + h:
         # A sample on a step's end belongs to the next step: the right limit at a jump.
-        share = (times[count] - cycle - t) / h
+        share = (times[count] - t_cycle - t) / h
         note_inside(c, p, share, t, h, f, samples, False, size, state, dy, contacts, observed)
         keep(samples, count, observed)
         count += 1
@@ -208,9 +208,9 @@ def note_step(
                 note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
                 note_forces(p.modes, contacts, p.open_contacts)
     note_forces(p.modes, after, p.open_contacts)
-    watch_contacts(p.modes, after, cycle + t + h, p.watch)
+    watch_contacts(p.modes, after, t_cycle + t + h, p.watch)
     observe(c, t + h, y1, p.modes, k[STAGES], after, samples.what, p.start, observed)
-    widen(p.extrema, samples.wanted, cycle + t + h, observed)
+    widen(p.extrema, samples.wanted, t_cycle + t + h, observed)
 
 
 @bare

@@ -46,15 +46,16 @@ on it."""
 
 EVENT_COLUMNS = ("start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
 
+# What to try is what was seen to help (tests/contract/test_remedies.py, the study extremes), or nothing.
 _FAILURES = {
     integrate.STEP_TOO_SMALL: (
         "step-too-small",
-        "the tolerance is below round-off here: raise solver.reference.tolerance",
+        "steps are below the round-off of time: where friction.coefficient is above 1, lower it",
     ),
     integrate.NOT_FINITE: (
         "non-finite",
-        "the motion left the range of the linkage: check clearance, start and friction.coefficient, or lower "
-        "the speed",
+        "the motion left the range of the linkage: check clearance and start; where friction.coefficient is "
+        "above 1, lower it",
     ),
     integrate.CHATTER: (
         "chatter",
@@ -62,7 +63,7 @@ _FAILURES = {
     ),
     integrate.STEP_LIMIT: (
         "work-limit",
-        "shorten drive.cycles or soften the contact",
+        "shorten drive.cycles to less than was reached",
     ),
 }
 
@@ -154,7 +155,7 @@ def _simulated(
     cycles = max(1.0, p.cycles)
     scipy_solver = None if p.method not in SCIPY_METHODS else _scipy_solver(p, c, state, samples)
     events = []
-    t_end, t_stop, reported = samples.times[-1], 0.0, 0.0
+    t_end, t_stop, t_reported = samples.times[-1], 0.0, 0.0
     code = integrate.REACHED
     period = cycle_time(c)
     while not reached(period, state, t_end):
@@ -168,9 +169,9 @@ def _simulated(
         events.append(_empty_buffer(state))
         if code not in (integrate.REACHED, integrate.BUFFER_FULL):
             break
-        if progress is not None and t_stop - reported >= 0.02 * t_end:
+        if progress is not None and t_stop - t_reported >= 0.02 * t_end:
             progress(t_stop / t_end)
-            reported = t_stop
+            t_reported = t_stop
     finish(c, state, samples)
     events.append(_empty_buffer(state))
     settings = {"tolerance": p.tolerance, "largest_step_s": largest}
@@ -189,7 +190,8 @@ def _simulated(
         provenance["integrator"] = f"scipy {p.method.removeprefix('scipy-')} with located events"
         provenance["settings"] = settings | {"relative_tolerance": scipy_solver.rtol}
         provenance["counters"] = scipy_solver.counters
-        remedy = remedy and f"{remedy}; or take solver.reference.method = 'dop853'"
+        if code == integrate.STEP_LIMIT:
+            remedy += "; or take solver.reference.method = 'dop853'"
     if kind in (Formulation.MULTIPLIER, Formulation.MULTIPLIER_IDEAL):
         provenance["constraints"] = _largest_drift(state.extrema)
     rows = np.concatenate(events)

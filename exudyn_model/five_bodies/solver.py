@@ -148,8 +148,8 @@ def solve(
     except exu.SolverError:
         status = "newton-failed"
         remedy = (
-            "reduce solver.exudyn.step, or raise solver.exudyn.tolerance; where large forces meet slow "
-            "sliding, raise friction.transition_speed"
+            "raise solver.exudyn.tolerance if below 1e-8, reduce solver.exudyn.step if above 2e-5 s; where "
+            "friction.coefficient is above 1, lower it"
         )
     except exu.ModelError as error:
         # Ctrl-C or a fault inside the contact force arrives as the cause; it is no outcome of the scene
@@ -166,7 +166,7 @@ def solve(
     elif status == "success" and _rod4_spun(data):
         status, remedy = "newton-failed", "reduce solver.exudyn.step: it is far longer than a contact"
     if not recorder.is_finite():
-        status, remedy = "non-finite", "check the scene's masses and speeds, or reduce solver.exudyn.step"
+        status, remedy = "non-finite", "check the scene's masses and speeds"
     if progress is not None and status == "success":
         progress(1.0)
     iterations = mbs.sys["dynamicSolver"].it

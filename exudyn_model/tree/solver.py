@@ -18,14 +18,13 @@ _STAGES = 7
 # minute, where a jammed slider or contacts without end would have taken indefinitely
 STEPS_PER_CYCLE_LIMIT = 1_000_000
 
-# What to try after each failure
+# What to try after each failure, if that was seen to help
 _REMEDIES = {
     "success": "",
-    "step-too-small": "raise solver.exudyn.tolerance, lower solver.exudyn.step if far above 1e-4 s, or "
-    "check the scene's masses and speeds",
+    "step-too-small": "raise solver.exudyn.tolerance if below 1e-15, lower solver.exudyn.step if far above "
+    "1e-4 s, or check the scene's masses and speeds",
     "non-finite": "lower solver.exudyn.step if far above 1e-4 s, or check the scene's masses and speeds",
-    "work-limit": "shorten drive.cycles, raise solver.exudyn.tolerance, or soften the contact; where it is "
-    "stiff, take solver.exudyn.formulation = 'full'",
+    "work-limit": "shorten drive.cycles to less than was reached, or raise solver.exudyn.tolerance",
 }
 
 
