@@ -1,4 +1,4 @@
-"""What the code says about questions that one comparison cannot answer: each study writes its own folder.
+"""Multi-run studies: questions that one comparison cannot answer. Each writes its own folder.
 
 A study is a package here, with a module `study` that holds its ``STUDY`` (`comparison.studies.shared.study`):
 what it is asked with, small and full; what it measures, by `comparison.execution`, so that an interrupted
@@ -13,18 +13,18 @@ from pathlib import Path
 
 STUDIES = {
     "verdicts": "Verdicts of both models on every shipped scene, at two tiers.",
-    "paper": "The paper, figure by figure: what it printed beside what both models give.",
-    "reliability": "Reliability of the paper's cases by both models.",
-    "contact-laws": "Three contact laws, and where they differ.",
-    "crank-pin": "Clearance at the crank pin as well.",
-    "identification": "Which geometry and parameters the paper's figures are of.",
-    "ensembles": "Both models as distributions, where single runs cannot be predicted.",
-    "nonlinear": "Whether the press is chaotic: exponents, sections, bifurcations.",
-    "random-inputs": "Reliability where the inputs are random.",
-    "detection": "False alarms of the verdict, and which errors in a model it finds; an hour on two cores.",
-    "campaign": "Random scenes through both models, and who errs where they differ; an hour on two cores.",
+    "paper": "Every printed figure and statement of the paper against both models.",
+    "reliability": "Reliability of the paper's cases in both models.",
+    "contact-laws": "Three contact laws, and the energy that one of them creates.",
+    "crank-pin": "Clearance at the crank pin against its published peaks.",
+    "identification": "Geometry and parameters identified from the paper's figures.",
+    "ensembles": "Distributions of the motion in both models, where single runs are not predictable.",
+    "nonlinear": "Whether the press is chaotic: Lyapunov exponents, sections, bifurcations.",
+    "random-inputs": "Reliability with random inputs.",
+    "detection": "Detection power and false-alarm rate of the verdict; an hour on two cores.",
+    "campaign": "Random scenes in both models, and which model errs where they differ; an hour on two cores.",
     "tradeoff": "Speed against accuracy of every formulation and integrator; 6 minutes.",
-    "extremes": "Where the models break down, and how they tell; half an hour on two cores.",
+    "extremes": "Both models at extreme parameters: limits, failures, messages; half an hour on two cores.",
 }
 """What each one is about."""
 NAMES = tuple(STUDIES)

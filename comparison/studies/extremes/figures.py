@@ -74,7 +74,7 @@ def _axes(runs: pd.DataFrame, laws: Sequence[str], path: Path) -> None:
             titles = [SHORT[name] for name in names]
             axes.set_xticks(range(len(names)), titles, rotation=90, size=7.5)
             axes.set_yticks(cells.index, heads.where(new, "") + cells["value"], size=7.5)
-            axes.set_title(law, size=9)
+            axes.set_title(law, size=9, loc="left")
             axes.tick_params(top=True, labeltop=True, bottom=False, labelbottom=False, length=0)
             axes.grid(visible=False)
             axes.hlines(np.flatnonzero(new)[1:] - 0.5, -0.5, len(names) - 0.5, color=svg.LIMIT, lw=0.5)

@@ -95,8 +95,8 @@ def csv(runs: pd.DataFrame) -> pd.DataFrame:
 
 def finding(runs: pd.DataFrame) -> str:
     """Return how many runs are in each class."""
-    said = ", ".join(f"{count} {kind}" for kind, count in runs["class"].value_counts().items())
-    return f"Of {len(runs)} runs: {said}."
+    counts = ", ".join(f"{count} {kind}" for kind, count in runs["class"].value_counts().items())
+    return f"Of {len(runs)} runs: {counts}."
 
 
 def counts(runs: pd.DataFrame) -> str:

@@ -66,8 +66,8 @@ def answer(best: Mapping[Key, Exponent], names: Sequence[str]) -> str:
 def finding(best: Mapping[Key, Exponent], names: Sequence[str]) -> str:
     """Return how many scenes are chaotic, and how many are not or undecided."""
     counted = Counter(_verdict({key: e for key, e in best.items() if key[0] == name}) for name in names)
-    said = ", ".join(f"{count} {verdict}" for verdict, count in counted.most_common())
-    return f"Of {len(names)} scenes: {said}."
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in counted.most_common())
+    return f"Of {len(names)} scenes: {counts}."
 
 
 def _verdict(runs: Mapping[Key, Exponent]) -> str:

@@ -42,8 +42,8 @@ class Judged:
     @property
     def verdict(self) -> str:
         """What both models say; undecided where they say different things."""
-        said = {decision.verdict for decision in self.decisions.values()}
-        return said.pop() if len(said) == 1 else UNDECIDED
+        verdicts = {decision.verdict for decision in self.decisions.values()}
+        return verdicts.pop() if len(verdicts) == 1 else UNDECIDED
 
 
 def all_claims() -> list[Claim]:

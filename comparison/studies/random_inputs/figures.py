@@ -60,7 +60,7 @@ def draw_gradients(slopes: Mapping[str, tuple[str, pd.DataFrame]], path: Path) -
             axes.axhline(0.0, color=svg.LIMIT, lw=0.8)
             axes.set_xscale("log")
             axes.margins(x=0.06)
-            axes.set_ylabel(f"slope per standard deviation ({scaled})")
+            axes.set_ylabel(f"slope per\nstandard deviation ({scaled})")
             axes.set_title(name, fontsize=9)
         every[-1].set_xlabel("scatter of the runs over that of the inputs")
 

@@ -57,12 +57,12 @@ def importance(planes: Mapping[str, Plane], labels: Sequence[str]) -> str:
 
 def finding(planes: Mapping[str, Plane], labels: Sequence[str]) -> str:
     """Return the input with the largest share in the variance of each response."""
-    said = []
+    parts = []
     for response in RESPONSES:
         shares = list(planes[response].importance)
         share, name = max(zip(shares, labels, strict=True))
-        said.append(f"{response}: {name} ({share:.0%})")
-    return f"Input with the largest share in the variance of the error: {'; '.join(said)}."
+        parts.append(f"{response}: {name} ({share:.0%})")
+    return f"Input with the largest share in the variance of the error: {'; '.join(parts)}."
 
 
 def probabilities(

@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import jinja2
 from markdown_it import MarkdownIt
 from markupsafe import Markup
 
 from comparison.files import replacing
-from comparison.report.svg import STYLE
+from comparison.report.templates import TEMPLATES, style
 
 _PICTURE = re.compile(r'<p><img src="([\w-]+\.svg)" alt="([^"]*)" ?/?></p>')
 _TO_PICTURE = re.compile(r'href="([\w-]+)\.svg"')
@@ -45,10 +44,9 @@ def single_page(readme: Path, page: Path) -> None:
     body = _HEADING.sub(lambda match: f'<h2 id="{_anchor(match[1])}">{match[1]}</h2>', body)
     body = _TO_PICTURE.sub(r'href="#\1"', body)
     body = _PICTURE.sub(lambda match: _figure(readme.parent / match[1], match[2]), body)
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    html = environment.from_string(_PAGE).render(
+    html = TEMPLATES.from_string(_PAGE).render(
         title=text.partition("\n")[0].removeprefix("# "),
-        css=Markup(STYLE.with_name("report.css").read_text("utf-8")),
+        css=style(),
         body=Markup(body),
     )
     with replacing(page) as part:

@@ -11,12 +11,15 @@ from pathlib import Path
 
 from scipy.stats import qmc
 
+from comparison.files import check_size
 from comparison.scene import Scene, parse_set
 from comparison.studies.shared.scenes import leaves
 
 Point = dict[str, object]
 """Dotted keys of a scene and their values."""
 MOST = 1_000_000
+LARGEST_LIST = 200_000_000
+"""Bytes of a list of points."""
 
 
 class SweepError(ValueError):
@@ -76,11 +79,12 @@ def listed(path: Path) -> list[Point]:
         If it cannot be read, is empty, or a row has not as many values as the header.
     """
     try:
+        check_size(path, LARGEST_LIST)
         with path.open(encoding="utf-8-sig", newline="") as file:
             rows = list(islice((row for row in csv.reader(file) if row), MOST + 2))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reported = error.strerror if isinstance(error, OSError) else str(error)
-        raise SweepError(f"--list {path}: cannot be read: {reported}") from error
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise SweepError(f"--list {path}: cannot be read: {reason}") from error
     if len(rows) > MOST + 1:
         raise SweepError(f"--list {path}: more than {MOST} points")
     if len(rows) < 2:

@@ -57,15 +57,15 @@ def ratios(rows: pd.DataFrame) -> str:
 
 def finding(rows: pd.DataFrame) -> str:
     """Return which method is the cheapest at the smallest of the equal errors that any of them reaches."""
-    said = []
+    parts = []
     for scene in WITH_CLEARANCE:
         reached = costs(rows, scene).dropna(axis="columns", how="all")
         if not reached.empty:
             least = reached[reached.columns[-1]]
-            said.append(
+            parts.append(
                 f"{TITLES[scene]}: {least.idxmin()} at {reached.columns[-1]}, {quantity(least.min(), 's')}"
             )
-    return f"Least processor time at equal error of x: {'; '.join(said) or MISSING}."
+    return f"Least processor time at equal error of x: {'; '.join(parts) or MISSING}."
 
 
 def equal_error(rows: pd.DataFrame, scene: str) -> str:

@@ -25,13 +25,6 @@ from comparison.studies.verdicts import study as verdicts
 from comparison.tables.table import Table
 
 
-@pytest.fixture
-def small(fake_models, tmp_path, monkeypatch):
-    """Studies of few and short runs, in an empty folder; the log of what ran."""
-    monkeypatch.chdir(tmp_path)
-    return fake_models
-
-
 @pytest.mark.parametrize(
     "name",
     [
@@ -46,28 +39,28 @@ def small(fake_models, tmp_path, monkeypatch):
         "detection",
     ],
 )  # fmt: skip
-def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, small, capsys):
+def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, here, capsys):
     assert main(["study", name, "--small", "--jobs", "2"]) == 0
-    (reported,) = capsys.readouterr().out.splitlines()
-    assert reported == f"reports/out/{name}/README.md"
-    text = Path(reported).read_text("utf-8")
+    (printed,) = capsys.readouterr().out.splitlines()
+    assert printed == f"reports/out/{name}/README.md"
+    text = Path(printed).read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     pictures = re.findall(r"\]\(([\w-]+\.svg)\)", text)
     numbers = {"detection": {"detection.json"}, "paper": {"report.html"}}.get(name, set())
-    assert {path.name for path in Path(reported).parent.iterdir()} == {"README.md", *numbers, *pictures}
+    assert {path.name for path in Path(printed).parent.iterdir()} == {"README.md", *numbers, *pictures}
     for picture in pictures:
-        drawn = (Path(reported).parent / picture).read_text("utf-8")
+        drawn = (Path(printed).parent / picture).read_text("utf-8")
         assert drawn.count("<path") > 10
         assert re.search(r"var\(--(first|series-1)\)", drawn)
         assert "--first:" in drawn
-    runs = small.read_text().count("\n")
+    runs = here.read_text().count("\n")
     assert runs > 10
     assert main(["study", name, "--small"]) == 0
-    assert small.read_text().count("\n") == runs
-    assert Path(reported).read_text("utf-8") == text
+    assert here.read_text().count("\n") == runs
+    assert Path(printed).read_text("utf-8") == text
 
 
-@pytest.mark.usefixtures("small")
+@pytest.mark.usefixtures("here")
 def test_all_studies_their_list_and_the_table_of_the_readme(tmp_path):
     (tmp_path / "README.md").write_text(f"before {reports.BEGIN} formerly {reports.END} after", "utf-8")
     (tmp_path / "comparison" / "agreement").mkdir(parents=True)
@@ -97,20 +90,20 @@ def test_all_studies_their_list_and_the_table_of_the_readme(tmp_path):
     assert list(recorded["scenes"]) == shipped_scenes()
 
 
-def test_an_unknown_study_is_refused_with_the_known_ones(small, capsys):
+def test_an_unknown_study_is_refused_with_the_known_ones(here, capsys):
     assert main(["study", "contact_laws"]) == 2
     err = capsys.readouterr().err
     assert "study 'contact_laws' is not known; available: verdicts, paper, reliability" in err
     assert err.count("\n") == 1
     assert not Path("reports").exists()
-    assert small.read_text() == ""
+    assert here.read_text() == ""
 
 
-def test_a_folder_that_cannot_be_written_is_refused_before_the_work(small, capsys):
+def test_a_folder_that_cannot_be_written_is_refused_before_the_work(here, capsys):
     Path("file").touch()
     assert main(["study", "crank-pin", "--out", "file/below"]) == 2
     assert "is not a folder" in capsys.readouterr().err
-    assert small.read_text() == ""
+    assert here.read_text() == ""
 
 
 def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
@@ -174,9 +167,9 @@ def test_a_line_of_the_verdicts_tells_both_tiers_and_what_is_missing(scene, make
     assert line["largest difference of x, whole run"] == "2.6e-10 m"
     assert line["samples predictable"] == line["of these explained, tight"] == "100\u00a0%"
     refused = replace(usual, verdict="cannot compare", channels={}, attribution=None)
-    for tight, reported in ((None, "not run"), (refused, "**cannot compare**")):
+    for tight, verdict in ((None, "not run"), (refused, "**cannot compare**")):
         shown = verdicts.row(replace(usual, tight=tight))
-        assert list(shown.values())[-4:] == [reported, "n/a", "n/a", "n/a"]
+        assert list(shown.values())[-4:] == [verdict, "n/a", "n/a", "n/a"]
         assert verdicts.row(replace(refused, tight=tight)).keys() == line.keys()
 
 
@@ -199,25 +192,25 @@ def test_a_bar_in_a_cell_does_not_end_it():
     assert table(("a", "b"), [("1|2", "3")]) == "| a | b |\n|---|---|\n| 1\\|2 | 3 |"
 
 
-@pytest.mark.usefixtures("small")
+@pytest.mark.usefixtures("here")
 def test_speed_against_accuracy_has_its_tables_and_drawings(capsys):
     assert main(["study", "tradeoff", "--small"]) == 0
-    (reported,) = capsys.readouterr().out.splitlines()
-    text = Path(reported).read_text("utf-8")
+    (printed,) = capsys.readouterr().out.splitlines()
+    text = Path(printed).read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     pictures = re.findall(r"\]\(([\w.-]+\.svg)\)", text)
     assert len(pictures) == 6
-    assert {path.name for path in Path(reported).parent.iterdir()} == {
+    assert {path.name for path in Path(printed).parent.iterdir()} == {
         "README.md",
         "tradeoff.json",
         *pictures,
     }
 
 
-def test_extremes_have_every_run_in_a_class_and_a_second_call_runs_nothing(small, capsys):
+def test_extremes_have_every_run_in_a_class_and_a_second_call_runs_nothing(here, capsys):
     assert main(["study", "extremes", "--small", "--jobs", "2"]) == 0
-    (reported,) = capsys.readouterr().out.splitlines()
-    text, folder = Path(reported).read_text("utf-8"), Path(reported).parent
+    (printed,) = capsys.readouterr().out.splitlines()
+    text, folder = Path(printed).read_text("utf-8"), Path(printed).parent
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     assert {path.name for path in folder.iterdir()} == {
         "README.md", "cells.csv", "axes.svg", "hypercube.svg", "errors.svg"
@@ -227,8 +220,8 @@ def test_extremes_have_every_run_in_a_class_and_a_second_call_runs_nothing(small
     assert (rows["axis"] == "hypercube").sum() == 12 * 4
     # The fakes err by what their settings say: nothing is degraded without its number.
     assert rows.loc[rows["class"] == "degraded", "error_m"].notna().all()
-    runs = small.read_text().count("\n")
+    runs = here.read_text().count("\n")
     assert runs > 100
     assert main(["study", "extremes", "--small"]) == 0
-    assert small.read_text().count("\n") == runs
-    assert Path(reported).read_text("utf-8") == text
+    assert here.read_text().count("\n") == runs
+    assert Path(printed).read_text("utf-8") == text

@@ -1,1 +1,1 @@
-"""Stability of steps: Baumgarte's gains under an explicit method, and contacts under fixed steps."""
+"""Stability of steps: Baumgarte's gains under an explicit method, and contacts without error control."""

@@ -1,4 +1,6 @@
-"""Where the fixed steps of Exudyn's five bodies cannot follow a contact: step and stiffness against theory.
+"""Where the steps of Exudyn's five bodies cannot follow a contact: step and stiffness against theory.
+
+In contacts these are the scene's, without error control; a run with a sample at each step has no others.
 
 Both methods are unconditionally stable for a linear spring, so a lasting contact sets no boundary. A wall is
 no linear spring: a step that jumps into it meets a force of a depth that the motion would never have, and one

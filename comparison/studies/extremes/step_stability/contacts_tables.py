@@ -1,4 +1,4 @@
-"""The section about contacts under fixed steps: one mass, one impact of five bodies, and the map."""
+"""The section about contacts without error control: one mass, one impact of five bodies, and the map."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Config:
     cycles: tuple[float, ...]
     """Lengths of the long runs, ascending from 1."""
     moduli: tuple[float, ...]
-    """Young's, of contacts under fixed steps, Pa, ascending."""
+    """Young's, of contacts without error control, Pa, ascending."""
     impact_steps: tuple[float, ...]
     """Of single impacts, s."""
     phases: tuple[float, ...]

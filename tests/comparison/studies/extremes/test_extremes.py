@@ -27,9 +27,7 @@ UNEXPLAINED = "not explained"
 EVERY_CELL = cells(STUDY.full.axes, STUDY.full.points)
 
 
-@pytest.fixture(autouse=True)
-def _own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def row(x, status="success", **more):

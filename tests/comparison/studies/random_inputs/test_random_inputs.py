@@ -63,7 +63,7 @@ def test_a_scene_says_what_scatters_and_no_run_depends_on_it(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("entries", "reported"),
+    ("entries", "message"),
     [
         (entry("clearance.sider"), "'clearance.sider' is not a key of a scene"),
         (entry("contact.law"), "contact.law is no number of a scene"),
@@ -73,8 +73,8 @@ def test_a_scene_says_what_scatters_and_no_run_depends_on_it(tmp_path):
         (2 * entry("clearance.slider"), "names a key twice"),
     ],
 )
-def test_an_input_that_cannot_be_drawn_is_reported(entries, reported, tmp_path):
-    with pytest.raises(SceneError, match=reported):
+def test_an_input_that_cannot_be_drawn_is_reported(entries, message, tmp_path):
+    with pytest.raises(SceneError, match=message):
         inputs_of(scene_with(tmp_path, entries))
 
 

@@ -18,7 +18,7 @@ pytest.importorskip("distributed", reason="pip install 'sixbar-crossval[cluster]
 
 
 @pytest.mark.parametrize(
-    ("address", "reported"),
+    ("address", "message"),
     [
         ("tcp://127.0.0.1:9", "does not answer"),
         ("127.0.0.1:9", "does not answer"),
@@ -28,10 +28,10 @@ pytest.importorskip("distributed", reason="pip install 'sixbar-crossval[cluster]
         ("", "must be tcp://host:port"),
     ],
 )
-def test_dask_is_not_even_asked_where_nobody_listens(address, reported, monkeypatch):
+def test_dask_is_not_even_asked_where_nobody_listens(address, message, monkeypatch):
     """Its client would try for twice the time that it is given."""
     monkeypatch.setattr("distributed.Client", lambda *_, **__: pytest.fail("asked"))
-    with pytest.raises(SweepError, match=reported) as refused:
+    with pytest.raises(SweepError, match=message) as refused:
         on_cluster(address)
     assert "\n" not in str(refused.value)
 

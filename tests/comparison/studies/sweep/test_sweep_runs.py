@@ -31,12 +31,6 @@ def sweep(*arguments):
     return main(["study", "sweep", "150rpm-0.2mm", *QUICK, "--out", "out", *arguments])
 
 
-@pytest.fixture
-def here(fake_models, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return fake_models
-
-
 def test_a_sweep_writes_a_row_for_every_run_also_for_those_that_fail(here, gravity, capsys):
     values = f"9.81,{gravity.crash},{gravity.refuse},{gravity.fail},{gravity.nan}"
     asked = ["--grid", f"environment.gravity={values}", "--model", "reference,exudyn", "--jobs", "2"]
@@ -69,7 +63,7 @@ def test_the_table_does_not_depend_on_the_number_of_processes():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "reported"),
+    ("arguments", "message"),
     [
         (["--grid", "drive.sped_rpm=1"], "'drive.sped_rpm' is not a key of a scene; did you mean 'drive.sp"),
         (["--grid", "drive=1"], "'drive' is not a key of a scene"),
@@ -84,10 +78,10 @@ def test_the_table_does_not_depend_on_the_number_of_processes():
         (["--grid", "drive.speed_rpm=1", "--model", "adams"], "model 'adams' is not known"),
     ],
 )  # fmt: skip
-def test_a_mistake_is_reported_in_one_line_before_anything_runs(arguments, reported, here, capsys):
+def test_a_mistake_is_reported_in_one_line_before_anything_runs(arguments, message, here, capsys):
     assert sweep(*arguments) == 2
     err = capsys.readouterr().err
-    assert reported in err
+    assert message in err
     assert err.count("\n") == 1
     assert here.read_text() == ""
 
