@@ -1,4 +1,4 @@
-"""Atomic writing of files: one is complete or as before, several together all are."""
+"""Files: bounded reading, and atomic writing: one is complete or as before, several together all are."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import json
 import math
 import os
 import shutil
+import stat
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -22,6 +23,47 @@ LONGEST_NAME = 200
 
 class FolderError(ValueError):
     """A file or folder that cannot be written; the message is one line."""
+
+
+LARGEST_TEXT = 10_000_000
+"""Bytes of a file that is read as a whole and holds no samples: mappings, records of runs, baselines."""
+
+
+def contents(path: Path, most: int = LARGEST_TEXT) -> str:
+    """Read a text in UTF-8 of at most so many bytes.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read, or is larger.
+    UnicodeDecodeError
+        If it is not UTF-8.
+    """
+    with path.open("rb") as file:
+        found = file.read(most + 1)  # a pipe has no size to ask for
+    if len(found) > most:
+        raise _too_large(path, most)
+    return found.decode("utf-8")
+
+
+def check_size(path: Path, most: int) -> None:
+    """Reject what is no regular file of at most so many bytes, before it is read.
+
+    Raises
+    ------
+    OSError
+        With the rule.
+    """
+    found = path.stat()
+    if not stat.S_ISREG(found.st_mode):
+        kind = "is a folder" if stat.S_ISDIR(found.st_mode) else "is not a file"
+        raise OSError(errno.EINVAL, kind, str(path))
+    if found.st_size > most:
+        raise _too_large(path, most)
+
+
+def _too_large(path: Path, most: int) -> OSError:
+    return OSError(errno.EFBIG, f"is larger than {most} bytes", str(path))
 
 
 def expanded(path: Path) -> Path:

@@ -177,7 +177,7 @@ def _level(model: str, scene: Scene, which: str) -> Scene | None:
 
 def _levels(model: str, settings: Mapping[str, Any]) -> dict[str, Any]:
     """Return how a model is refined: as recorded, else by the names of an installed model's settings."""
-    if (record := _record(model, settings.get("formulation", "auto"))) is not None:
+    if (record := _record(model, str(settings.get("formulation", "auto")))) is not None:
         return record
     levels: dict[str, Any] = _file()["installed"]["step" if "step" in settings else "tolerance"]
     return levels

@@ -61,18 +61,18 @@ def sentences(
         limit = "band" if all(of.finer is not None for of in runs) else "tolerance"
         return (f"first outside the {limit}: {outside}",) if outside else ()
     sides = [_refinement(label, of, scene) for label, of in zip(labels, runs, strict=True)]
-    said = [_of_cause(found, sides)] if found.cause else []
+    sentences = [_of_cause(found, sides)] if found.cause else []
     if outside:
-        said.append(f"first outside the band: {outside}")
-    said += [
+        sentences.append(f"first outside the band: {outside}")
+    sentences += [
         f"but near {found.still_moves[key]:.0%} of the samples outside {side.label} still changes under "
         "refinement by as much as the difference: its uncertainty may be underestimated"
         for key, side in zip("ab", sides, strict=True)
         if found.still_moves.get(key, 0.0) >= _SUSPECT
     ]
     if found.unpredictable:
-        said.append(_of_coverage(found, labels) + _advice(found, labels, scene, tier))
-    return tuple(said)
+        sentences.append(_of_coverage(found, labels) + _advice(found, labels, scene, tier))
+    return tuple(sentences)
 
 
 def percent(share: float) -> str:

@@ -14,7 +14,7 @@ from comparison.agreement.attribution import attribute
 from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.agreement.time_checks import between, check_holes, check_times, kinds, too_late
 from comparison.agreement.verdict import compare_channel, scene_verdict
-from comparison.execution.quality_checks import contact_doubts
+from comparison.execution.quality_checks import contact_warnings
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.align import align
 from comparison.tables.channels import expected
@@ -81,7 +81,7 @@ def compare(
         check(table, names, None if scene is None else (0.0, scene.duration), name=label)
     check_times(both)
     warnings += check_holes(both)
-    warnings += tuple(f"{label}: {line}" for label, of in both for line in contact_doubts(of.base))
+    warnings += tuple(f"{label}: {line}" for label, of in both for line in contact_warnings(of.base))
     aligned = align(a.base, b.base, names)
     if aligned.interpolated and a.finer is not None and b.finer is not None:
         raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
@@ -126,8 +126,8 @@ def compare(
         side = 0 if aligned.interpolated == "a" else 1
         warnings += between((a, b)[side].base, labels[side], aligned, results, tolerance)
     verdict, reason = scene_verdict(results, limits.coverage)
-    if (reported := too_late(results, aligned, labels, tolerance)) and verdict != "differ":
-        verdict, reason = "differ", reported
+    if (late := too_late(results, aligned, labels, tolerance)) and verdict != "differ":
+        verdict, reason = "differ", late
     return SceneComparison(
         name=name if scene is None else scene.name,
         title="Two tables" if scene is None else scene.title,

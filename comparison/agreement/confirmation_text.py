@@ -40,10 +40,10 @@ def _confirmed(found: Confirmation, labels: tuple[str, str], since: str) -> str:
     runs = " and ".join(
         f"{count} {label}" for count, label in zip(found.members, labels, strict=True) if count
     )
-    said = f"difference confirmed{since} by {runs} runs from moved starts: {each}"
+    text = f"difference confirmed{since} by {runs} runs from moved starts: {each}"
     if isfinite(found.excess):  # not where all members are one
-        said += f", {found.excess:.3g} times as far as the farthest of these"
-    return f"{said}; they are first separated by {found.contact}" if found.contact else said
+        text += f", {found.excess:.3g} times as far as the farthest of these"
+    return f"{text}; they are first separated by {found.contact}" if found.contact else text
 
 
 def _underestimated(found: Confirmation, labels: tuple[str, str], since: str) -> str:
@@ -54,15 +54,15 @@ def _underestimated(found: Confirmation, labels: tuple[str, str], since: str) ->
         )
         if count
     )
-    said = (
+    text = (
         "no difference of models, the uncertainty was underestimated by a factor "
         f"{found.factor:.2g}{since}: {inside}"
     )
     if not found.suspicious:
-        return said
+        return text
     kind = "they split into clusters" if found.clustered else f"a factor above {SUSPICIOUS:g}"
     contact = found.contact or "no single contact"
-    return f"{said}; {kind}, which indicates a discontinuous event, possibly an intermittent fault: {contact}"
+    return f"{text}; {kind}, which indicates a discontinuous event, possibly an intermittent fault: {contact}"
 
 
 def contact_words(parting: Parting, labels: tuple[str, str]) -> str:

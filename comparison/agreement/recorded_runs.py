@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from comparison.accuracy.levels import recorded_refinement
-from comparison.accuracy.uncertainty import Runs
+from comparison.accuracy.uncertainty import TIME_ROUND_OFF, Runs
 from comparison.agreement.compare import compare
 from comparison.agreement.confirmation import confirm_recorded
 from comparison.agreement.results import SceneComparison
@@ -82,6 +84,7 @@ def compare_recorded(
     if (a.finer is None) != (b.finer is None):
         lacks = labels[0] if a.finer is None else labels[1]
         raise TableError(f"{lacks} has no finer run, the other one has: an uncertainty needs both or neither")
+    a, b = _at_its_times(a), _at_its_times(b)
     runs = a.runs, b.runs
     if a.finer is None:
         return compare(*runs, scene=scene, labels=labels, warnings=warnings, **options)
@@ -94,12 +97,27 @@ def compare_recorded(
     )
 
 
+def _at_its_times(of: Recorded) -> Recorded:
+    """Give all runs of a program the times of its base where they differ by what adding up steps rounds."""
+
+    def placed(run: Table | None) -> Table | None:
+        if run is None or run.time.size != of.base.time.size or not run.time.size:
+            return run
+        apart = np.abs(run.time - of.base.time).max()
+        if not 0.0 < apart <= TIME_ROUND_OFF * (of.base.time[-1] - of.base.time[0]):
+            return run
+        return replace(run, frame=run.frame.assign(time=of.base.time))
+
+    perturbed = [run for run in map(placed, of.perturbed) if run is not None]
+    return replace(of, finer=placed(of.finer), coarser=placed(of.coarser), perturbed=perturbed)
+
+
 def _assumed(label: str, of: Recorded) -> str:
     """Return what the uncertainty of a program rests on for want of runs or of a statement."""
-    said = []
+    parts = []
     if not of.perturbed:
-        said.append("without perturbed runs its uncertainty leaves out how neighbouring motions diverge")
+        parts.append("without perturbed runs its uncertainty leaves out how neighbouring motions diverge")
     if of.coarser is not None and of.known_refinement is None:
         factor, order = of.runs.refinement
-        said.append(f"factor {factor:g} between its settings and order {order:g} of its error are assumed")
-    return f"{label}: {'; '.join(said)}" if said else ""
+        parts.append(f"factor {factor:g} between its settings and order {order:g} of its error are assumed")
+    return f"{label}: {'; '.join(parts)}" if parts else ""

@@ -71,11 +71,11 @@ def _judged(models: Sequence[str], verdicts: Mapping[Pair, str]) -> tuple[str, s
             rest = _listed([other for other in models if other != model])
             return "alone", model, f"{model} stands alone: it differs from {rest}, which agree"
     open_pairs = [pair for verdict in ("indeterminate", "cannot compare") for pair in words.get(verdict, [])]
-    said = [f"{_listed(pair)} differ" for pair in differing]
-    said += [f"{_listed(pair)}: {verdicts[pair]}" for pair in open_pairs]
-    said += [f"{_listed(pair)} agree" for pair in words.get("agree", [])]
+    parts = [f"{_listed(pair)} differ" for pair in differing]
+    parts += [f"{_listed(pair)}: {verdicts[pair]}" for pair in open_pairs]
+    parts += [f"{_listed(pair)} agree" for pair in words.get("agree", [])]
     head = "no model stands alone" if not open_pairs else "undecided"
-    return "undecided" if open_pairs else "differ", "", f"{head}: {'; '.join(said)}"
+    return "undecided" if open_pairs else "differ", "", f"{head}: {'; '.join(parts)}"
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -63,13 +63,13 @@ def check_holes(both: tuple[tuple[str, Runs], ...]) -> tuple[str, ...]:
             continue
         first = max(found, key=lambda hole: hole.end - hole.start)
         missing = sum(hole.missing for hole in found)
-        said = "both tables have" if shared else f"{label} has"
-        said += f" no row between {first.start:.6g} and {first.end:.6g} s"
-        said += f" (and {len(found) - 1} more such holes)" if len(found) > 1 else ""
-        said += f": {missing} {'row is' if missing == 1 else 'rows are'} missing" if missing else ""
+        message = "both tables have" if shared else f"{label} has"
+        message += f" no row between {first.start:.6g} and {first.end:.6g} s"
+        message += f" (and {len(found) - 1} more such holes)" if len(found) > 1 else ""
+        message += f": {missing} {'row is' if missing == 1 else 'rows are'} missing" if missing else ""
         if not shared and missing != 1:
-            raise TableError(said)
-        warnings.append(said)
+            raise TableError(message)
+        warnings.append(message)
     return tuple(warnings)
 
 

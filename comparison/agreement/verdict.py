@@ -172,19 +172,19 @@ def _judge(
     elif not judged.any():
         reason = "no predictable sample is non-zero"
     else:
-        said = (
+        text = (
             f"{outside} of {count} {'samples' if fixed else 'predictable samples'} are outside "
             f"{'the tolerance' if fixed else 'their threshold'}"
             f"{', at worst' if outside else ', the nearest'} at t = {at:.6g} s: the difference is "
             f"{of(worst_difference)}, the threshold {of(worst_threshold, 2)}"
         )
         if fixed and worst_threshold == 0.0:
-            said += "; the channel is constant in the first table, so its scale is zero unless one is given"
+            text += "; the channel is constant in the first table, so its scale is zero unless one is given"
         if explained < limits.share:
             if limits.share < 1.0:
-                said += f"; {explained:.1%} are within, required: at least {100 * limits.share:g}%"
-            return _Judgement("differ", said, *numbers)
-        return _Judgement("agree", said, *numbers)
+                text += f"; {explained:.1%} are within, required: at least {100 * limits.share:g}%"
+            return _Judgement("differ", text, *numbers)
+        return _Judgement("agree", text, *numbers)
     return _Judgement("indeterminate", reason, *numbers)
 
 

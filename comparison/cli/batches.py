@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from comparison.accuracy.tiers import TIERS
 from comparison.agreement.cross_check import Validation, family, validate
 from comparison.agreement.results import no_comparison
 from comparison.cli.console import described, is_refusal
@@ -26,13 +27,14 @@ def validate_batches(
     models: tuple[str, str],
     n_jobs: int,
     accuracy: str | None,
+    tiers: Sequence[str] = TIERS,
     report: Reporter,
 ) -> Validated:
     """Validate scenes in their order, as many at a time as keep the workers busy.
 
     Parameters
     ----------
-    scenes, models, n_jobs, accuracy
+    scenes, models, n_jobs, accuracy, tiers
         As in `comparison.agreement.cross_check.validate`.
     report
         Gets the finished share of the expected work, and a few words on each finished batch.
@@ -59,7 +61,9 @@ def validate_batches(
             cost = sum(_cost(scene, models) for scene in batch)
             within = _Within(report, done / total, cost / total)
             try:
-                found = validate(batch, models=models, n_jobs=n_jobs, accuracy=accuracy, on_progress=within)
+                found = validate(
+                    batch, models=models, n_jobs=n_jobs, accuracy=accuracy, tiers=tiers, on_progress=within
+                )
             except Exception as error:
                 if len(batch) > 1:  # their runs are cached: it costs little to find out which one it is
                     waiting = [[scene] for scene in batch] + waiting

@@ -17,9 +17,8 @@ if TYPE_CHECKING:
     from comparison.agreement.recorded_runs import Recorded
     from comparison.tables.table import Table
 
-Another = Annotated[
-    Path | None, typer.Option(help="The run at a finer, or coarser, setting.", show_default="")
-]
+Finer = Annotated[Path | None, typer.Option(help="The run at a finer setting.", show_default=False)]
+Coarser = Annotated[Path | None, typer.Option(help="The run at a coarser setting.", show_default=False)]
 Starts = Annotated[
     list[Path] | None,
     typer.Option(help="A run from a moved start; repeat for several.", metavar="FILE"),
@@ -33,7 +32,9 @@ Refinement = Annotated[
 
 
 def compare(
-    a: Annotated[Path, typer.Argument(help="A table: .csv, .parquet, .mat, or text of another program.")],
+    a: Annotated[
+        Path, typer.Argument(help="A table: .csv, .parquet, .mat, .xlsx, or text of another program.")
+    ],
     b: Annotated[Path, typer.Argument(help="The other table.")],
     scene: Annotated[
         str | None, typer.Option(help="Scene of the tables; default: the one recorded beside both.")
@@ -50,10 +51,10 @@ def compare(
     at_events: Annotated[
         str | None, typer.Option(metavar="left|right|both", help="Which rows of a repeated time count.")
     ] = None,
-    finer_a: Another = None,
-    finer_b: Another = None,
-    coarser_a: Another = None,
-    coarser_b: Another = None,
+    finer_a: Finer = None,
+    finer_b: Finer = None,
+    coarser_a: Coarser = None,
+    coarser_b: Coarser = None,
     perturbed_a: Starts = None,
     perturbed_b: Starts = None,
     refinement_a: Refinement = None,

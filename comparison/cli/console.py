@@ -114,8 +114,8 @@ def described(error: Exception) -> tuple[str, int]:
     place = (
         f" at {Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno}" if trace is not None else ""
     )
-    reported = f"internal error: {type(error).__name__}: {error}{place}"
-    return f"{reported}; please report this line, the command and the output of sixbar --version", 70
+    message = f"internal error: {type(error).__name__}: {error}{place}"
+    return f"{message}; please report this line, the command and the output of sixbar --version", 70
 
 
 def is_refusal(error: Exception) -> bool:

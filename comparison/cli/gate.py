@@ -149,7 +149,7 @@ def _write_files(result: Gate, folder: Path, command: str) -> Path:
     return write_job_summary(
         folder / "summary.md",
         title="Has a model changed since its baseline?",
-        reported=[
+        sentences=[
             f"{_sentence(result)}.",
             *(f"Note: {note}." for note in result.notes),
             f"Made by: {command}",

@@ -47,7 +47,7 @@ def channels(
     ] = None,
     json: AsJson = False,
 ) -> int:
-    """List the channels of a table: name, unit, what it is, and its group in a scene's output.groups."""
+    """List the channels of a table: name, unit, meaning, and group in a scene's output.groups."""
     from comparison.scene import load_scene
     from comparison.tables.channels import channels as all_channels
     from comparison.tables.channels import expected

@@ -119,7 +119,7 @@ def run(
     from comparison.accuracy.levels import solver_values, with_declared
     from comparison.accuracy.plan import expectation
     from comparison.engines.registry import find
-    from comparison.execution.quality_checks import doubts
+    from comparison.execution.quality_checks import quality_warnings
     from comparison.execution.run import VIOLATED, Job, RunError, run_uncached, successful
     from comparison.files import check_file, write_text
     from comparison.scene import load_scene, parse_set
@@ -146,15 +146,15 @@ def run(
         kept = saved(lambda folder: write(partial, folder / name), out.parent)
         count = len(outcome.partial.frame)
         samples = f"all {count} samples" if outcome.status == VIOLATED else f"{count} samples until then"
-        reported = f"{outcome.message}; {samples} are in {kept}"
-        raise RunError(replace(outcome, message=reported), job)
+        message = f"{outcome.message}; {samples} are in {kept}"
+        raise RunError(replace(outcome, message=message), job)
     if outcome.traceback:
         kept = out.with_name(f"{out.stem}.traceback.txt")
         write_text(outcome.traceback, kept)
-        reported = f"{outcome.message}; its traceback is in {kept}"
-        raise RunError(replace(outcome, message=reported), job)
+        message = f"{outcome.message}; its traceback is in {kept}"
+        raise RunError(replace(outcome, message=message), job)
     table = successful(outcome, job)
-    warn(doubts(table))
+    warn(quality_warnings(table))
     path = saved(lambda folder: write(table, folder / out.name), out.parent)
     events = [] if table.events is None else [path.with_name(f"{path.stem}.events.csv")]
     for each in (*events, path.with_name(f"{path.stem}.json"), path):

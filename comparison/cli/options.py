@@ -67,6 +67,12 @@ Models = Annotated[
     ),
 ]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Also print the reason of every verdict.")]
+Quick = Annotated[
+    bool,
+    typer.Option(
+        "--quick", help="Standard tier only; of the shipped scenes only the main one, 150rpm-0.2mm."
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress; only the last lines of the result.")]
 NoProgress = Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")]
 AsJson = Annotated[bool, typer.Option("--json", help="As JSON, with all numbers.")]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from comparison.agreement.cross_check import Validation
+    from comparison.agreement.pulses import Pulses
     from comparison.agreement.results import SceneComparison
     from comparison.report.card import Orders
 
@@ -25,7 +26,12 @@ def incomplete(comparisons: Sequence[SceneComparison], missing: Sequence[str]) -
 
 
 def write_validation(
-    results: Sequence[Validation], folder: Path, command: str, code: int, missing: Sequence[str]
+    results: Sequence[Validation],
+    folder: Path,
+    command: str,
+    code: int,
+    missing: Sequence[str],
+    pulses: Pulses | None = None,
 ) -> tuple[Path, list[str]]:
     """Write the report with its tables and summaries; return its path, and where partial results are.
 
@@ -39,7 +45,7 @@ def write_validation(
     comparisons = [result.comparison for result in results]
     kept = []
     with replacing_in(folder) as part:
-        page = write_page(comparisons, part, command, observed_orders(results), missing)
+        page = write_page(comparisons, part, command, observed_orders(results), missing, pulses)
         for result in results:
             for model, run in result.runs.items():
                 write(run.base, part / "tables" / f"{result.comparison.name}-{model}.csv")
@@ -81,6 +87,7 @@ def write_page(
     command: str,
     orders: Orders | None = None,
     missing: Sequence[str] = (),
+    pulses: Pulses | None = None,
 ) -> Path:
     """Write the report of one or more scenes into a folder and return its path.
 
@@ -93,7 +100,15 @@ def write_page(
     title = comparisons[0].title if total == 1 else "Cross-validation of the two models"
     if missing:
         title += f" (incomplete: {len(comparisons)} of {total} scenes)"
-    return write_report(comparisons, folder, title=title, command=command, origin=origin(), orders=orders)
+    return write_report(
+        comparisons,
+        folder,
+        title=title,
+        command=command,
+        origin=origin(),
+        orders=orders,
+        pulses=pulses,
+    )
 
 
 def _write_for_ci(
@@ -114,7 +129,7 @@ def _write_for_ci(
     write_job_summary(
         folder / "summary.md",
         title="Cross-validation of the two models",
-        reported=[line for line in said if line],
+        sentences=[line for line in said if line],
         headings=("scene", "tier", "verdict", "why"),
         rows=[(c.name, tier.tier, tier.verdict, tier.why) for c in comparisons for tier in c.tiers],
         cases=cases,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,6 +16,7 @@ from comparison.cli.progress import progress
 if TYPE_CHECKING:
     from comparison.tables.table import Table
 
+MOST_CHANNELS = 30
 _Tables = Annotated[
     list[Path], typer.Argument(metavar="TABLE [TABLE]", help="One table, or two over each other.")
 ]
@@ -41,7 +43,11 @@ def plot(
     names = [name.strip() for name in channels.split(",") if name.strip()]
     if not names:
         raise typer.BadParameter("--channels needs at least one name, see `sixbar channels`")
-    say(str(write_picture(_read(tables), names, path, start=start, end=end)))
+    if len(names) > MOST_CHANNELS:
+        raise typer.BadParameter(f"--channels names {len(names)}; at most {MOST_CHANNELS} fit in a picture")
+    read = _read(tables)
+    _check(read, names)
+    say(str(write_picture(read, names, path, start=start, end=end)))
     return 0
 
 
@@ -66,7 +72,7 @@ def animate(
     from comparison.files import check_file
     from comparison.report.pictures.animation import write_animation
     from comparison.report.pictures.film import FORMATS, check_film, write_film
-    from comparison.report.pictures.motion import motion, recorded_scene
+    from comparison.report.pictures.motion import FORCES, NEEDED, motion, recorded_scene
     from comparison.scene import load_scene
 
     path = out or _beside(tables, ".html")
@@ -76,6 +82,7 @@ def animate(
     path = check_file(path)
     check_film(path)
     read = _read(tables)
+    _check(read, (*NEEDED, *FORCES))
     moving = motion(read, load_scene(scene).data if scene is not None else recorded_scene(read))
     if ending == ".html":
         options = ["--scene", scene] if scene is not None else []
@@ -106,6 +113,15 @@ def _read(paths: list[Path]) -> dict[str, Table]:
     if len(set(labels)) < len(labels):
         raise typer.BadParameter(f"{labels[0]} is given twice")
     return {label: read(path) for label, path in zip(labels, paths, strict=True)}
+
+
+def _check(tables: Mapping[str, Table], names: Sequence[str]) -> None:
+    """Reject numbers that cannot be drawn; whether channels are missing is said by what draws them."""
+    from comparison.tables.check import check
+
+    for label, table in tables.items():
+        used = table.only([name for name in names if name != "time"])  # which is no channel
+        check(used, used.channels, name=label)
 
 
 def _beside(paths: list[Path], ending: str) -> Path:

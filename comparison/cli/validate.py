@@ -19,6 +19,7 @@ from comparison.cli.options import (
     Models,
     OutFolder,
     Overrides,
+    Quick,
     Quiet,
     SceneNames,
     Verbose,
@@ -28,10 +29,14 @@ from comparison.cli.pairwise import validate_pairs
 from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
+    from comparison.agreement.cross_check import Validation
+    from comparison.agreement.pulses import Pulses
     from comparison.agreement.results import SceneComparison
     from comparison.scene import Scene
 
 INTERRUPTED = 130
+MAIN = "150rpm-0.2mm"
+"""The paper's central case."""
 
 
 def validate(
@@ -42,6 +47,7 @@ def validate(
     models: Models = "reference,exudyn",
     overrides: Overrides = None,
     allow_indeterminate: AllowIndeterminate = False,
+    quick: Quick = False,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> int:
@@ -53,7 +59,8 @@ def validate(
     from comparison.execution.run import MODELS
 
     options = (
-        (["--models", models] if models != ",".join(MODELS) else [])
+        (["--quick"] if quick else [])
+        + (["--models", models] if models != ",".join(MODELS) else [])
         + (["--accuracy", accuracy] if accuracy is not None else [])
         + [word for each in overrides or [] for word in ("--set", each)]
     )
@@ -65,9 +72,10 @@ def validate(
             out or REPORTS / "pairwise",
             shlex.join(["sixbar", "validate", *(scenes or []), *options]),
             lambda two, own: validate(
-                scenes, own, jobs, accuracy, two, overrides, allow_indeterminate, verbose, quiet
+                scenes, own, jobs, accuracy, two, overrides, allow_indeterminate, quick, verbose, quiet
             ),
         )
+    from comparison.accuracy.tiers import TIERS
     from comparison.agreement.recorded import departures
     from comparison.cli.batches import validate_batches
     from comparison.cli.verdicts import verdict_lines
@@ -80,12 +88,21 @@ def validate(
 
     both = pair(models)
     changed = parse_set(overrides or [])
-    loaded = [load_scene(name, changed) for name in dict.fromkeys(scenes or shipped_scenes())]
+    loaded = [
+        load_scene(name, changed) for name in dict.fromkeys(scenes or ([MAIN] if quick else shipped_scenes()))
+    ]
     _check(loaded, both, accuracy)
     folder = check_folder(out or REPORTS / (loaded[0].name if len(loaded) == 1 else "validate"))
     warn_about_the_cache()
     with progress(f"{len(loaded)} scenes" if len(loaded) > 1 else loaded[0].name, quiet=quiet) as report:
-        found = validate_batches(loaded, models=both, n_jobs=jobs or cpus(), accuracy=accuracy, report=report)
+        found = validate_batches(
+            loaded,
+            models=both,
+            n_jobs=jobs or cpus(),
+            accuracy=accuracy,
+            tiers=TIERS[:1] if quick else TIERS,
+            report=report,
+        )
     results, missing = found.results, [scene.name for scene in found.missing]
     if not results:
         return INTERRUPTED
@@ -103,13 +120,29 @@ def validate(
         said.append(departures(loaded[: len(results)], comparisons))
     for line in (*lines, *(line for each in said for line in wrapped(each))):
         typer.echo(line)
+    pulses = {} if missing or quick else _resolved(results, jobs or cpus(), quiet=quiet)
     results = [replace(one, comparison=of) for one, of in zip(results, comparisons, strict=True)]
-    page, kept = saved(lambda folder: write_validation(results, folder, command, code, missing), folder)
+    page, kept = saved(
+        lambda folder: write_validation(results, folder, command, code, missing, pulses), folder
+    )
     for line in (*(line for each in kept for line in wrapped(each)), str(page)):
         say(line)
     for scene in loaded[: len(results)]:
         warn([f"scene {scene.name!r}: {warning}" for warning in scene.warnings])
     return code
+
+
+def _resolved(results: Sequence[Validation], jobs: int, *, quiet: bool) -> Pulses:
+    """Return the contacts resolved in time, for the plots alone: without them there is still a report."""
+    from comparison.agreement.pulses import resolved
+    from comparison.execution.ledger import LedgerError
+    from comparison.files import FolderError
+
+    try:
+        with progress("contacts, with dense output", quiet=quiet) as report:
+            return resolved(results, jobs, report)
+    except (KeyboardInterrupt, LedgerError, FolderError):
+        return {}
 
 
 def _check(scenes: Sequence[Scene], models: tuple[str, str], accuracy: str | None) -> None:

@@ -14,7 +14,9 @@ from __future__ import annotations
 
 import hashlib
 import os
+import sys
 from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout
 from importlib.metadata import EntryPoint, PackageNotFoundError, distributions, entry_points, version
 from importlib.util import find_spec
 from math import isfinite
@@ -96,9 +98,11 @@ def load(name: str) -> Callable[..., Any]:
     """
     point = find(name)
     try:
-        simulate = point.load()
-    except (ImportError, AttributeError) as error:
-        raise EngineError(f"model {name!r} cannot be imported from {point.value!r}: {error}") from error
+        with redirect_stdout(sys.stderr):  # what it prints must not stand among results
+            simulate = point.load()
+    except (Exception, SystemExit) as error:
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise EngineError(f"model {name!r} cannot be imported from {point.value!r}: {reason}") from error
     if not callable(simulate):
         kind = type(simulate).__name__
         raise EngineError(f"model {name!r}: {point.value!r} is not a function but a {kind}")
@@ -125,8 +129,8 @@ def declared(name: str) -> dict[str, Any]:
         raise EngineError(f"model {name!r}: settings must be a mapping, not {type(settings).__name__}")
     for key, value in settings.items():
         if not (isinstance(value, str | int) or (isinstance(value, float) and isfinite(value))):
-            reported = f"settings[{key!r}] = {value!r} must be a string, a boolean or a finite number"
-            raise EngineError(f"model {name!r}: {reported}")
+            message = f"settings[{key!r}] = {value!r} must be a string, a boolean or a finite number"
+            raise EngineError(f"model {name!r}: {message}")
     return dict(settings)
 
 

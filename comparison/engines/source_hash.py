@@ -73,7 +73,11 @@ def file_hash(path: Path) -> str:
 
 @cache
 def _code_hash(source: bytes) -> str:
-    return hashlib.sha256(ast.dump(_without_docstrings(ast.parse(source))).encode()).hexdigest()
+    try:
+        code = ast.dump(_without_docstrings(ast.parse(source))).encode()
+    except (SyntaxError, ValueError):  # why it cannot be run its import says
+        code = source
+    return hashlib.sha256(code).hexdigest()
 
 
 def _path(module: str, root: Path) -> Path | None:

@@ -17,9 +17,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from comparison.files import plain
+from comparison.files import check_size, plain
 
 Row = dict[str, Any]
+LARGEST = 2_000_000_000
+"""Bytes of a store: a million rows take less."""
 _LOG = logging.getLogger(__name__)
 
 
@@ -36,6 +38,7 @@ def read_rows(path: Path) -> dict[str, Row]:
         If the file cannot be read.
     """
     try:
+        check_size(path, LARGEST)
         lines = path.read_bytes().split(b"\n")
     except FileNotFoundError:
         return {}

@@ -10,7 +10,7 @@ from comparison.formatting import number, percent, quantity
 from comparison.tables.table import Table
 
 FEW_STEPS = 10.0
-"""In so many fixed steps a contact's force still has its course; with fewer its impulse depends on where the
+"""In so many steps a contact's force still has its course; with fewer its impulse depends on where the
 touch falls within a step (the study extremes measures by how much)."""
 MUCH_ENERGY = 0.01
 """Of the dissipated energy; equivalent to a change of the restitution by half a percent."""
@@ -21,7 +21,7 @@ _MEASURES = ("normal_speed", "impulse", "peak_force", "largest_depth")
 
 
 def steps_per_contact(table: Table) -> float:
-    """Return the number of fixed steps per contact; nan without contacts, or with adaptive steps.
+    """Return the steps per contact, of the length in contacts; nan without contacts or with error control.
 
     The median weighted by peak force: long contacts with little force do not offset short impacts.
     """
@@ -48,7 +48,7 @@ def energy_share(table: Table) -> float:
     return residual / base if base > 0.0 else nan
 
 
-def contact_doubts(table: Table) -> list[str]:
+def contact_warnings(table: Table) -> list[str]:
     """Return a line if a measure of a contact is zero in every contact: the model does not record it."""
     events = table.events
     if events is None or not len(events):
@@ -59,34 +59,34 @@ def contact_doubts(table: Table) -> list[str]:
     return [f"{', '.join(zero)} of all its {len(events)} contacts are zero: these are not recorded, it seems"]
 
 
-def doubts(table: Table) -> list[str]:
+def quality_warnings(table: Table) -> list[str]:
     """Return one line for each quality check that a finished run fails."""
-    reported = []
+    lines = []
     steps = steps_per_contact(table)
     if steps < FEW_STEPS:
-        reported.append(
+        lines.append(
             f"half of its contacts, weighted by force, last less than {number(steps, 2)} steps; accurate "
             f"impulses require at least {FEW_STEPS:g}: reduce solver.exudyn.step, or use "
             "solver.exudyn.formulation = 'tree'"
         )
     share = energy_share(table)
     if share > MUCH_ENERGY:
-        reported.append(f"spurious energy is {percent(share)} of the dissipated energy: refine the solver")
+        lines.append(f"spurious energy is {percent(share)} of the dissipated energy: refine the solver")
     drift = table.provenance.get("constraints", {})
     position, velocity = drift.get("position", 0.0), drift.get("velocity", 0.0)
     if position > MUCH_DRIFT or velocity > 1e3 * MUCH_DRIFT:
-        reported.append(
+        lines.append(
             f"its constraints are violated by up to {quantity(position, 'm')}, {quantity(velocity, 'm/s')}: "
             "refine the solver, and keep Baumgarte's gains below a tenth of one over its largest step"
         )
-    reported += contact_doubts(table)
+    lines += contact_warnings(table)
     radius = table.provenance.get("scene", {}).get("contact", {}).get("corner_radius")
     if radius is not None and table.events is not None:
         corners = table.events[table.events["corner"] != "pin"]
         depth = float(corners["largest_depth"].max()) if len(corners) else 0.0
         if depth > radius:
-            reported.append(
+            lines.append(
                 f"a corner is pressed {quantity(depth, 'm')} into the wall, deeper than its radius "
                 f"contact.corner_radius = {radius:g} m: the contact law is not valid there"
             )
-    return reported
+    return lines

@@ -102,8 +102,8 @@ def describe(job: Job, outcome: Outcome) -> str:
     where = f"scene {job.scene.name!r}"
     if outcome.status == "bad input":
         return f"{where}: {outcome.message}"
-    reported = f"; {outcome.message}" if outcome.message else ""
-    return f"{where}: the {job.model} run did not succeed: {outcome.status}{reported}"
+    message = f"; {outcome.message}" if outcome.message else ""
+    return f"{where}: the {job.model} run did not succeed: {outcome.status}{message}"
 
 
 def successful(outcome: Outcome, job: Job) -> Table:

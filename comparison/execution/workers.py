@@ -192,7 +192,12 @@ def _serve(attempt: Attempt, connection: Connection) -> None:
     with suppress(EOFError, OSError):
         while True:
             task = connection.recv()
-            connection.send(attempt(task, lambda share: connection.send(Share(share))))
+            connection.send(attempt(task, lambda share: connection.send(Share(_bounded(share)))))
+
+
+def _bounded(share: float) -> float:
+    """Return a share of 0 to 1, whatever a model reports; what is no number is its own error."""
+    return min(1.0, max(0.0, float(share)))
 
 
 @contextmanager

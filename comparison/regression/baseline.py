@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from comparison.files import replacing
+from comparison.files import contents, replacing
 from comparison.scene import digest
 
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
@@ -112,12 +112,12 @@ def read(path: Path) -> Baseline:
         If there is none, or it is not what `write` writes: where, value, rule.
     """
     try:
-        content = tomllib.loads(path.read_text("utf-8"))
+        content = tomllib.loads(contents(path))
         written = content.pop("checksum", None)
         baseline = Baseline.model_validate(content)
     except FileNotFoundError as error:
-        reported = "there is no such baseline; sixbar gate --update makes one"
-        raise BaselineError(f"{path}: {reported}") from error
+        message = "there is no such baseline; sixbar gate --update makes one"
+        raise BaselineError(f"{path}: {message}") from error
     except OSError as error:
         raise BaselineError(f"{path}: {error.strerror or error}") from error
     except ValidationError as error:

@@ -28,7 +28,7 @@ def rounded(value: float) -> str:
     return f"{value:.5f}" if value < 0.99 else f"{value:.7f}"
 
 
-def particulars(comparison: ReliabilityComparison) -> list[str]:
+def notes(comparison: ReliabilityComparison) -> list[str]:
     """Return the notes on this scene's numbers: limits, cap, samples."""
     if not comparison.quantities:
         return [f"Not available: {comparison.missing}."]

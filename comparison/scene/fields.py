@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
 
@@ -16,9 +16,17 @@ class Unit:
     symbol: str
 
 
+def _integer(value: object) -> object:
+    """Reject what is equal to an integer and is none: true, 1.0."""
+    if type(value) is not int:
+        raise PydanticCustomError("literal_error", "", {"expected": "-1 or 1"})
+    return value
+
+
 Real = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Sign = Annotated[Literal[-1, 1], BeforeValidator(_integer)]
 M, KG, KGM2, S, M_S = Unit("m"), Unit("kg"), Unit("kg m^2"), Unit("s"), Unit("m/s")
 
 

@@ -31,7 +31,7 @@ def forces(scene: Mapping[str, Any]) -> tuple[str, ...]:
 def smallest_in_exudyn(scene: Mapping[str, Any]) -> str:
     """Return "tree" (the free bodies alone, with error control) or "full" (five bodies).
 
-    A fixed-step method named by the scene requires "full".
+    An implicit method, which the scene has to name, requires "full".
     """
     method = scene.get("solver", {}).get("exudyn", {}).get("method", "auto")
     explicit = method in ("auto", "dopri5")

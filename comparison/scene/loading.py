@@ -19,9 +19,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from comparison.files import contents
 from comparison.scene.criteria import RandomInput, Reliability
 from comparison.scene.error_messages import explain
 from comparison.scene.formulation import joints_with_clearance
+from comparison.scene.overrides import changed, merged
 from comparison.scene.schema import SceneKeys
 
 SCENES = Path(str(files("comparison.scene.shipped")))
@@ -32,7 +34,7 @@ LARGEST_FILE = 1_000_000
 LONGEST_CHAIN = 20
 """Files that extend one another."""
 ASYMPTOTIC_STEP = 2e-5
-"""s; in longer fixed steps the first-cycle error of x does not follow the method's order."""
+"""s; with longer steps in contacts the first-cycle error of x does not follow the method's order."""
 
 
 class SceneError(ValueError):
@@ -84,7 +86,7 @@ class Scene:
         SceneError
             If the changed scene is not valid.
         """
-        return _checked(_changed(self.given, values), self.name, self.source)
+        return _checked(changed(self.given, values), self.name, self.source)
 
 
 def shipped_scenes() -> list[str]:
@@ -108,7 +110,7 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
         One line with location, value and violated rule.
     """
     path = _locate(str(name_or_path), Path(), str(name_or_path))
-    given = _changed(_read(path, ()), overrides or {})
+    given = changed(_read(path, ()), overrides or {})
     return _checked(given, path.stem, str(name_or_path))
 
 
@@ -175,8 +177,7 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
         loop = " -> ".join(p.name for p in (*chain[chain.index(path) :], path))
         raise SceneError(f"{where}: scene.extends is circular: {loop}")
     try:
-        large = path.stat().st_size > LARGEST_FILE
-        data = {} if large else tomllib.loads(path.read_text(encoding="utf-8"))
+        data = tomllib.loads(contents(path, LARGEST_FILE))
     except OSError as error:
         raise SceneError(f"{where}: cannot read {path}: {error.strerror}") from error
     except UnicodeDecodeError as error:
@@ -187,8 +188,6 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
         raise SceneError(f"{where}: {path} has an integer of too many digits") from error
     except RecursionError as error:
         raise SceneError(f"{where}: {path} is nested too deeply") from error
-    if large:
-        raise SceneError(f"{where}: {path} is larger than {LARGEST_FILE} bytes")
     texts = data.get("scene", {})
     if not isinstance(texts, dict) or "extends" not in texts:
         return data
@@ -197,7 +196,7 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
         raise SceneError(f"{where}: scene.extends = {base!r} must be a shipped name or a path")
     inherited = _read(_locate(base, path.parent, path.stem), (*chain, path))
     inherited.pop("scene", None)
-    return _merge(inherited, data)
+    return merged(inherited, data)
 
 
 def _checked(given: dict[str, Any], default_name: str, source: str) -> Scene:
@@ -229,55 +228,20 @@ def _checked(given: dict[str, Any], default_name: str, source: str) -> Scene:
 
 
 def _warnings(data: dict[str, Any]) -> tuple[str, ...]:
-    reported = []
+    warnings = []
     offset, clearance = data["initial"]["slider_offset"], data["clearance"]["slider"]
     if data["joints"]["slider"] == "clearance" and abs(offset) > clearance:
-        reported.append(
+        warnings.append(
             f"initial.slider_offset = {offset:g} m exceeds clearance.slider = {clearance:g} m: "
             "the slider starts inside the wall"
         )
     exudyn = data["solver"]["exudyn"]
     if exudyn["formulation"] != "tree" and joints_with_clearance(data) and exudyn["step"] > ASYMPTOTIC_STEP:
-        reported.append(
+        warnings.append(
             f"solver.exudyn.step = {exudyn['step']:g} s is outside the asymptotic range of convergence: "
             f"contacts of 2e-4 s require at most {ASYMPTOTIC_STEP:g} s, a tenth"
         )
-    return tuple(reported)
-
-
-def _changed(given: Mapping[str, Any], values: Mapping[str, object]) -> dict[str, Any]:
-    """Apply dotted keys to a scene.
-
-    Exudyn's step and tolerance in a scene are meant for the scene's formulation. They have another meaning in
-    another formulation chosen here: a step for the five bodies makes the tree take a hundred times its steps.
-    """
-    solver, wanted = given.get("solver", {}), values.get("solver.exudyn.formulation")
-    if wanted is not None and isinstance(solver, Mapping):
-        exudyn = solver.get("exudyn", {})
-        if isinstance(exudyn, Mapping) and exudyn.get("formulation", "auto") != wanted:
-            kept = {key: value for key, value in exudyn.items() if key not in ("step", "tolerance")}
-            given = {**given, "solver": {**solver, "exudyn": kept}}
-    return _merge(given, _nested(values))
-
-
-def _nested(values: Mapping[str, object]) -> dict[str, Any]:
-    """Convert dotted keys to nested mappings."""
-    nested: dict[str, Any] = {}
-    for dotted, value in values.items():
-        inner: Any = value
-        for part in reversed(dotted.split(".")):
-            inner = {part: inner}
-        nested = _merge(nested, inner)
-    return nested
-
-
-def _merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge ``changes`` into ``base``, section by section."""
-    merged = dict(base)
-    for key, value in changes.items():
-        below = merged.get(key)
-        merged[key] = _merge(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
-    return merged
+    return tuple(warnings)
 
 
 def _line(text: str) -> str:

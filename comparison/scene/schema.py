@@ -14,7 +14,20 @@ from pydantic_core import PydanticCustomError
 
 from comparison.engines.registry import engine_names
 from comparison.scene.criteria import Compare, RandomInput, Reliability
-from comparison.scene.fields import KG, KGM2, M_S, M, NotNegative, Positive, Real, S, Section, Unit, rule
+from comparison.scene.fields import (
+    KG,
+    KGM2,
+    M_S,
+    M,
+    NotNegative,
+    Positive,
+    Real,
+    S,
+    Section,
+    Sign,
+    Unit,
+    rule,
+)
 from comparison.scene.formulation import smallest_in_exudyn
 
 MAX_SAMPLES = 100_000_000  # a larger table would not fit into the memory of an ordinary machine
@@ -60,8 +73,8 @@ class Mechanism(Section):
     guide_x: Annotated[Real, M]
     reference_offset: Annotated[Real, M]
     crank_angle_deg: Annotated[Real, Unit("deg")]
-    rocker_branch: Literal[-1, 1]
-    slider_branch: Literal[-1, 1]
+    rocker_branch: Sign
+    slider_branch: Sign
 
 
 class Drive(Section):

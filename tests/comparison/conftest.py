@@ -66,16 +66,34 @@ def wide(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def scene() -> Scene:
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The working folder is a temporary one."""
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An empty cache: every run is a new one."""
+    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def central_case() -> Scene:
     """The paper's central case with fewer samples."""
     return load_scene("150rpm-0.2mm", {"output.samples_per_cycle": 200})
 
 
 @pytest.fixture
-def make_table(scene: Scene) -> Callable[..., Table]:
-    """Tables of the scene: ``make_table(error=..., stretch=...)``, see `fake_model.signals`."""
+def scene(central_case: Scene) -> Scene:
+    """The scene of most tests; those of the report have another."""
+    return central_case
 
-    def make(error: float = 0.0, stretch: float = 0.0, of: Scene = scene, **changes: Any) -> Table:
+
+@pytest.fixture
+def make_table(central_case: Scene) -> Callable[..., Table]:
+    """Tables of the central case: ``make_table(error=..., stretch=...)``, see `fake_model.signals`."""
+
+    def make(error: float = 0.0, stretch: float = 0.0, of: Scene = central_case, **changes: Any) -> Table:
         return Table(pd.DataFrame(MODEL.signals(of.data, error, stretch) | changes))
 
     return make

@@ -123,10 +123,11 @@ def simulate(scene, *, progress=None):
         columns["slider_vy"][7] = np.nan
     if gravity == GRAVITY.short and MODEL == "exudyn":
         columns = {name: values[:-3] for name, values in columns.items()}
+    end = min(0.02, float(columns["time"][-1]))
     events = {
         "corner": np.array(["ll"]),
-        "start": np.array([0.01]),
-        "end": np.array([0.02]),
+        "start": np.array([0.5 * end]),
+        "end": np.array([end]),
         "normal_speed": np.array([0.1]),
         "impulse": np.array([0.02]),
         "peak_force": np.array([40.0]),

@@ -66,16 +66,16 @@ def test_the_fixture_passes_and_fails_with_the_verdict(pytester, make_table, mon
     # A process of its own: numpy cannot be imported twice in one.
     inner = pytester.runpytest_subprocess("-p", "comparison.pytest_plugin", "-W", "error", "--tb=short")
     inner.assert_outcomes(passed=2, failed=5)
-    reported = inner.stdout.str()
-    assert "a.csv and b.csv on scene '150rpm-0.2mm': differ: 21 of 21 channels differ" in reported
-    assert "  slider_x: differ: 396 of 401 samples" in reported
-    assert "a.csv and b.csv: indeterminate: 21 of 21 channels are indeterminate" in reported
-    assert "a.csv and still.csv: differ: 1 of 21 channels differ, most of all slider_omega" in reported
-    assert reported.count("slider_omega: differ: ") == 2  # in b.csv and here
-    assert reported.count("slider_x: differ: ") == 1  # in b.csv
-    assert "cannot compare: table b: channel slider_vy is missing" in reported
-    assert "cannot compare: nowhere.csv: No such file" in reported
-    assert "pytest_plugin.py" not in reported  # the traceback ends in the test
+    output = inner.stdout.str()
+    assert "a.csv and b.csv on scene '150rpm-0.2mm': differ: 21 of 21 channels differ" in output
+    assert "  slider_x: differ: 396 of 401 samples" in output
+    assert "a.csv and b.csv: indeterminate: 21 of 21 channels are indeterminate" in output
+    assert "a.csv and still.csv: differ: 1 of 21 channels differ, most of all slider_omega" in output
+    assert output.count("slider_omega: differ: ") == 2  # in b.csv and here
+    assert output.count("slider_x: differ: ") == 1  # in b.csv
+    assert "cannot compare: table b: channel slider_vy is missing" in output
+    assert "cannot compare: nowhere.csv: No such file" in output
+    assert "pytest_plugin.py" not in output  # the traceback ends in the test
 
 
 def test_the_entry_point_names_the_plugin_and_its_import_is_cheap():
@@ -84,7 +84,7 @@ def test_the_entry_point_names_the_plugin_and_its_import_is_cheap():
     code = (
         f"import sys, pytest; before = set(sys.modules); import {module}; print(*set(sys.modules) - before)"
     )
-    reported = subprocess.run(
+    output = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT
     )
-    assert set(reported.stdout.split()) <= {"comparison", module, "__future__"}
+    assert set(output.stdout.split()) <= {"comparison", module, "__future__"}

@@ -10,6 +10,7 @@ from comparison.accuracy.levels import (
     coarser,
     expected,
     finer,
+    recorded_refinement,
     refinement,
     solver_values,
 )
@@ -122,3 +123,11 @@ def test_finer_touches_its_own_model_only():
     assert coarser("exudyn", scene).data["solver"]["exudyn"]["step"] == 4e-6
     assert coarser("reference", scene).data["solver"]["reference"]["tolerance"] == pytest.approx(1e-9)
     assert finer("exudyn", scene).data["solver"]["reference"] == scene.data["solver"]["reference"]
+
+
+def test_a_recorded_formulation_that_is_no_name_is_refined_as_the_model_usually_is():
+    """Beside a table there may be anything."""
+    for formulation in (["full"], {"a": 1}, None, 3):
+        assert recorded_refinement("exudyn", {"formulation": formulation}) == recorded_refinement(
+            "exudyn", {}
+        )

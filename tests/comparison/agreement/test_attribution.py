@@ -44,16 +44,16 @@ def test_the_side_whose_refinement_removes_the_difference_is_its_cause(scene, ma
 
 def test_the_sentence_names_the_setting_its_value_and_what_was_expected_of_it(scene, make_table):
     reference = runs(make_table, 1e-10, refinement=(10.0, 1.0))
-    (reported,) = compared(scene, reference, runs(make_table, 1e-6)).attribution.sentences
-    assert reported == (
+    (sentence,) = compared(scene, reference, runs(make_table, 1e-6)).attribution.sentences
+    assert sentence == (
         "explained by exudyn's step (2e-06 s; with its tolerance, 1e-07): halving it divides the difference "
         "by 4 (4 expected); dividing reference's tolerance (1e-10) by 10 changes it by less than 0.1%"
     )
-    (reported,) = compared(scene, runs(make_table, 1e-6), runs(make_table, -1e-6)).attribution.sentences
-    assert reported.startswith(
+    (sentence,) = compared(scene, runs(make_table, 1e-6), runs(make_table, -1e-6)).attribution.sentences
+    assert sentence.startswith(
         "both contribute: halving reference's tolerance (1e-10) divides it by 1.6 (4 expected), "
     )
-    assert reported.endswith("both together divides it by 4 (4 expected)")
+    assert sentence.endswith("both together divides it by 4 (4 expected)")
 
 
 def test_a_refinement_that_does_less_than_half_of_what_it_should_explains_nothing(scene, make_table):
@@ -61,9 +61,9 @@ def test_a_refinement_that_does_less_than_half_of_what_it_should_explains_nothin
     # It removes 20 % where 75 % are expected; 3 times that distance is u, within which the error still is.
     result = compared(scene, a, replace(b, finer=make_table(0.8e-6)))
     assert (result.verdict, result.attribution.cause) == ("agree", "neither")
-    (reported,) = result.attribution.sentences
-    assert "not resolved by refinement" in reported
-    assert "rounding" not in reported
+    (sentence,) = result.attribution.sentences
+    assert "not resolved by refinement" in sentence
+    assert "rounding" not in sentence
     # An error that is larger in the refined run is no error of the step: with it go more steps to add up.
     grown = compared(scene, a, replace(b, finer=make_table(1.4e-6))).attribution
     assert grown.cause == "neither"
@@ -154,8 +154,8 @@ def test_the_model_that_limits_the_coverage_is_named_with_the_time_and_the_remed
     assert (found.unpredictable["b"], found.unpredictable["a"]) == (1.0, 0.0)
     # The window of u begins 1 % of 0.4 s before 0.202 s.
     assert found.unpredictable_from == pytest.approx(0.198)
-    reported = found.sentences[-1]
-    assert "the uncertainty of exudyn alone makes 100% so, from 0.198 s on; try --accuracy strict" in reported
+    sentence = found.sentences[-1]
+    assert "the uncertainty of exudyn alone makes 100% so, from 0.198 s on; try --accuracy strict" in sentence
     # At strict settings, and at the tight tier, there is nothing left to try.
     strict = scene.with_values({"solver.exudyn.step": 5e-7})
     assert "try" not in compared(strict, a, b).attribution.sentences[-1]
@@ -194,9 +194,9 @@ def test_of_foreign_tables_only_the_first_sample_outside_the_tolerance_is_report
     )
     assert compare(a, b, tolerance=1.0).attribution.sentences == ()
     assert compare(a, b).attribution.sentences == ()
-    reported = compare(a, b, scene=scene, tolerance=1e-4).attribution.sentences
-    assert len(reported) == 1
-    assert "(cycle 1, crank at " in reported[0]
+    sentences = compare(a, b, scene=scene, tolerance=1e-4).attribution.sentences
+    assert len(sentences) == 1
+    assert "(cycle 1, crank at " in sentences[0]
 
 
 def test_it_stands_in_the_numbers_and_on_the_terminal(scene, make_table):

@@ -132,12 +132,12 @@ def test_a_pin_with_clearance_has_a_share_beside_the_situations_of_a_slider_that
     for name, situations in (("crank-pin", False), ("both-clearances", True)):
         scene = load_scene(name)
         runs = Runs(run_one(scene, "reference"))
-        reported = compare(runs, runs, scene=scene, labels=("reference", "exudyn"))
-        (share, _), (shares, _) = pin_of_scene(reported), of_scene(reported)
+        result = compare(runs, runs, scene=scene, labels=("reference", "exudyn"))
+        (share, _), (shares, _) = pin_of_scene(result), of_scene(result)
         # Contacts of 0.1 to 0.4 ms, some five in 24 ms.
         assert 0.01 < share < 0.1
         assert (shares is not None) == situations
-        assert as_mapping(reported)["crank_pin_contact"]["reference"] == share
+        assert as_mapping(result)["crank_pin_contact"]["reference"] == share
     guide = load_scene("150rpm-0.2mm", {"drive.cycles": 0.1})
     runs = Runs(run_one(guide, "reference"))
     assert pin_of_scene(compare(runs, runs, scene=guide)) == (None, None)

@@ -18,12 +18,7 @@ from comparison.cli import main
 from comparison.scene import load_scene
 from comparison.tables.table import Table, TableError, read, write
 
-
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
+pytestmark = pytest.mark.usefixtures("elsewhere")
 KINDS = {"finer": "finer", "coarser": "coarser", "perturbed": "perturbed", "other_perturbed": "perturbed"}
 
 
@@ -153,6 +148,16 @@ def test_runs_that_make_no_uncertainty_are_refused():
     other = replace(whole, finer=Table(whole.finer.frame.iloc[::2].reset_index(drop=True)))
     with pytest.raises(TableError, match=r"^b finer: its times differ from those of b$"):
         verdict(whole, other)
+
+
+def test_times_that_differ_by_the_rounding_of_added_steps_are_the_same():
+    whole = runs(1e-6)
+    one = Table(whole.finer.frame.assign(time=TIME + 1e-14 * np.sin(1e5 * TIME)))
+    found = verdict(replace(whole, finer=one), whole).channels["slider_y"]
+    assert found.u_a.tobytes() == verdict(whole, whole).channels["slider_y"].u_a.tobytes()
+    late = Table(whole.finer.frame.assign(time=TIME + 1e-10 * (TIME > 0.4)))
+    with pytest.raises(TableError, match=r"^a finer: its times differ from those of a$"):
+        verdict(replace(whole, finer=late), whole)
 
 
 @pytest.mark.parametrize("text", ["2", "1,2", "a,b", "2,0", "2,4,1"])

@@ -225,3 +225,14 @@ def test_the_order_of_the_exit_codes():
     assert exit_code([1, 2, 3]) == 2
     assert exit_code([2, 70]) == 70
     assert exit_code([3, 1], allow_indeterminate=True) == 1
+
+
+def test_quick_is_the_standard_tier_of_the_main_scene(scene_file):
+    assert main(["validate", "--quick", "--out", "v"]) == 0
+    summary = json.loads(Path("v/summary.json").read_text())
+    (scene,) = summary["scenes"]
+    assert (scene["name"], scene["tier"], scene["tight"]) == ("150rpm-0.2mm", "standard", None)
+    assert summary["command"] == "sixbar validate --quick"
+    assert main(["validate", scene_file("one"), "--quick", "--out", "w"]) == 0
+    (scene,) = json.loads(Path("w/summary.json").read_text())["scenes"]
+    assert (scene["name"], scene["tight"]) == ("one", None)

@@ -1,7 +1,7 @@
 """Every write of a command fails once in turn: afterwards the old files or the new ones, and one line.
 
 As SQLite is tested: the first change of a file fails, then the second, until a command passes without one.
-The models are fakes.
+The models are fakes. How many faults there were is printed at the end.
 """
 
 from __future__ import annotations
@@ -10,12 +10,14 @@ import errno
 import itertools
 import shutil
 import tempfile
+from collections import Counter
 from pathlib import Path
 
 import pytest
 from faulty_disk import contents, failing, small_files
 
 from comparison.cli import main
+from comparison.execution.cache import fetch, keep
 from comparison.report.origin import origin
 
 pytest.importorskip("resource", reason="limits of file sizes are POSIX")
@@ -25,7 +27,7 @@ VOLATILE = ("runs.jsonl",)
 """A store of finished runs grows row by row."""
 COMMANDS = {
     "run": ["run", "{scene}", "--model", "reference", "--out", "out/a.csv"],
-    "validate": ["validate", "{scene}", "--out", "out", "--jobs", "1"],
+    "validate": ["validate", "{scene}", "--quick", "--out", "out", "--jobs", "1"],
     "gate": ["gate", "{scene}", "--update", "--baseline", "out/b.toml", "--jobs", "1"],
     "sweep": [
         "study",
@@ -39,6 +41,20 @@ COMMANDS = {
         "1",
     ],
 }
+
+
+LEAST = {"run": 4, "validate": 15, "gate": 2, "sweep": 2}
+"""Changes of files by which a command writes its result."""
+CODES = [errno.ENOSPC, errno.EACCES, errno.EIO, errno.EROFS]
+SIZES = (0, 1, 10, 100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000)
+FAULTS: Counter[str] = Counter()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _reported(request):
+    yield
+    with request.config.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():
+        print(f"\n{FAULTS.total()} faults of the disk: {dict(FAULTS)}")  # noqa: T201
 
 
 @pytest.fixture
@@ -101,8 +117,11 @@ def held(code: int, old, new, capsys, what: str) -> None:
         assert found == states[1], what
 
 
-@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EACCES])
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize(
+    ("name", "code"),
+    # The one that takes longest has two of them: what it does with the others is up to the same lines.
+    [(name, code) for name in COMMANDS for code in (CODES[:2] if name == "validate" else CODES)],
+)
 def test_each_change_of_a_file_fails_in_turn(name, code, command, capsys):
     old, new = prepared(command, name, capsys)
     faults = 0
@@ -114,14 +133,37 @@ def test_each_change_of_a_file_fails_in_turn(name, code, command, capsys):
         if len(seen) < number:
             break
         faults += 1
-    assert faults >= {"run": 4, "validate": 15, "gate": 2, "sweep": 2}[name]
+    FAULTS[name] += faults
+    assert faults >= LEAST[name]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_write_that_ends_in_the_middle(name, command, capsys):
     old, new = prepared(command, name, capsys)
-    for size in (0, 1, 100, 1000, 3000, 10_000, 30_000, 100_000, 300_000):
+    for size in SIZES:
         restore(old)
         with small_files(size):
             status = command(name, "new")
         held(status, old, new, capsys, f"{name}: {size} bytes")
+        FAULTS[name] += status != 0
+
+
+@pytest.mark.parametrize("code", CODES)
+def test_a_cache_holds_a_run_as_it_is_or_not_at_all(code, make_table, monkeypatch, tmp_path):
+    folder, table = tmp_path / "own", make_table()
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
+    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(folder))
+    for number in itertools.count(1):
+        folder.mkdir()
+        with failing(number, code, folder) as seen:
+            keep("key", table)
+        found = fetch("key", table.channels, (table.time[0], table.time[-1]))
+        assert found is None or found.frame.equals(table.frame), seen[number - 1 :]
+        assert not list(folder.rglob(".part-*"))
+        if len(seen) < number:
+            break
+        FAULTS["cache"] += 1
+        shutil.rmtree(folder)
+    assert found is not None
+    assert number > 4  # of the files of a run, and of their folder

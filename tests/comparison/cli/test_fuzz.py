@@ -2,7 +2,7 @@
 
 Scenes, mappings, tables and arguments are damaged at random. A failure prints what reproduces it. The number
 of examples of each test is HYPOTHESIS_EXAMPLES, else 300, a third of it where tables are compared and a
-page is written.
+page is written. How many inputs were tried, and how they ended, is printed at the end.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import io
 import json
 import os
 import string
+from collections import Counter
 from importlib.resources import files
 from pathlib import Path
 
@@ -31,6 +32,26 @@ many = settings(
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 costly = settings(many, max_examples=EXAMPLES // 3)
+TRIED: Counter[int] = Counter()
+"""Inputs by the exit code that they had."""
+
+
+@pytest.fixture(autouse=True)
+def _counted():
+    """A test tries as many inputs as it is said to: at least half of them are not what it leaves out."""
+    before = TRIED.total()
+    yield
+    assert TRIED.total() - before >= EXAMPLES // 6
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _reported(request):
+    yield
+    codes = ", ".join(f"{count} ended with {code}" for code, count in sorted(TRIED.items()))
+    with request.config.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():
+        print(f"\n{TRIED.total()} fuzzed inputs: {codes}")  # noqa: T201
+
+
 SHIPPED = [
     Path(str(files("comparison.scene.shipped").joinpath(f"{name}.toml"))).read_text()
     for name in ("paper", *shipped_scenes())
@@ -56,6 +77,7 @@ def given_command(*arguments: str) -> tuple[int, str, str]:
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = main(list(arguments))
+    TRIED[code] += 1
     return code, out.getvalue(), err.getvalue()
 
 
@@ -143,6 +165,7 @@ def tables(tmp_path, make_table) -> tuple[Path, str]:
 
 RECORD = json.dumps({"model": "x", "extrema": {"slider_x": {"min": 0, "max": 1}}, "scene": {}})
 EVENTS = "corner,start,end,normal_speed,impulse,peak_force,largest_depth\nll,0.1,0.2,1,1,1,1e-6\n"
+ENTRIES = ["extrema", "scene", "settings", "slider_x", "min", "counters", "versions", "solver", "wall_time_s"]
 NAMES = st.sampled_from(["own.csv", "own.txt", "own.tsv", "own.mat", "own.parquet", "own.dat"])
 
 
@@ -160,10 +183,11 @@ def test_tables(data, name, tables, tmp_path):
     record=st.one_of(
         damaged(st.just(RECORD)),
         st.recursive(
-            st.one_of(st.none(), st.booleans(), st.floats(), st.text(string.printable, max_size=8)),
+            st.one_of(
+                st.none(), st.booleans(), st.integers(), st.floats(), st.text(string.printable, max_size=8)
+            ),
             lambda inner: st.lists(inner, max_size=3) | st.dictionaries(
-                st.sampled_from(["extrema", "scene", "settings", "slider_x", "min", "counters"]),
-                inner, max_size=4,
+                st.sampled_from(ENTRIES), inner, max_size=4
             ),
             max_leaves=12,
         ).map(lambda value: json.dumps(value).encode()),
@@ -205,3 +229,49 @@ def test_baselines(content, tmp_path):
     assert code == 2
     assert err.count("\n") == 1
     assert "internal error" not in err
+
+
+@costly
+@given(content=damaged(st.just("drive.speed_rpm,friction.coefficient\n100,0.1\n200,0.2\n")))
+def test_lists_of_points(content, tmp_path):
+    """No list is run: there is no such quantity."""
+    (tmp_path / "list.csv").write_bytes(content)
+    options = ["--list", str(tmp_path / "list.csv"), "--output", "none", "--out", str(tmp_path / "out")]
+    held(["study", "sweep", "ideal", *options])
+
+
+@costly
+@given(data=st.data(), channels=st.lists(st.sampled_from(["slider_x", "time", "", "a\x1bb", "slider_vx"])))
+def test_pictures(data, channels, tables, tmp_path):
+    sound, text = tables
+    (tmp_path / "own.csv").write_bytes(data.draw(damaged(st.just(text))))
+    options = ["--channels", ",".join(channels), "--out", str(tmp_path / "own.svg")]
+    held(["plot", str(tmp_path / "own.csv"), str(sound), *options])
+
+
+@costly
+@given(data=st.data(), kind=st.sampled_from(["finer", "coarser", "perturbed"]))
+def test_further_runs(data, kind, tables, tmp_path):
+    sound, text = tables
+    (tmp_path / "own.csv").write_bytes(data.draw(damaged(st.just(text))))
+    option = [f"--{kind}-{data.draw(st.sampled_from('ab'))}", str(tmp_path / "own.csv")]
+    held(
+        ["compare", str(sound), str(sound), "--finer-b", str(sound), *option, "--out", str(tmp_path / "out")]
+    )
+
+
+@costly
+@given(
+    places=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.integers(0, 255)), min_size=1, max_size=4)
+)
+def test_parquet(places, tables, make_table, tmp_path):
+    sound, _ = tables
+    path = tmp_path / "own.parquet"
+    write(make_table(), path)
+    content = bytearray(path.read_bytes())
+    # Every other one close to the end, where a file says what it holds.
+    for number, (place, byte) in enumerate(places):
+        length = len(content) if number % 2 else min(len(content), 3000)
+        content[-1 - int(place * length)] = byte
+    path.write_bytes(content)
+    held(["plot", str(path), str(sound), "--out", str(tmp_path / "own.svg")])

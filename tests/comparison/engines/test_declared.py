@@ -13,6 +13,7 @@ from comparison.accuracy.levels import with_declared
 from comparison.agreement.cross_check import validate
 from comparison.cli import main
 from comparison.engines.registry import EngineError, declared
+from comparison.engines.registry import load as load_model
 from comparison.scene import load_scene
 from comparison.tables.channels import expected
 
@@ -117,3 +118,46 @@ def test_the_channels_of_a_scene_come_from_one_call():
     assert len(names) == 6 + 12 + 13
     assert {"slider_x", "corner_ul_friction", "reaction_F_y", "crank_torque"} < set(names)
     assert expected(load_scene("ideal", GROUPS).data) == names[:6]
+
+
+@pytest.mark.parametrize(
+    "fault",
+    ["raise ValueError('no\\nlicence')", "import sys; sys.exit(3)", "1 +", "import nowhere", "1 / 0"],
+)
+@pytest.mark.usefixtures("wide")
+@pytest.mark.parametrize("command", ["run", "validate"])
+def test_a_package_that_cannot_be_imported_is_one_line(install, command, fault, capfd):
+    install("odd_press", ODD + "\n" + fault, POINTS)
+    options = {
+        "run": ["--model", "odd", "--out", "a.csv"],
+        "validate": ["--models", "odd,reference", "--out", "v", "--jobs", "1", "-v"],
+    }[command]
+    code = main([command, "ideal", *options])
+    out, err = capfd.readouterr()
+    assert code == 2
+    assert "model 'odd' cannot be imported from 'odd_press:simulate': " in out + err
+    assert "Traceback" not in out + err
+    assert err.count("\n") == (command == "run")
+
+
+def test_what_a_package_prints_while_it_is_imported_does_not_stand_among_results(install, capsys):
+    install("odd_press", "print('licence found')\n" + ODD, POINTS)
+    load_model("odd")
+    assert capsys.readouterr() == ("", "licence found\n")
+
+
+@pytest.mark.parametrize("share", ["float('nan')", "2.0", "-1.0", "True"])
+def test_a_progress_that_is_no_share_does_no_harm(install, share, capfd):
+    install("odd_press", ODD.replace("    del progress", f"    progress({share})"), POINTS)
+    changes = [f"--set={key}={value}" for key, value in GROUPS.items()]
+    assert main(["run", "ideal", "--model", "odd", "--out", "a.csv", *changes]) == 0
+    assert capfd.readouterr().err == ""
+
+
+def test_one_that_is_no_number_is_the_model_s_fault(install, capfd):
+    install("odd_press", ODD.replace("    del progress", "    progress(None)"), POINTS)
+    changes = [f"--set={key}={value}" for key, value in GROUPS.items()]
+    assert main(["run", "ideal", "--model", "odd", "--out", "a.csv", *changes]) == 70
+    err = capfd.readouterr().err
+    assert "the odd run did not succeed: crashed; TypeError" in err
+    assert err.count("\n") == 1

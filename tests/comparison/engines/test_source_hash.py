@@ -1,29 +1,37 @@
 """What a measure depends on: its rows are stale after an edit of code, and kept after one of words."""
 
 import ast
-import re
+import json
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 from comparison.engines.source_hash import ROOT, closure, file_hash, hash_of
+from comparison.execution.cache import _WRITES
+from comparison.execution.task_store import Task
 
 MEASURES = (
+    "comparison.agreement.pulses",
     "comparison.execution.run",  # kept tables
     "comparison.studies.campaign.tasks",
+    "comparison.studies.campaign.third_engine",
     "comparison.studies.detection.limits",
     "comparison.studies.detection.pairs",
     "comparison.studies.detection.rounding",
+    "comparison.studies.detection.tasks",
     "comparison.studies.extremes.runs",
     "comparison.studies.nonlinear.chains",
     "comparison.studies.random_inputs.draws",
     "comparison.studies.sweep.runs",
     "comparison.studies.tradeoff.measure",
 )
-"""The modules of all measures and tasks."""
+"""The modules of all measures and tasks: the key of a row hashes the closures of both."""
 
 
 @pytest.fixture(scope="module")
@@ -34,19 +42,68 @@ def root(tmp_path_factory) -> Path:
     return folder
 
 
-def modules() -> Iterator[str]:
-    """Names of all modules that define a task or call the store."""
+def names() -> Iterator[str]:
+    """Names of all modules of the package."""
     for path in (ROOT / "comparison").rglob("*.py"):
-        text = path.read_text("utf-8")
-        if re.search(r"^class \w+\((Task|Comparison)\)", text, re.M):
+        if path.stem not in ("__init__", "__main__"):
             yield ".".join(path.relative_to(ROOT).with_suffix("").parts)
 
 
-def test_every_task_is_looked_at():
-    abstract = {"comparison.studies.detection.tasks"}
-    found = set(modules()) - abstract
-    assert len(found) >= 8
-    assert found <= set(MEASURES)
+def tasks(kind: type[Task] = Task) -> set[str]:
+    """Modules that define a task that can be measured."""
+    below = set().union(*(tasks(each) for each in kind.__subclasses__()), set())
+    return below if kind.__abstractmethods__ else below | {kind.__module__}
+
+
+def measures(name: str) -> Iterator[str]:
+    """Modules of the functions that a module has called by the store."""
+    tree = ast.parse(Path(sys.modules[name].__file__).read_bytes())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("measure_all"):
+            yield eval(ast.unparse(node.args[0]), vars(sys.modules[name])).__module__
+
+
+def test_every_measure_and_task_is_looked_at():
+    modules = list(names())
+    for name in modules:
+        import_module(name)
+    called = {module for name in modules for module in measures(name)}
+    assert len(called) >= 7
+    mine = {module for module in tasks() if module.startswith("comparison.")}
+    assert called | mine | {_WRITES} == set(MEASURES)
+
+
+IMPORTED = """
+import json, sys
+from importlib import import_module
+found = {}
+for name in json.load(sys.stdin):
+    for module in [each for each in sys.modules if each.partition(".")[0] == "comparison"]:
+        del sys.modules[module]
+    import_module(name)
+    modules = [module for each, module in sys.modules.items() if each.partition(".")[0] == "comparison"]
+    found[name] = [module.__file__ for module in modules]
+print(json.dumps(found))
+"""
+
+
+def has_code(path: Path) -> bool:
+    tree = ast.parse(path.read_bytes())
+    return len(tree.body) > (ast.get_docstring(tree) is not None)
+
+
+def test_the_closure_holds_whatever_python_imports():
+    """But for a package of data that has no code."""
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTED],
+        input=json.dumps(MEASURES),
+        text=True,
+        capture_output=True,
+        check=True,
+    )
+    for name, imported in json.loads(done.stdout).items():
+        assert len(imported) > 20
+        assert {path for path in map(Path, imported) if has_code(path)} <= set(closure(name)), name
 
 
 def edited(source: str) -> str:

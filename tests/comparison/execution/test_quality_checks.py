@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.execution.quality_checks import doubts, energy_share, steps_per_contact
+from comparison.execution.quality_checks import energy_share, quality_warnings, steps_per_contact
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
 from comparison.tables.table import Table
@@ -52,32 +52,32 @@ def test_energy_from_nowhere_counts_by_the_dissipated_or_else_the_kinetic():
     ],
 )
 def test_each_doubt_is_reported_alone(run, words):
-    (reported,) = doubts(run)
-    assert words in reported
+    (warning,) = quality_warnings(run)
+    assert words in warning
 
 
 @pytest.mark.parametrize("drift", [{"position": 1.1e-6}, {"position": 0.0, "velocity": 1.1e-3}])
 def test_violated_constraints_are_a_doubt(drift):
     run = made()
     run.provenance["constraints"] = drift
-    (reported,) = doubts(run)
-    assert "constraints are violated" in reported
+    (warning,) = quality_warnings(run)
+    assert "constraints are violated" in warning
     run.provenance["constraints"] = {"position": 0.9e-6, "velocity": 0.9e-3}
-    assert doubts(run) == []
+    assert quality_warnings(run) == []
 
 
 def test_at_the_limits_nothing_is_doubted():
-    assert doubts(made([1e-4], depth=1e-3, step=1e-5, residual=0.01)) == []
-    assert doubts(made()) == []
+    assert quality_warnings(made([1e-4], depth=1e-3, step=1e-5, residual=0.01)) == []
+    assert quality_warnings(made()) == []
 
 
 def test_the_paper_s_case_is_not_doubted_and_one_in_coarse_steps_is():
     values = {"drive.cycles": 0.2, "solver.exudyn.formulation": "full"}
     scene = load_scene("150rpm-0.2mm", values)
-    assert doubts(run_one(scene, "exudyn")) == []
+    assert quality_warnings(run_one(scene, "exudyn")) == []
     # 2e-4 s, an ordinary contact of this scene, are four such steps.
-    (reported,) = doubts(run_one(scene.with_values({"solver.exudyn.step": 5e-5}), "exudyn"))
-    assert "steps" in reported
+    (warning,) = quality_warnings(run_one(scene.with_values({"solver.exudyn.step": 5e-5}), "exudyn"))
+    assert "steps" in warning
 
 
 def test_gains_that_a_loose_tolerance_cannot_bear_are_reported():
@@ -89,5 +89,5 @@ def test_gains_that_a_loose_tolerance_cannot_bear_are_reported():
         "solver.reference.baumgarte_alpha": 1e3,
         "solver.reference.baumgarte_beta": 0.0,
     }
-    (reported,) = doubts(run_one(load_scene("150rpm-0.2mm", values), "reference"))
-    assert "Baumgarte" in reported
+    (warning,) = quality_warnings(run_one(load_scene("150rpm-0.2mm", values), "reference"))
+    assert "Baumgarte" in warning

@@ -105,9 +105,9 @@ def test_what_needs_two_kinds_of_kernels_waits_for_those_that_need_one():
 def test_each_failure_takes_its_own_run_only(scene, gravity):
     bad = (gravity.crash, gravity.refuse, gravity.fail, gravity.nan, gravity.bug, gravity.short)
     planned = jobs(scene, *bad, gravity.normal)
-    reported = [(o.status, o.message) for o in run_all(planned, 2)]
-    assert [status for status, _ in reported[::2]] == ["success"] * 7  # the reference
-    crash, refuse, fail, nan, bug, short, normal = reported[1::2]
+    outcomes = [(o.status, o.message) for o in run_all(planned, 2)]
+    assert [status for status, _ in outcomes[::2]] == ["success"] * 7  # the reference
+    crash, refuse, fail, nan, bug, short, normal = outcomes[1::2]
     assert crash == ("crashed", "its process ended with code 3")
     assert refuse == ("bad input", "contact.law = 'strip' is not simulated yet")
     assert fail == ("newton-failed", "try a smaller step")

@@ -137,11 +137,22 @@ def test_other_code_another_model_or_machine_makes_rows_stale(here, monkeypatch)
     assert len(here[1]) == 6
 
 
+def test_the_code_of_the_measure_and_that_of_the_task_count(here, monkeypatch):
+    codes = {square.__module__: "old", "tasks": "old"}
+    monkeypatch.setattr(task_store, "code_hash", lambda *modules: " ".join(codes[each] for each in modules))
+    monkeypatch.setattr(Square, "__module__", "tasks")
+    measured(here, 2.0)
+    for count, module in enumerate(codes, 2):
+        codes[module] = "new"
+        measured(here, 2.0)
+        assert len(here[1]) == count
+
+
 def test_what_goes_wrong_is_a_row_and_is_kept_but_not_that_a_process_died(here):
-    reported = {5.0: "chatter", 7.0: "bad input", 13.0: CRASHED, 3.0: CRASHED}
+    expected = {5.0: "chatter", 7.0: "bad input", 13.0: CRASHED, 3.0: CRASHED}
     for _ in range(2):
-        rows = dict(zip(reported, measured(here, *reported), strict=True))
-        assert {number: row["status"] for number, row in rows.items()} == reported
+        rows = dict(zip(expected, measured(here, *expected), strict=True))
+        assert {number: row["status"] for number, row in rows.items()} == expected
     assert rows[13.0]["message"] == "ValueError: thirteen of all numbers"
     assert rows[5.0]["message"] == "lower the tolerance"
     assert rows[3.0]["message"] == "its process was killed"

@@ -219,18 +219,22 @@ def with_events(table: Table, events: pd.DataFrame | None) -> Runs:
     return Runs(Table(table.frame, events))
 
 
+def moved(events: pd.DataFrame, by: float) -> pd.DataFrame:
+    return events.assign(start=events["start"] + by, end=events["end"] + by)
+
+
 def test_a_comparison_of_scenes_tells_the_impacts(scene, make_table):
-    a = contacts(0, 5).assign(start=lambda rows: rows["start"] * 2)
+    a = moved(contacts(0, 5), 0.1)
     window = WINDOW * scene.period
-    b = a.assign(start=a["start"] + 0.9 * window)
+    b = moved(a, 0.9 * window)
     result = compare(with_events(make_table(), a), with_events(make_table(), b), scene=scene, tolerance=1e-3)
     # Without uncertainties nothing tells which part is predictable.
     assert list(result.impacts) == ["all"]
     assert result.impacts["all"].recall == 1.0
-    reported = as_mapping(result)["impacts"]["all"]
-    assert (reported["matched"], reported["count_a"], reported["precision"]) == (20, 20, 1.0)
-    assert "pairs" not in reported
-    late = a.assign(start=a["start"] + 1.1 * window)
+    impacts = as_mapping(result)["impacts"]["all"]
+    assert (impacts["matched"], impacts["count_a"], impacts["precision"]) == (20, 20, 1.0)
+    assert "pairs" not in impacts
+    late = moved(a, 1.1 * window)
     result = compare(with_events(make_table(), a), with_events(make_table(), late), scene=scene)
     assert result.impacts["all"].recall == 0.0
 
@@ -256,7 +260,8 @@ def test_a_contact_is_predictable_where_the_gap_of_its_corner_is(scene, make_tab
     # One finer run is far off in the gap at lower right, in the second half.
     later = runs[1].time > 0.4
     runs[1].frame.loc[later, "corner_lr_gap"] += 1e-3
-    events = contacts(0).iloc[:4].assign(corner=["ll", "lr", "lr", "pin"], start=[0.6, 0.1, 0.6, 0.6])
+    start = [0.6, 0.1, 0.6, 0.6]
+    events = contacts(0).iloc[:4].assign(corner=["ll", "lr", "lr", "pin"], start=start, end=0.7)
     run = Runs(Table(runs[0].frame, events), *runs[1:])
     result = compare(run, run, scene=scene)
     assert result.channels["corner_lr_gap"].coverage == pytest.approx(0.5, abs=0.02)

@@ -179,10 +179,10 @@ def test_resampling_keeps_what_is_on_a_uniform_grid_and_shortens_what_is_long():
 
 def test_a_position_is_measured_from_its_mean_lest_a_large_constant_hides_the_difference():
     a, b = -0.55 + 2e-4 * np.sin(PHASE), -0.55 + 2e-4 * np.sin(PHASE - 1.0)
-    reported, hidden = information(TIME, a, b, position=True), information(TIME, a, b, position=False)
+    found, hidden = information(TIME, a, b, position=True), information(TIME, a, b, position=False)
     # The last sample repeats the first, which moves the mean by 1 / 2001 of it.
-    assert reported["sprague_geers_phase"] == pytest.approx(1 / np.pi, rel=1e-6)
-    assert reported["iso18571"] < 0.9
+    assert found["sprague_geers_phase"] == pytest.approx(1 / np.pi, rel=1e-6)
+    assert found["iso18571"] < 0.9
     assert hidden["sprague_geers_phase"] < 1e-3
     assert hidden["iso18571_corridor"] == 1.0
 

@@ -65,8 +65,8 @@ def test_a_change_of_one_model_names_it_with_channel_time_value_baseline_and_thr
 def test_counters_are_exact_on_the_same_machine_and_within_5_percent_elsewhere(capsys):
     edit("steps = 5", "steps = 100")
     assert gate() == 1
-    reported = "reference tight, scene 'own': the counter steps is 5, in the baseline 100"
-    assert reported in capsys.readouterr().out
+    message = "reference tight, scene 'own': the counter steps is 5, in the baseline 100"
+    assert message in capsys.readouterr().out
     edit("steps = 100", "steps = 6")
     assert gate() == 1
     edit('numpy = "[^"]*"', 'numpy = "0.1"')
@@ -95,7 +95,7 @@ def test_another_platform_is_a_note_and_values_are_held_to_their_thresholds_all_
 
 @pytest.mark.usefixtures("made")
 @pytest.mark.parametrize(
-    ("pattern", "by", "item", "reported"),
+    ("pattern", "by", "item", "message"),
     [
         ("^slider_vy = ", "slider_ax = ", "slider_ax", "slider_ax is in the baseline and not in the run"),
         ("^slider_vy = ", "slider_ax = ", "slider_vy", "the channel slider_vy has no baseline"),
@@ -116,12 +116,12 @@ def test_another_platform_is_a_note_and_values_are_held_to_their_thresholds_all_
         ),
     ],
 )
-def test_what_only_one_side_has_is_a_regression(pattern, by, item, reported):
+def test_what_only_one_side_has_is_a_regression(pattern, by, item, message):
     edit(pattern, by)
     if "reference.standard" in by:
         edit(pattern, by)  # the table of its channels too
     assert gate() == 1
-    assert any(reported in case["message"] for (_, name), case in checks().items() if name == item)
+    assert any(message in case["message"] for (_, name), case in checks().items() if name == item)
 
 
 @pytest.mark.usefixtures("made")
@@ -161,10 +161,10 @@ def test_a_value_that_starts_nearby_reach_as_well_is_a_note_and_no_regression(sc
     assert gate() == 1
     assert {group for group, _ in checks()} == {"exudyn standard"}  # which has none
     (line,) = [line for line in capsys.readouterr().out.splitlines() if "neighbouring" in line]
-    number, reported = re.fullmatch(
+    number, starts = re.fullmatch(
         r"note: exudyn tight, scene 'own': (\d+) channels deviate no more than (\d+ runs from neighbouring "
         r"starts do here; their thresholds are too small)",
         line,
     ).groups()
     assert int(number) >= 10
-    assert reported.startswith("20 runs")
+    assert starts.startswith("20 runs")

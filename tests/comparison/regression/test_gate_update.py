@@ -20,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("elsewhere", "wide")
 
 
 @pytest.mark.parametrize(
-    ("pattern", "by", "reported"),
+    ("pattern", "by", "message"),
     [
         (None, None, "sixbar-baseline.toml: there is no such baseline; sixbar gate --update makes one"),
         ("^platform = .*", "", "sixbar-baseline.toml: platform is missing"),
@@ -35,7 +35,7 @@ pytestmark = pytest.mark.usefixtures("elsewhere", "wide")
         (r"reference.tight\]", "reference.loose]", "scenes.own.reference.loose.[key] = 'loose': "),
     ],
 )  # fmt: skip
-def test_a_baseline_that_is_none_is_one_line_and_exit_code_2(made, capsys, pattern, by, reported):
+def test_a_baseline_that_is_none_is_one_line_and_exit_code_2(made, capsys, pattern, by, message):
     if pattern is None:
         made.unlink()
     else:
@@ -44,20 +44,20 @@ def test_a_baseline_that_is_none_is_one_line_and_exit_code_2(made, capsys, patte
     out, err = capsys.readouterr()
     assert out == ""
     assert err.startswith("sixbar: ")
-    assert reported in err
+    assert message in err
     assert err.count("\n") == 1
     assert not Path("reports").exists()
 
 
 @pytest.mark.parametrize(
-    ("pattern", "by", "reported"),
+    ("pattern", "by", "message"),
     [
         ("steps = 5", "steps = 6", "was changed since: its checksum does not match"),
         ('checksum = ".', 'checksum = "', "was changed since"),
         ("^checksum.*\n", "", "has no checksum"),
     ],
 )
-def test_a_baseline_that_is_not_as_it_was_written_is_refused(made, capsys, pattern, by, reported):
+def test_a_baseline_that_is_not_as_it_was_written_is_refused(made, capsys, pattern, by, message):
     text, count = re.subn(pattern, by, made.read_text(), count=1, flags=re.MULTILINE)
     assert count == 1
     made.write_text(text)
@@ -65,7 +65,7 @@ def test_a_baseline_that_is_not_as_it_was_written_is_refused(made, capsys, patte
         assert gate(*arguments) == 2
         out, err = capsys.readouterr()
         assert out == ""
-        assert err.startswith(f"sixbar: sixbar-baseline.toml: {reported}")
+        assert err.startswith(f"sixbar: sixbar-baseline.toml: {message}")
         assert err.count("\n") == 1
     assert made.read_text() == text
 

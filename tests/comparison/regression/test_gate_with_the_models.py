@@ -10,7 +10,7 @@ from comparison.regression.check import gate
 from comparison.regression.update import renewed
 from comparison.scene import load_scene
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("own_cache")]
 RUNS = ("reference tight", "exudyn standard", "exudyn tight")
 
 
@@ -25,12 +25,6 @@ def baseline(scene, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SIXBAR_CACHE_DIR", str(tmp_path_factory.mktemp("made")))
         return renewed([scene], tmp_path_factory.getbasetemp(), n_jobs=2)
-
-
-@pytest.fixture(autouse=True)
-def _nothing_kept(tmp_path, monkeypatch):
-    """Every run is a new one."""
-    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
@@ -51,13 +45,13 @@ def test_a_hundredth_of_a_parameter_is_found_in_each_model_by_values_alone(basel
     result = gate(baseline, [changed], n_jobs=2)
     assert result.exit_code == 1
     for run in RUNS:
-        reported = [
+        lines = [
             case.message for case in result.regressions if case.group == run and "checkpoints" in case.message
         ]
         # The contact moves the slider, and all channels with it. The tight runs see it in most of them, the
         # five bodies at their usual step in a few.
-        assert len(reported) > (3 if run == "exudyn standard" else 14), run
-        for line in reported:
+        assert len(lines) > (3 if run == "exudyn standard" else 14), run
+        for line in lines:
             assert re.match(
                 rf"{run}, scene '150rpm-0.2mm': \w+ at t = [\d.e-]+ s is \S+ \S+, in the baseline \S+ \S+: "
                 r"off by \S+ \S+, the threshold is \S+ \S+ \(\d of \d checkpoints are off\)$",

@@ -8,7 +8,7 @@ from scipy.special import ndtr
 
 from comparison.accuracy.uncertainty import Runs
 from comparison.reliability.difference import MARGIN, ReliabilityComparison, compare_reliability
-from comparison.reliability.words import line, particulars, rounded
+from comparison.reliability.words import line, notes, rounded
 from comparison.scene.criteria import AccelerationLimits, Reliability
 from comparison.tables.table import TableError
 
@@ -135,7 +135,7 @@ def test_the_line_names_the_smallest_and_the_cap(press):
         f"{rounded(exact(8.0))} and {rounded(exact(8.1))} at 36 deg; largest difference "
         f"{exact(8.0) - exact(8.1):.1e} ± {comparison.quantities['acceleration'].half_width:.1e}"
     )
-    limits, capped, sampled = particulars(comparison)
+    limits, capped, sampled = notes(comparison)
     assert limits.endswith("displacement 0.0002 m, velocity 0.02 m/s, acceleration 80 m/s^2.")
     assert capped.endswith("wide: displacement in 10 of 10 parts; velocity in 10 of 10 parts.")
     assert sampled.startswith("Cycles sampled: 2, few")
@@ -143,7 +143,7 @@ def test_the_line_names_the_smallest_and_the_cap(press):
 
 def test_of_a_part_of_a_cycle_and_of_nothing_it_says_so(press):
     short = scene_of(press(cycles=0.06), press(cycles=0.06), press(cycles=0.06))
-    assert particulars(short)[-1].startswith("Of one cycle nothing is known about others")
+    assert notes(short)[-1].startswith("Of one cycle nothing is known about others")
     nothing = ReliabilityComparison(SETTINGS, missing="the run crashed")
     assert (line(nothing), nothing.verdict) == ("not available: the run crashed", "undecided")
-    assert particulars(nothing) == ["Not available: the run crashed."]
+    assert notes(nothing) == ["Not available: the run crashed."]

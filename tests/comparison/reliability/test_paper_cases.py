@@ -23,10 +23,8 @@ def test_the_difference_of_the_two_models_is_within_its_interval_in_every_case(t
         found = result.comparison.reliability
         assert list(found.quantities) == ["displacement", "velocity", "acceleration"], found.missing
         for name, difference in found.quantities.items():
-            reported = (
-                f"{result.comparison.name}, {name}: {difference.minimum} within {difference.half_width}"
-            )
-            assert abs(difference.minimum) <= difference.half_width, reported
+            sizes = f"{result.comparison.name}, {name}: {difference.minimum} within {difference.half_width}"
+            assert abs(difference.minimum) <= difference.half_width, sizes
 
 
 def test_a_restitution_one_percent_lower_in_one_model_is_a_difference(tmp_path, monkeypatch):

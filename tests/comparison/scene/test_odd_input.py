@@ -12,7 +12,7 @@ INPUT = '[[random]]\nkey = "drive.speed_rpm"\ndistribution = "normal"\n'
 
 
 @pytest.mark.parametrize(
-    ("text", "reported"),
+    ("text", "message"),
     [
         (BASE + INPUT + "deviation = 1.0\ncolour = 3\n", "random.0.colour is not a known key"),
         (BASE + INPUT + "deviatoin = 1.0\n", "random.0.deviation is missing"),
@@ -32,14 +32,14 @@ INPUT = '[[random]]\nkey = "drive.speed_rpm"\ndistribution = "normal"\n'
         ("scene = 4\n", "scene = 4 must be a section"),
     ],
 )
-def test_a_scene_file_is_refused_in_one_line(text, reported, tmp_path):
+def test_a_scene_file_is_refused_in_one_line(text, message, tmp_path):
     path = tmp_path / "odd.toml"
     path.write_text(text)
     with pytest.raises(SceneError) as refused:
         load_scene(path)
-    assert reported in str(refused.value)
+    assert message in str(refused.value)
     assert "\n" not in str(refused.value)
-    assert len(str(refused.value)) < 600 or "File name" in reported
+    assert len(str(refused.value)) < 600 or "File name" in message
 
 
 def test_three_thousand_files_that_extend_one_another(tmp_path):
@@ -52,3 +52,11 @@ def test_three_thousand_files_that_extend_one_another(tmp_path):
 @pytest.mark.parametrize("text", ["9" * 5000, "[" * 3000, "{a=" * 3000])
 def test_a_value_that_toml_cannot_read_is_a_string(text):
     assert parse_set([f"drive.cycles={text}"]) == {"drive.cycles": text}
+
+
+@pytest.mark.parametrize("value", [True, 1.0, "1", 2])
+@pytest.mark.parametrize("key", ["rocker_branch", "slider_branch"])
+def test_a_branch_is_the_integer_one_with_a_sign(key, value):
+    """What is true is equal to 1, but not meant as such."""
+    with pytest.raises(SceneError, match=rf"mechanism\.{key} = {value!r} must be -1 or 1"):
+        load_scene("ideal", {f"mechanism.{key}": value})

@@ -44,7 +44,7 @@ ANY_VALUE = st.one_of(ANY_SCALAR, st.lists(ANY_SCALAR, max_size=3))
 @given(st.dictionaries(ANY_KEY, ANY_VALUE, min_size=1))
 def test_whatever_is_given_the_scene_is_valid_or_refused_in_one_line(values):
     try:
-        reported = f"clearance {load_scene(PAPER, values).data['clearance']['slider']}"
+        outcome = f"clearance {load_scene(PAPER, values).data['clearance']['slider']}"
     except SceneError as error:
-        reported = str(error)
-    assert re.fullmatch(r"clearance [0-9][^\n]*|scene [^\n]*", reported)
+        outcome = str(error)
+    assert re.fullmatch(r"clearance [0-9][^\n]*|scene [^\n]*", outcome)

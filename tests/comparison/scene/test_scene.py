@@ -232,8 +232,8 @@ def test_a_start_inside_the_wall_is_a_warning_and_only_with_clearance():
 
 
 def test_a_step_outside_the_range_in_which_errors_fall_with_it_is_reported():
-    (reported,) = load_scene(PAPER, {"solver.exudyn.step": 2.5e-5}).warnings
-    assert "solver.exudyn.step = 2.5e-05 s is outside the asymptotic range" in reported
+    (warning,) = load_scene(PAPER, {"solver.exudyn.step": 2.5e-5}).warnings
+    assert "solver.exudyn.step = 2.5e-05 s is outside the asymptotic range" in warning
     for changes in ({"solver.exudyn.step": 2e-5}, AUTO | {"solver.exudyn.step": 1e-3}):
         assert not load_scene(PAPER, changes).warnings
     assert not load_scene("ideal", {"solver.exudyn.step": 1e-4}).warnings

@@ -1,0 +1,47 @@
+"""What a failed run says to try is what was seen to work: here it is done."""
+
+from __future__ import annotations
+
+import pytest
+
+import exudyn_model
+import reference_model
+from comparison.scene import load_scene
+
+pytestmark = pytest.mark.slow
+MODELS = {"reference": reference_model, "exudyn": exudyn_model}
+FORMULATION, STEP, TOLERANCE = (f"solver.exudyn.{key}" for key in ("formulation", "step", "tolerance"))
+TREE = {FORMULATION: "tree", "drive.cycles": 0.05}
+FULL = {FORMULATION: "full", STEP: 2e-6, "drive.cycles": 0.2}
+SOFT = {FORMULATION: "native", STEP: 8e-6, "contact.youngs_modulus": 1e6}
+
+
+def run(model, changes):
+    scene = load_scene("150rpm-0.2mm", {"drive.cycles": 1.0, "output.groups": [], **changes})
+    return MODELS[model].simulate(scene.data)
+
+
+@pytest.mark.parametrize(
+    ("model", "changes", "status", "key", "tried"),
+    [
+        ("reference", {"friction.coefficient": 2.0}, "step-too-small", "friction.coefficient", 1.0),
+        ("exudyn", TREE | {TOLERANCE: 1e-17}, "step-too-small", TOLERANCE, 1e-10),
+        ("exudyn", FULL | {STEP: 1e-3}, "newton-failed", STEP, 2e-5),
+        ("exudyn", FULL | SOFT, "out-of-range", FORMULATION, "full"),
+    ],
+)
+def test_what_is_said_works(model, changes, status, key, tried):
+    failed = run(model, changes)
+    assert failed.status == status
+    assert key in failed.remedy
+    assert run(model, changes | {key: tried}).status == "success"
+
+
+@pytest.mark.parametrize("limit", [300])
+def test_shorter_runs_take_less_than_the_limit_of_work(limit, monkeypatch):
+    monkeypatch.setattr("reference_model.simulation.STEPS_PER_CYCLE_LIMIT", limit)
+    failed = run("reference", {})
+    assert failed.status == "work-limit"
+    assert "drive.cycles" in failed.remedy
+    reached = 0.9 * failed.columns["time"][-1] / 0.4  # cycles of 0.4 s
+    assert run("reference", {"drive.cycles": reached}).status == "success"
