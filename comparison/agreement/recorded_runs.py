@@ -100,14 +100,19 @@ def compare_recorded(
 def _at_its_times(of: Recorded) -> Recorded:
     """Give all runs of a program the times of its base where they differ by what adding up steps rounds."""
 
+    def has_times(run: Table) -> bool:
+        return run.frame["time"].dtype.kind in "fiu"  # what is no number is refused by the comparison
+
     def placed(run: Table | None) -> Table | None:
-        if run is None or run.time.size != of.base.time.size or not run.time.size:
+        if run is None or not has_times(run) or run.time.size != of.base.time.size or not run.time.size:
             return run
         apart = np.abs(run.time - of.base.time).max()
         if not 0.0 < apart <= TIME_ROUND_OFF * (of.base.time[-1] - of.base.time[0]):
             return run
         return replace(run, frame=run.frame.assign(time=of.base.time))
 
+    if not has_times(of.base):
+        return of
     perturbed = [run for run in map(placed, of.perturbed) if run is not None]
     return replace(of, finer=placed(of.finer), coarser=placed(of.coarser), perturbed=perturbed)
 

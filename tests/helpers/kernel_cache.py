@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import sysconfig
+import tempfile
 from pathlib import Path
 
 PATH = os.environ.get("PYTHONPATH") or str(Path(__file__).parents[2])
@@ -81,6 +82,13 @@ def interpreter() -> list[tuple[str, str]]:
         if done.returncode == 0:
             return [(program, path)]
     return []
+
+
+def open_to_others(folder: Path) -> None:
+    """Let other users enter a folder and those between it and the temporary one."""
+    for place in (folder, *folder.parents):
+        if Path(tempfile.gettempdir()) in place.parents:
+            place.chmod(0o755)
 
 
 def call(

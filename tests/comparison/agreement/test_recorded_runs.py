@@ -160,6 +160,15 @@ def test_times_that_differ_by_the_rounding_of_added_steps_are_the_same():
         verdict(replace(whole, finer=late), whole)
 
 
+@pytest.mark.parametrize("which", ["base", "finer", "coarser"])
+def test_a_heading_among_the_times_is_refused(which):
+    whole = runs(1e-6)
+    table = getattr(whole, which)
+    bad = Table(table.frame.assign(time=["time", *map(str, table.time[1:])]))
+    with pytest.raises(TableError, match=r"^a.*: time is not a number in data row 1: 'time'$"):
+        verdict(replace(whole, **{which: bad}), whole)
+
+
 @pytest.mark.parametrize("text", ["2", "1,2", "a,b", "2,0", "2,4,1"])
 def test_a_refinement_that_is_none_is_bad_input(text, tmp_path, capsys):
     path = write(runs(1e-6).base, tmp_path / "a.csv")
