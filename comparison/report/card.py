@@ -81,9 +81,8 @@ def _instant(scene: SceneComparison, worst: ChannelComparison) -> str:
     found = scene.attribution
     since = worst.worst_time if found is None or isnan(found.outside_from) else found.outside_from
     events = dict(zip(scene.labels, scene.events, strict=True))
-    return (
-        f"from {describe(since, events, period=scene.period, scene=scene.scene)}{_chatter(scene, since)} on"
-    )
+    place = describe(since, events, period=scene.period, scene=scene.scene)
+    return f"first at {place}{_chatter(scene, since)}"
 
 
 def _chatter(scene: SceneComparison, instant: float) -> str:

@@ -31,7 +31,7 @@ def test_a_difference_is_one_sentence_with_numbers_instant_and_confirmation(
     assert worst is not None
     size, limit = abs(worst.worst_difference), worst.worst_threshold
     assert f"{quantity(size, 'N', 2)} against {quantity(limit, 'N', 2)} (2u)" in said
-    assert "from 0.25 s (cycle 1" in said
+    assert "first at 0.25 s (cycle 1" in said
     assert said.endswith("confirmed by at least 30 runs.")
     assert said.count(". ") == 0  # one sentence
 
