@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from comparison.execution.run import RunError, run_one
+from comparison.execution.job import RunError
+from comparison.execution.run import run_one
 from comparison.scene import Scene, load_scene
 from comparison.scene.formulation import joints_with_clearance
 

@@ -18,7 +18,8 @@ from comparison.accuracy.uncertainty import perturbed_scenes
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.confirmation import Run, confirm
 from comparison.agreement.results import SceneComparison, no_comparison
-from comparison.execution.run import MODELS, Job, Outcome, Progress, describe, run_all
+from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
+from comparison.execution.run import run_all
 from comparison.reliability.difference import ReliabilityComparison, compare_reliability
 from comparison.reliability.ideal import ideal_scenes
 from comparison.scene import Scene

@@ -17,7 +17,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from comparison.agreement.cross_check import Validation
-from comparison.execution.run import Job, Progress, kernels, run_one
+from comparison.execution.job import Job, Progress, kernels
+from comparison.execution.run import run_one
 from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
 from comparison.execution.workers import Kernels
 from comparison.metrics.impacts import WINDOW, match

@@ -100,7 +100,7 @@ def fail(error: Exception) -> int:
 
 def described(error: Exception) -> tuple[str, int]:
     """Return the message and the exit code of an error; an internal one asks for a report."""
-    from comparison.execution.run import RunError
+    from comparison.execution.job import RunError
 
     if isinstance(error, RunError):
         return str(error), 70 if error.outcome.status == "crashed" else 2

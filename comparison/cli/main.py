@@ -119,8 +119,9 @@ def run(
     from comparison.accuracy.levels import solver_values, with_declared
     from comparison.accuracy.plan import expectation
     from comparison.engines.registry import find
+    from comparison.execution.job import VIOLATED, Job, RunError, successful
     from comparison.execution.quality_checks import quality_warnings
-    from comparison.execution.run import VIOLATED, Job, RunError, run_uncached, successful
+    from comparison.execution.run import run_uncached
     from comparison.files import check_file, write_text
     from comparison.scene import load_scene, parse_set
     from comparison.tables.table import check_format, write
@@ -169,7 +170,7 @@ def plan(
     """Show what each model integrates for a scene, what it leaves out and why, and the cost of a run."""
     from comparison.accuracy.plan import channels_line, lines
     from comparison.accuracy.plan import plan as plan_run
-    from comparison.execution.run import MODELS
+    from comparison.execution.job import MODELS
     from comparison.scene import load_scene, parse_set
 
     loaded = load_scene(scene, parse_set(overrides or []))

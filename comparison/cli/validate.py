@@ -56,7 +56,7 @@ def validate(
     With more than two models each pair is compared, and the report says which model stands alone.
     Stopped by Ctrl-C, it writes the report of the scenes finished by then, marked as incomplete.
     """
-    from comparison.execution.run import MODELS
+    from comparison.execution.job import MODELS
 
     options = (
         (["--quick"] if quick else [])

@@ -25,8 +25,8 @@ from comparison.engines.platform import platform_name, versions
 from comparison.engines.registry import fingerprint
 from comparison.engines.source_hash import code_hash
 from comparison.execution.cache import cache_folder
+from comparison.execution.job import Progress, RunError
 from comparison.execution.ledger import Row, append_row, read_rows
-from comparison.execution.run import Progress, RunError
 from comparison.execution.workers import Attempt, Died, Kernels, Late, Share, execution_order, work
 from comparison.scene import Scene, SceneError, digest
 

@@ -11,7 +11,8 @@ from comparison.accuracy.thresholds import thresholds_record
 from comparison.accuracy.tiers import tight
 from comparison.agreement.cases import Case
 from comparison.engines.platform import platform_name, versions
-from comparison.execution.run import MODELS, Job, Outcome, Progress, describe, run_all
+from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
+from comparison.execution.run import run_all
 from comparison.regression.baseline import Baseline, RunRecord
 from comparison.regression.checkpoints import settings
 from comparison.regression.confirmation import Which, confirm

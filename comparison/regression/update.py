@@ -14,7 +14,8 @@ from comparison.accuracy.thresholds import thresholds_record
 from comparison.agreement.compare import Runs
 from comparison.agreement.cross_check import family
 from comparison.engines.platform import platform_name, versions
-from comparison.execution.run import Job, Outcome, Progress, RunError, run_all
+from comparison.execution.job import Job, Outcome, Progress, RunError
+from comparison.execution.run import run_all
 from comparison.regression.baseline import (
     Baseline,
     BaselineError,

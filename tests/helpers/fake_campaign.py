@@ -7,7 +7,7 @@ from dataclasses import replace
 import pandas as pd
 
 from comparison.agreement.results import Confirmation
-from comparison.execution.run import MODELS, Outcome
+from comparison.execution.job import MODELS, Outcome
 
 
 class Models:

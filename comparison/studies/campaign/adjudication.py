@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from comparison.agreement.results import SceneComparison
+from comparison.execution.job import MODELS, Outcome
 from comparison.execution.ledger import Row
-from comparison.execution.run import MODELS, Outcome
 from comparison.formatting import quantity
 from comparison.scene import Scene
 from comparison.studies.campaign.opinions import FINE_SAMPLES, Opinion, excerpt, opinions, restart_sample

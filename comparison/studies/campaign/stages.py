@@ -15,8 +15,8 @@ from comparison.accuracy.thresholds import thresholds
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.cross_check import levels
 from comparison.agreement.results import SceneComparison
+from comparison.execution.job import MODELS, VIOLATED, Outcome
 from comparison.execution.ledger import Row
-from comparison.execution.run import MODELS, VIOLATED, Outcome
 from comparison.scene import Scene
 from comparison.studies.campaign.adjudication import Run, adjudicate
 from comparison.studies.campaign.population import Case

@@ -11,8 +11,8 @@ from typing import Any
 
 from comparison.accuracy.thresholds import thresholds
 from comparison.engines.platform import made_on, platform_name, versions
+from comparison.execution.job import MODELS, VIOLATED, Progress
 from comparison.execution.ledger import Row
-from comparison.execution.run import MODELS, VIOLATED, Progress
 from comparison.formatting import percent, quantity
 from comparison.studies.campaign import population, stages, tables
 from comparison.studies.campaign.adjudication import OPEN

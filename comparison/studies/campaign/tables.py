@@ -7,8 +7,8 @@ from typing import Any
 
 import pandas as pd
 
+from comparison.execution.job import MODELS
 from comparison.execution.ledger import Row
-from comparison.execution.run import MODELS
 from comparison.formatting import MISSING, number, percent, quantity
 from comparison.studies.campaign.population import Case
 from comparison.studies.campaign.stages import COMPARED, DIFFER, OUTCOMES, UNDERESTIMATED

@@ -9,8 +9,9 @@ from functools import cache
 from comparison.agreement.compare import Runs
 from comparison.agreement.confirmation import confirm as confirm_by_ensembles
 from comparison.agreement.results import SceneComparison
+from comparison.execution.job import MODELS, Job, Outcome, Progress, RunError, kernels
 from comparison.execution.ledger import Row
-from comparison.execution.run import MODELS, Job, Outcome, Progress, RunError, kernels, runner
+from comparison.execution.run import runner
 from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
 from comparison.execution.workers import Kernels
 from comparison.scene import Scene, SceneError

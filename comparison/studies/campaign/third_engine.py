@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from comparison.engines.registry import engine_names
+from comparison.execution.job import MODELS, Job, Progress, successful
 from comparison.execution.ledger import Row
-from comparison.execution.run import MODELS, Job, Progress, successful
 from comparison.execution.task_store import Task, measure_all, on_processes
 from comparison.scene import Scene, SceneError
 from comparison.studies.campaign.adjudication import CLOSE, OPEN, Evidence, Run

@@ -19,7 +19,7 @@ from math import ceil, cos, degrees, pi, sin, sqrt
 
 import numpy as np
 
-from comparison.execution.run import MODELS
+from comparison.execution.job import MODELS
 from comparison.scene import Scene, load_scene, shipped_scenes
 from comparison.studies.detection.pairs import Pair
 from comparison.studies.detection.rates import count

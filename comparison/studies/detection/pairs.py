@@ -11,7 +11,8 @@ import numpy as np
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.confirmation import confirm
 from comparison.agreement.results import SceneComparison
-from comparison.execution.run import RunError, runner
+from comparison.execution.job import RunError
+from comparison.execution.run import runner
 from comparison.files import plain
 from comparison.scene import Scene, SceneError
 from comparison.studies.detection.copies import load_copy

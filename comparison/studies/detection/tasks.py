@@ -10,7 +10,8 @@ from typing import Any
 from comparison.accuracy.levels import refinement
 from comparison.agreement.compare import Runs
 from comparison.agreement.cross_check import levels
-from comparison.execution.run import Progress, kernels, run_one
+from comparison.execution.job import Progress, kernels
+from comparison.execution.run import run_one
 from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
 from comparison.execution.workers import Kernels
 from comparison.scene import Scene

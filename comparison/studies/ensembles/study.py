@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from comparison.accuracy.thresholds import thresholds
-from comparison.execution.run import Job, Progress, run_all, successful
+from comparison.execution.job import Job, Progress, successful
+from comparison.execution.run import run_all
 from comparison.formatting import number, quantity
 from comparison.report import svg
 from comparison.scene import Scene, load_scene

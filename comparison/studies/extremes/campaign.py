@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from math import inf, isfinite, nan
 
 from comparison.accuracy.levels import expected
+from comparison.execution.job import Progress
 from comparison.execution.ledger import Row
-from comparison.execution.run import Progress
 from comparison.execution.task_store import LATE
 from comparison.scene import Scene, SceneError
 from comparison.studies.extremes.cells import CYCLES, CYCLES_AXIS, HYPERCUBE, LAWS, LITERAL_LAW, Cell

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from math import isnan
 from typing import TypeVar
 
+from comparison.execution.job import Progress, RunError, kernels
 from comparison.execution.ledger import Row
 from comparison.execution.quality_checks import energy_share, steps_per_contact
-from comparison.execution.run import Progress, RunError, kernels, run_one
+from comparison.execution.run import run_one
 from comparison.execution.task_store import LATE, Task, measure_all, on_processes
 from comparison.execution.workers import Kernels
 from comparison.scene import Scene, load_scene

@@ -9,7 +9,8 @@ from itertools import product
 import numpy as np
 import pandas as pd
 
-from comparison.execution.run import MODELS, Job, Progress, run_all, successful
+from comparison.execution.job import MODELS, Job, Progress, successful
+from comparison.execution.run import run_all
 from comparison.scene import load_scene
 from comparison.studies.identification.facts import BASE
 from comparison.studies.identification.fitting import Fit

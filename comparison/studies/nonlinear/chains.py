@@ -6,8 +6,9 @@ from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 
+from comparison.execution.job import Progress
 from comparison.execution.ledger import Row
-from comparison.execution.run import Progress, runner
+from comparison.execution.run import runner
 from comparison.execution.task_store import SUCCESS, Task
 from comparison.scene import Scene
 from comparison.studies.nonlinear.methods.perturbed_orbits import PerturbedOrbits, follow

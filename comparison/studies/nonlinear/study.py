@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from comparison.execution.run import MODELS, Outcome, Progress, run_all, successful
+from comparison.execution.job import MODELS, Outcome, Progress, successful
+from comparison.execution.run import run_all
 from comparison.execution.task_store import measure_all, on_processes
 from comparison.formatting import quantity
 from comparison.scene import Scene

@@ -9,7 +9,7 @@ from math import nan
 import numpy as np
 
 from comparison.accuracy.thresholds import thresholds
-from comparison.execution.run import MODELS
+from comparison.execution.job import MODELS
 from comparison.formatting import MISSING, quantity, table
 from comparison.scene import Scene
 from comparison.studies.ensembles.statistics import Sample, distances

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
-from comparison.execution.run import MODELS
+from comparison.execution.job import MODELS
 from comparison.studies.paper import dynamics, trends
 from comparison.studies.paper.decision import UNDECIDED, Decision
 from comparison.studies.paper.runs import Runs

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.execution.run import MODELS
+from comparison.execution.job import MODELS
 from comparison.formatting import number, quantity
 from comparison.scene import load_scene
 from comparison.studies.paper.decision import Decision, decide, per_cent

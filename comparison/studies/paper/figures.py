@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
-from comparison.execution.run import MODELS
+from comparison.execution.job import MODELS
 from comparison.formatting import pretty_unit
 from comparison.reliability.errors import QUANTITIES
 from comparison.report import svg

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from enum import Enum
 from typing import Any
 
-from comparison.execution.run import MODELS
+from comparison.execution.job import MODELS
 from comparison.reliability.errors import QUANTITIES
 from comparison.reliability.interference import cap
 from comparison.scene.criteria import Limits

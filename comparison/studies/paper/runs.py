@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import islice, product
 
-from comparison.execution.run import MODELS, Job, Progress, run_all, successful
+from comparison.execution.job import MODELS, Job, Progress, successful
+from comparison.execution.run import run_all
 from comparison.scene import Scene, load_scene
 from comparison.studies.shared.errors import error, second_cycle
 from comparison.studies.shared.scenes import at_tier

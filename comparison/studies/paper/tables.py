@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from comparison.execution.run import MODELS
+from comparison.execution.job import MODELS
 from comparison.formatting import number, quantity
 from comparison.reliability.errors import unit_of
 from comparison.studies.paper.claims import Judged

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from comparison.execution.run import MODELS
+from comparison.execution.job import MODELS
 from comparison.reliability.assessment import Assessment
 from comparison.reliability.errors import unit_of
 from comparison.reliability.interference import cap, implied_limit, reliability

@@ -10,8 +10,9 @@ from itertools import chain, islice
 import numpy as np
 import pandas as pd
 
+from comparison.execution.job import Progress, RunError
 from comparison.execution.ledger import Row
-from comparison.execution.run import Progress, RunError, runner
+from comparison.execution.run import runner
 from comparison.execution.task_store import Task, measure_all, on_processes
 from comparison.scene import Scene, SceneError
 from comparison.scene.criteria import RandomInput

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from comparison.execution.run import Progress
+from comparison.execution.job import Progress
 from comparison.formatting import quantity
 from comparison.scene import Scene, load_scene
 from comparison.scene.criteria import RandomInput

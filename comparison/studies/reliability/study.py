@@ -11,7 +11,8 @@ from comparison.accuracy.levels import refinement
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.uncertainty import Runs
 from comparison.agreement.cross_check import levels
-from comparison.execution.run import MODELS, Job, Progress, run_all, successful
+from comparison.execution.job import MODELS, Job, Progress, successful
+from comparison.execution.run import run_all
 from comparison.formatting import number, percent, quantity
 from comparison.reliability.assessment import Assessment
 from comparison.reliability.difference import MARGIN, Difference, compare_reliability

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from comparison.accuracy.tiers import tight
-from comparison.execution.run import MODELS
+from comparison.execution.job import MODELS
 from comparison.scene import Scene
 
 

@@ -8,8 +8,9 @@ from functools import cache
 
 import pandas as pd
 
+from comparison.execution.job import Progress
 from comparison.execution.ledger import Row
-from comparison.execution.run import Progress, runner
+from comparison.execution.run import runner
 from comparison.execution.task_store import Task
 from comparison.scene import Scene, digest
 from comparison.studies.sweep.outputs import measure, needs_ideal

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from comparison.engines.registry import find
-from comparison.execution.run import Progress
+from comparison.execution.job import Progress
 from comparison.execution.task_store import Spread, measure_all
 from comparison.files import replacing
 from comparison.scene import Scene

@@ -10,7 +10,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator
 
-from comparison.execution.run import MODELS
+from comparison.execution.job import MODELS
 from comparison.execution.task_store import SUCCESS
 from comparison.report import svg
 from comparison.studies.tradeoff.front import asymptotic, curve_of, front

@@ -12,8 +12,9 @@ from functools import cache
 
 import numpy as np
 
+from comparison.execution.job import Job, Progress, RunError, successful
 from comparison.execution.ledger import Row
-from comparison.execution.run import Job, Progress, RunError, run_all, run_one, runner, successful
+from comparison.execution.run import run_all, run_one, runner
 from comparison.execution.task_store import Task
 from comparison.scene import Scene, SceneError
 from comparison.studies.shared.formulations import MINIMAL, TREE

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import pandas as pd
 
 from comparison.engines.platform import platform_name
+from comparison.execution.job import Progress
 from comparison.execution.ledger import Row
-from comparison.execution.run import Progress
 from comparison.execution.task_store import SUCCESS, measure_all, on_processes
 from comparison.formatting import quantity
 from comparison.studies.shared.study import Study

@@ -13,7 +13,7 @@ from comparison.agreement.cross_check import validate
 from comparison.agreement.recorded import as_toml
 from comparison.agreement.results import SceneComparison
 from comparison.engines.platform import made_on
-from comparison.execution.run import Progress
+from comparison.execution.job import Progress
 from comparison.files import replacing
 from comparison.formatting import MISSING, percent
 from comparison.report.gallery import figures

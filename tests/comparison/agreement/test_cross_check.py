@@ -8,7 +8,8 @@ from comparison.accuracy.levels import AccuracyError
 from comparison.agreement import cross_check
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.cross_check import validate
-from comparison.execution.run import MODELS, Job, run_all
+from comparison.execution.job import MODELS, Job
+from comparison.execution.run import run_all
 from comparison.report.text import reasons
 from comparison.scene import load_scene
 

@@ -19,7 +19,8 @@ from comparison.agreement.pulses import (
     resolved,
     thinned,
 )
-from comparison.execution.run import MODELS, run_one
+from comparison.execution.job import MODELS
+from comparison.execution.run import run_one
 from comparison.metrics.impacts import WINDOW
 from comparison.scene import load_scene
 

@@ -17,7 +17,8 @@ from comparison.cli import main
 from comparison.engines import registry
 from comparison.engines.registry import EngineError, engine_names, fingerprint
 from comparison.execution.cache import run_key
-from comparison.execution.run import Job, run_all
+from comparison.execution.job import Job
+from comparison.execution.run import run_all
 from comparison.scene import SceneError, load_scene
 
 PAGE = (Path(__file__).parents[3] / "docs" / "engine.md").read_text("utf-8")

@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from comparison.execution.cache import cache_folder, cache_warnings, fetch, keep
-from comparison.execution.run import Job, run_all
+from comparison.execution.job import Job
+from comparison.execution.run import run_all
 from comparison.files import FolderError
 
 KEY = "0" * 64

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from comparison.cli import main
-from comparison.execution.run import Job, run_all, run_uncached
+from comparison.execution.job import Job
+from comparison.execution.run import run_all, run_uncached
 from comparison.scene import load_scene
 from comparison.tables.table import read
 

@@ -11,7 +11,8 @@ import pytest
 
 import comparison.execution.run
 from comparison.execution.cache import run_key
-from comparison.execution.run import Job, RunError, describe, run_all, run_one, run_uncached
+from comparison.execution.job import Job, RunError, describe
+from comparison.execution.run import run_all, run_one, run_uncached
 from comparison.execution.workers import execution_order, work
 from comparison.scene import SceneError
 

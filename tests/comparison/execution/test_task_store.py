@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from comparison.execution import task_store
+from comparison.execution.job import Outcome, RunError
 from comparison.execution.ledger import LedgerError, read_rows
-from comparison.execution.run import Outcome, RunError
 from comparison.execution.task_store import CRASHED, SUCCESS, Lost, Task, measure_all
 from comparison.scene import Scene, SceneError, load_scene
 from comparison.scene.criteria import RandomInput

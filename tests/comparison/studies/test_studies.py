@@ -14,7 +14,7 @@ import pytest
 from comparison.agreement.compare import Runs, compare
 from comparison.cli import main, reports
 from comparison.engines.platform import platform_name
-from comparison.execution.run import Outcome
+from comparison.execution.job import Outcome
 from comparison.formatting import table
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES

@@ -8,7 +8,7 @@ from math import tau
 import numpy as np
 import pandas as pd
 
-from comparison.execution.run import MODELS, Job
+from comparison.execution.job import MODELS, Job
 from comparison.formatting import number, quantity
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.impact import rod4_inclination

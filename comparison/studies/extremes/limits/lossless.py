@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from comparison.execution.run import MODELS
+from comparison.execution.job import MODELS
 from comparison.formatting import quantity
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.limits.convergence import Case, Limit, Panel

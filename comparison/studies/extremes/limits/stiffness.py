@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import CubicHermiteSpline
 
-from comparison.execution.run import MODELS, Job
+from comparison.execution.job import MODELS, Job
 from comparison.formatting import number, quantity
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.impact import depth, effective_mass, restitution

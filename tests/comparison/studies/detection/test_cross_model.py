@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from comparison.accuracy.tiers import tight
-from comparison.execution.run import MODELS
+from comparison.execution.job import MODELS
 from comparison.scene import load_scene
 from comparison.studies.detection.cross_model import (
     KINDS,

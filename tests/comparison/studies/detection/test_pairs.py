@@ -9,7 +9,7 @@ import pytest
 from comparison.accuracy.uncertainty import moved
 from comparison.agreement.compare import Runs
 from comparison.agreement.results import Confirmation
-from comparison.execution.run import Outcome, RunError
+from comparison.execution.job import Outcome, RunError
 from comparison.studies.detection import limits, pairs
 from comparison.studies.detection.faults import Trial, catalogue, scenes
 from comparison.studies.detection.pairs import Pair
@@ -85,7 +85,7 @@ def test_wrong_code_runs_its_ensemble_itself_and_runs_that_fail_are_left_out(ask
         return run
 
     monkeypatch.setattr(pairs, "runner", runner)
-    monkeypatch.setattr("comparison.execution.run.describe", lambda *_: "chatter")
+    monkeypatch.setattr("comparison.execution.job.describe", lambda *_: "chatter")
     assert pair.ensemble(starts(pair), "reference") == []
 
 

@@ -7,7 +7,8 @@ import math
 import pandas as pd
 import pytest
 
-from comparison.execution.run import MODELS, Outcome, runner
+from comparison.execution.job import MODELS, Outcome
+from comparison.execution.run import runner
 from comparison.studies.extremes.impact import restitution
 from comparison.studies.extremes.limits import clearance, lossless, speed, stiffness
 from comparison.studies.extremes.limits.convergence import Limit, jobs, orders, runs, values

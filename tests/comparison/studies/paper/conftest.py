@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.execution.run import MODELS
+from comparison.execution.job import MODELS
 from comparison.scene import load_scene
 from comparison.studies.paper import runs
 from comparison.tables.table import Table

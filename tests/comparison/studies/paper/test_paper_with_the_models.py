@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from comparison.execution.run import MODELS, run_one
+from comparison.execution.job import MODELS
+from comparison.execution.run import run_one
 from comparison.studies.paper import measures, runs
 from comparison.studies.shared.published import published
 

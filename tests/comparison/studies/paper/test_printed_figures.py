@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from comparison.execution.run import MODELS
+from comparison.execution.job import MODELS
 from comparison.reliability.interference import reliability
 from comparison.scene import load_scene, shipped_scenes
 from comparison.scene.criteria import Limits
