@@ -17,7 +17,7 @@ table numbers are those of Zuo et al., Lubricants 2025, 13(6), 246.
 | Eqs. 12-13 | modified Coulomb friction | `contact.friction` |
 | Figs. 7, 8 | clearance at the crank pin A | `contact.journal` |
 | Eqs. 14-21 | five bodies with joints, implicit | `five_bodies.mechanism`, `five_bodies.solver` |
-| - | their steps, short in contacts and long in flight | `five_bodies.step_choice` |
+| - | their steps, short in contacts and long in flight | `five_bodies.step_choice`, `five_bodies.foresight` |
 | Eqs. 9-13 again | Exudyn's own contact object | `five_bodies.native_contact` |
 | Eqs. 14-21, reduced | what the drive leaves free, explicit | `tree.slider_tree`, `tree.rocker_tree` |
 | the same | accelerations by balance of forces | `accelerations`, `free_rocker` |

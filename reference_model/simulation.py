@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from reference_model import integrate
 from reference_model.constants import Constants, Formulation, as_record
+from reference_model.endings import ending
 from reference_model.energy import ENERGIES
 from reference_model.forces import Array
 from reference_model.ideal import observe_ideal
@@ -44,30 +45,7 @@ LARGEST_STEP_PER_CYCLE = 1.0 / 50.0
 """At loose tolerances flight would allow more, which hardly samples the motion's harmonics. No event depends
 on it."""
 
-JAMMING = 1.0
-"""Coefficient of friction up to which runs were seen to end."""
-
 EVENT_COLUMNS = ("start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
-
-# What to try is what was seen to help (tests/contract/test_remedies.py, the study extremes), or nothing.
-_FAILURES = {
-    integrate.STEP_TOO_SMALL: (
-        "step-too-small",
-        "steps are below the round-off of time",
-    ),
-    integrate.NOT_FINITE: (
-        "non-finite",
-        "the motion left the range of the linkage: check clearance and start",
-    ),
-    integrate.CHATTER: (
-        "chatter",
-        "contacts open and close at one instant without end",
-    ),
-    integrate.STEP_LIMIT: (
-        "work-limit",
-        "shorten drive.cycles to less than was reached",
-    ),
-}
 
 
 @dataclass(frozen=True)
@@ -184,7 +162,7 @@ def _simulated(
         "settings": settings,
         "counters": {name: int(state.counters[i]) for i, name in enumerate(counted)},
     }
-    status, remedy = _ending(code, p)
+    status, remedy = ending(code, p)
     if scipy_solver is not None:
         provenance["integrator"] = f"scipy {p.method.removeprefix('scipy-')} with located events"
         provenance["settings"] = settings | {"relative_tolerance": scipy_solver.rtol}
@@ -198,20 +176,6 @@ def _simulated(
         status, remedy = VIOLATED, broken
     result = _result(samples, int(state.counters[SAMPLES]), rows, state.extrema, provenance)
     return replace(result, status=status, remedy=remedy)
-
-
-def _ending(code: int, p: Parameters) -> tuple[str, str]:
-    """Return the status of a run and what to try where that is not "success"."""
-    status, remedy = _FAILURES.get(code, ("success", ""))
-    if status != "success" and p.friction_coefficient > JAMMING:
-        # Where such a run ends, and with which status, rounding decides.
-        return status, "lower friction.coefficient to 1 or less: above it a slider can jam in its guide"
-    if status == "work-limit" and p.method in SCIPY_METHODS:
-        remedy += "; or take solver.reference.method = 'dop853'"
-    elif status == "work-limit":
-        # Damping over the frozen impact speed: of depths that no such impact reaches, it is stiff.
-        remedy += "; where a corner stays pressed deep into a wall, take solver.reference.method = 'LSODA'"
-    return status, remedy
 
 
 def _scipy_solver(p: Parameters, c: Constants, state: Progress, samples: Samples) -> "ScipySolver":

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from exudyn_model import simulate
 from exudyn_model.five_bodies import run
-from exudyn_model.five_bodies.step_choice import LONGEST, StepChoice, time_to_zero, zero_within
+from exudyn_model.five_bodies.foresight import time_to_zero, zero_within
+from exudyn_model.five_bodies.step_choice import LONGEST, StepChoice
 
 FULL = {"drive.cycles": 0.1, "solver.exudyn.formulation": "full", "solver.exudyn.method": "generalized-alpha"}
 TREE = {
