@@ -9,6 +9,7 @@ table numbers are those of Zuo et al., Lubricants 2025, 13(6), 246.
 | - | formulation, method and settings of a scene | `solver_choice` |
 | Eq. 16 | bodies and pins; their violation | `bodies`; `five_bodies.constraints` |
 | Eq. 16 at t = 0 | initial positions and velocities | `assembly` |
+| Eq. 20 at t = 0 | initial accelerations and reactions | `five_bodies.initial_accelerations` |
 | rows 1-8 of Eq. 16 | driven four-bar in closed form | `linkage` |
 | Eqs. 1-6 | corners, walls, gaps | `contact.gaps`; resultant: `contact.corners` |
 | Eqs. 7-8 | surface contact (and the strip that replaces it) | `contact.laws` |

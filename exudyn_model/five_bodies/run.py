@@ -1,12 +1,14 @@
 """One run of five bodies: choice of its steps, assembly, solution."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from exudyn_model.assembly import assemble
 from exudyn_model.energy import mass_diagonal
+from exudyn_model.five_bodies import initial_accelerations
 from exudyn_model.five_bodies.constraints import Constraints
 from exudyn_model.five_bodies.mechanism import build
 from exudyn_model.five_bodies.recording import Recorder
@@ -36,7 +38,9 @@ def run_five_bodies(parameters: Parameters, progress: Callable[[float], None] | 
     recorder = Recorder(model, choice, steps.samples, masses, Constraints(parameters))
     tolerance = newton_tolerance(parameters, steps.size)
     uses = jacobian_uses(parameters)
-    outcome = solve(model, steps, choice, method, tolerance, uses, recorder, progress)
+    # Other methods damp what is wrong with the initial accelerations
+    correct = partial(initial_accelerations.correct, parameters) if method == "trapezoidal-index2" else None
+    outcome = solve(model, steps, choice, method, tolerance, uses, recorder, progress, correct)
     settings: dict[str, Any] = {
         "step_used": steps.size,
         "longest_step": choice.longest_taken * steps.size,

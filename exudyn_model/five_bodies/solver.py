@@ -43,8 +43,11 @@ def solve(
     uses: int,
     recorder: Recorder,
     progress: Callable[[float], None] | None,
+    correct: Callable[..., None] | None = None,
 ) -> Outcome:
     """Integrate ``model`` from t = 0 and pass every accepted state to ``recorder``.
+
+    ``correct`` changes Exudyn's initial accelerations and multipliers (``initial_accelerations``).
 
     One call of Exudyn's solver for the whole run: a second one would start with new initial accelerations.
     The length of each step is set before it; a step in which a contact begins or ends is taken back after it
@@ -70,6 +73,13 @@ def solve(
             if dynamic is None:
                 dynamic = mbs.sys["dynamicSolver"]
                 iteration, newton = dynamic.it, dynamic.newton
+                if correct is not None:
+                    correct(
+                        data.GetODE2Coordinates(copy=False),
+                        data.GetODE2Coordinates_t(copy=False),
+                        data.GetODE2Coordinates_tt(copy=False),
+                        data.GetAECoordinates(copy=False),
+                    )
             if not accepted:
                 if fraction == 0.0:
                     # Newton's method has failed, after which Exudyn does not restore the algorithmic
