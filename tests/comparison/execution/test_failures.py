@@ -6,6 +6,7 @@ import os
 import signal
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from comparison.cli import main
@@ -15,8 +16,8 @@ from comparison.scene import load_scene
 from comparison.tables.table import read
 
 SHORT = {"drive.cycles": 0.1}
-# Exudyn's reactions need constraints at velocity level, whose iteration has no relative tolerance: there a
-# tolerance below the round-off of forces of some 10 N, 1e-15 N, is never met.
+# Exudyn's reactions need constraints at velocity level, whose iteration has no relative tolerance: with a
+# friction of 2 it fails in the first contact.
 REACTIONS = SHORT | {"output.groups": ["joints"]}
 
 FAULTY = """
@@ -109,7 +110,8 @@ def test_a_killed_process_is_reported_in_one_line_and_the_other_scenes_are_repor
     bad, good = (str(tmp_path / f"{name}.toml") for name in ("bad", "good"))
     assert main(["validate", bad, good, "--out", "v", "--jobs", "1"]) == 70
     out, err = capfd.readouterr()
-    assert err == ""
+    # On a busy machine there are lines of progress.
+    assert [line for line in err.splitlines() if "%" not in line] == []
     assert len(left) == 10  # five runs at each of the two tiers
     lines = out.splitlines()
     killed = [line for line in lines if "crashed; its process was killed by SIGKILL" in line]
@@ -143,23 +145,23 @@ def test_an_exception_inside_exudyns_user_function_is_one_line(capfd):
     assert [path.name for path in Path.cwd().glob("a.*")] == ["a.traceback.txt"]
 
 
-def test_a_newton_tolerance_that_cannot_be_met_is_a_status_and_keeps_what_was_computed():
-    values = REACTIONS | {"solver.exudyn.tolerance": 1e-11}
+def test_an_iteration_that_does_not_converge_is_a_status_and_keeps_what_was_computed():
+    values = REACTIONS | {"friction.coefficient": 2.0}
     (outcome,) = run_all([Job(load_scene("150rpm-0.2mm", values), "exudyn")], 1)
     assert outcome.status == "newton-failed"
-    assert outcome.message.startswith("raise solver.exudyn.tolerance if below 1e-8, ")
+    assert outcome.message.endswith("where friction.coefficient is above 1, lower it")
     assert outcome.table is None
-    (sound,) = run_all([Job(load_scene("150rpm-0.2mm", REACTIONS), "exudyn")], 1)  # at 1e-7: it helps
+    (sound,) = run_all([Job(load_scene("150rpm-0.2mm", REACTIONS), "exudyn")], 1)  # at 0.15: it helps
     until = len(outcome.partial.frame)
     assert 1 < until < len(sound.table.frame)
-    # Two tolerances of 1e-7 and 1e-11: the position differs by less than the step's own error, 3e-7 m.
-    assert abs(outcome.partial.values("slider_x") - sound.table.values("slider_x")[:until]).max() < 3e-7
+    # It stops in the first contact, before which there is no friction.
+    assert np.array_equal(outcome.partial.values("slider_x"), sound.table.values("slider_x")[:until])
     assert outcome.partial.provenance["scene"]["drive"]["cycles"] == 0.1
 
 
-@pytest.mark.parametrize("tolerance", [1e-30, 1e-11])
-def test_the_same_on_the_command_line(tolerance, capfd):
-    changes = REACTIONS | {"output.groups": '["joints"]', "solver.exudyn.tolerance": tolerance}
+@pytest.mark.parametrize("friction", [2.0, 5.0])
+def test_the_same_on_the_command_line(friction, capfd):
+    changes = REACTIONS | {"output.groups": '["joints"]', "friction.coefficient": friction}
     assert main(command("exudyn", changes)) == 2
     out, err = capfd.readouterr()
     assert out == ""

@@ -109,6 +109,24 @@ def test_ideal_slider_balances(make_scene, linkage_points, speed_rpm, step):
     assert largest > 10
 
 
+@pytest.mark.parametrize("speed_rpm", [1500.0, 6000.0])
+def test_reactions_grow_with_the_square_of_the_speed(make_scene, speed_rpm):
+    """Without gravity equal steps per cycle give similar motions; their round-off grows with the forces."""
+
+    def reactions(rpm):
+        changes = {
+            "joints.slider": "ideal", "environment.gravity": 0.0, "drive.cycles": 0.2, "drive.speed_rpm": rpm,
+            "solver.exudyn.step": 8e-6 * 150.0 / rpm, "solver.exudyn.tolerance": 1e-9,
+        }  # fmt: skip
+        result = simulate(make_scene(JOINTS | changes))
+        assert result.status == "success"
+        return np.array([result.columns[f"reaction_{k}_{axis}"] for k in "OABHCF" for axis in "xy"]) / rpm**2
+
+    slow, fast = reactions(150.0), reactions(speed_rpm)
+    # Newton's 8e-14 m/s in a step of 8e-6 s are 1e-9 of the accelerations
+    assert np.max(np.abs(fast - slow)) < 3e-9 * np.max(np.abs(slow))
+
+
 def test_reactions_at_the_start_are_those_of_exact_accelerations(make_scene, linkage_points):
     """Exudyn's own initial accelerations leave 1.5e-9, which lasts: see ``initial_accelerations``."""
     scene = make_scene(JOINTS | {"joints.slider": "ideal", "drive.cycles": 0.01})
