@@ -1,9 +1,9 @@
 """A run whose error of slider_x is estimated on its own scene, refined until that is as small as wanted.
 
 The estimate is the numerical uncertainty u(t) of `comparison.accuracy.uncertainty`, and the samples at which
-it is at most the wanted error are the predictable part. A setting serves if this part is not much less than
-the one on which neighbouring starts stay together; else the next finer one is tried, down to ``strict``. Of
-those tried the one with the largest predictable part is taken.
+it is at most the wanted error are the predictable part. A setting serves if this is nearly all of the run, or
+if the next finer one has little more; else that is tried, down to ``strict``. Of those tried the one with the
+largest predictable part is taken.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from comparison.tables.channels import UNCERTAINTY
 from comparison.tables.table import Table
 
 ENOUGH = 0.9
-"""Of the samples at which neighbouring starts stay within the wanted error: so many are enough."""
+"""Share of the samples that is enough; or of the predictable part of the next finer setting."""
 FLOOR = thresholds("tight").coverage
 """Share of the samples on which an error must hold to be called kept, as for a verdict at the tight tier."""
 MOST_LEVELS = 4
@@ -170,7 +170,7 @@ def accurate_run(
     tried: list[Level] = []
     for each in settings(scene, model, accuracy):
         tried.append(families.level(each))
-        if _ends(tried[-1], wanted):
+        if _ends(tried, wanted):
             break
     stopped = tried[-1].failed
     rough = coarser(model, tried[0].scene)
@@ -223,14 +223,19 @@ def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator
             better = finer(model, better)
 
 
-def _ends(level: Level, wanted: float | None) -> bool:
-    """Return whether no finer setting is needed, or none can be estimated."""
-    if level.estimate is None:
-        return level.table() is not None  # then the finer run did not succeed
+def _ends(tried: Sequence[Level], wanted: float | None) -> bool:
+    """Return whether no finer setting is needed, or none can be estimated.
+
+    What the perturbed runs of a coarse setting leave predictable is no bound: finer ones may stay together.
+    """
+    *before, last = tried
+    if last.estimate is None:
+        return last.table() is not None  # then the finer run did not succeed
     if wanted is None:
         return True
-    coverage = level.estimate.coverage(wanted)
-    return coverage >= FLOOR and coverage >= ENOUGH * level.estimate.attainable(wanted)
+    coverage = last.estimate.coverage(wanted)
+    most = max((level.estimate.coverage(wanted) for level in before if level.estimate), default=0.0)
+    return coverage >= ENOUGH or (most >= FLOOR and ENOUGH * coverage <= most)
 
 
 def _merit(level: Level, wanted: float | None) -> tuple[float, ...]:
