@@ -23,6 +23,7 @@ from comparison.cli.listing import channels, scenes
 from comparison.cli.options import Overrides, SceneName
 from comparison.cli.plot import animate, plot
 from comparison.cli.run import run
+from comparison.cli.settings import settings
 from comparison.cli.study import studies
 from comparison.cli.validate import validate
 
@@ -113,6 +114,6 @@ def plan(
     return 0
 
 
-for _command in (scenes, channels, plan, run, validate, compare, plot, animate, gate):
+for _command in (scenes, channels, plan, run, settings, validate, compare, plot, animate, gate):
     app.command()(_command)
 app.add_typer(studies, name="study")
