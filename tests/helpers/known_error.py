@@ -36,6 +36,8 @@ class KnownError:
         Of both the error of a step and a shift of the start, by share of the run.
     error
         Of slider_x at a magnification of one, over the tolerance.
+    rough
+        Tolerance above which a run parts from its neighbours in the second half, whatever the motion.
     fails
         Status of the run at a tolerance; "" where it succeeds.
     asked
@@ -44,6 +46,7 @@ class KnownError:
 
     magnification: Callable[[np.ndarray], np.ndarray] = steady
     error: float = 10.0
+    rough: float = np.inf
     fails: Callable[[float], str] = lambda _: ""
     asked: list[float] = field(default_factory=list)
 
@@ -56,8 +59,9 @@ class KnownError:
         if status := self.fails(tolerance):
             return Outcome(status, "as told")
         phase = np.linspace(0.0, 1.0, SAMPLES)
+        magnified = self.magnification(phase) * np.where((tolerance > self.rough) & (phase > 0.5), 1e8, 1.0)
         shift = scene.data["initial"]["slider_offset"] - USUAL.data["initial"]["slider_offset"]
-        off = (self.error * tolerance * (1.0 + np.sin(7.0 * phase) ** 2) + shift) * self.magnification(phase)
+        off = (self.error * tolerance * (1.0 + np.sin(7.0 * phase) ** 2) + shift) * magnified
         columns = {"time": phase * scene.duration, "slider_x": exact() + off}
         return Outcome("success", table=Table(pd.DataFrame(columns), provenance={"model": "reference"}))
 

@@ -1,9 +1,9 @@
 """A run whose error of slider_x is estimated on its own scene, refined until that is as small as wanted.
 
 The estimate is the numerical uncertainty u(t) of `comparison.accuracy.uncertainty`, and the samples at which
-it is at most the wanted error are the predictable part. A setting serves if this is nearly all of the run, or
-if the next finer one has little more; else that is tried, down to ``strict``. Of those tried the one with the
-largest predictable part is taken.
+it is at most the wanted error are the predictable part. A setting serves if this is nearly all of the run;
+else the next finer one is tried, or ``strict`` at once where that was of little use: the coarse runs may be
+what parts. Of those tried the one with the largest predictable part is taken.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from comparison.tables.channels import UNCERTAINTY
 from comparison.tables.table import Table
 
 ENOUGH = 0.9
-"""Share of the samples that is enough; or of the predictable part of the next finer setting."""
+"""Share of the samples that is enough; a smaller predictable part has grown if less of it was there before."""
 FLOOR = thresholds("tight").coverage
 """Share of the samples on which an error must hold to be called kept, as for a verdict at the tight tier."""
 MOST_LEVELS = 4
@@ -168,10 +168,13 @@ def accurate_run(
 
     families = Families(model, run or by_default)
     tried: list[Level] = []
-    for each in settings(scene, model, accuracy):
-        tried.append(families.level(each))
-        if _ends(tried, wanted):
+    steps = list(settings(scene, model, accuracy))
+    while steps:
+        tried.append(families.level(steps.pop(0)))
+        if _ends(tried[-1], wanted):
             break
+        if len(tried) > 1 and not _gains(tried[-2], tried[-1], wanted):
+            steps = steps[-1:]
     stopped = tried[-1].failed
     rough = coarser(model, tried[0].scene)
     while rough and len(tried) < MOST_LEVELS and all(level.estimate is None for level in tried):
@@ -223,19 +226,19 @@ def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator
             better = finer(model, better)
 
 
-def _ends(tried: Sequence[Level], wanted: float | None) -> bool:
-    """Return whether no finer setting is needed, or none can be estimated.
+def _ends(level: Level, wanted: float | None) -> bool:
+    """Return whether no finer setting is needed, or none can be estimated."""
+    if level.estimate is None:
+        return level.table() is not None  # then the finer run did not succeed
+    return wanted is None or level.estimate.coverage(wanted) >= ENOUGH
 
-    What the perturbed runs of a coarse setting leave predictable is no bound: finer ones may stay together.
-    """
-    *before, last = tried
-    if last.estimate is None:
-        return last.table() is not None  # then the finer run did not succeed
-    if wanted is None:
+
+def _gains(coarse: Level, fine: Level, wanted: float | None) -> bool:
+    """Return whether a finer setting predicts clearly more; also where nothing was predicted before."""
+    if coarse.estimate is None or fine.estimate is None or wanted is None:
         return True
-    coverage = last.estimate.coverage(wanted)
-    most = max((level.estimate.coverage(wanted) for level in before if level.estimate), default=0.0)
-    return coverage >= ENOUGH or (most >= FLOOR and ENOUGH * coverage <= most)
+    before, after = (level.estimate.coverage(wanted) for level in (coarse, fine) if level.estimate)
+    return before < FLOOR or ENOUGH * after > before
 
 
 def _merit(level: Level, wanted: float | None) -> tuple[float, ...]:

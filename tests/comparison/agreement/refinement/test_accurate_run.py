@@ -46,6 +46,17 @@ def test_the_setting_is_refined_until_the_estimate_is_small_enough_and_no_furthe
     assert found.runs == len(run.asked) == len(settings) + 2 + 2 * len(settings)
 
 
+def test_where_the_coarse_runs_part_but_not_the_motion_strict_is_asked():
+    run = KnownError(rough=2e-12)
+    found = accurate_run(OWN, "reference", 1e-7, run=run)
+    settings = [level.scene.data["solver"]["reference"]["tolerance"] for level in found.tried]
+    assert len(settings) == 3  # the guess, the next, the last
+    assert settings[-1] == 1e-12
+    # The perturbed runs of its coarser one part too, and count.
+    assert found.coverage == max(level.estimate.coverage(1e-7) for level in found.tried) < 0.5
+    assert accurate_run(OWN, "reference", 1e-7, run=KnownError(rough=2e-11)).coverage == 1.0
+
+
 def test_the_same_accuracy_as_text_and_a_named_setting():
     as_text = accurate_run(OWN, "reference", "1e-7", run=KnownError())
     assert as_text.wanted == 1e-7
