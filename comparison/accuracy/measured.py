@@ -142,11 +142,11 @@ def front(scene: Scene, model: str) -> Front | None:
         return None
     cautions = []
     if equal is None:
-        cautions.append(f"measured on {USUAL[free]}; this scene may magnify errors: check with one finer run")
+        cautions.append(f"measured on {USUAL[free]}; this scene may magnify errors: estimate them by --check")
     method = scene.data["solver"][model]["method"]
     implicit = model == "exudyn" and formulation(scene, model) != "tree" and forces(scene.data)
     if method not in _METHODS[model] or implicit:
-        cautions.append("measured with another method: check with one finer run")
+        cautions.append("measured with another method: estimate errors by --check")
     applies = not cautions
     if free == ("crank_pin",):
         cautions.append("x of an ideal slider is right at any setting: for y choose by a name")

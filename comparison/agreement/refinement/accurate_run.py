@@ -36,7 +36,7 @@ from comparison.tables.channels import UNCERTAINTY
 from comparison.tables.table import Table
 
 ENOUGH = 0.9
-"""Share of the samples that is enough; a smaller predictable part has grown if less of it was there before."""
+"""Share of the samples that is enough; a smaller predictable part has grown if less of it was there."""
 FLOOR = thresholds("tight").coverage
 """Share of the samples on which an error must hold to be called kept, as for a verdict at the tight tier."""
 MOST_LEVELS = 4

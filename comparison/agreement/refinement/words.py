@@ -37,7 +37,9 @@ def result(found: AccurateRun) -> str:
     at = setting(found.level.scene, found.model)
     of = found.estimate
     if of is None:
-        return f"the error is unknown: {_stopped(found.stopped)} ({at}; {cost})"
+        unrefined = "finer" not in found.level.outcomes
+        why = "the model has neither a step nor a tolerance" if unrefined else _stopped(found.stopped)
+        return f"the error is unknown: {why} ({at}; {cost})"
     if found.wanted is None:
         held = ", ".join(f"{of.held(share):.2g} m on {share:.0%}" for share in (0.5, 0.9, 1.0))
         return f"estimated error of slider_x: at most {held} of the run{_apart(found, of)} ({at}; {cost})"

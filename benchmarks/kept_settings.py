@@ -1,0 +1,75 @@
+"""Whether what `sixbar settings` recommends keeps its error, on random scenes: of study extremes' hypercube.
+
+Each recommended setting is held against runs that are more accurate than any it was chosen by: the reference
+at 1e-14 and Exudyn's tree at 1e-12, whichever is farther, where `sixbar settings` calls the motion known.
+
+    python benchmarks/kept_settings.py [--scenes 50] [--seconds 60] [--seed 1] [--jobs 2]
+"""
+
+import argparse
+import time
+
+import numpy as np
+
+from comparison.accuracy.sweeps import at, model_of
+from comparison.agreement.refinement.estimate import CHANNEL
+from comparison.agreement.refinement.work_precision import DECADES, WorkPrecision, work_precision
+from comparison.execution.run import Job, run_all
+from comparison.formatting import table
+from comparison.scene import Scene, SceneError
+from comparison.studies.extremes.cells import hypercube
+
+JUDGES = {"minimal": 1e-14, "tree": 1e-12}
+MOST = 3.0
+"""Times its error that a recommended setting may err by."""
+
+
+def judged(scene: Scene, found: WorkPrecision, jobs: int) -> tuple[int, int, float]:
+    """Return the numbers of judges and of recommendations, and the largest error over the recommended one."""
+    asked = [Job(at(scene, name, setting), model_of(name)) for name, setting in JUDGES.items()]
+    tables = [outcome.table for outcome in run_all(asked, jobs) if outcome.table is not None]
+    worst, count = 0.0, 0
+    for error in DECADES:
+        row = found.cheapest(error)
+        if row is None or row.x is None:
+            continue
+        count += 1
+        known = found.known <= error
+        for judge in tables:
+            distance = np.abs(row.x - judge.values(CHANNEL))
+            worst = max(worst, float(distance[known].max(initial=0.0)) / error)
+    return len(tables), count, worst
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--scenes", type=int, default=50)
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=2)
+    asked = parser.parse_args()
+    rows: list[list[str]] = []
+    outside = 0
+    for number, cell in enumerate(hypercube(200, asked.seed), 1):
+        if len(rows) == asked.scenes:
+            break
+        try:
+            scene = cell.scene
+        except SceneError:
+            continue
+        begun = time.monotonic()
+        found = work_precision(scene, asked.seconds, n_jobs=asked.jobs)
+        took = time.monotonic() - begun
+        judges, count, worst = judged(scene, found, asked.jobs)
+        outside += worst > MOST
+        confirmed = "yes" if found.confirmed else "no"
+        numbers = [str(count), str(judges), f"{worst:.2g}"]
+        rows.append([str(number), cell.law, f"{took:.0f}", confirmed, *numbers])
+        print(rows[-1], flush=True)
+    head = ("scene", "law", "wall time (s)", "confirmed by both models", "errors with a command", "judges")
+    print(table((*head, "largest error over the recommended"), rows))
+    print(f"{outside} of {len(rows)} outside a factor of {MOST:g}")
+
+
+if __name__ == "__main__":
+    main()
