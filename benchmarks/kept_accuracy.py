@@ -1,4 +1,4 @@
-"""Whether `--accuracy` is kept on random scenes: those of the hypercube of study extremes.
+"""Whether `--accuracy` is kept on random scenes: the hypercube of study extremes, or those of study campaign.
 
 Each scene runs by the reference and by Exudyn's tree, over part of a cycle, at every accuracy. The table is
 judged on its predictable part by the strict run of the other model, by that of its own where the other has
@@ -6,7 +6,7 @@ none; once on all of that part, and once where the judge's own estimate is as sm
 "Strict reaches": the estimate of the model's own strict run is as small on as many samples. Scenes that were
 measured are cached, so that a pass can be resumed; `--table` prints those that were.
 
-    python benchmarks/kept_accuracy.py [--scenes 200] [--seed 1] [--cycles 1] [--limit 20] [--table]
+    python benchmarks/kept_accuracy.py [--scenes 200] [--seed 1] [--cycles 1] [--limit 20] [--campaign]
 """
 
 import argparse
@@ -31,7 +31,8 @@ from comparison.execution.ledger import append_row, read_rows
 from comparison.execution.run import Outcome, RunError, run_one
 from comparison.formatting import table
 from comparison.scene import Scene, SceneError, digest, load_scene
-from comparison.studies.extremes.cells import Cell, hypercube
+from comparison.studies.campaign.population import case
+from comparison.studies.extremes.cells import SAMPLES, hypercube
 from comparison.studies.extremes.runs import BASE
 
 MODELS = {"reference": "auto", "exudyn": "tree"}
@@ -81,9 +82,18 @@ class Limited:
             return Outcome("late")
 
 
-def measure(cell: Cell, cycles: float, limit: float) -> list[Found]:
+def population(number: int, seed: int, *, campaign: bool) -> Scene:
+    """Return one of the random scenes; raises `SceneError` where there is no such scene."""
+    if campaign:
+        return case(number, seed).scene.with_values(
+            {"output.groups": [], "output.samples_per_cycle": SAMPLES}
+        )
+    return hypercube(200, seed)[number].scene
+
+
+def measure(drawn: Scene, cycles: float, limit: float) -> list[Found]:
     """Return a row a model and accuracy."""
-    usual = cell.scene.with_values({"drive.cycles": cycles})
+    usual = drawn.with_values({"drive.cycles": cycles})
     scenes = {
         model: usual.with_values({f"solver.{model}.formulation": name}) for model, name in MODELS.items()
     }
@@ -96,7 +106,7 @@ def measure(cell: Cell, cycles: float, limit: float) -> list[Found]:
     for model, scene in scenes.items():
         other = next(name for name in MODELS if name != model)
         for accuracy in ACCURACIES:
-            row: Found = {"law": cell.law, "model": model, "accuracy": accuracy}
+            row: Found = {"law": drawn.data["contact"]["law"], "model": model, "accuracy": accuracy}
             try:
                 found = accurate_run(scene, model, accuracy, run=run[model])
             except (RunError, SceneError) as error:
@@ -166,6 +176,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--cycles", type=float, default=1.0)
     parser.add_argument("--limit", type=float, default=20.0, help="processor time of a run, s")
+    parser.add_argument("--campaign", action="store_true", help="scenes of study campaign")
     parser.add_argument("--table", action="store_true", help="only print what was measured")
     asked = parser.parse_args()
     ledger = cache_folder() / "kept-accuracy.jsonl"
@@ -179,17 +190,18 @@ def main() -> None:
     rows: list[Found] = []
     for model, name in MODELS.items():  # compile
         run_one(load_scene(BASE, {"drive.cycles": 0.02, f"solver.{model}.formulation": name}), model)
-    for number, cell in enumerate(hypercube(200, asked.seed)[: asked.scenes], 1):
-        key = digest([number, asked.seed, asked.cycles, asked.limit, ACCURACIES, *code])
+    for number in range(asked.scenes):
+        key = digest([asked.campaign, number, asked.seed, asked.cycles, asked.limit, ACCURACIES, *code])
         if key not in cached and asked.table:
             continue
         if key not in cached:
             try:
-                found = measure(cell, asked.cycles, asked.limit)
+                drawn = population(number, asked.seed, campaign=asked.campaign)
+                found = measure(drawn, asked.cycles, asked.limit)
             except SceneError:
                 found = []  # there is no such scene
             cached[key] = append_row(ledger, key, {"rows": found})
-            print(f"{number}: {cell.law}, {time.process_time():.0f} s", file=sys.stderr, flush=True)
+            print(f"{number}: {time.process_time():.0f} s", file=sys.stderr, flush=True)
         rows += [{"scene": number, **row} for row in cached[key]["rows"]]
     frame = pd.DataFrame(rows)
     floors = f"enough is {ENOUGH:g}, floor {FLOOR:g}"

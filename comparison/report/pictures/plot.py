@@ -145,8 +145,10 @@ def _draw(
     tables: Mapping[str, Table],
     colours: Mapping[str, str],
 ) -> None:
-    known = all_channels().get(name)
+    known = all_channels().get(name.removesuffix(UNCERTAINTY))
     title = known.label if known else name
+    if known and known.name != name:
+        title = f"estimated error of {title}"
     guide = _guide(next(iter(tables.values()))) if name == "slider_x" else None
     if guide is not None:
         curves, title = {label: values - guide for label, values in curves.items()}, "slider x − guide"

@@ -105,6 +105,7 @@ def test_what_cannot_be_drawn_is_one_line(content, capsys):
 def test_an_estimated_error_is_shaded_about_its_curve(tables):
     u = np.full(len(tables["a"].frame), 5e-5)
     with_u = replace(tables["a"], frame=tables["a"].frame.assign(slider_x_u=u))
+    assert picture({"a": with_u}, ["slider_x_u"]).axes[0].get_ylabel() == "estimated error of slider x\n(µm)"
     (axes,) = picture({"a": with_u, "b": tables["b"]}).axes
     (shade,) = axes.collections
     (line, _) = axes.get_lines()
