@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from comparison.cli.console import say, warn, warn_about_the_cache
+from comparison.cli.console import complain, say, warn, warn_about_the_cache
 from comparison.cli.layout import columns, wrapped
 from comparison.cli.options import NoProgress, Overrides, SceneName
 from comparison.cli.progress import progress
@@ -57,4 +57,7 @@ def settings(
         say(f"  {command}")
     if out is not None:
         say(str(draw(found, out)))
-    return INTERRUPTED if found.interrupted else 0
+    if found.interrupted:
+        # Not the usual line of an interrupted command: timed runs are not cached.
+        raise SystemExit(complain("interrupted; the other settings were not measured", INTERRUPTED))
+    return 0

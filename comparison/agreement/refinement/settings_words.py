@@ -63,9 +63,15 @@ def commands(found: WorkPrecision, overrides: Sequence[str] = ()) -> list[tuple[
     lines = []
     for words, errors in held.items():
         row = cheapest[errors[-1]]
-        part = f"on {found.coverage(errors[-1]):.0%} of the run, {row.seconds:.2g} s of processor time"
-        span = " to ".join(f"{error:.0e}" for error in dict.fromkeys((errors[0], errors[-1])))
-        lines.append((f"{span} m {part}", words))
+        ends = errors[0], errors[-1]
+        span, part = (
+            " to ".join(dict.fromkeys(texts))
+            for texts in (
+                [f"{error:.0e}" for error in ends],
+                [f"{found.coverage(error):.0%}" for error in ends],
+            )
+        )
+        lines.append((f"{span} m on {part} of the run, {row.seconds:.2g} s of processor time", words))
     return lines
 
 

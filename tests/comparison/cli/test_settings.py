@@ -48,7 +48,8 @@ def test_an_interrupt_prints_what_was_measured(scene_file, monkeypatch, capsys):
 
     monkeypatch.setattr(work_precision, "work", interrupted)
     assert main(["settings", scene_file("own"), "-q"]) == 130
-    out = capsys.readouterr().out
+    out, err = capsys.readouterr()
+    assert err == "sixbar: interrupted; the other settings were not measured\n"
     assert "sixbar run" in out
     assert out.count("reference minimal, tolerance") + out.count("exudyn") > 15
     assert "1e-13" in out.split("not begun")[0]
