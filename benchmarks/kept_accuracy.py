@@ -98,26 +98,38 @@ def measure(drawn: Scene, cycles: float, limit: float) -> list[Found]:
         model: usual.with_values({f"solver.{model}.formulation": name}) for model, name in MODELS.items()
     }
     run = {model: Limited(model, limit) for model in MODELS}
+    # Before the strict runs, of which more may take too long.
+    ran = {
+        (model, accuracy): attempt(scene, model, accuracy, run[model])
+        for model, scene in scenes.items()
+        for accuracy in ACCURACIES
+    }
     strict = {
         model: Families(model, run[model]).level(scene.with_values(solver_values(model, "strict", scene)))
         for model, scene in scenes.items()
     }
     rows = []
-    for model, scene in scenes.items():
+    for (model, accuracy), found in ran.items():
+        row: Found = {"law": drawn.data["contact"]["law"], "model": model, "accuracy": accuracy}
+        if isinstance(found, str):
+            rows.append(row | {"kept": False, "limit": found, "result": False})
+            continue
+        row |= {"kept": found.kept, "limit": found.limit, "result": True, "coverage": found.coverage}
+        row |= {"runs": found.runs, "levels": len(found.tried)}
+        row["strict"] = 0.0 if (of := strict[model].estimate) is None else of.coverage(accuracy)
         other = next(name for name in MODELS if name != model)
-        for accuracy in ACCURACIES:
-            row: Found = {"law": drawn.data["contact"]["law"], "model": model, "accuracy": accuracy}
-            try:
-                found = accurate_run(scene, model, accuracy, run=run[model])
-            except (RunError, SceneError) as error:
-                status = error.outcome.status if isinstance(error, RunError) else "bad input"
-                rows.append(row | {"kept": False, "limit": status, "result": False})
-                continue
-            row |= {"kept": found.kept, "limit": found.limit, "result": True, "coverage": found.coverage}
-            row |= {"runs": found.runs, "levels": len(found.tried)}
-            row["strict"] = 0.0 if (of := strict[model].estimate) is None else of.coverage(accuracy)
-            rows.append(row | judged(found, strict[other], strict[model]))
+        rows.append(row | judged(found, strict[other], strict[model]))
     return rows
+
+
+def attempt(scene: Scene, model: str, accuracy: float, run: Limited) -> AccurateRun | str:
+    """Return the run, or the status of one that did not succeed."""
+    try:
+        return accurate_run(scene, model, accuracy, run=run)
+    except RunError as error:
+        return error.outcome.status
+    except SceneError:
+        return "bad input"
 
 
 def judged(found: AccurateRun, other: Level, own: Level) -> Found:
