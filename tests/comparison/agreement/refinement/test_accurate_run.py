@@ -101,6 +101,15 @@ def test_a_setting_too_coarse_for_the_scene_is_passed_over():
     assert error(found).max() <= 1e-6
 
 
+def test_without_a_coarser_run_neighbouring_starts_are_those_of_the_setting_itself():
+    refuses = KnownError(growing, fails=lambda tolerance: "bad input" if tolerance > 0.9e-8 else "")
+    coarsest = accurate_run(OWN, "reference", 1e-6, run=refuses).tried[1]
+    assert coarsest.outcomes.keys() == {"base", "finer", "perturbed", "other_perturbed"}
+    # A billionth of the clearance, magnified by 1e8, with the safety factor.
+    assert coarsest.estimate.spread.max() == pytest.approx(3 * 2.1e-13 * 1e8, rel=0.01)
+    assert coarsest.estimate.coverage(1e-6) <= 0.5
+
+
 def test_without_a_finer_run_the_error_is_unknown_and_the_table_is_there():
     only = KnownError(fails=lambda tolerance: "" if tolerance == 1e-8 else "chatter")
     found = accurate_run(OWN, "reference", 1e-6, run=only)
