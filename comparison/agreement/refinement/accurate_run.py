@@ -9,7 +9,7 @@ what parts. Of those tried the one with the largest predictable part is taken.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import inf, nan
@@ -19,17 +19,13 @@ import numpy as np
 from comparison.accuracy.levels import (
     NAMES,
     coarser,
-    finer,
     metres,
-    refinement,
-    solver_values,
     with_declared,
 )
-from comparison.accuracy.measured import front
 from comparison.accuracy.thresholds import thresholds
 from comparison.agreement.refinement.estimate import CHANNEL, Estimate
 from comparison.agreement.refinement.families import Families, Level, Run
-from comparison.engines.registry import OWN
+from comparison.agreement.refinement.steps import MOST_LEVELS, settings
 from comparison.execution.run import Job, Outcome, Progress, run_all, successful
 from comparison.scene import Scene
 from comparison.tables.channels import UNCERTAINTY
@@ -39,8 +35,6 @@ ENOUGH = 0.9
 """Share of the samples that is enough; a smaller predictable part has grown if less of it was there."""
 FLOOR = thresholds("tight").coverage
 """Share of the samples on which an error must hold to be called kept, as for a verdict at the tight tier."""
-MOST_LEVELS = 4
-"""To try, of a model whose finest useful setting is not known, or where the finer ones have no result."""
 
 
 class Limit(StrEnum):
@@ -181,49 +175,14 @@ def accurate_run(
         tried.append(families.level(rough))
         rough = coarser(model, rough)
     best = max(tried, key=lambda level: _merit(level, wanted))
-    table = next((of.table for of in best.outcomes.values() if of.table is not None), None)
+    from_its_start = (best.table(kind) for kind in ("base", "finer", "coarser"))
+    table = next((one for one in from_its_start if one is not None), None)
     if table is None:
         table = successful(best.outcomes["base"], Job(best.scene, model))
     seconds = time.perf_counter() - begun
     found = AccurateRun(model, wanted, best, table, tuple(tried), stopped, families.count, seconds)
     record = {**table.provenance, "accuracy": _record(found)}
     return replace(found, table=replace(table, provenance=record))
-
-
-def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator[Scene]:
-    """Yield the scene at the settings to try, each finer than the one before.
-
-    The first is the measured one of the shipped scene that is most like this, the last is ``strict``. Another
-    package's model begins with the scene's own.
-
-    Raises
-    ------
-    AccuracyError
-        If the accuracy is neither a name nor a positive number, or a name for a model that has none.
-    """
-    if accuracy is None:
-        yield scene
-    elif accuracy in NAMES:
-        yield scene.with_values(solver_values(model, accuracy, scene))
-    elif model in OWN:
-        wanted = metres(accuracy)
-        ((key, finest),) = solver_values(model, "strict", scene).items()
-        assert isinstance(finest, float)
-        known = front(scene, model)
-        setting = (known and known.cheapest(wanted)) or finest
-        factor, _ = refinement(model, scene)
-        while setting > finest * (1 + 1e-9):
-            yield scene.with_values({key: setting})
-            setting = float(f"{setting / factor:.12g}")
-        yield scene.with_values({key: finest})
-    else:
-        metres(accuracy)
-        better: Scene | None = scene
-        for _ in range(MOST_LEVELS):
-            if better is None:
-                return
-            yield better
-            better = finer(model, better)
 
 
 def _ends(level: Level, wanted: float | None) -> bool:

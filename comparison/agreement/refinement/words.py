@@ -7,8 +7,9 @@ from math import inf, isfinite
 from comparison.accuracy.levels import expected
 from comparison.accuracy.uncertainty import SAFETY_FACTOR, movable, perturbation
 from comparison.agreement.cross_check import levels
-from comparison.agreement.refinement.accurate_run import FLOOR, AccurateRun, Limit, settings
+from comparison.agreement.refinement.accurate_run import FLOOR, AccurateRun, Limit
 from comparison.agreement.refinement.estimate import Estimate
+from comparison.agreement.refinement.steps import settings
 from comparison.execution.run import Outcome
 from comparison.scene import Scene
 
