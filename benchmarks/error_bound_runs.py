@@ -5,20 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from comparison.accuracy.sweeps import SETTINGS, STEPS, at, key_of, model_of
 from comparison.execution.job import RunError
 from comparison.execution.run import run_one
 from comparison.scene import Scene, load_scene
-from comparison.scene.formulation import joints_with_clearance
 
-TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
-STEPS = (8e-6, 4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)
-SETTINGS = {
-    "minimal": TOLERANCES,
-    "multiplier": TOLERANCES,
-    "tree": TOLERANCES[:-1],
-    "full": STEPS,
-    "native": STEPS[:-2],
-}
 STARTS = {"minimal": 60, "multiplier": 10, "tree": 20, "full": 2, "native": 1}
 """As many as a few minutes allow: a cycle takes the reference 10 ms, the five bodies up to 30 s.
 """
@@ -31,27 +22,6 @@ MOST_STEPS = 400_000
 
 
 Found = dict[str, Any]
-
-
-def model_of(formulation: str) -> str:
-    return "reference" if formulation in ("minimal", "multiplier") else "exudyn"
-
-
-def key_of(formulation: str) -> str:
-    """Dotted key of the setting."""
-    return f"solver.{model_of(formulation)}.{'step' if formulation in ('full', 'native') else 'tolerance'}"
-
-
-def formulations(scene: Scene) -> list[str]:
-    """Return those that can run a scene."""
-    free = joints_with_clearance(scene.data)
-    there = ["minimal"] + ([] if "crank_pin" in free else ["multiplier"])
-    return there + (["tree"] if free else []) + ["full"] + (["native"] if free == ("slider",) else [])
-
-
-def at(scene: Scene, formulation: str, setting: float) -> Scene:
-    named = scene.with_values({f"solver.{model_of(formulation)}.formulation": formulation})
-    return named.with_values({key_of(formulation): setting})
 
 
 def first_cycle(name: str) -> Scene:

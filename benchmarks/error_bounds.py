@@ -24,6 +24,7 @@ import error_bound_runs as runs
 import comparison
 from comparison.accuracy.levels import NAMES, AccuracyError, expected, solver_values
 from comparison.accuracy.measured import physics
+from comparison.accuracy.sweeps import SETTINGS, at, formulations, key_of, model_of
 from comparison.engines.platform import platform_name
 from comparison.engines.registry import fingerprint
 from comparison.execution.cache import cache_folder
@@ -62,7 +63,7 @@ def pieces(counts: dict[str, int]) -> list[Piece]:
         (name, formulation, number)
         for formulation, count in counts.items()
         for name in shipped_scenes()
-        if formulation in runs.formulations(load_scene(name))
+        if formulation in formulations(load_scene(name))
         for number in range(count)
     ]
 
@@ -73,7 +74,7 @@ def finished(ledger: Path, todo: list[Piece], work: Callable[..., Table]) -> Ite
     cached, begun = read_rows(ledger), time.monotonic()
     models = fingerprint("reference") + fingerprint("exudyn")
     for count, (name, formulation, number) in enumerate(todo, 1):
-        asked = [runs.SETTINGS[formulation], runs.EXACT]
+        asked = [SETTINGS[formulation], runs.EXACT]
         key = digest([load_scene(name).hash, formulation, number, asked, models, platform_name()])
         row = cached.get(key) or append_row(ledger, key, work(name, formulation, number))
         print(f"{count}/{len(todo)} {time.monotonic() - begun:.0f} s: {name}, {formulation}", file=sys.stderr)
@@ -93,14 +94,14 @@ def measure_errors() -> None:
         table.setdefault(name, {}).setdefault(formulation, []).append(row)
     old = tables()
     for name, found in table.items():
-        finest = f"{runs.SETTINGS['tree'][-1]:g}"
+        finest = f"{SETTINGS['tree'][-1]:g}"
         unsure = rounded_up(max((row["errors"][finest] for row in found.get("tree", ())), default=ROUND_OFF))
         scene = runs.first_cycle(name)
         head = {"physics": physics(scene), "cycles": scene.data["drive"]["cycles"], "unsure": unsure}
         old[name] = old.get(name, {}) | head
         for formulation, rows in found.items():
-            entry = old[name].setdefault(runs.model_of(formulation), {}).setdefault(formulation, {})
-            entry["unit"] = "step" if runs.key_of(formulation).endswith("step") else "cycle"
+            entry = old[name].setdefault(model_of(formulation), {}).setdefault(formulation, {})
+            entry["unit"] = "step" if key_of(formulation).endswith("step") else "cycle"
             entry["rows"] = bounded(formulation, rows, unsure, entry.get("rows", []))
     write(old)
 
@@ -110,7 +111,7 @@ def bounded(formulation: str, found: list[Table], unsure: float, old: list[Table
     times = {row["setting"]: row["seconds"] for row in old if "seconds" in row}
     rows: list[Table] = []
     floor_so_far = 0.0
-    for setting in reversed(runs.SETTINGS[formulation]):
+    for setting in reversed(SETTINGS[formulation]):
         key = f"{setting:g}"
         row: Table = {"setting": setting}
         failed = [of["failed"][key] for of in found if key in of["failed"]]
@@ -140,13 +141,13 @@ def measure_seconds(formulations: list[str], rounds: int) -> None:
     todo = pieces(dict.fromkeys(formulations, 1))
     for name, formulation, _ in todo:
         short = runs.first_cycle(name).with_values({"drive.cycles": 0.02})
-        run_one(runs.at(short, formulation, runs.SETTINGS[formulation][0]), runs.model_of(formulation))
+        run_one(at(short, formulation, SETTINGS[formulation][0]), model_of(formulation))
     ledger = cache_folder() / f"error-bounds-seconds-{rounds}.jsonl"
     old = tables()
     for (name, formulation, _), found in finished(
         ledger, todo, lambda name, formulation, _: runs.seconds(load_scene(name), formulation, rounds)
     ):
-        entry = old[name][runs.model_of(formulation)][formulation]
+        entry = old[name][model_of(formulation)][formulation]
         entry["start"] = two_digits(found["start"])
         for row in entry["rows"]:
             if (rate := found["seconds"].get(f"{row['setting']:g}")) is not None:
@@ -160,8 +161,8 @@ def check() -> int:
     outside = 0
     for name in shipped_scenes():
         for formulation in ("minimal", "tree", "full"):
-            scene, model = load_scene(name), runs.model_of(formulation)
-            if formulation not in runs.formulations(scene):
+            scene, model = load_scene(name), model_of(formulation)
+            if formulation not in formulations(scene):
                 continue
             scene = scene.with_values({f"solver.{model}.formulation": formulation})
             run_one(scene.with_values({"drive.cycles": 0.02}), model)

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from math import isfinite, nan
+from math import inf, isfinite, nan
 from typing import Any
 
 from comparison.accuracy.measured import Front, front
@@ -79,15 +79,26 @@ def solver_values(model: str, accuracy: str | float, scene: Scene) -> dict[str, 
         )
     if accuracy in NAMES:
         return {record["key"]: record["names"][accuracy]}
+    return {record["key"]: _cheapest(metres(accuracy), model, scene, front(scene, model))}
+
+
+def metres(accuracy: str | float) -> float:
+    """Return an accuracy that is no name as a number of metres.
+
+    Raises
+    ------
+    AccuracyError
+        If it is no positive number.
+    """
     try:
-        wanted = float(accuracy)
+        number = float(accuracy)
     except ValueError:
-        wanted = -1.0
-    if not 0 < wanted < float("inf"):
+        number = nan
+    if not 0 < number < inf:
         raise AccuracyError(
             f"accuracy {accuracy!r} must be {', '.join(NAMES)} or a positive number of metres"
         )
-    return {record["key"]: _cheapest(wanted, model, scene, front(scene, model))}
+    return number
 
 
 def _cheapest(wanted: float, model: str, scene: Scene, measured: Front | None) -> float:
@@ -120,6 +131,25 @@ def expected(scene: Scene, model: str) -> Expected:
         seconds=measured.seconds(setting, scene),
         cautions=(*([f"no result at this setting: {failed}"] if failed else []), *measured.cautions),
     )
+
+
+def is_measured(scene: Scene, model: str, accuracy: str | float) -> bool:
+    """Return whether a setting with such an error bound, m, was measured on this very scene."""
+    known = front(scene, model)
+    return known is not None and known.applies and known.cheapest(metres(accuracy)) is not None
+
+
+def measured_record(scene: Scene, model: str, accuracy: str | float) -> dict[str, object]:
+    """Return what is recorded of an accuracy beside a table: the measured error bound of its settings."""
+    known, found = front(scene, model), expected(scene, model)
+    name = None if known is None else known.scene
+    return {
+        "wanted": accuracy,
+        "from": f"measured on {name}" if name else "nothing recorded",
+        "bound_m": found.error,
+        "over": found.span,
+        "cautions": list(found.cautions),
+    }
 
 
 def with_declared(scene: Scene, models: Iterable[str]) -> Scene:

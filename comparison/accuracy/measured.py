@@ -71,8 +71,10 @@ class Front:
         Processor time of a run before its first step, s.
     rows
         The settings.
+    applies
+        Whether they were measured on the requested scene itself, by its method.
     cautions
-        Reasons why the numbers may not hold for the requested scene; empty if they do.
+        Reasons why the numbers may not hold for the requested scene, or what they do not tell.
     """
 
     scene: str
@@ -80,6 +82,7 @@ class Front:
     unit: str
     start: float
     rows: tuple[Row, ...]
+    applies: bool = True
     cautions: tuple[str, ...] = ()
 
     @property
@@ -139,11 +142,12 @@ def front(scene: Scene, model: str) -> Front | None:
         return None
     cautions = []
     if equal is None:
-        cautions.append(f"measured on {USUAL[free]}; this scene may magnify errors: check with one finer run")
+        cautions.append(f"measured on {USUAL[free]}; this scene may magnify errors: estimate them by --check")
     method = scene.data["solver"][model]["method"]
     implicit = model == "exudyn" and formulation(scene, model) != "tree" and forces(scene.data)
     if method not in _METHODS[model] or implicit:
-        cautions.append("measured with another method: check with one finer run")
+        cautions.append("measured with another method: estimate errors by --check")
+    applies = not cautions
     if free == ("crank_pin",):
         cautions.append("x of an ideal slider is right at any setting: for y choose by a name")
     return Front(
@@ -152,6 +156,7 @@ def front(scene: Scene, model: str) -> Front | None:
         unit=table["unit"],
         start=table.get("start", nan),
         rows=tuple(Row(**row) for row in table["rows"]),
+        applies=applies,
         cautions=tuple(cautions),
     )
 

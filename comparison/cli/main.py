@@ -13,18 +13,17 @@ from comparison.cli.compare import compare
 from comparison.cli.console import (
     complain,
     fail,
-    saved,
     say,
     session,
     warn,
-    warn_about_the_cache,
 )
 from comparison.cli.gate import gate
 from comparison.cli.layout import wrapped
 from comparison.cli.listing import channels, scenes
-from comparison.cli.options import Accuracy, Model, NoProgress, Overrides, SceneName
+from comparison.cli.options import Overrides, SceneName
 from comparison.cli.plot import animate, plot
-from comparison.cli.progress import progress
+from comparison.cli.run import run
+from comparison.cli.settings import settings
 from comparison.cli.study import studies
 from comparison.cli.validate import validate
 
@@ -37,7 +36,8 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
     help="Cross-validation of two models of a press with clearance in its slider's guide.",
-    epilog="Exit codes: 0 agree; 1 differ, or a regression; 2 cannot compare or bad input; 3 indeterminate; "
+    epilog="Exit codes: 0 agree; 1 differ, or a regression; 2 cannot compare or bad input; 3 indeterminate, "
+    "or an accuracy that is not reachable; "
     "70 internal error; 130 interrupted. For several scenes the worst one.",
 )
 
@@ -95,74 +95,6 @@ def _root(
         say(context.get_help())
 
 
-def run(
-    scene: SceneName,
-    model: Model,
-    out: Annotated[Path, typer.Option(help="The table to write: .csv or .parquet.")],
-    accuracy: Accuracy = None,
-    formulation: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Formulation of the equations; default: the scene's."),
-    ] = None,
-    overrides: Overrides = None,
-    quiet: NoProgress = False,
-) -> int:
-    """Run one scene by one model and write its table, with events and provenance beside it.
-
-    Prints the files that it wrote, the table last.
-
-    The results of a run that stopped early or violates an invariant of its model are written to
-    NAME.partial.csv.
-    """
-    from dataclasses import replace
-
-    from comparison.accuracy.levels import solver_values, with_declared
-    from comparison.accuracy.plan import expectation
-    from comparison.engines.registry import find
-    from comparison.execution.job import VIOLATED, Job, RunError, successful
-    from comparison.execution.quality_checks import quality_warnings
-    from comparison.execution.run import run_uncached
-    from comparison.files import check_file, write_text
-    from comparison.scene import load_scene, parse_set
-    from comparison.tables.table import check_format, write
-
-    find(model)
-    check_format(out)
-    out = check_file(out)
-    named = {} if formulation is None else {f"solver.{model}.formulation": formulation}
-    loaded = with_declared(load_scene(scene, parse_set(overrides or []) | named), [model])
-    if accuracy is not None:
-        values = solver_values(model, accuracy, loaded)
-        loaded = loaded.with_values(values)
-        for key, value in values.items():
-            for line in wrapped(f"{key} = {value:g}: {expectation(loaded, model)}", rest="  "):
-                say(line)
-    warn(loaded.warnings)
-    warn_about_the_cache()
-    job = Job(loaded, model)
-    with progress(f"{loaded.name} by {model}", quiet=quiet) as report:
-        outcome = run_uncached(job, report)
-    if outcome.partial is not None:
-        partial, name = outcome.partial, f"{out.stem}.partial{out.suffix}"
-        kept = saved(lambda folder: write(partial, folder / name), out.parent)
-        count = len(outcome.partial.frame)
-        samples = f"all {count} samples" if outcome.status == VIOLATED else f"{count} samples until then"
-        message = f"{outcome.message}; {samples} are in {kept}"
-        raise RunError(replace(outcome, message=message), job)
-    if outcome.traceback:
-        kept = out.with_name(f"{out.stem}.traceback.txt")
-        write_text(outcome.traceback, kept)
-        message = f"{outcome.message}; its traceback is in {kept}"
-        raise RunError(replace(outcome, message=message), job)
-    table = successful(outcome, job)
-    warn(quality_warnings(table))
-    path = saved(lambda folder: write(table, folder / out.name), out.parent)
-    events = [] if table.events is None else [path.with_name(f"{path.stem}.events.csv")]
-    for each in (*events, path.with_name(f"{path.stem}.json"), path):
-        say(str(each))
-    return 0
-
-
 def plan(
     scene: SceneName,
     overrides: Overrides = None,
@@ -182,6 +114,6 @@ def plan(
     return 0
 
 
-for _command in (scenes, channels, plan, run, validate, compare, plot, animate, gate):
+for _command in (scenes, channels, plan, run, settings, validate, compare, plot, animate, gate):
     app.command()(_command)
 app.add_typer(studies, name="study")

@@ -51,7 +51,7 @@ Accuracy = Annotated[
     str | None,
     typer.Option(
         metavar="NAME|METRES",
-        help="draft, standard, strict, or an error bound of slider_x in metres over the first cycle.",
+        help="draft, standard, strict, or the wanted error of slider_x in metres.",
     ),
 ]
 AllowIndeterminate = Annotated[

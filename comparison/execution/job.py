@@ -84,7 +84,7 @@ class RunError(RuntimeError):
     """A run that did not succeed, with its outcome."""
 
     def __init__(self, outcome: Outcome, job: Job) -> None:
-        self.outcome = outcome
+        self.outcome, self.job = outcome, job
         super().__init__(describe(job, outcome))
 
 

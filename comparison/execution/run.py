@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from copy import deepcopy
 from dataclasses import replace
@@ -92,7 +92,7 @@ def run_all(
     jobs
         What to run.
     n_jobs
-        Number of parallel worker processes.
+        Number of parallel worker processes; 0: all in this process, for the reference, see `run_uncached`.
     on_progress
         Called with the finished share of the expected work, 0 to 1.
 
@@ -127,7 +127,8 @@ def run_all(
             on_progress(sum(todo[key].cost * share for key, share in shares.items()) / total)
 
     waiting = execution_order({key: job for key, job in todo.items() if key not in outcomes})
-    with closing(work(_attempt, [(key, todo[key]) for key in waiting], n_jobs)) as events:
+    tasks = [(key, todo[key]) for key in waiting]
+    with closing(work(_attempt, tasks, n_jobs) if n_jobs else _in_turn(tasks)) as events:
         for key, event in events:
             if isinstance(event, Share):
                 report(key, event.value)
@@ -140,6 +141,12 @@ def run_all(
                     keep(key, event.table)
             report(key, 1.0)
     return [_outcome_of_scene(outcomes[key], job.scene) for key, job in zip(keys, jobs, strict=True)]
+
+
+def _in_turn(tasks: Sequence[tuple[str, Job]]) -> Generator[tuple[str, Outcome]]:
+    """Run jobs one after the other in this process."""
+    for key, job in tasks:
+        yield key, _attempt(job, None)
 
 
 def _attempt(job: Job, progress: Progress | None, simulate: Simulate | None = None) -> Outcome:

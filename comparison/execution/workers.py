@@ -100,6 +100,7 @@ def work(
     n_workers: int,
     limit: float = inf,
     environment: Mapping[str, str] | None = None,
+    until: float = inf,
 ) -> Generator[tuple[str, Any]]:
     """Distribute tasks to worker processes in the given order and yield their events as they occur.
 
@@ -118,6 +119,8 @@ def work(
         0; until then, to start a process and to compile, it has `READY` times as long.
     environment
         Variables of the worker processes alone, for what a library reads only while its process starts.
+    until
+        Reading of `time.monotonic` at which all tasks are terminated; those that wait have no event.
 
     Yields
     ------
@@ -131,11 +134,16 @@ def work(
     shares: dict[Any, float] = {}
     try:
         while waiting or busy:
+            if time.monotonic() >= until:
+                waiting.clear()
+                if not busy:
+                    break
             while waiting and len(busy) < n_workers:
                 name, task = waiting.pop()
                 worker = idle.pop() if idle else _Worker(attempt, environment or {})
                 busy[worker.connection] = (worker, name)
-                ends[worker.connection], shares[worker.connection] = time.monotonic() + READY * limit, 0.0
+                ends[worker.connection] = min(until, time.monotonic() + READY * limit)
+                shares[worker.connection] = 0.0
                 with suppress(OSError):  # the worker is dead: its connection reads as ended below
                     worker.connection.send(task)
             next_end = min(ends[connection] for connection in busy)
@@ -155,7 +163,7 @@ def work(
                 if isinstance(event, Share):
                     shares[connection] = event.value
                     if event.value == 0.0:
-                        ends[connection] = time.monotonic() + limit
+                        ends[connection] = min(until, time.monotonic() + limit)
                 else:
                     del busy[connection]
                     if not isinstance(event, Died):

@@ -16,6 +16,9 @@ PIN = "pin"
 CONTACTS = CORNERS | {PIN: "crank pin"}
 """Contacts of an event table and their display names: the slider's corners and the journal at A."""
 
+UNCERTAINTY = "_u"
+"""Ending of the name of a column with the estimated error of a channel, in its unit; itself no channel."""
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -92,6 +95,11 @@ def channels() -> dict[str, Channel]:
                 name=f"reaction_{joint}_{axis}", group="joints", **(keys | {"label": label})
             )
     return known
+
+
+def is_uncertainty(column: str) -> bool:
+    """Return whether a column is the estimated error of a channel of the press."""
+    return column.endswith(UNCERTAINTY) and column.removesuffix(UNCERTAINTY) in channels()
 
 
 def expected(scene: Mapping[str, Any]) -> list[str]:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from pyarrow import csv
 
 from comparison.files import check_size, plain, replacing_in, write_json
-from comparison.tables.channels import Channel, channels
+from comparison.tables.channels import Channel, channels, is_uncertainty
 from comparison.tables.frames import LARGEST, named, read_parquet
 from comparison.tables.record import check_record, read_record
 
@@ -119,8 +119,8 @@ class Table:
 
     @property
     def channels(self) -> list[str]:
-        """Column names without ``time``."""
-        return [str(name) for name in self.frame.columns if name != "time"]
+        """Column names without ``time`` and without the estimated errors of channels."""
+        return [name for name in map(str, self.frame.columns) if name != "time" and not is_uncertainty(name)]
 
     def only(self, names: Sequence[str]) -> Self:
         """Return the time and these channels alone; those that it lacks are left out, and so are events."""

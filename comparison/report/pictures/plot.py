@@ -16,13 +16,14 @@ from comparison.formatting import prefix
 from comparison.report import svg
 from comparison.report.decimate import envelope
 from comparison.tables.arrays import Array
-from comparison.tables.channels import Channel
+from comparison.tables.channels import UNCERTAINTY, Channel
 from comparison.tables.channels import channels as all_channels
 from comparison.tables.table import Table, TableError
 
 FORMATS = (".svg", ".png", ".pdf")
 _PANEL = 1.35  # inches of height
 _COLUMNS = 1200  # of a curve: enough for a picture that is enlarged three times
+_SHADED = 0.25  # opacity of a curve's estimated error
 
 
 class Picture(Figure):
@@ -42,7 +43,7 @@ def picture(
     end: float | None = None,
     colours: Mapping[str, str] | None = None,
 ) -> Picture:
-    """Draw channels of one table or two over time, a panel each.
+    """Draw channels of one table or two over time, a panel each; an estimated error is shaded.
 
     Parameters
     ----------
@@ -68,7 +69,13 @@ def picture(
         axes = list(figure.subplots(len(names), 1, sharex=True, squeeze=False).flat)
         for panel, name in zip(axes, names, strict=True):
             curves = {label: _values(tables[label], name, label)[kept] for label, (_, kept) in parts.items()}
-            _draw(panel, name, {label: time for label, (time, _) in parts.items()}, curves, tables, shown)
+            errors = {
+                label: tables[label].values(name + UNCERTAINTY)[kept]
+                for label, (_, kept) in parts.items()
+                if name + UNCERTAINTY in tables[label].frame
+            }
+            times = {label: time for label, (time, _) in parts.items()}
+            _draw(panel, name, times, curves, errors, tables, shown)
         axes[-1].set_xlabel("time (s)")
         figure.align_ylabels(axes)
         if len(tables) > 1:
@@ -124,7 +131,7 @@ def _between(table: Table, label: str, start: float | None, end: float | None) -
 
 
 def _values(table: Table, name: str, label: str) -> Array:
-    if name not in table.channels:
+    if name not in table.frame:
         raise TableError(f"{label}: channel {name!r} is missing; it has {', '.join(table.channels)}")
     return table.values(name)
 
@@ -134,11 +141,14 @@ def _draw(
     name: str,
     times: Mapping[str, Array],
     curves: Mapping[str, Array],
+    errors: Mapping[str, Array],
     tables: Mapping[str, Table],
     colours: Mapping[str, str],
 ) -> None:
-    known = all_channels().get(name)
+    known = all_channels().get(name.removesuffix(UNCERTAINTY))
     title = known.label if known else name
+    if known and known.name != name:
+        title = f"estimated error of {title}"
     guide = _guide(next(iter(tables.values()))) if name == "slider_x" else None
     if guide is not None:
         curves, title = {label: values - guide for label, values in curves.items()}, "slider x − guide"
@@ -147,6 +157,12 @@ def _draw(
         own = line | {"color": colours.get(str(line["color"]), line["color"])}
         kept = envelope(values, _COLUMNS)
         panel.plot(times[label][kept], values[kept] / factor, label=f"table {number}", **own)
+        if (u := errors.get(label)) is not None:
+            low, high = ((values + sign * u) / factor for sign in (-1.0, 1.0))
+            kept = np.union1d(envelope(low, _COLUMNS), envelope(high, _COLUMNS))
+            panel.fill_between(
+                times[label][kept], low[kept], high[kept], color=own["color"], alpha=_SHADED, lw=0
+            )
     title = title.replace(", ", ",\n")
     panel.set_ylabel(f"{title}\n({unit})" if unit else title, parse_math=False)
     panel.margins(y=0.06)

@@ -6,12 +6,13 @@ A curve is a data frame with a row a setting, coarsest first, and the columns ``
 
 from __future__ import annotations
 
-from math import inf, log10, nan
+from math import log10, nan
 
 import numpy as np
 import pandas as pd
 
 from comparison.execution.task_store import SUCCESS
+from comparison.metrics.pareto import pareto
 from comparison.studies.shared.rates import rate
 from comparison.studies.tradeoff.methods import Sweep
 from comparison.tables.arrays import BoolArray
@@ -51,7 +52,7 @@ def observed_order(curve: pd.DataFrame) -> float:
 def front(curve: pd.DataFrame) -> pd.DataFrame:
     """Return the points that no other one beats in error and in cost, the cheapest first."""
     points = curve[curve["error"] > 0].sort_values(["cost", "error"])
-    return points[points["error"] < points["error"].cummin().shift(fill_value=inf)]
+    return points[pareto(points["error"].to_numpy(np.float64), points["cost"].to_numpy(np.float64))]
 
 
 def cost_at(curve: pd.DataFrame, error: float) -> float:

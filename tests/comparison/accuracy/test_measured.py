@@ -23,7 +23,7 @@ TABLES = [
     for formulation in found[model]
 ]
 EACH = pytest.mark.parametrize(("name", "model", "formulation"), TABLES)
-OTHER = "measured on {}; this scene may magnify errors: check with one finer run"
+OTHER = "measured on {}; this scene may magnify errors: estimate them by --check"
 
 
 def formulations(name):

@@ -161,3 +161,18 @@ def test_one_that_is_no_number_is_the_model_s_fault(install, capfd):
     err = capfd.readouterr().err
     assert "the odd run did not succeed: crashed; TypeError" in err
     assert err.count("\n") == 1
+
+
+def test_an_installed_models_accuracy_is_estimated_from_its_own_setting_on(install, capsys):
+    """Its error goes with its tolerance: a value of 2.1 at most, times 1e-8 and less."""
+    install("odd_press", ODD + DECLARED, POINTS)
+    changes = [f"--set={key}={value}" for key, value in GROUPS.items()]
+    run = ["run", "ideal", "--model", "odd", "--out", "a.csv", "-q", *changes]
+    assert main([*run, "--accuracy", "1e-8"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "begins at solver.odd.tolerance = 1e-08, with 2 further runs: no time recorded" in said
+    assert "slider_x is within 1e-08 m on all of the run (solver.odd.tolerance = 1e-09; " in said
+    install("odd_press", ODD, POINTS)
+    assert main([*run, "--accuracy", "1e-8"]) == 3
+    said = " ".join(capsys.readouterr().out.split())
+    assert "the error is unknown: the model has neither a step nor a tolerance" in said

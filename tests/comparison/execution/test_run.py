@@ -216,3 +216,12 @@ def test_run_one_in_this_process(scene, fake_model, gravity, monkeypatch):
         run_one(scene.with_values({"environment.gravity": gravity.refuse}), "exudyn")
     with pytest.raises(RunError, match="newton-failed; try a smaller step"):
         run_one(scene.with_values({"environment.gravity": gravity.fail}), "exudyn")
+
+
+def test_without_workers_all_runs_are_of_this_process_and_cached(scene, fake_models):
+    jobs = [Job(scene, "reference"), Job(scene.with_values({"drive.cycles": 1.0}), "reference")]
+    ran = run_all(jobs, 0)
+    assert [len(outcome.table.frame) for outcome in ran] == [401, 201]
+    assert {line.split()[-1] for line in fake_models.read_text().splitlines()} == {str(os.getpid())}
+    assert run_all(jobs, 0)[0].table.frame.equals(ran[0].table.frame)
+    assert len(fake_models.read_text().splitlines()) == 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 
@@ -99,3 +100,16 @@ def test_what_cannot_be_drawn_is_one_line(content, capsys):
         assert "in data row 5" in err
         assert err.count("\n") == 1
     assert main(["plot", "a.csv", "--channels", "slider_y", "--out", "p.svg"]) == 0  # one that is sound
+
+
+def test_an_estimated_error_is_shaded_about_its_curve(tables):
+    u = np.full(len(tables["a"].frame), 5e-5)
+    with_u = replace(tables["a"], frame=tables["a"].frame.assign(slider_x_u=u))
+    assert picture({"a": with_u}, ["slider_x_u"]).axes[0].get_ylabel() == "estimated error of slider x\n(µm)"
+    (axes,) = picture({"a": with_u, "b": tables["b"]}).axes
+    (shade,) = axes.collections
+    (line, _) = axes.get_lines()
+    corners = shade.get_paths()[0].vertices
+    # Micrometres, from the guide's centre line; the shade is as wide at the top as at the bottom.
+    assert corners[:, 1].max() == pytest.approx(line.get_ydata().max() + 50.0)
+    assert corners[:, 1].min() == pytest.approx(line.get_ydata().min() - 50.0)

@@ -1,0 +1,229 @@
+"""Whether `--accuracy` is kept on random scenes: the hypercube of study extremes, or those of study campaign.
+
+Each scene runs by the reference and by Exudyn's tree, over part of a cycle, at every accuracy. The table is
+judged on its predictable part by the strict run of the other model, by that of its own where the other has
+none; once on all of that part, and once where the judge's own estimate is as small.
+"Strict reaches": the estimate of the model's own strict run is as small on as many samples. Scenes that were
+measured are cached, so that a pass can be resumed; `--table` prints those that were.
+
+    python benchmarks/kept_accuracy.py [--scenes 200] [--seed 1] [--cycles 1] [--limit 20] [--campaign]
+"""
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from math import nan
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from comparison.accuracy.levels import solver_values
+from comparison.agreement.refinement.accurate_run import ENOUGH, FLOOR, AccurateRun, accurate_run
+from comparison.agreement.refinement.estimate import CHANNEL, Estimate
+from comparison.agreement.refinement.families import Families, Level
+from comparison.engines.platform import platform_name
+from comparison.engines.registry import fingerprint
+from comparison.engines.source_hash import code_hash
+from comparison.execution.cache import cache_folder
+from comparison.execution.job import Outcome, RunError
+from comparison.execution.ledger import append_row, read_rows
+from comparison.execution.run import run_one
+from comparison.formatting import table
+from comparison.scene import Scene, SceneError, digest, load_scene
+from comparison.studies.campaign.population import case
+from comparison.studies.extremes.cells import SAMPLES, hypercube
+from comparison.studies.extremes.runs import BASE
+
+MODELS = {"reference": "auto", "exudyn": "tree"}
+ACCURACIES = (1e-6, 1e-8)
+MOST = 3.0
+"""Times the wanted error that a run may err by on its predictable part."""
+LEAST_COVERAGE = 0.8
+"""Of that of the strict runs."""
+HOPELESS = 3
+"""So many runs of a scene by a model that take too long: then no more are tried."""
+Found = dict[str, Any]
+
+
+class OutOfTime(BaseException):
+    """Ends a run at its limit; no exception that a model might take for its own."""
+
+
+class Limited:
+    """Runs scenes by a model within a limit of processor time each, s; each once."""
+
+    def __init__(self, model: str, limit: float) -> None:
+        self._model, self._limit = model, limit
+        self._ran: dict[str, Outcome] = {}
+
+    def __call__(self, scenes: Sequence[Scene]) -> list[Outcome]:
+        return [self._one(scene) for scene in scenes]
+
+    def _one(self, scene: Scene) -> Outcome:
+        if scene.hash not in self._ran:
+            late = sum(outcome.status == "late" for outcome in self._ran.values())
+            begun = time.process_time()
+            self._ran[scene.hash] = Outcome("late") if late >= HOPELESS else self._new(scene, begun)
+        return self._ran[scene.hash]
+
+    def _new(self, scene: Scene, begun: float) -> Outcome:
+        def progress(share: float) -> None:
+            if share < 1.0 and time.process_time() - begun > self._limit:
+                raise OutOfTime
+
+        try:
+            return Outcome("success", table=run_one(scene, self._model, progress))
+        except RunError as error:
+            return error.outcome
+        except SceneError as error:
+            return Outcome("bad input", str(error))
+        except OutOfTime:
+            return Outcome("late")
+
+
+def population(number: int, seed: int, *, campaign: bool) -> Scene:
+    """Return one of the random scenes; raises `SceneError` where there is no such scene."""
+    if campaign:
+        return case(number, seed).scene.with_values(
+            {"output.groups": [], "output.samples_per_cycle": SAMPLES}
+        )
+    return hypercube(200, seed)[number].scene
+
+
+def measure(drawn: Scene, cycles: float, limit: float) -> list[Found]:
+    """Return a row a model and accuracy."""
+    usual = drawn.with_values({"drive.cycles": cycles})
+    scenes = {
+        model: usual.with_values({f"solver.{model}.formulation": name}) for model, name in MODELS.items()
+    }
+    run = {model: Limited(model, limit) for model in MODELS}
+    # Before the strict runs, of which more may take too long.
+    ran = {
+        (model, accuracy): attempt(scene, model, accuracy, run[model])
+        for model, scene in scenes.items()
+        for accuracy in ACCURACIES
+    }
+    strict = {
+        model: Families(model, run[model]).level(scene.with_values(solver_values(model, "strict", scene)))
+        for model, scene in scenes.items()
+    }
+    rows = []
+    for (model, accuracy), found in ran.items():
+        row: Found = {"law": drawn.data["contact"]["law"], "model": model, "accuracy": accuracy}
+        if isinstance(found, str):
+            rows.append(row | {"kept": False, "limit": found, "result": False})
+            continue
+        row |= {"kept": found.kept, "limit": found.limit, "result": True, "coverage": found.coverage}
+        row |= {"runs": found.runs, "levels": len(found.tried)}
+        row["strict"] = 0.0 if (of := strict[model].estimate) is None else of.coverage(accuracy)
+        other = next(name for name in MODELS if name != model)
+        rows.append(row | judged(found, strict[other], strict[model]))
+    return rows
+
+
+def attempt(scene: Scene, model: str, accuracy: float, run: Limited) -> AccurateRun | str:
+    """Return the run, or the status of one that did not succeed."""
+    try:
+        return accurate_run(scene, model, accuracy, run=run)
+    except RunError as error:
+        return error.outcome.status
+    except SceneError:
+        return "bad input"
+
+
+def judged(found: AccurateRun, other: Level, own: Level) -> Found:
+    """Return the largest error on the predictable part over the wanted one, and by whom it is judged."""
+    judge = other if other.table() is not None else own
+    table, estimate = judge.table(), found.estimate
+    if table is None or estimate is None or found.wanted is None:
+        return {"judge": "", "error": nan, "sure_error": nan}
+    error = np.abs(found.table.values(CHANNEL) - table.values(CHANNEL)) / found.wanted
+    predictable = estimate.u <= found.wanted
+    sure = predictable & (_u(judge.estimate, predictable.size) <= found.wanted)
+    return {
+        "judge": "other" if judge is other else "own",
+        "error": float(error[predictable].max(initial=0.0)),
+        "sure_error": float(error[sure].max(initial=0.0)),
+    }
+
+
+def _u(estimate: Estimate | None, size: int) -> np.ndarray:
+    return np.full(size, np.inf) if estimate is None else estimate.u
+
+
+def summary(rows: pd.DataFrame) -> str:
+    """Return the tables of all rows."""
+    head = [
+        "model",
+        "accuracy (m)",
+        "runs",
+        "no result",
+        "kept",
+        "not reachable",
+        "of these strict reaches it",
+    ]
+    head += [f"kept: error above {MOST:g}", "where the judge is sure", "largest error, judge sure"]
+    head += [f"coverage below {LEAST_COVERAGE:g} of strict's"]
+    body, reasons = [], []
+    for (model, accuracy), of in rows.groupby(["model", "accuracy"]):
+        result, kept = of[of["result"]], of[of["kept"]]
+        missed = result[~result["kept"].astype(bool)]
+        strict = missed[missed["strict"] >= FLOOR]
+        compared = result[result["strict"] > 0]
+        thin = compared[compared["coverage"] < LEAST_COVERAGE * compared["strict"]]
+        numbers = [len(of), len(of) - len(result), len(kept), len(missed), len(strict)]
+        numbers += [int((kept[name] > MOST).sum()) for name in ("error", "sure_error")]
+        line = [str(model), f"{accuracy:g}", *map(str, numbers), f"{kept['sure_error'].max():.2g}"]
+        body.append([*line, f"{len(thin)} of {len(compared)}"])
+        counts = of[~of["kept"].astype(bool)].groupby("limit").size()
+        reasons += [[str(model), f"{accuracy:g}", str(why), str(n)] for why, n in counts.items()]
+    why_head = ("model", "accuracy (m)", "not reachable, or no result: why", "runs")
+    return f"{table(head, body)}\n\n{table(why_head, reasons)}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--scenes", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--cycles", type=float, default=1.0)
+    parser.add_argument("--limit", type=float, default=20.0, help="processor time of a run, s")
+    parser.add_argument("--campaign", action="store_true", help="scenes of study campaign")
+    parser.add_argument("--table", action="store_true", help="only print what was measured")
+    asked = parser.parse_args()
+    ledger = cache_folder() / "kept-accuracy.jsonl"
+    ledger.parent.mkdir(parents=True, exist_ok=True)
+    cached = read_rows(ledger)
+    code = [
+        code_hash(accurate_run.__module__),
+        *map(fingerprint, MODELS),
+        platform_name(),
+    ]
+    rows: list[Found] = []
+    for model, name in MODELS.items():  # compile
+        run_one(load_scene(BASE, {"drive.cycles": 0.02, f"solver.{model}.formulation": name}), model)
+    for number in range(asked.scenes):
+        key = digest([asked.campaign, number, asked.seed, asked.cycles, asked.limit, ACCURACIES, *code])
+        if key not in cached and asked.table:
+            continue
+        if key not in cached:
+            try:
+                drawn = population(number, asked.seed, campaign=asked.campaign)
+                found = measure(drawn, asked.cycles, asked.limit)
+            except SceneError:
+                found = []  # there is no such scene
+            cached[key] = append_row(ledger, key, {"rows": found})
+            print(f"{number}: {time.process_time():.0f} s", file=sys.stderr, flush=True)
+        rows += [{"scene": number, **row} for row in cached[key]["rows"]]
+    frame = pd.DataFrame(rows)
+    floors = f"enough is {ENOUGH:g}, floor {FLOOR:g}"
+    print(f"{frame['scene'].nunique()} scenes, {asked.cycles:g} cycles, {floors}\n")
+    print(summary(frame))
+    worst = frame[frame["error"] > MOST]
+    if len(worst):
+        print("\n" + worst.to_string())
+
+
+if __name__ == "__main__":
+    main()

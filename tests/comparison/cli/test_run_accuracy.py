@@ -1,0 +1,86 @@
+"""``sixbar run`` with an estimate of the error: what is said, written and returned. The models are fakes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparison.cli import main
+from comparison.tables.table import read
+
+pytestmark = pytest.mark.usefixtures("fake_models", "wide")
+
+
+def run(path, *options, model="exudyn"):
+    return main(["run", path, "--model", model, "--formulation", "tree", "--out", "a.csv", "-q", *options])
+
+
+def record():
+    return json.loads(Path("a.json").read_text())["accuracy"]
+
+
+def test_metres_are_estimated_on_a_scene_that_nobody_measured(scene_file, capsys, fake_models):
+    path = scene_file("own", extra="[clearance]\nslider = 3e-4\n")
+    assert run(path, "--accuracy", "1e-8") == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("begins at solver.exudyn.tolerance = 1e-08, with 4 further runs: some ")
+    assert said[1].startswith(
+        "slider_x is within 1e-08 m on all of the run (solver.exudyn.tolerance = 1e-08; 5 "
+    )
+    assert said[2:] == ["a.events.csv", "a.json", "a.csv"]
+    assert len(fake_models.read_text().splitlines()) == 5
+    assert (record()["wanted_m"], record()["kept"], record()["coverage"]) == (1e-8, True, 1.0)
+    assert run(path, "--accuracy", "1e-8") == 0  # all runs are cached
+    assert len(fake_models.read_text().splitlines()) == 5
+
+
+@pytest.mark.parametrize("options", [["--no-check"], []])
+def test_one_run_without_the_check_or_where_the_scene_was_measured(scene_file, capsys, fake_models, options):
+    path = scene_file("own", extra="[clearance]\nslider = 3e-4\n") if options else "150rpm-0.2mm"
+    assert run(path, "--accuracy", "1e-8", *options) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("solver.exudyn.tolerance = 1e-08: expected: 1.7e-09 m of slider_x")
+    assert len(fake_models.read_text().splitlines()) == 1
+    assert record()["from"] == "measured on 150rpm-0.2mm"
+    assert bool(record()["cautions"]) == bool(options)
+
+
+def test_what_is_not_reachable_is_said_and_the_best_table_written(scene_file, capsys):
+    assert run(scene_file("own", extra="[clearance]\nslider = 3e-4\n"), "--accuracy", "1e-15") == 3
+    said = capsys.readouterr().out
+    assert "1e-15 m is not reachable: it holds nowhere; reached is " in said
+    assert "solver.exudyn.tolerance = 1e-11" in said
+    assert (record()["kept"], record()["limit"]) == (False, "the finest setting errs more")
+    assert len(read("a.csv").frame) == 201
+
+
+def test_the_estimated_error_becomes_a_column_that_is_no_channel(scene_file, capsys):
+    path = scene_file("own", extra="[clearance]\nslider = 3e-4\n")
+    assert run(path, "--accuracy", "draft", "--uncertainty") == 0
+    assert "estimated error of slider_x: at most " in capsys.readouterr().out
+    table = read("a.csv")
+    u = table.values("slider_x_u")
+    assert np.all(u > 0)
+    assert list(table.frame)[:3] == ["time", "slider_x", "slider_x_u"]
+    assert "slider_x_u" not in table.channels
+    assert main(["compare", "a.csv", "a.csv", "--tolerance", "1e-3", "--out", "c"]) == 0
+    assert main(["plot", "a.csv", "--channels", "slider_x,slider_x_u"]) == 0
+
+
+def test_the_column_needs_the_check(scene_file, capsys):
+    assert run(scene_file("own"), "--uncertainty", "--no-check") == 2
+    assert "--uncertainty needs the further runs" in capsys.readouterr().err
+    assert list(Path.cwd().iterdir()) == []
+
+
+@pytest.mark.parametrize(("what", "code"), [("fail", 2), ("crash", 70), ("refuse", 2)])
+def test_where_no_run_succeeds_it_fails_as_a_single_one_does(scene_file, gravity, capsys, what, code):
+    assert run(scene_file("own", getattr(gravity, what)), "--accuracy", "1e-8") == code
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert [path.name for path in sorted(Path.cwd().iterdir())] == (
+        ["a.partial.csv", "a.partial.events.csv", "a.partial.json"] if what == "fail" else []
+    )
