@@ -20,8 +20,8 @@ import numpy as np
 import pandas as pd
 
 from comparison.accuracy.levels import solver_values
-from comparison.agreement.refinement.accurate_run import ENOUGH, FLOOR, AccurateRun, accurate_run
-from comparison.agreement.refinement.estimate import CHANNEL, Estimate
+from comparison.agreement.refinement.accurate_run import ENOUGH, AccurateRun, accurate_run
+from comparison.agreement.refinement.estimate import CHANNEL, FLOOR, Estimate
 from comparison.agreement.refinement.families import Families, Level
 from comparison.engines.platform import platform_name
 from comparison.engines.registry import fingerprint

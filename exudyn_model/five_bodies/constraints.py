@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.bodies import ANGLE, CRANK, FRAME, PER_BODY, SLIDER, SLIDER_ANGLE, SLIDER_X, X, pins
+from exudyn_model.bodies import ANGLE, CRANK, FRAME, PER_BODY, SLIDER, SLIDER_ANGLE, SLIDER_X, Pin, X, pins
 from exudyn_model.parameters import Parameters
 
 CONSTRAINTS = ("position", "velocity")
@@ -23,7 +23,7 @@ class Constraints:
 
     def __init__(self, parameters: Parameters) -> None:
         self._mechanism, self._drive = parameters.mechanism, parameters.drive
-        self._pins = [pin for pin in pins(self._mechanism) if pin.name != "A" or parameters.journal is None]
+        self._pins = joints(parameters)
 
     def violation(self, time: float, q: NDArray[np.float64], v: NDArray[np.float64]) -> tuple[float, float]:
         """Return the largest violation, m and rad alike, and that of a rate, m/s and rad/s alike.
@@ -52,6 +52,17 @@ class Constraints:
         return float(max(gaps)), float(max(speeds))
 
 
+def joints(parameters: Parameters) -> list[Pin]:
+    """Return the pins that are constraints: one with clearance is none."""
+    return [pin for pin in pins(parameters.mechanism) if pin.name != "A" or parameters.journal is None]
+
+
+def arm(angle: float, point: tuple[float, float]) -> tuple[float, float]:
+    """Return a body's point from its centre in the fixed frame, m, for a body turned by an angle (rad)."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
+
+
 def _point(
     places: NDArray[np.float64], rates: NDArray[np.float64], body: int, point: tuple[float, float]
 ) -> _PointAndRate:
@@ -60,6 +71,5 @@ def _point(
         return np.array(point), np.zeros(2)
     x, y, angle = places[body]
     vx, vy, omega = rates[body]
-    cosine, sine = np.cos(angle), np.sin(angle)
-    along, across = cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
+    along, across = arm(angle, point)
     return np.array([x + along, y + across]), np.array([vx - omega * across, vy + omega * along])

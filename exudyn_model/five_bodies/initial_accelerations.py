@@ -8,8 +8,9 @@ alternates from step to step, as large after two cycles as at t = 0, and no shor
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.bodies import ANGLE, COORDINATES, CRANK_ANGLE, FRAME, PER_BODY, SLIDER_ANGLE, SLIDER_X, pins
+from exudyn_model.bodies import ANGLE, COORDINATES, CRANK_ANGLE, FRAME, PER_BODY, SLIDER_ANGLE, SLIDER_X
 from exudyn_model.energy import mass_diagonal
+from exudyn_model.five_bodies.constraints import arm, joints
 from exudyn_model.parameters import Parameters
 
 _Array = NDArray[np.float64]
@@ -38,19 +39,16 @@ def correct(parameters: Parameters, q: _Array, v: _Array, accelerations: _Array,
 def _constraints(parameters: Parameters, q: _Array, v: _Array) -> tuple[_Array, _Array]:
     """Return the constraints' Jacobian, shape (n, 15), and what it is to make of the accelerations, (n,)."""
     rows, wanted = [], []
-    for pin in pins(parameters.mechanism):
-        if pin.name == "A" and parameters.journal is not None:
-            continue
+    for pin in joints(parameters):
         joint, centripetal = np.zeros((2, COORDINATES)), np.zeros(2)
         for sign, body, point in ((-1.0, pin.first, pin.first_point), (1.0, pin.second, pin.second_point)):
             if body == FRAME:
                 continue
             first = PER_BODY * body
-            cosine, sine = np.cos(q[first + ANGLE]), np.sin(q[first + ANGLE])
-            arm = np.array([cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]])
+            along, across = arm(q[first + ANGLE], point)
             joint[:, first : first + ANGLE] = sign * np.eye(2)
-            joint[:, first + ANGLE] = sign * np.array([-arm[1], arm[0]])
-            centripetal += sign * v[first + ANGLE] ** 2 * arm
+            joint[:, first + ANGLE] = sign * np.array([-across, along])
+            centripetal += sign * v[first + ANGLE] ** 2 * np.array([along, across])
         rows += [*joint]
         wanted += [*centripetal]
     # Drive and line: angle and place of one body

@@ -43,7 +43,7 @@ def solve(
     uses: int,
     recorder: Recorder,
     progress: Callable[[float], None] | None,
-    correct: Callable[..., None] | None = None,
+    correct: Callable[..., None] | None,
 ) -> Outcome:
     """Integrate ``model`` from t = 0 and pass every accepted state to ``recorder``.
 

@@ -22,8 +22,7 @@ from comparison.accuracy.levels import (
     metres,
     with_declared,
 )
-from comparison.accuracy.thresholds import thresholds
-from comparison.agreement.refinement.estimate import CHANNEL, Estimate
+from comparison.agreement.refinement.estimate import CHANNEL, FLOOR, Estimate
 from comparison.agreement.refinement.families import Families, Level, Run
 from comparison.agreement.refinement.steps import MOST_LEVELS, settings
 from comparison.execution.job import Job, Outcome, Progress, successful
@@ -34,8 +33,6 @@ from comparison.tables.table import Table
 
 ENOUGH = 0.9
 """Share of the samples that is enough; a smaller predictable part has grown if less of it was there."""
-FLOOR = thresholds("tight").coverage
-"""Share of the samples on which an error must hold to be called kept, as for a verdict at the tight tier."""
 
 
 class Limit(StrEnum):
@@ -146,7 +143,7 @@ def accurate_run(
     SceneError
         If the model refuses the scene.
     RunError
-        If no run succeeded.
+        If no setting has a result.
 
     Notes
     -----
@@ -176,10 +173,7 @@ def accurate_run(
         tried.append(families.level(rough))
         rough = coarser(model, rough)
     best = max(tried, key=lambda level: _merit(level, wanted))
-    from_its_start = (best.table(kind) for kind in ("base", "finer", "coarser"))
-    table = next((one for one in from_its_start if one is not None), None)
-    if table is None:
-        table = successful(best.outcomes["base"], Job(best.scene, model))
+    table = successful(best.outcomes["base"], Job(best.scene, model))
     seconds = time.perf_counter() - begun
     found = AccurateRun(model, wanted, best, table, tuple(tried), stopped, families.count, seconds)
     record = {**table.provenance, "accuracy": _record(found)}
@@ -201,12 +195,12 @@ def _gains(coarse: Level, fine: Level, wanted: float | None) -> bool:
     return before < FLOOR or ENOUGH * after > before
 
 
-def _merit(level: Level, wanted: float | None) -> tuple[float, ...]:
+def _merit(level: Level, wanted: float | None) -> tuple[float, float]:
     """Return what a level is chosen by: the largest predictable part, then the least error."""
     if level.estimate is None:
-        return (-1.0, float(level.table() is not None), 0.0)
+        return -1.0, float(level.table() is not None)
     coverage = 1.0 if wanted is None else level.estimate.coverage(wanted)
-    return (coverage, -level.estimate.held(FLOOR), 0.0)
+    return coverage, -level.estimate.held(FLOOR)
 
 
 def _record(found: AccurateRun) -> dict[str, object]:

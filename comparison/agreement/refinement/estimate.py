@@ -7,12 +7,15 @@ from math import inf
 
 import numpy as np
 
+from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.uncertainty import Runs, spread, window_samples
 from comparison.agreement.compare import model_uncertainty
 from comparison.tables.arrays import Array
 
 CHANNEL = "slider_x"
 """Whose error an accuracy means."""
+FLOOR = thresholds("tight").coverage
+"""Share of the samples on which an error must be known to count, as for a verdict at the tight tier."""
 
 
 @dataclass(frozen=True)

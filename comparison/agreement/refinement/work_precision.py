@@ -19,7 +19,7 @@ from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.tiers import TIERS
 from comparison.accuracy.uncertainty import spread, window_samples
 from comparison.agreement.refinement.candidates import Candidate, Timed, attempt, candidates
-from comparison.agreement.refinement.estimate import CHANNEL
+from comparison.agreement.refinement.estimate import CHANNEL, FLOOR
 from comparison.execution.job import MODELS
 from comparison.execution.workers import Died, Share, work
 from comparison.metrics.pareto import pareto
@@ -29,8 +29,6 @@ from comparison.tables.channels import channels
 
 DECADES = tuple(10.0**-n for n in range(5, 13))
 """Errors for which the cheapest setting is looked for, m."""
-FLOOR = thresholds("tight").coverage
-"""Share of the samples on which the motion must be known well enough for a statement."""
 LATE, WAITING = "time limit", "not begun"
 
 

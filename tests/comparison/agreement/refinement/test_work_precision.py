@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from comparison.agreement.refinement.candidates import Timed, candidates
+from comparison.agreement.refinement.estimate import FLOOR
 from comparison.agreement.refinement.settings_words import basis, commands, table
-from comparison.agreement.refinement.work_precision import FLOOR, held_against_each_other
+from comparison.agreement.refinement.work_precision import held_against_each_other
 from comparison.scene import load_scene
 
 SCENE = load_scene("150rpm-0.2mm", {"drive.cycles": 1.0, "clearance.slider": 2e-4})
