@@ -54,7 +54,8 @@ def take_step(
 def error_norm(h: float, k: Array, weights: Array) -> float:
     """Return the local error of a step in units of the tolerance (Hairer's combination of orders 5 and 3).
 
-    `weights`: one over the tolerated error of each coordinate and rate.
+    `weights`: one over the tolerated error of each coordinate and rate. Infinite where a stage was so far off
+    that its square is: divided by that, any error would seem to be zero.
     """
     n = weights.size
     e5 = e3 = 0.0
@@ -65,9 +66,10 @@ def error_norm(h: float, k: Array, weights: Array) -> float:
             s3 += E3[j] * k[j, m]
         e5 += (s5 * weights[m]) ** 2
         e3 += (s3 * weights[m]) ** 2
-    if e5 == 0.0:
+    if e5 == 0.0 and e3 == 0.0:
         return 0.0
-    return abs(h) * e5 / math.sqrt((e5 + 0.01 * e3) * n)
+    scale = (e5 + 0.01 * e3) * n
+    return abs(h) * e5 / math.sqrt(scale) if scale < math.inf else math.inf
 
 
 @bare

@@ -9,7 +9,7 @@ import pytest
 
 from reference_model import integrate, simulate
 from reference_model.constants import Formulation
-from reference_model.dop853 import ROWS, STAGES, dense, prepare_dense, take_step
+from reference_model.dop853 import ROWS, STAGES, dense, error_norm, prepare_dense, take_step
 from reference_model.forces import CONTACTS, no_contacts
 from reference_model.formulations import DRIVEN, right_hand_side, state_size
 from reference_model.integrate import CHATTER, REACHED, advance
@@ -50,6 +50,19 @@ def free_flight(scene, steps):
         ends[i], middles[i] = y1[:4], state[:4]
         y[:] = y1
     return ends, middles
+
+
+@pytest.mark.parametrize("stage", [0, 5, 11])
+def test_a_step_whose_stages_are_absurd_is_never_accepted(stage) -> None:
+    """In a stiff contact they grew until their squares were infinite, and an error over infinity was 0.
+
+    The step was taken for exact, and a corner 1 mm off its wall began a contact in it.
+    """
+    k, weights = np.zeros((ROWS, 4)), np.full(4, 1e10)
+    assert error_norm(1e-6, k, weights) == 0.0
+    for size in (*np.geomspace(1e3, 1e300, 2000), np.inf, np.nan):
+        k[stage] = size
+        assert not error_norm(1e-6, k, weights) <= 1.0, size
 
 
 def test_the_rocker_at_many_times_at_once_is_the_rocker_at_each(scene) -> None:
