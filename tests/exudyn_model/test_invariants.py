@@ -16,7 +16,8 @@ from exudyn_model.contact.states import contact_states
 from exudyn_model.five_bodies import mechanism
 from exudyn_model.invariants import UNITS
 from exudyn_model.reading import read_scene
-from exudyn_model.watch import seen_in_contacts, seen_in_events, seen_in_samples, watch_contact
+from exudyn_model.seen import seen_in_contacts, seen_in_events, seen_in_samples
+from exudyn_model.watch import watch_contact
 
 TREE = {"solver.exudyn.formulation": "tree", "solver.exudyn.method": "dopri5"}
 USUAL = {
