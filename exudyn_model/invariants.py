@@ -1,8 +1,8 @@
 """What no correct run can show: bounds with their reasons, and the verdict on a run that violates one.
 
 What is judged here was observed in accepted states, in the table of contacts, in the audit of the energy
-(``watch``, ``seen``) and in the constraints (``five_bodies.constraints``), not where contacts are located and forces
-computed.
+(``watch``, ``seen``) and in the constraints (``five_bodies.constraints``), not where contacts are located and
+forces computed.
 """
 
 import math

@@ -102,7 +102,7 @@ def _impact_speed(scene: Mapping[str, Any]) -> str:
     return str(scene["contact"].get("impact_speed", "frozen"))
 
 
-def _surface(scene: Mapping[str, Any], radius: float) -> dict[str, float]:
+def _surface(scene: Mapping[str, Any], radius: float) -> dict[str, Any]:
     """Derive K of Eq. 10 for a radius (m) and the damping factor of Eq. 11; what every contact shares."""
     material, friction = scene["contact"], scene["friction"]
     return {

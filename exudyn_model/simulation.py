@@ -17,8 +17,8 @@ from exudyn_model.invariants import judge, scales
 from exudyn_model.parameters import Parameters
 from exudyn_model.reading import read_scene
 from exudyn_model.run import Run
-from exudyn_model.tree.run import run_tree
 from exudyn_model.seen import Seen, seen_in_contacts, seen_in_energy, seen_in_events, seen_in_samples
+from exudyn_model.tree.run import run_tree
 
 
 @dataclass(frozen=True)

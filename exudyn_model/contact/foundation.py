@@ -119,7 +119,7 @@ def side_speed_in_force(low: Any, up: Any, lower: CornerMotion, upper: CornerMot
 def begin_side(
     time: float, side: int, lower: CornerMotion, upper: CornerMotion, contacts: NDArray[np.void], law: Any
 ) -> float:
-    """Begin the contact of a side that was open in the last accepted state and is not in that at ``time`` (s).
+    """Begin the contact of a side that was open in the last accepted state and is closed in that at ``time``.
 
     At t = 0 the deeper corner counts as the one that touched first.
 

@@ -24,8 +24,8 @@ def law_type(*geometry: str) -> np.dtype[np.void]:
     """Return the type of a record with the constants of a contact, among them those named in ``geometry``.
 
     "kind" is the law of a side of the slider (``laws.LAWS``), 0 elsewhere; "current" is 1 where the damping
-    has no memory. Two fields belong to the step in progress (``five_bodies.step_choice``): "step", its length (s), and
-    "stays_open", 1 where what is open at its start stays without force to its end.
+    has no memory. Two fields belong to the step in progress (``five_bodies.step_choice``): "step", its length
+    (s), and "stays_open", 1 where what is open at its start stays without force to its end.
     """
     return np.dtype([(name, np.float64) for name in (*_SURFACE, *_COMMON, *geometry)])
 

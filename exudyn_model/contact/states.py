@@ -25,8 +25,8 @@ _STATE = np.dtype(
     [
         (name, np.float64)
         for name in (
-            # At the start of the current step. impact_speed 0: no contact bears this name. closed 1: inside its
-            # wall. The same but for the law "foundation", where a side has one contact for both corners
+            # At the start of the current step. impact_speed 0: no contact bears this name; closed 1: inside
+            # the wall. The one goes with the other but for the law "foundation": a side has one contact
             "gap",
             "rate",
             "impact_speed",

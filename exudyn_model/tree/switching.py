@@ -35,8 +35,8 @@ def locate(
 ) -> float:
     """Return the fraction of the step up to the first contact that begins or ends; 1: it can be accepted.
 
-    Of the law "foundation" also up to where a corner goes into its wall, or out of it, while the other one of its
-    side is inside.
+    Of the law "foundation" also up to where a corner goes into its wall, or out of it, while the other one of
+    its side is inside.
 
     A contact that touches sooner than ``least`` (s) after the start touches *at* the start: its impact speed
     is frozen here, and the step is to be tried again with it. At separation the force is 0 already but has a
