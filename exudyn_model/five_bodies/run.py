@@ -15,6 +15,7 @@ from exudyn_model.five_bodies.recording import Recorder
 from exudyn_model.five_bodies.settings import (
     SPECTRAL_RADIUS,
     choose_steps,
+    difference,
     fixed_steps,
     jacobian_uses,
     newton_tolerance,
@@ -40,7 +41,8 @@ def run_five_bodies(parameters: Parameters, progress: Callable[[float], None] | 
     uses = jacobian_uses(parameters)
     # Other methods damp what is wrong with the initial accelerations
     correct = partial(initial_accelerations.correct, parameters) if method == "trapezoidal-index2" else None
-    outcome = solve(model, steps, choice, method, tolerance, uses, recorder, progress, correct)
+    apart = difference(parameters)
+    outcome = solve(model, steps, choice, method, tolerance, uses, apart, recorder, progress, correct)
     settings: dict[str, Any] = {
         "step_used": steps.size,
         "longest_step": choice.longest_taken * steps.size,
