@@ -58,7 +58,8 @@ def begin(time: float, gap: float, rate: float, state: Any, law: Any) -> float:
         else:
             touched_at, speed = touch(state.gap, state.rate, gap, rate, law)
             state.start = time - (1.0 - touched_at) * law.step
-        state.impact_speed, state.closed = speed, 1.0
+        state.impact_speed = speed
+        state.closed = 1.0
         state.normal, state.impulse, state.peak, state.depth = 0.0, 0.0, 0.0, 0.0
     return touched_at
 

@@ -53,8 +53,7 @@ def damped(elastic: float, depth_rate: float, impact_speed: float, law: Any) -> 
 
     Without memory the impact speed (m/s) is replaced by sqrt(depth_rate^2 + floor^2).
     """
-    reference = impact_speed
     if law.current > 0.0:
-        reference = np.sqrt(depth_rate * depth_rate + law.impact_speed_floor * law.impact_speed_floor)
-    force: float = elastic * (1.0 + law.damping * depth_rate / reference)
+        impact_speed = np.sqrt(depth_rate * depth_rate + law.impact_speed_floor * law.impact_speed_floor)
+    force: float = elastic * (1.0 + law.damping * depth_rate / impact_speed)
     return max(force, 0.0)
