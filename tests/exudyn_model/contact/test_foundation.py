@@ -1,4 +1,4 @@
-"""A side on an elastic foundation: its pressure, its damping, its friction, and which corner names a contact."""
+"""A side on an elastic foundation: pressure, damping, friction, and which corner names a contact."""
 
 import numpy as np
 import pytest
@@ -158,7 +158,7 @@ def follow(law):
 
 
 def test_one_row_for_a_side_named_by_the_corner_that_touches_first(follow):
-    """ur touches after a quarter of a step, lr after a half; ur leaves, lr a step later, after three quarters."""
+    """ur touches after a quarter of a step, lr after a half; ur leaves, then lr after three quarters."""
     contacts, events = follow.kept
     follow(-4e-8, -1e-8, 0.08, 0.04)
     follow(4e-8, 3e-8, 0.08, 0.04)
