@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from exudyn_model.channels import FRICTION, NORMAL, PER_CONTACT
 from exudyn_model.compiled import kernel
-from exudyn_model.contact.foundation import in_contact, other_end, shares_contact
+from exudyn_model.contact.foundation import other_end
+from exudyn_model.contact.laws import FOUNDATION
 from exudyn_model.contact.states import ACROSS, ALONG, CORNERS, PIN
 
 _CORNERS = len(CORNERS)
@@ -86,17 +87,19 @@ def watch_corners(
         From ``contact.states``; changed in place.
     """
     cosine, sine = np.cos(angle), np.sin(angle)
-    wall = law.half_width + law.clearance
+    wall, shared = law.half_width + law.clearance, law.kind == FOUNDATION
     for number in range(_CORNERS):
         side = ACROSS[number]
         along_x, along_y = _arm(number, cosine, sine, law)
         slip = vy + omega * along_x
         power = values[FRICTION + PER_CONTACT * number] * slip
-        if shares_contact(number, law):
+        closed = contacts[number].impact_speed > 0.0
+        if shared:
             # One friction, at the resultant of the side: the part of one corner may well drive
             other = other_end(number)
             other_slip = vy + omega * _arm(other, cosine, sine, law)[0]
             power += values[FRICTION + PER_CONTACT * other] * other_slip
+            closed = closed or contacts[other].impact_speed > 0.0
         watch_contact(
             time,
             wall - side * (x + along_x),
@@ -104,7 +107,7 @@ def watch_corners(
             slip,
             values[NORMAL + PER_CONTACT * number],
             power,
-            in_contact(number, contacts, law),
+            closed,
             contacts[number],
         )
 

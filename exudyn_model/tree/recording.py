@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.channels import CHANNELS
+from exudyn_model.channels import CHANNELS, GAP, NORMAL, PER_CONTACT
 from exudyn_model.compiled import direct
+from exudyn_model.contact.foundation import other_end, shares_contact
 from exudyn_model.contact.memory import EVENT
 from exudyn_model.contact.states import CONTACTS
 from exudyn_model.model import Model
@@ -15,7 +16,7 @@ from exudyn_model.tree.forces import complete
 from exudyn_model.tree.isolation import GAP_TOLERANCE
 from exudyn_model.tree.motion import MOTION, contact_motion, has_clearance, state_at
 from exudyn_model.tree.observation import WIDTH, observe, watch
-from exudyn_model.tree.steps import Kept, accept_step, carried, fill, judge_step
+from exudyn_model.tree.steps import Kept, accept_step, fill, judge_step
 from exudyn_model.tree.switching import close
 
 
@@ -68,8 +69,13 @@ class TreeRecorder:
         update_extrema(self._kept.extrema, first_sample, 0.0)
         watch(state_at(start), first_sample, linkage, law, pin_law, self._contacts)
         for number, contact in enumerate(self._contacts):
-            contact["normal"], depth = carried(number, first_sample, law)
-            contact["peak"], contact["depth"] = contact["normal"], max(depth, 0.0)
+            row = PER_CONTACT * number
+            normal, gap = first_sample[NORMAL + row], first_sample[GAP + row]
+            if shares_contact(number, law):
+                other = PER_CONTACT * other_end(number)
+                normal, gap = normal + first_sample[NORMAL + other], min(gap, first_sample[GAP + other])
+            contact["normal"] = contact["peak"] = normal
+            contact["depth"] = max(-gap, 0.0)
         self._sample_count = 1
 
     def judge(self, time: float, q: NDArray[np.float64], v: NDArray[np.float64], last: bool) -> float:

@@ -14,8 +14,9 @@ from exudyn_model.channels import GAP, NORMAL, PER_CONTACT
 from exudyn_model.compiled import kernel
 from exudyn_model.constants import Constants
 from exudyn_model.contact.foundation import other_end, shares_contact
+from exudyn_model.contact.laws import FOUNDATION
 from exudyn_model.contact.memory import write_event
-from exudyn_model.contact.states import CONTACTS
+from exudyn_model.contact.states import CONTACTS, PIN
 from exudyn_model.tables import update_extrema
 from exudyn_model.tree.forces import complete
 from exudyn_model.tree.isolation import GAP_TOLERANCE
@@ -102,19 +103,6 @@ def separate(
 
 
 @kernel
-def carried(number: int, values: NDArray[np.float64], law: Any) -> tuple[float, float]:
-    """Return normal force (N) and depth (m) of the contact that one of ``CONTACTS`` takes part in.
-
-    ``values`` are from ``observation.observe``, ``law`` is that of the guide.
-    """
-    normal, gap = values[NORMAL + PER_CONTACT * number], values[GAP + PER_CONTACT * number]
-    if shares_contact(number, law):
-        other = PER_CONTACT * other_end(number)
-        normal, gap = normal + values[NORMAL + other], min(gap, values[GAP + other])
-    return normal, -gap
-
-
-@kernel
 def accept_step(
     start_of_step: NDArray[np.void],
     end_of_step: NDArray[np.void],
@@ -155,6 +143,7 @@ def accept_step(
     step = end.time - start.time
     linkage, law, pin_law = constants.linkage[0], constants.law[0], constants.pin_law[0]
     values, extrema, samples = kept.values, kept.extrema, kept.samples
+    shared = law.kind == FOUNDATION
     while next_sample < len(samples) and next_sample * sample_interval <= known_until:
         fraction = (next_sample * sample_interval - start.time) / step
         state = interpolate(start, end, fraction)
@@ -170,10 +159,14 @@ def accept_step(
         weight = step / (3 * _POINTS) * (1 if point == _POINTS else 4 if point % 2 == 1 else 2)
         for number in range(_COUNT):
             contact = contacts[number]
-            contact.normal, depth = carried(number, values, law)
-            contact.impulse += weight * contact.normal
-            contact.peak = max(contact.peak, contact.normal)
-            contact.depth = max(contact.depth, depth)
+            normal, gap = values[NORMAL + PER_CONTACT * number], values[GAP + PER_CONTACT * number]
+            if shared and number != PIN:
+                other = PER_CONTACT * other_end(number)
+                normal, gap = normal + values[NORMAL + other], min(gap, values[GAP + other])
+            contact.normal = normal
+            contact.impulse += weight * normal
+            contact.peak = max(contact.peak, normal)
+            contact.depth = max(contact.depth, -gap)
         watch(state, values, linkage, law, pin_law, contacts)
     event_count = update_contacts(start, end, linkage, law, pin_law, contacts, events, event_count)
     return event_count, next_sample

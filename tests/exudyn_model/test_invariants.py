@@ -253,8 +253,10 @@ def test_each_fault_breaks_its_invariant(make_scene, faulty, formulation):
 @pytest.mark.parametrize("faulty", [SIDE_FAULTS], indirect=True, ids=["sides"])
 @pytest.mark.parametrize("formulation", ["tree", "full"])
 def test_a_side_s_contact_that_ends_with_its_first_corner_is_reported(make_scene, faulty, formulation):
-    changes = USUAL[formulation] | {"contact.law": "foundation", "drive.cycles": 0.1}
-    changes |= {"contact.youngs_modulus": 1e9}  # soft: contacts last for many steps of 2e-6 s
+    """Thrown at a soft guide so that its lower corner touches, and leaves while the upper one is inside."""
+    changes = USUAL[formulation] | {"contact.law": "foundation", "drive.cycles": 0.02}
+    changes |= {"contact.youngs_modulus": 1e9, "initial.slider_offset": 1.95e-4}
+    changes |= {"initial.slider_vx": 0.1, "initial.slider_omega": 3.0}
     assert simulate(make_scene(changes)).status == "success"
     result = faulty(make_scene(changes))
     assert result.status == "invariant-violated"
