@@ -34,6 +34,10 @@ def slider_force(
     """
     force_x, force_y, moment = 0.0, 0.0, 0.0
     for side in (-1, 1):
+        if contact.law == "foundation":
+            load = _foundation_force(side, q, v, contact, slider, step, corners)
+            force_x, force_y, moment = force_x + load[0], force_y + load[1], moment + load[2]
+            continue
         touching = []
         for end in (-1, 1):
             # Arm of the corner, rotated by the slider's angle
@@ -49,8 +53,7 @@ def slider_force(
         elastic, damped = _elastic([depth for depth, *_ in touching], contact)
         for (_, depth_rate, at_impact, arm_x, arm_y), force in zip(touching, elastic, strict=True):
             # Eq. 11; a wall cannot pull
-            loss = contact.damping * depth_rate / at_impact if damped else 0.0
-            normal = max(force * (1 + loss), 0.0)
+            normal = force * _damping(depth_rate, at_impact, contact) if damped else force
             tangential = friction(normal, v[1] + v[2] * arm_x, contact)
             force_x -= side * normal
             force_y += tangential
@@ -74,6 +77,49 @@ def _elastic(depths: list[float], contact: Guide) -> tuple[list[float], bool]:
     ], True
 
 
+def _damping(depth_rate: float, at_impact: float, contact: Contact) -> float:
+    """Factor of Eq. 11, at least 0; without memory the speed at impact is replaced by the present one."""
+    if contact.impact_speed == "current":
+        at_impact = math.hypot(depth_rate, contact.impact_speed_floor)
+    return max(1 + contact.damping * depth_rate / at_impact, 0.0)
+
+
+def _foundation_force(
+    side: int,
+    q: list[float],
+    v: list[float],
+    contact: Guide,
+    slider: Slider,
+    step: float,
+    corners: NDArray[np.void],
+) -> tuple[float, float, float]:
+    """Force (N) and moment (N m) of one side on an elastic foundation, in the point of its resultant."""
+    rotation, depths, rates, known = cmath.exp(1j * q[2]), [], [], []
+    ends = [complex(side * slider.width / 2, end * slider.length / 2) * rotation for end in (-1, 1)]
+    for name, arm in zip(("lr", "ur") if side > 0 else ("ll", "ul"), ends, strict=True):
+        depths.append(side * (q[0] + arm.real) - slider.width / 2 - contact.clearance)
+        rates.append(side * (v[0] - v[2] * arm.imag))
+        known.append(corners[CORNERS.index(name)])
+    at_impact = max(memory["impact_speed"] for memory in known)
+    if max(depths) <= 0:
+        return 0.0, 0.0, 0.0
+    if at_impact == 0:
+        # What was open: the corner that touches first
+        touching = [n for n in range(2) if depths[n] > 0]
+        first = min(touching, key=lambda n: _touch(known[n], -depths[n], -rates[n], step, contact)[0])
+        at_impact = _touch(known[first], -depths[first], -rates[first], step, contact)[1]
+    # The pressure falls linearly from the deeper end, to the other one or to where the side leaves the wall
+    inside = min(1.0, max(depths) / (max(depths) - min(depths))) if min(depths) < 0 else 1.0
+    shallow = max(min(depths), 0.0)
+    elastic = contact.side_stiffness * inside * (max(depths) + shallow) / 2
+    place = inside * (max(depths) + 2 * shallow) / (3 * (max(depths) + shallow))
+    shares = [1 - place, place] if depths[0] > depths[1] else [place, 1 - place]
+    normal = elastic * _damping(float(np.dot(shares, rates)), at_impact, contact)
+    arm = complex(np.dot(shares, ends))
+    force = complex(-side * normal, friction(normal, v[1] + v[2] * arm.real, contact))
+    return force.real, force.imag, (arm.conjugate() * force).imag
+
+
 def friction(normal: float, slip: float, contact: Contact) -> float:
     """Eqs. 12-13, N."""
     ramp = (abs(slip) - contact.static_speed) / (contact.transition_speed - contact.static_speed)
@@ -82,15 +128,12 @@ def friction(normal: float, slip: float, contact: Contact) -> float:
 
 def impact_speed(memory: Any, gap: float, rate: float, step: float, contact: Contact) -> float:
     """Impact speed (m/s) that a closed contact's damping refers to; ``memory``: its state before."""
-    return float(
-        memory["impact_speed"] or _speed_at_touch(memory["gap"], memory["rate"], gap, rate, step, contact)
-    )
+    return float(memory["impact_speed"] or _touch(memory, gap, rate, step, contact)[1])
 
 
-def _speed_at_touch(
-    gap0: float, rate0: float, gap1: float, rate1: float, step: float, contact: Contact
-) -> float:
-    """Speed at which a contact that was open at the step's start closes before its end."""
+def _touch(memory: Any, gap1: float, rate1: float, step: float, contact: Contact) -> tuple[float, float]:
+    """Fraction of the step at which a contact closes that was open at its start, and the speed there."""
+    gap0, rate0 = memory["gap"], memory["rate"]
 
     def gap_at(fraction: float) -> float:
         """Cubic Hermite interpolant of the gap."""
@@ -102,7 +145,7 @@ def _speed_at_touch(
     for _ in range(60):  # halved down to round-off
         middle = 0.5 * (low + high)
         low, high = (middle, high) if gap_at(middle) > 0 else (low, middle)
-    return max(-(rate0 + low * (rate1 - rate0)), contact.impact_speed_floor)
+    return low, max(-(rate0 + low * (rate1 - rate0)), contact.impact_speed_floor)
 
 
 def corners_user_function(
@@ -152,7 +195,7 @@ def journal_force(
     local = relative * normal_direction.conjugate()  # along the normal, and along it rotated by +90 degrees
     at_impact = impact_speed(contacts[PIN], gap, local.real, step, journal)
     elastic = journal.stiffness * (-gap) ** journal.exponent
-    normal = max(elastic * (1 - journal.damping * local.real / at_impact), 0.0)
+    normal = elastic * _damping(-local.real, at_impact, journal)
     force = complex(normal, friction(normal, local.imag, journal)) * normal_direction
     moment1 = -(arm1.conjugate() * force).imag
     moment2 = (arm2.conjugate() * force).imag

@@ -12,8 +12,10 @@ table numbers are those of Zuo et al., Lubricants 2025, 13(6), 246.
 | Eq. 20 at t = 0 | initial accelerations and reactions | `five_bodies.initial_accelerations` |
 | rows 1-8 of Eq. 16 | driven four-bar in closed form | `linkage` |
 | Eqs. 1-6 | corners, walls, gaps | `contact.gaps`; resultant: `contact.corners` |
-| Eqs. 7-8 | surface contact (and the strip that replaces it) | `contact.laws` |
-| Eqs. 9-11 | point contact with damping | `contact.point`; impact speed: `contact.impact_speed` |
+| Eqs. 7-8 | surface contact (and the strip or the foundation that replaces it) | `contact.laws` |
+| - | a side on an elastic foundation as one contact | `contact.foundation` |
+| Eqs. 9-11 | point contact with damping, by the frozen speed or the current one | `contact.point` |
+| - | speed at a touch inside a step | `contact.impact_speed` |
 | - | memory of the impact speeds | `contact.states`, `contact.memory` |
 | Eqs. 12-13 | modified Coulomb friction | `contact.friction` |
 | Figs. 7, 8 | clearance at the crank pin A | `contact.journal` |
@@ -25,7 +27,7 @@ table numbers are those of Zuo et al., Lubricants 2025, 13(6), 246.
 | - | error control of a tree, steps that end at a touch | `tree.solver`, `tree.steps` |
 | - | where a contact begins or ends in a step | `tree.switching`, `tree.isolation`, `tree.step_bounds` |
 | - | work, stored and dissipated energy | `energy` |
-| - | what no correct run can show | `watch`, judged by `invariants` |
+| - | what no correct run can show | `watch`, `seen`, judged by `invariants` |
 
 The way of a run: `simulation` > `five_bodies.run` or `tree.run` > `solver` > `recording` of the same room,
 which keeps what `observation` fills of each accepted state. `channels` names the channels, `tables` makes the

@@ -112,7 +112,8 @@ def audit_energy(
             for end in range(2):
                 number = side + UPPER * end
                 state = contacts[number]
-                if state.gap < 0.0:
+                # On an elastic foundation the corner that is outside bears its part
+                if state.gap < 0.0 or elastic[end] > 0.0:
                     # The wall takes up N times the speed of penetration, and stores the elastic part of it
                     damping_power += (elastic[end] - state.normal) * state.rate
                     motion = corner_motion(

@@ -1,8 +1,8 @@
 """What no correct run can show: bounds with their reasons, and the verdict on a run that violates one.
 
 What is judged here was observed in accepted states, in the table of contacts, in the audit of the energy
-(``watch``) and in the constraints (``five_bodies.constraints``), not where contacts are located and forces
-computed.
+(``watch``, ``seen``) and in the constraints (``five_bodies.constraints``), not where contacts are located and
+forces computed.
 """
 
 import math
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from exudyn_model.five_bodies.native_contact import sphere_friction
 from exudyn_model.parameters import Parameters
-from exudyn_model.watch import Seen
+from exudyn_model.seen import Seen
 
 UNITS = {
     "open-depth": "m",

@@ -142,6 +142,8 @@ class Contact:
     damping : float
         3 (1 - c_e^2) / 4: the damping term of Eq. 11 is this times K depth^n, times the ratio of the speed
         of penetration to the speed of impact.
+    impact_speed : str
+        What the damping refers to: "frozen" or "current"; see ``contact.point.damped``.
     impact_speed_floor : float
         Least speed of impact that is used, m/s.
     friction : float
@@ -154,6 +156,7 @@ class Contact:
     stiffness: float
     exponent: float
     damping: float
+    impact_speed: str
     impact_speed_floor: float
     friction: float
     static_speed: float

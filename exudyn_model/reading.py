@@ -98,13 +98,18 @@ def _compliance(scene: Mapping[str, Any]) -> float:
     return float(2 * (1 - material["poisson"] ** 2) / material["youngs_modulus"])
 
 
-def _surface(scene: Mapping[str, Any], radius: float) -> dict[str, float]:
+def _impact_speed(scene: Mapping[str, Any]) -> str:
+    return str(scene["contact"].get("impact_speed", "frozen"))
+
+
+def _surface(scene: Mapping[str, Any], radius: float) -> dict[str, Any]:
     """Derive K of Eq. 10 for a radius (m) and the damping factor of Eq. 11; what every contact shares."""
     material, friction = scene["contact"], scene["friction"]
     return {
         "stiffness": 4 * math.sqrt(radius) / (3 * _compliance(scene)),
         "exponent": float(material["exponent"]),
         "damping": 0.75 * (1 - material["restitution"] ** 2),
+        "impact_speed": _impact_speed(scene),
         "impact_speed_floor": float(material["impact_speed_floor"]),
         "friction": float(friction["coefficient"]),
         "static_speed": float(friction["static_speed"]),
@@ -139,6 +144,7 @@ def refuse_unsupported(scene: Mapping[str, Any]) -> None:
         ("joints.slider", scene["joints"]["slider"], ("clearance", "ideal")),
         ("joints.crank_pin", scene["joints"]["crank_pin"], ("ideal", "clearance")),
         ("contact.law", scene["contact"]["law"], LAWS),
+        ("contact.impact_speed", _impact_speed(scene), ("frozen", "current")),
         *(
             ("output.groups", group, ("accelerations", "corners", "joints", "energy"))
             for group in scene["output"]["groups"]

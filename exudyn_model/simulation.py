@@ -17,8 +17,8 @@ from exudyn_model.invariants import judge, scales
 from exudyn_model.parameters import Parameters
 from exudyn_model.reading import read_scene
 from exudyn_model.run import Run
+from exudyn_model.seen import Seen, seen_in_contacts, seen_in_energy, seen_in_events, seen_in_samples
 from exudyn_model.tree.run import run_tree
-from exudyn_model.watch import Seen, seen_in_contacts, seen_in_energy, seen_in_events, seen_in_samples
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def _invariants(
 ) -> tuple[dict[str, dict[str, Any]], str]:
     """Judge a run by its results: see ``invariants``."""
     integration = parameters.integration
-    seen = [*seen_in_contacts(run.contacts), seen_in_events(events)]
+    seen = [*seen_in_contacts(run.contacts), seen_in_events(events, parameters.contact.law)]
     if not parameters.mechanism.ideal_slider:
         seen.append(seen_in_samples(columns, events, parameters))
     seen += [

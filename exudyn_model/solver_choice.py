@@ -69,6 +69,7 @@ def choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
         for key, value, known in (
             ("joints.crank_pin", scene["joints"]["crank_pin"], "ideal"),
             ("contact.law", scene["contact"]["law"], "hertz-corners"),
+            ("contact.impact_speed", scene["contact"].get("impact_speed", "frozen"), "frozen"),
         ):
             if value != known:
                 raise ValueError(

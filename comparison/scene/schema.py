@@ -117,9 +117,14 @@ class Clearance(Section):
 
 
 class Contact(Section):
-    """Contact law and material."""
+    """Contact law and material.
 
-    law: Literal["hertz-corners", "paper-switching", "strip"]
+    The speed that the damping refers to is that of the touch, kept until separation ("frozen"), or follows the
+    depth's rate d' without memory ("current"): sqrt(d'^2 + impact_speed_floor^2).
+    """
+
+    law: Literal["hertz-corners", "paper-switching", "strip", "foundation"]
+    impact_speed: Literal["frozen", "current"] = "frozen"
     youngs_modulus: Annotated[Positive, Unit("Pa")]
     poisson: Annotated[float, Field(gt=-1, le=0.5, allow_inf_nan=False)]
     restitution: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]

@@ -1,7 +1,8 @@
 """Force of the guide on the slider: that of all corners, as a user function of Exudyn.
 
 ``laws`` gives the normal forces of the two corners of a side from the depths of both, ``friction`` what goes
-with them, ``impact_speed`` the speeds that the damping refers to.
+with them, ``impact_speed`` the speeds that the damping refers to; ``foundation`` all three of a side that is
+one contact.
 """
 
 from typing import Any
@@ -11,18 +12,37 @@ from numpy.typing import NDArray
 
 from exudyn_model.bodies import ANGLE, X, Y
 from exudyn_model.compiled import ForceUserFunction, direct, kernel
+from exudyn_model.contact.foundation import SideForces, foundation_forces, side_speed_in_force
 from exudyn_model.contact.friction import friction_force
 from exudyn_model.contact.gaps import CornerMotion, corner_motion
 from exudyn_model.contact.impact_speed import impact_speed_in_force
-from exudyn_model.contact.laws import side_normals
+from exudyn_model.contact.laws import FOUNDATION, side_normals
 from exudyn_model.contact.states import ACROSS, UPPER
 
 
 @kernel
-def corner_load(number: int, normal: float, motion: CornerMotion, law: Any) -> tuple[float, float, float]:
+def side_forces(
+    lower: CornerMotion, upper: CornerMotion, lower_speed: float, upper_speed: float, law: Any
+) -> SideForces:
+    """Return the forces of the corners of one side; an impact speed (m/s) of 0 means open."""
+    if law.kind == FOUNDATION:
+        speed = max(lower_speed, upper_speed)
+        if speed > 0.0:
+            return foundation_forces(lower, upper, speed, law)
+        return SideForces(0.0, 0.0, 0.0, 0.0, 0.0)
+    first, second = side_normals(
+        -lower.gap, -lower.rate, lower_speed, -upper.gap, -upper.rate, upper_speed, law
+    )
+    first_friction = friction_force(first, lower.slip, law)
+    return SideForces(first, second, first_friction, friction_force(second, upper.slip, law), 0.0)
+
+
+@kernel
+def corner_load(
+    number: int, normal: float, friction: float, motion: CornerMotion
+) -> tuple[float, float, float]:
     """Return fx, fy (N) and the moment about the slider's centre (N m) of a corner's force and friction."""
     inward = -ACROSS[number] * normal
-    friction = friction_force(normal, motion.slip, law)
     return inward, friction, motion.arm_x * friction - motion.arm_y * inward
 
 
@@ -31,9 +51,9 @@ def _side_load(
     side: int, lower: CornerMotion, upper: CornerMotion, lower_speed: float, upper_speed: float, law: Any
 ) -> tuple[float, float, float]:
     """Return fx, fy (N) and moment (N m) of the corners of one side; an impact speed of 0 means open."""
-    normals = side_normals(-lower.gap, -lower.rate, lower_speed, -upper.gap, -upper.rate, upper_speed, law)
-    first = corner_load(side, normals[0], lower, law)
-    second = corner_load(side + UPPER, normals[1], upper, law)
+    forces = side_forces(lower, upper, lower_speed, upper_speed, law)
+    first = corner_load(side, forces.lower, forces.lower_friction, lower)
+    second = corner_load(side + UPPER, forces.upper, forces.upper_friction, upper)
     return first[0] + second[0], first[1] + second[1], first[2] + second[2]
 
 
@@ -64,8 +84,12 @@ def slider_force(
         lower = corner_motion(side, x, angle, vx, vy, omega, constants)
         upper = corner_motion(side + UPPER, x, angle, vx, vy, omega, constants)
         if lower.gap < 0.0 or upper.gap < 0.0:
-            lower_speed = impact_speed_in_force(corners[side], lower.gap, lower.rate, constants)
-            upper_speed = impact_speed_in_force(corners[side + UPPER], upper.gap, upper.rate, constants)
+            low, up = corners[side], corners[side + UPPER]
+            if constants.kind == FOUNDATION:
+                lower_speed = upper_speed = side_speed_in_force(low, up, lower, upper, constants)
+            else:
+                lower_speed = impact_speed_in_force(low, lower.gap, lower.rate, constants)
+                upper_speed = impact_speed_in_force(up, upper.gap, upper.rate, constants)
             load = _side_load(side, lower, upper, lower_speed, upper_speed, constants)
             fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
     return fx, fy, moment

@@ -14,7 +14,7 @@ from exudyn_model.contact.point import law_type, surface_law
 from exudyn_model.contact.states import ACROSS, ALONG
 from exudyn_model.parameters import Guide, Slider
 
-_LAW = law_type("half_width", "half_length", "clearance", "kind", "side_stiffness")
+_LAW = law_type("half_width", "half_length", "clearance", "side_stiffness")
 
 
 def contact_law(contact: Guide, slider: Slider, step: float) -> NDArray[np.void]:

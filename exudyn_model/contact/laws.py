@@ -1,6 +1,6 @@
 """Normal forces of the two corners of one side of the slider, from the depths of both.
 
-Three laws, by their number in ``LAWS``:
+Four laws, by their number in ``LAWS``:
 
 - "hertz-corners": each corner follows Eqs. 9-11 by itself.
 - "paper-switching": the same until both corners of a side are in contact. Then, literally Eqs. 7-8: the
@@ -10,6 +10,11 @@ Three laws, by their number in ``LAWS``:
 - "strip": the elastic forces derive from a potential, K d1^(n+1) / (n+1) + K d2^(n+1) / (n+1) + 2 K_s h^2
   with h = d1 d2 / (d1 + d2), continuous where the second corner touches; damped in each corner as Eq. 11.
   Equal depths d give the last term K_s d^2 / 2, that of the surface.
+- "foundation": the surface of Eqs. 7-8 also where a part of the side alone is inside. An elastic layer along
+  the side stores K_s (d1^2 + d1 d2 + d2^2) / 6, and K_s d1^3 / (6 (d1 - d2)) where d2 < 0 < d1, which is
+  continuous there up to its second derivatives. The forces in the corners are statically equivalent to the
+  layer's pressure: the corner that is outside bears its part too. Damping and friction are the side's, not
+  the corners' (``foundation``).
 """
 
 from typing import Any
@@ -17,8 +22,25 @@ from typing import Any
 from exudyn_model.compiled import kernel
 from exudyn_model.contact.point import damped
 
-LAWS = ("hertz-corners", "paper-switching", "strip")
-_SWITCHING, _STRIP = 1, 2
+LAWS = ("hertz-corners", "paper-switching", "strip", "foundation")
+_SWITCHING, _STRIP, FOUNDATION = 1, 2, 3
+
+
+@kernel
+def foundation_normals(lower: float, upper: float, stiffness: float) -> tuple[float, float]:
+    """Return the elastic normal forces (N) of both corners of a side on an elastic foundation.
+
+    ``lower`` and ``upper`` are depths (m), ``stiffness`` is K_s (N/m).
+    """
+    sixth = stiffness / 6.0
+    if lower > 0.0 and upper > 0.0:
+        return sixth * (2.0 * lower + upper), sixth * (lower + 2.0 * upper)
+    depth, other = max(lower, upper), min(lower, upper)
+    if not depth > 0.0:
+        return 0.0, 0.0
+    share = depth / (depth - other)  # of the side, that is inside
+    inside, outside = sixth * depth * share * (3.0 - share), sixth * depth * share * share
+    return (inside, outside) if lower > upper else (outside, inside)
 
 
 @kernel
@@ -27,7 +49,10 @@ def elastic_normals(lower: float, upper: float, both: bool, law: Any) -> tuple[f
 
     ``both``: whether both are in contact. Steps that end at each touch and leaving have trial states a
     little past it, where a corner in contact has a negative depth: the surface's force goes on smoothly.
+    The law "foundation" goes by the depths alone.
     """
+    if law.kind == FOUNDATION:
+        return foundation_normals(lower, upper, law.side_stiffness)
     if both and law.kind == _SWITCHING:
         sixth = law.side_stiffness / 6.0
         return max(sixth * (2.0 * lower + upper), 0.0), max(sixth * (lower + 2.0 * upper), 0.0)
@@ -52,6 +77,8 @@ def side_normals(
     law: Any,
 ) -> tuple[float, float]:
     """Return the normal forces (N) of the lower and the upper corner of a side, each at least 0.
+
+    Not of the law "foundation", whose damping is that of the side: see ``foundation``.
 
     Parameters
     ----------
@@ -81,7 +108,13 @@ def side_normals(
 def side_energy(lower: float, upper: float, law: Any) -> float:
     """Return the energy (J) that a side stores at these depths (m; not positive: open)."""
     both = lower > 0.0 and upper > 0.0
-    if both and law.kind == _SWITCHING:
+    if law.kind == FOUNDATION and not both:
+        depth = max(lower, upper)
+        if not depth > 0.0:
+            return 0.0
+        partial: float = law.side_stiffness * depth**3 / (6.0 * (depth - min(lower, upper)))
+        return partial
+    if both and (law.kind == _SWITCHING or law.kind == FOUNDATION):
         surface: float = law.side_stiffness * (lower * lower + lower * upper + upper * upper) / 6.0
         return surface
     stored = 0.0

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from exudyn_model.bodies import ANGLE, X, Y
 from exudyn_model.compiled import kernel
+from exudyn_model.contact.foundation import follow_side
 from exudyn_model.contact.friction import friction_force, slip_regime
 from exudyn_model.contact.gaps import CornerMotion, corner_motion
 from exudyn_model.contact.impact_speed import crossing, touch
 from exudyn_model.contact.journal import PinMotion, crank_and_rod2, pin_load, pin_motion
-from exudyn_model.contact.laws import side_normals
+from exudyn_model.contact.laws import FOUNDATION, side_normals
 from exudyn_model.contact.point import damped, elastic_force
 from exudyn_model.contact.states import ACROSS, PIN, UPPER
 
@@ -58,6 +59,7 @@ def begin(time: float, gap: float, rate: float, state: Any, law: Any) -> float:
             touched_at, speed = touch(state.gap, state.rate, gap, rate, law)
             state.start = time - (1.0 - touched_at) * law.step
         state.impact_speed = speed
+        state.closed = 1.0
         state.normal, state.impulse, state.peak, state.depth = 0.0, 0.0, 0.0, 0.0
     return touched_at
 
@@ -108,9 +110,45 @@ def accumulate(
         if gap >= 0.0:
             write_event(events[event_count], number, state, time - (1.0 - left_at) * law.step)
             event_count += 1
-            state.impact_speed = 0.0
+            state.impact_speed, state.closed = 0.0, 0.0
     state.gap, state.rate, state.slip = gap, rate, motion.slip
     return event_count
+
+
+@kernel
+def update_side(
+    time: float,
+    side: int,
+    lower: CornerMotion,
+    upper: CornerMotion,
+    law: Any,
+    corners: NDArray[np.void],
+    events: NDArray[np.void],
+    event_count: int,
+) -> int:
+    """Update the corners of one side, moving as ``lower`` and ``upper``; return the count of events."""
+    low, up = corners[side], corners[side + UPPER]
+    if law.kind == FOUNDATION:
+        ended, left_at = follow_side(time, side, lower, upper, corners, law)
+        if ended >= 0:
+            write_event(events[event_count], ended, corners[ended], time - (1.0 - left_at) * law.step)
+            event_count += 1
+            corners[ended].impact_speed = 0.0
+        return event_count
+    lower_touched = begin(time, lower.gap, lower.rate, low, law)
+    upper_touched = begin(time, upper.gap, upper.rate, up, law)
+    # A corner that has left has no force, though its speed is still kept for the table
+    normals = side_normals(
+        -lower.gap,
+        -lower.rate,
+        low.impact_speed if lower.gap < 0.0 else 0.0,
+        -upper.gap,
+        -upper.rate,
+        up.impact_speed if upper.gap < 0.0 else 0.0,
+        law,
+    )
+    event_count = accumulate(time, lower, normals[0], lower_touched, side, low, law, events, event_count)
+    return accumulate(time, upper, normals[1], upper_touched, side + UPPER, up, law, events, event_count)
 
 
 @kernel
@@ -149,24 +187,7 @@ def update_corners(
         low, up = corners[side], corners[side + UPPER]
         lower = corner_motion(side, q[X], q[ANGLE], v[X], v[Y], v[ANGLE], constants)
         upper = corner_motion(side + UPPER, q[X], q[ANGLE], v[X], v[Y], v[ANGLE], constants)
-        lower_touched = begin(time, lower.gap, lower.rate, low, constants)
-        upper_touched = begin(time, upper.gap, upper.rate, up, constants)
-        # A corner that has left has no force, though its speed is still kept for the table
-        normals = side_normals(
-            -lower.gap,
-            -lower.rate,
-            low.impact_speed if lower.gap < 0.0 else 0.0,
-            -upper.gap,
-            -upper.rate,
-            up.impact_speed if upper.gap < 0.0 else 0.0,
-            constants,
-        )
-        event_count = accumulate(
-            time, lower, normals[0], lower_touched, side, low, constants, events, event_count
-        )
-        event_count = accumulate(
-            time, upper, normals[1], upper_touched, side + UPPER, up, constants, events, event_count
-        )
+        event_count = update_side(time, side, lower, upper, constants, corners, events, event_count)
         for corner, motion in ((low, lower), (up, upper)):
             fx -= outward * corner.normal
             fy += corner.friction

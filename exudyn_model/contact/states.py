@@ -25,16 +25,19 @@ _STATE = np.dtype(
     [
         (name, np.float64)
         for name in (
-            # At the start of the current step; impact_speed 0 means open
+            # At the start of the current step. impact_speed 0: no contact bears this name; closed 1: inside
+            # the wall. The one goes with the other but for the law "foundation": a side has one contact
             "gap",
             "rate",
             "impact_speed",
+            "closed",
             "normal",
             "friction",
             "slip",
             "regime",  # of the friction: see `friction.slip_regime`
-            # Accumulated over the contact in progress
+            # Accumulated over the contact in progress; left: when the corner last opened (trees)
             "start",
+            "left",
             "impulse",
             "peak",
             "depth",

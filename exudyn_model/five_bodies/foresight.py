@@ -19,6 +19,7 @@ from exudyn_model.constants import Constants
 from exudyn_model.contact.gaps import corner_motion
 from exudyn_model.contact.impact_speed import crossing, turning_point
 from exudyn_model.contact.journal import crank_and_rod2, pin_motion
+from exudyn_model.contact.laws import FOUNDATION
 from exudyn_model.contact.states import CONTACTS, PIN
 
 # Part of the time to a foreseen zero that a step may cover
@@ -75,7 +76,12 @@ def resolved_ticks(contact: Any, before: Any, law: Any, ripple: float) -> float:
     depth, normal = -contact.gap, contact.normal
     if normal <= 0.0:
         return 1.0
-    squared_frequency = law.exponent * normal / (depth * law.mass)
+    # On an elastic foundation that of a whole side inside: the stiffest
+    squared_frequency = (
+        law.side_stiffness / law.mass
+        if law.kind == FOUNDATION
+        else law.exponent * normal / (depth * law.mass)
+    )
     decay = np.exp(-_DECAY * np.sqrt(squared_frequency) * before.step)
     before.normal_change = max(before.change, decay * before.normal_change)
     if not before.normal_change > 0.0:
@@ -132,7 +138,7 @@ def foreseen_ticks(
             last.rate, last.slip, last.normal = contact.rate, contact.slip, contact.normal
             continue
         acceleration, slip_rate = follow(contact, last, ticks * tick)
-        closed = contact.impact_speed > 0.0
+        closed = contact.closed > 0.0
         sign = -1.0 if closed else 1.0
         if not closed:
             last.normal_change = 0.0
@@ -196,7 +202,7 @@ def first_change(
                 continue
             corner = corner_motion(number, slider[X], slider[ANGLE], rates[X], rates[Y], rates[ANGLE], law)
             gap, rate = corner.gap, corner.rate
-        sign = -1.0 if contact.impact_speed > 0.0 else 1.0
+        sign = -1.0 if contact.closed > 0.0 else 1.0
         first = min(
             first, zero_within(sign * contact.gap, sign * contact.rate, sign * gap, sign * rate, step)
         )

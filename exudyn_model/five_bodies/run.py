@@ -1,6 +1,7 @@
 """One run of five bodies: choice of its steps, assembly, solution."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -15,6 +16,7 @@ from exudyn_model.five_bodies.recording import Recorder
 from exudyn_model.five_bodies.settings import (
     SPECTRAL_RADIUS,
     choose_steps,
+    difference,
     fixed_steps,
     jacobian_uses,
     newton_tolerance,
@@ -40,7 +42,12 @@ def run_five_bodies(parameters: Parameters, progress: Callable[[float], None] | 
     uses = jacobian_uses(parameters)
     # Other methods damp what is wrong with the initial accelerations
     correct = partial(initial_accelerations.correct, parameters) if method == "trapezoidal-index2" else None
-    outcome = solve(model, steps, choice, method, tolerance, uses, recorder, progress, correct)
+    apart = difference(parameters)
+    outcome = solve(model, steps, choice, method, tolerance, uses, apart, recorder, progress, correct)
+    if outcome.status == "newton-failed" and parameters.contact.impact_speed == "current":
+        # Over a step the damping of a stiff contact turns by all of it, within the floor of the speed
+        remedy = "reduce solver.exudyn.step to 5e-7 s, or use solver.exudyn.formulation = 'tree'"
+        outcome = replace(outcome, remedy=remedy)
     settings: dict[str, Any] = {
         "step_used": steps.size,
         "longest_step": choice.longest_taken * steps.size,

@@ -12,6 +12,8 @@ SPECTRAL_RADIUS = 0.9
 ROUND_OFF = 4e-15
 """Residual that is met, over the weight of all bodies: joints bear four times that, and each rounds by some
 1e-16 of it. At 150, 1000 and 3000 rpm 1e-15 is met and 3e-16 is not."""
+DIFFERENCE = 1e-7
+"""Of a coordinate, at least 1e-2 m or rad: over which Exudyn differentiates forces for its Jacobian."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,10 @@ def newton_tolerance(parameters: Parameters, step: float) -> float:
             parameters.ideal or parameters.contact.law == "hertz-corners"
         ):
             least = 2e-10
+    elif parameters.contact.law == "foundation" and not parameters.mechanism.ideal_slider:
+        # A joint between coordinates near 0.5 m places the slider to 1e-16 m: half of that, times the
+        # stiffness of a whole side
+        least = max(least, 5e-17 * parameters.contact.side_stiffness)
     return max(tolerance, least)
 
 
@@ -95,11 +101,26 @@ def jacobian_uses(parameters: Parameters) -> int:
     return 1 if smooth else 8
 
 
-def settings(steps: Steps, method: str, tolerance: float, uses: int, fixed: bool = True) -> Any:
+def difference(parameters: Parameters) -> float:
+    """Return the relative difference for the forces' Jacobian: see ``DIFFERENCE``.
+
+    On an elastic foundation a slider rests some 1e-9 m deep: over that, contact would be taken for flight.
+    """
+    return 1e-8 if parameters.contact.law == "foundation" else DIFFERENCE
+
+
+def settings(
+    steps: Steps,
+    method: str,
+    tolerance: float,
+    uses: int,
+    fixed: bool = True,
+    relative_difference: float = DIFFERENCE,
+) -> Any:
     """Make ``exudyn.SimulationSettings``; each value set here has its reason beside it.
 
-    ``tolerance`` and ``uses`` of a Jacobian are those of the functions above, ``fixed`` whether all steps are
-    equal; else ``solver`` sets the length of each.
+    ``tolerance``, ``uses`` of a Jacobian and ``relative_difference`` are those of the functions above,
+    ``fixed`` whether all steps are equal; else ``solver`` sets the length of each.
     """
     values = exu.SimulationSettings()
     # No folder `solution/`, no file, no sensor: `recording` takes what it needs from memory
@@ -130,6 +151,7 @@ def settings(steps: Steps, method: str, tolerance: float, uses: int, fixed: bool
     # The Jacobian changes little in a hundred steps; a new one in every iteration doubles the cost
     integration.newton.useModifiedNewton = True
     integration.newton.maxModifiedNewtonIterations = uses
+    integration.newton.numericalDifferentiation.relativeEpsilon = relative_difference
     # Pieces of the crank pin's friction (`contact.journal`): at most four changes; the last one is confirmed
     integration.discontinuous.maxIterations = 6
     integration.discontinuous.ignoreMaxIterations = False

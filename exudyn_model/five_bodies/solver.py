@@ -41,6 +41,7 @@ def solve(
     method: str,
     tolerance: float,
     uses: int,
+    relative_difference: float,
     recorder: Recorder,
     progress: Callable[[float], None] | None,
     correct: Callable[..., None] | None,
@@ -152,7 +153,7 @@ def solve(
     console = exu.config.printToConsole
     exu.config.printToConsole = False
     try:
-        mbs.SolveDynamic(settings(steps, method, tolerance, uses, fixed))
+        mbs.SolveDynamic(settings(steps, method, tolerance, uses, fixed, relative_difference))
         if not interruption:
             before_step()  # the last state, which no further step starts from
     except exu.SolverError:

@@ -159,7 +159,7 @@ def change_within(
     """
     step = end.time - start.time
     sign, curvature = 1.0, greatest_acceleration * step * step
-    if contact.impact_speed > 0.0:
+    if contact.closed > 0.0:
         sign, curvature = -1.0, -least_acceleration * step * step
     first = sign * smooth_distance(number, contact.gap, pin_law)
     if first < -GAP_TOLERANCE:

@@ -22,11 +22,10 @@ from exudyn_model.channels import (
     SLIDER_Y,
 )
 from exudyn_model.compiled import kernel
-from exudyn_model.contact.corners import corner_load
+from exudyn_model.contact.corners import corner_load, side_forces
 from exudyn_model.contact.friction import friction_force
 from exudyn_model.contact.gaps import corner_motion
 from exudyn_model.contact.journal import pin_load, pin_motion
-from exudyn_model.contact.laws import side_normals
 from exudyn_model.contact.point import damped, elastic_force
 from exudyn_model.contact.states import CONTACTS, PIN, UPPER
 from exudyn_model.tree.forces import angular_accelerations, slider_centre_acceleration
@@ -54,23 +53,18 @@ def observe(
     for side in range(0 if linkage.ideal_slider else 2):
         lower = corner_motion(side, x, theta5, vx, vy, w5, law)
         upper = corner_motion(side + UPPER, x, theta5, vx, vy, w5, law)
-        normals = side_normals(
-            -lower.gap,
-            -lower.rate,
-            contacts[side].impact_speed,
-            -upper.gap,
-            -upper.rate,
-            contacts[side + UPPER].impact_speed,
-            law,
+        forces = side_forces(
+            lower, upper, contacts[side].impact_speed, contacts[side + UPPER].impact_speed, law
         )
-        motions = lower, upper
+        motions, normals = (lower, upper), (forces.lower, forces.upper)
+        frictions = forces.lower_friction, forces.upper_friction
         for end in range(2):
-            number, normal, motion = side + UPPER * end, normals[end], motions[end]
-            load = corner_load(number, normal, motion, law)
+            number, normal, friction, motion = side + UPPER * end, normals[end], frictions[end], motions[end]
+            load = corner_load(number, normal, friction, motion)
             fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
             values[GAP + PER_CONTACT * number] = motion.gap
             values[NORMAL + PER_CONTACT * number] = normal
-            values[FRICTION + PER_CONTACT * number] = friction_force(normal, motion.slip, law)
+            values[FRICTION + PER_CONTACT * number] = friction
     if not linkage.ideal_pin:
         bodies = crank_and_rod2_at(state, linkage, pin_law)
         journal = pin_motion(bodies, pin_law)
@@ -78,11 +72,12 @@ def observe(
         if journal.gap < 0.0 and contacts[PIN].impact_speed > 0.0:
             elastic = elastic_force(journal.gap, pin_law)
             pin_normal = damped(elastic, -journal.rate, contacts[PIN].impact_speed, pin_law)
-        friction = friction_force(pin_normal, journal.slip, pin_law)
-        pin_x, pin_y, _, pin_moment = pin_load(pin_normal, friction, journal, bodies, pin_law)
-        values[GAP + _PIN], values[NORMAL + _PIN], values[FRICTION + _PIN] = journal.gap, pin_normal, friction
-    forces = Forces(fx, fy, moment, pin_x, pin_y, pin_moment)
-    _, alpha3, alpha4, alpha5 = angular_accelerations(state, forces, linkage)
+        pin_friction = friction_force(pin_normal, journal.slip, pin_law)
+        pin_x, pin_y, _, pin_moment = pin_load(pin_normal, pin_friction, journal, bodies, pin_law)
+        values[GAP + _PIN], values[NORMAL + _PIN] = journal.gap, pin_normal
+        values[FRICTION + _PIN] = pin_friction
+    on_slider = Forces(fx, fy, moment, pin_x, pin_y, pin_moment)
+    _, alpha3, alpha4, alpha5 = angular_accelerations(state, on_slider, linkage)
     values[SLIDER_X], values[SLIDER_Y], values[SLIDER_ANGLE] = linkage.guide_x + x, y, theta5
     values[SLIDER_VX], values[SLIDER_VY], values[SLIDER_OMEGA] = vx, vy, w5
     values[SLIDER_AX], values[SLIDER_AY] = slider_centre_acceleration(state, alpha3, alpha4, linkage)

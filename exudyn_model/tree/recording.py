@@ -5,17 +5,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.channels import CHANNELS, NORMAL, PER_CONTACT
+from exudyn_model.channels import CHANNELS, GAP, NORMAL, PER_CONTACT
 from exudyn_model.compiled import direct
+from exudyn_model.contact.foundation import other_end, shares_contact
 from exudyn_model.contact.memory import EVENT
 from exudyn_model.contact.states import CONTACTS
 from exudyn_model.model import Model
 from exudyn_model.tables import event_table, extrema_table, new_extrema, update_extrema
 from exudyn_model.tree.forces import complete
-from exudyn_model.tree.motion import MOTION, state_at
+from exudyn_model.tree.isolation import GAP_TOLERANCE
+from exudyn_model.tree.motion import MOTION, contact_motion, has_clearance, state_at
 from exudyn_model.tree.observation import WIDTH, observe, watch
-from exudyn_model.tree.steps import Kept, accept_step, fill, judge_step, update_contacts
-from exudyn_model.tree.switching import freeze
+from exudyn_model.tree.steps import Kept, accept_step, fill, judge_step
+from exudyn_model.tree.switching import close
 
 
 class TreeRecorder:
@@ -53,17 +55,27 @@ class TreeRecorder:
         linkage, law, pin_law = (record[0] for record in self._constants)
         start, first_sample = self._start[0], self._kept.samples[0]
         fill(start, 0.0, q, v, linkage)
-        update_contacts(start, start, linkage, law, pin_law, self._contacts, self._events, 0)
-        for contact in self._contacts:
-            if contact["gap"] < 0 and contact["impact_speed"] == 0:  # penetrates, but does not approach
-                freeze(contact, 0.0, law)
+        state = state_at(start)
+        for number, contact in enumerate(self._contacts):
+            if has_clearance(number, linkage):
+                contact["gap"], contact["rate"] = contact_motion(number, state, linkage, law, pin_law)
+        # The deeper corner of a side counts as the one that touched first
+        for number in np.argsort(self._contacts["gap"], kind="stable"):
+            gap, rate = (self._contacts[number][name] for name in ("gap", "rate"))
+            if gap < 0 or (gap <= GAP_TOLERANCE and rate < 0):
+                close(int(number), self._contacts, 0.0, law)
         complete(start, *self._constants, self._contacts)
         observe(state_at(start), linkage, law, pin_law, self._contacts, first_sample)
         update_extrema(self._kept.extrema, first_sample, 0.0)
         watch(state_at(start), first_sample, linkage, law, pin_law, self._contacts)
         for number, contact in enumerate(self._contacts):
-            contact["normal"] = contact["peak"] = first_sample[NORMAL + PER_CONTACT * number]
-            contact["depth"] = max(-contact["gap"], 0.0)
+            row = PER_CONTACT * number
+            normal, gap = first_sample[NORMAL + row], first_sample[GAP + row]
+            if shares_contact(number, law):
+                other = PER_CONTACT * other_end(number)
+                normal, gap = normal + first_sample[NORMAL + other], min(gap, first_sample[GAP + other])
+            contact["normal"] = contact["peak"] = normal
+            contact["depth"] = max(-gap, 0.0)
         self._sample_count = 1
 
     def judge(self, time: float, q: NDArray[np.float64], v: NDArray[np.float64], last: bool) -> float:

@@ -13,14 +13,16 @@ from numpy.typing import NDArray
 from exudyn_model.channels import GAP, NORMAL, PER_CONTACT
 from exudyn_model.compiled import kernel
 from exudyn_model.constants import Constants
+from exudyn_model.contact.foundation import other_end, shares_contact
+from exudyn_model.contact.laws import FOUNDATION
 from exudyn_model.contact.memory import write_event
-from exudyn_model.contact.states import CONTACTS
+from exudyn_model.contact.states import CONTACTS, PIN
 from exudyn_model.tables import update_extrema
 from exudyn_model.tree.forces import complete
 from exudyn_model.tree.isolation import GAP_TOLERANCE
 from exudyn_model.tree.motion import contact_motion, has_clearance, interpolate, state_at
 from exudyn_model.tree.observation import observe, watch
-from exudyn_model.tree.switching import freeze, locate
+from exudyn_model.tree.switching import close, locate
 
 # Parts of a step, an even number: Simpson's rule takes them in pairs
 _POINTS = 4
@@ -63,15 +65,41 @@ def update_contacts(
         contact = contacts[number]
         gap, rate = contact_motion(number, state, linkage, law, pin_law)
         # What has just touched may still be open by round-off, but it approaches
-        if contact.impact_speed > 0.0 and (gap > GAP_TOLERANCE or (gap >= -GAP_TOLERANCE and rate > 0.0)):
+        if contact.closed > 0.0 and (gap > GAP_TOLERANCE or (gap >= -GAP_TOLERANCE and rate > 0.0)):
             # In an accepted step a contact separates at one of the ends alone: see `locate`
-            write_event(events[event_count], number, contact, end.time if gap < -contact.gap else start.time)
-            event_count += 1
-            contact.impact_speed = 0.0
+            left = end.time if gap < -contact.gap else start.time
+            event_count = separate(number, contacts, left, law, events, event_count)
         contact.gap, contact.rate = gap, rate
-        if contact.impact_speed == 0.0 and gap <= GAP_TOLERANCE and rate < 0.0:
-            freeze(contact, end.time, law)
+        if contact.closed == 0.0 and gap <= GAP_TOLERANCE and rate < 0.0:
+            close(number, contacts, end.time, law)
     return event_count
+
+
+@kernel
+def separate(
+    number: int,
+    contacts: NDArray[np.void],
+    time: float,
+    law: Any,
+    events: NDArray[np.void],
+    event_count: int,
+) -> int:
+    """Open one of ``CONTACTS`` at ``time`` (s) and end its contact, unless that goes on in the other corner.
+
+    ``law`` is that of the guide; returns the count of events.
+    """
+    contact, name = contacts[number], number
+    contact.closed, contact.left = 0.0, time
+    if shares_contact(number, law):
+        other = contacts[other_end(number)]
+        if other.closed > 0.0:
+            return event_count
+        time = max(time, other.left)
+        if other.impact_speed > 0.0:
+            name = other_end(number)
+    write_event(events[event_count], name, contacts[name], time)
+    contacts[name].impact_speed = 0.0
+    return event_count + 1
 
 
 @kernel
@@ -115,6 +143,7 @@ def accept_step(
     step = end.time - start.time
     linkage, law, pin_law = constants.linkage[0], constants.law[0], constants.pin_law[0]
     values, extrema, samples = kept.values, kept.extrema, kept.samples
+    shared = law.kind == FOUNDATION
     while next_sample < len(samples) and next_sample * sample_interval <= known_until:
         fraction = (next_sample * sample_interval - start.time) / step
         state = interpolate(start, end, fraction)
@@ -130,10 +159,14 @@ def accept_step(
         weight = step / (3 * _POINTS) * (1 if point == _POINTS else 4 if point % 2 == 1 else 2)
         for number in range(_COUNT):
             contact = contacts[number]
-            contact.normal = values[NORMAL + PER_CONTACT * number]
-            contact.impulse += weight * contact.normal
-            contact.peak = max(contact.peak, contact.normal)
-            contact.depth = max(contact.depth, -values[GAP + PER_CONTACT * number])
+            normal, gap = values[NORMAL + PER_CONTACT * number], values[GAP + PER_CONTACT * number]
+            if shared and number != PIN:
+                other = PER_CONTACT * other_end(number)
+                normal, gap = normal + values[NORMAL + other], min(gap, values[GAP + other])
+            contact.normal = normal
+            contact.impulse += weight * normal
+            contact.peak = max(contact.peak, normal)
+            contact.depth = max(contact.depth, -gap)
         watch(state, values, linkage, law, pin_law, contacts)
     event_count = update_contacts(start, end, linkage, law, pin_law, contacts, events, event_count)
     return event_count, next_sample

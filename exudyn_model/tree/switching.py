@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.compiled import kernel
+from exudyn_model.contact.foundation import in_contact
 from exudyn_model.contact.gaps import corner_motion
 from exudyn_model.contact.journal import pin_motion
 from exudyn_model.contact.states import CORNERS, PIN
@@ -34,6 +35,9 @@ def locate(
 ) -> float:
     """Return the fraction of the step up to the first contact that begins or ends; 1: it can be accepted.
 
+    Of the law "foundation" also up to where a corner goes into its wall, or out of it, while the other one of
+    its side is inside.
+
     A contact that touches sooner than ``least`` (s) after the start touches *at* the start: its impact speed
     is frozen here, and the step is to be tried again with it. At separation the force is 0 already but has a
     kink, across which no interpolation is accurate.
@@ -53,43 +57,58 @@ def locate(
             gap = corner_motion(number, x, state.theta5, vx, vy, state.w5, law[0]).gap
             bounds = corner_acceleration_bounds(number, x_least, x_greatest, state.theta5, rotation5, law[0])
             fraction = change_within(number, contacts[number], gap, *bounds, start, end, *laws)
-            first = min(first, accepted_fraction(contacts[number], gap, fraction, start, step, least, law[0]))
+            accepted = accepted_fraction(number, contacts, gap, fraction, start, step, least, law[0])
+            first = min(first, accepted)
     if not constants.ideal_pin:
         rotation2 = rotation_bounds(start.theta2, start.w2, start.a2, end.theta2, end.w2, end.a2, step)
         journal = pin_motion(crank_and_rod2_at(state, constants, pin_law[0]), pin_law[0])
         bounds = pin_acceleration_bounds(journal, step, rotation2, rotation3, state.w2, constants, pin_law[0])
         fraction = change_within(PIN, contacts[PIN], journal.gap, *bounds, start, end, *laws)
-        first = min(
-            first, accepted_fraction(contacts[PIN], journal.gap, fraction, start, step, least, pin_law[0])
-        )
+        accepted = accepted_fraction(PIN, contacts, journal.gap, fraction, start, step, least, pin_law[0])
+        first = min(first, accepted)
     return first
 
 
 @kernel
 def accepted_fraction(
-    contact: Any, gap: float, fraction: float, start: Any, step: float, least: float, law: Any
+    number: int,
+    contacts: NDArray[np.void],
+    gap: float,
+    fraction: float,
+    start: Any,
+    step: float,
+    least: float,
+    law: Any,
 ) -> float:
     """Return the fraction of the step up to which one contact lets it be accepted: see :func:`locate`.
 
     ``fraction`` is from :func:`change_within`, ``gap`` (m) that at the step's end.
     """
+    contact = contacts[number]
     if np.isnan(fraction):
         return 0.5
     if fraction * step >= least:
         return min(fraction, 1.0)
-    if contact.impact_speed > 0.0:
+    if contact.closed > 0.0:
         # It separates at once. What comes back is another contact: the step must end before
         return 1.0 if gap > GAP_TOLERANCE else 0.5
     # Exudyn calls back before it judges a step's error: the end of one far too long is arbitrary, and only
     # the start shows what is at the wall
     if contact.gap <= GAP_TOLERANCE - 2.0 * least * contact.rate:
-        freeze(contact, start.time, law)
+        close(number, contacts, start.time, law)
     return 0.5
 
 
 @kernel
-def freeze(contact: Any, time: float, law: Any) -> None:
-    """Begin a contact: freeze its present speed, floored, as impact speed; both laws have the same floor."""
+def close(number: int, contacts: NDArray[np.void], time: float, law: Any) -> None:
+    """Close one of ``CONTACTS`` at its wall; begin its contact, if it is not yet that of its side.
+
+    The present speed, floored, is frozen as impact speed; both laws have the same floor.
+    """
+    contact = contacts[number]
+    contact.closed = 1.0
+    if in_contact(number, contacts, law):
+        return
     contact.impact_speed = max(-contact.rate, law.impact_speed_floor)
     contact.start = time
     contact.impulse, contact.peak, contact.depth = 0.0, 0.0, 0.0

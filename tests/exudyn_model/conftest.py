@@ -55,6 +55,7 @@ def guide() -> Callable[..., Guide]:
             "stiffness": 4.8e9,
             "exponent": 1.5,
             "damping": 0.1425,
+            "impact_speed": "frozen",
             "impact_speed_floor": 1e-4,
             "friction": 0.15,
             "static_speed": 1e-4,

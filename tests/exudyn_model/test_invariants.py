@@ -16,7 +16,8 @@ from exudyn_model.contact.states import contact_states
 from exudyn_model.five_bodies import mechanism
 from exudyn_model.invariants import UNITS
 from exudyn_model.reading import read_scene
-from exudyn_model.watch import seen_in_contacts, seen_in_events, seen_in_samples, watch_contact
+from exudyn_model.seen import seen_in_contacts, seen_in_events, seen_in_samples
+from exudyn_model.watch import watch_contact
 
 TREE = {"solver.exudyn.formulation": "tree", "solver.exudyn.method": "dopri5"}
 USUAL = {
@@ -63,18 +64,32 @@ def test_a_law_without_a_potential_owes_no_energy(make_scene):
     offset=st.floats(-1.02, 1.02),
     vx=st.floats(-0.3, 0.3),
     pin=st.sampled_from(["ideal", "clearance"]),
-    law=st.sampled_from(["hertz-corners", "strip", "paper-switching"]),
+    law=st.sampled_from(["hertz-corners", "strip", "paper-switching", "foundation"]),
+    impact_speed=st.sampled_from(["frozen", "current"]),
     modulus=st.floats(7.0, 11.3),
     restitution=st.floats(0.0, 1.0),
     friction=st.sampled_from([0.0, 0.15, 1.0]),
 )
-@example("index 2", 1.0, False, 0.0, 0.0, 0.25, "ideal", "strip", 7.0, 0.0, 0.15)  # a rest beside an impact
+# A rest beside an impact
+@example("index 2", 1.0, False, 0.0, 0.0, 0.25, "ideal", "strip", "frozen", 7.0, 0.0, 0.15)
 def test_no_healthy_run_breaks_one(
-    make_scene, formulation, speed, backwards, crank, offset, vx, pin, law, modulus, restitution, friction
+    make_scene,
+    formulation,
+    speed,
+    backwards,
+    crank,
+    offset,
+    vx,
+    pin,
+    law,
+    impact_speed,
+    modulus,
+    restitution,
+    friction,
 ):
     """From anywhere between the walls, and from 4 um inside of one, moving into it."""
     if formulation == "native":
-        pin, law = "ideal", "hertz-corners"
+        pin, law, impact_speed = "ideal", "hertz-corners", "frozen"
         vx = np.copysign(max(abs(vx), 0.01), offset)
     rpm = 10.0**speed
     changes = {
@@ -86,6 +101,7 @@ def test_no_healthy_run_breaks_one(
         "initial.slider_vx": vx,
         "joints.crank_pin": pin,
         "contact.law": law,
+        "contact.impact_speed": impact_speed,
         "contact.youngs_modulus": 10.0**modulus,
         "contact.restitution": restitution,
         "friction.coefficient": friction,
@@ -115,7 +131,8 @@ def test_a_watched_contact_shows_what_it_does_wrong(name):
             0.5,
             now["rate"],
         )
-        watch_contact(0.5, *now.values(), record)
+        friction, slip = now.pop("friction"), now["slip"]
+        watch_contact(0.5, *now.values(), friction * slip, record["impact_speed"] > 0.0, record)
         return {seen.name: seen for seen in seen_in_contacts(contacts)}
 
     assert {seen.value for seen in watched({}).values()} == {0.0}
@@ -130,10 +147,15 @@ def test_overlapping_contacts_of_one_corner():
     table = {name: events[name] for name in ("start", "end")}
     # lr's second lies inside its first; ll's contacts follow each other
     table["corner"] = np.array(["ll", "lr", "lr", "ll"])
-    assert seen_in_events(table).value == pytest.approx(0.2)
-    assert seen_in_events(table).time == 0.2
+    seen = seen_in_events(table, "hertz-corners")
+    assert (seen.value, seen.time) == (pytest.approx(0.2), 0.2)
+    table["corner"] = np.array(["ll", "lr", "ur", "ll"])
+    assert seen_in_events(table, "hertz-corners").value == 0.0
+    # Where a side has one contact under either name, these are of one
+    seen = seen_in_events(table, "foundation")
+    assert (seen.value, seen.time) == (pytest.approx(0.2), 0.2)
     table["corner"] = np.array(["ll", "lr", "ul", "ll"])
-    assert seen_in_events(table).value == 0.0
+    assert seen_in_events(table, "foundation").value == 0.0
 
 
 def test_a_sample_inside_a_wall_lies_in_a_contact_of_the_table(make_scene):
@@ -180,15 +202,25 @@ FAULTS = [
     ("tree/steps.py", "gap <= GAP_TOLERANCE and rate < 0.0:", "gap <= GAP_TOLERANCE:"),
     ("contact/memory.py", "    row.end = end\n", "    row.end = end + 0.1\n"),
 ]
+# The contact of a side ends as soon as the corner that it is named by leaves
+SIDE_FAULTS = [
+    ("tree/steps.py", "        if other.closed > 0.0:\n", "        if other.impact_speed > 0.0:\n"),
+    (
+        "contact/foundation.py",
+        "        if lower.gap >= 0.0 and upper.gap >= 0.0:\n            ended",
+        "        if contact.impact_speed > 0.0 and (lower if number == side else upper).gap >= 0.0:\n"
+        "            ended",
+    ),
+]
 
 
-@pytest.fixture(scope="module")
-def faulty(tmp_path_factory):
-    """``simulate`` of a copy of the package with all ``FAULTS``: kernels are compiled from a copy alone."""
-    folder, name = tmp_path_factory.mktemp("copy"), "faulty_exudyn_model"
+@pytest.fixture(scope="module", params=[FAULTS], ids=["contacts"])
+def faulty(request, tmp_path_factory):
+    """``simulate`` of a copy of the package with these faults: kernels are compiled from a copy alone."""
+    folder, name = tmp_path_factory.mktemp("copy"), f"faulty_exudyn_model_{len(request.param)}"
     package = Path(exudyn_model.__file__).parent
     texts = {path.relative_to(package).as_posix(): path.read_text("utf-8") for path in package.rglob("*.py")}
-    for file, old, new in FAULTS:
+    for file, old, new in request.param:
         assert texts[file].count(old) == 1, (file, old)
         texts[file] = texts[file].replace(old, new)
     for file, text in texts.items():
@@ -215,3 +247,17 @@ def test_each_fault_breaks_its_invariant(make_scene, faulty, formulation):
     # In the wall, and out of it much faster than the least impact speed
     released = {"initial.slider_offset": 2.02e-4, "initial.slider_vx": -0.05, "drive.cycles": 0.002}
     assert "pull" in broken(faulty(make_scene(USUAL[formulation] | released)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("faulty", [SIDE_FAULTS], indirect=True, ids=["sides"])
+@pytest.mark.parametrize("formulation", ["tree", "full"])
+def test_a_side_s_contact_that_ends_with_its_first_corner_is_reported(make_scene, faulty, formulation):
+    """Thrown at a soft guide so that its lower corner touches, and leaves while the upper one is inside."""
+    changes = USUAL[formulation] | {"contact.law": "foundation", "drive.cycles": 0.02}
+    changes |= {"contact.youngs_modulus": 1e9, "initial.slider_offset": 1.95e-4}
+    changes |= {"initial.slider_vx": 0.1, "initial.slider_omega": 3.0}
+    assert simulate(make_scene(changes)).status == "success"
+    result = faulty(make_scene(changes))
+    assert result.status == "invariant-violated"
+    assert "open-depth" in broken(result)

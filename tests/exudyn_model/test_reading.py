@@ -29,7 +29,12 @@ def test_stiffnesses_of_the_side_and_of_the_pin(make_scene):
         (
             {"contact.law": "winkler"},
             "contact.law = 'winkler' is not simulated by the Exudyn model yet; "
-            "use 'hertz-corners' or 'paper-switching' or 'strip'",
+            "use 'hertz-corners' or 'paper-switching' or 'strip' or 'foundation'",
+        ),
+        (
+            {"contact.impact_speed": "mean"},
+            "contact.impact_speed = 'mean' is not simulated by the Exudyn model yet; "
+            "use 'frozen' or 'current'",
         ),
         (
             {"output.groups": ["corners", "strain"]},
@@ -76,6 +81,16 @@ def test_stiffnesses_of_the_side_and_of_the_pin(make_scene):
             {"solver.exudyn.formulation": "native", "contact.law": "strip"},
             "contact.law = 'strip' has no contact object for solver.exudyn.formulation = 'native'; "
             "use 'full'",
+        ),
+        (
+            {"solver.exudyn.formulation": "native", "contact.law": "foundation"},
+            "contact.law = 'foundation' has no contact object for solver.exudyn.formulation = 'native'; "
+            "use 'full'",
+        ),
+        (
+            {"solver.exudyn.formulation": "native", "contact.impact_speed": "current"},
+            "contact.impact_speed = 'current' has no contact object for solver.exudyn.formulation = "
+            "'native'; use 'full'",
         ),
         (
             {"solver.exudyn.formulation": "native", "joints.crank_pin": "clearance"},

@@ -9,7 +9,7 @@ from exudyn_model.contact.laws import LAWS, elastic_normals, side_energy, side_n
 
 K, K_S, LENGTH = 4.8e9, 2.88e10, 0.07
 # One corner 1 um deep and the other as the static slider has it; both alike; the first just open
-DEPTHS = [(1e-6, 4e-11), (4e-11, 1e-6), (2e-6, 1.5e-6), (3e-7, 3e-7), (-1e-9, 1e-6)]
+DEPTHS = [(1e-6, 4e-11), (4e-11, 1e-6), (2e-6, 1.5e-6), (3e-7, 3e-7), (-1e-9, 1e-6), (2e-6, -3e-5)]
 
 
 @pytest.fixture

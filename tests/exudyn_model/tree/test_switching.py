@@ -57,7 +57,7 @@ def located(make_scene):
         for number in range(4):
             found = gap_within(number, *ends, 0.0, linkage[0], law[0], pin_law[0])
             contacts[number]["gap"], contacts[number]["rate"] = found
-        contacts[LR]["impact_speed"] = 1.0 if closed else 0.0
+        contacts[LR]["impact_speed"] = contacts[LR]["closed"] = 1.0 if closed else 0.0
         return locate(*ends, linkage, law, pin_law, contacts, LEAST)
 
     return find
@@ -248,7 +248,7 @@ def test_no_crossing_stays_inside_an_accepted_step(presses, pin, exponent, numbe
     for other in range(5):
         gap, rate = gap_within(other, *ends, 0.0, linkage[0], law[0], pin_law[0])
         contacts[other]["gap"], contacts[other]["rate"] = gap, rate
-        contacts[other]["impact_speed"] = 1.0 if gap < 0.0 else 0.0
+        contacts[other]["impact_speed"] = contacts[other]["closed"] = 1.0 if gap < 0.0 else 0.0
     fraction = locate(*ends, linkage, law, pin_law, contacts, LEAST)
     # Nothing has passed before; where another contact did, nothing is said of what comes later
     assert np.min(found[fractions < fraction]) >= -GAP_TOLERANCE - 1e-15
