@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from reference_model.chain import ideal_rod4
-from reference_model.compiled import kernel
+from reference_model.compiled import kernel, over_arrays
 from reference_model.constants import Constants
 from reference_model.forces import Array
 from reference_model.linkage import four_bar
@@ -112,19 +112,24 @@ def motion_multipliers(y: Array, dy: Array, bodies: Array) -> None:
 
 
 @kernel
+def _ideal_bodies(c: Constants, t: float, bodies: Array) -> None:
+    """Fill `bodies` where none is free; nan where rod 4 does not reach the slider's line."""
+    f = four_bar(c, t)
+    theta3 = math.atan2(f.s3, f.c3)
+    theta4, kappa, rest = ideal_rod4(c, theta3, f.w3)
+    crank_motion(c, t, bodies)
+    chain_motion(
+        c, (math.atan2(f.s2, f.c2), theta3, theta4, 0.0), (f.w2, f.w3, kappa * f.w3, 0.0),
+        (f.a2, f.a3, kappa * f.a3 + rest, 0.0), bodies,
+    )  # fmt: skip
+
+
 def ideal_motion(c: Constants, times: Array) -> Array:
-    """Return the motion of the ideal mechanism, closed form over all times, shape (n, 5, 9).
+    """Return the motion of the ideal mechanism, closed form over all times, shape (5, 9, n).
 
     NaN where rod 4 does not reach the slider's line.
     """
-    out = np.empty((times.size, 5, 9))
-    for i in range(times.size):
-        f = four_bar(c, times[i])
-        theta3 = math.atan2(f.s3, f.c3)
-        theta4, kappa, rest = ideal_rod4(c, theta3, f.w3)
-        crank_motion(c, times[i], out[i])
-        chain_motion(
-            c, (math.atan2(f.s2, f.c2), theta3, theta4, 0.0), (f.w2, f.w3, kappa * f.w3, 0.0),
-            (f.a2, f.a3, kappa * f.a3 + rest, 0.0), out[i],
-        )  # fmt: skip
+    out = np.empty((5, 9, times.size))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        over_arrays(_ideal_bodies)(c, times, out)
     return out

@@ -1,38 +1,60 @@
-"""Compilation of the kernels."""
+"""Kernels: functions that are compiled at their first call.
 
-import hashlib
+Their decorators import nothing: a run of the ideal mechanism needs no compiler, and of the kernels a run
+needs some.
+"""
+
+import functools
+import math
+import threading
 from collections.abc import Callable
+from types import FunctionType, SimpleNamespace
 from typing import Any, TypeVar, cast
 
-import numba
-
-from reference_model.kernel_cache import FOLDER, Cache
+import numpy as np
 
 F = TypeVar("F", bound=Callable[..., object])
 
-# `_nrt` is internal to numba and could go without notice. numba refuses an option that it does not know, but
-# only when a function is first compiled; so it is looked up where numba itself looks. Without it every
-# function counts, with the same results.
-_OPTIONS = getattr(getattr(numba.core, "options", None), "DefaultOptions", None)
-_COUNTING_IS_OPTIONAL = hasattr(_OPTIONS, "_nrt")
+_chosen_later: list[tuple[Callable[..., object], Callable[..., object]]] = []
+"""Stubs, and what chooses their implementations, that the compiler does not know yet."""
+_one_at_a_time = threading.Lock()
 
 
-def _mangled(record: numba.types.Record) -> tuple[str, tuple[int]]:
-    """Name a record type in the symbols of machine code by its fields, the same in every process.
+class Kernel:
+    """A function, and the machine code that stands for it once it is called, or compiled into another."""
 
-    numba's own name is its number among the types of the process. Two processes that compile a kernel for two
-    formulations, each its first record, give both the same symbols, and a third process that loads both from
-    the cache runs the code of one in place of the other's: without an error, with other results.
-    """
-    return "Record", (int.from_bytes(hashlib.sha256(record.name.encode()).digest()[:8]),)
+    def __init__(self, function: Callable[..., object], *, inline: bool, counts: bool) -> None:
+        self.function = function
+        self._options = {"inline": inline, "counts": counts}
+        functools.update_wrapper(self, function)
 
+    @functools.cached_property
+    def compiled(self) -> Any:
+        """What numba calls a dispatcher."""
+        with _one_at_a_time:
+            from reference_model import compiler
 
-numba.types.Record.mangling_args = property(_mangled)
+            while _chosen_later:
+                compiler.implement(*_chosen_later.pop(0))
+            return compiler.dispatcher(self.function, **self._options)
+
+    def __call__(self, *arguments: Any) -> Any:  # noqa: D102
+        return self.compiled(*arguments)
+
+    @property
+    def _numba_type_(self) -> Any:
+        # Numba asks for it where the code of another kernel calls this one.
+        return self.compiled._numba_type_
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "compiled":  # an error within it
+            raise AttributeError(name)
+        return getattr(self.compiled, name)
 
 
 def kernel(function: F) -> F:
     """Compile `function` to machine code at its first call, cached on disk between processes."""
-    return _compile(function, inline=False)
+    return cast(F, Kernel(function, inline=False, counts=True))
 
 
 def bare(function: F) -> F:
@@ -41,18 +63,48 @@ def bare(function: F) -> F:
     numba counts up and down, atomically, the references to every array that is handed to a function which
     calls others: some 15 % of a run went there.
     """
-    return _compile(function, inline=False, counts=False)
+    return cast(F, Kernel(function, inline=False, counts=False))
 
 
 def inlined(function: F) -> F:
     """Compile a small function into its callers: the constants are many, and passing them on costs more."""
-    return _compile(function, inline=True)
+    return cast(F, Kernel(function, inline=True, counts=True))
 
 
-def _compile(function: F, inline: bool, counts: bool = True) -> F:
-    # Also where it counts: what is compiled within a call of a bare function would take that one's option.
-    counting = {"_nrt": counts} if _COUNTING_IS_OPTIONAL else {}
-    compiled: Any = numba.njit(error_model="numpy", forceinline=inline, **counting)(function)
-    if FOLDER is not None:
-        compiled._cache = Cache(function)
-    return cast(F, compiled)
+def overload(stub: Callable[..., Any]) -> Callable[[F], F]:
+    """Choose the implementation of a stub by the types it is compiled for.
+
+    Inlined like `inlined`: numba counts references to every array that it hands to a function which might
+    fail, four atomic operations a call that cost a third of the equations themselves.
+    """
+
+    def later(chosen: F) -> F:
+        _chosen_later.append((stub, chosen))
+        return chosen
+
+    return later
+
+
+def _atan2(y: Any, x: Any) -> Any:
+    """Return what compiled code does to the last bit, which `numpy.atan2` does not on every processor."""
+    return np.fromiter(map(math.atan2, y, x), np.float64, len(y))
+
+
+_OF_ARRAYS = SimpleNamespace(cos=np.cos, sin=np.sin, sqrt=np.sqrt, atan2=_atan2)
+"""What stands for `math`."""
+
+
+@functools.cache
+def over_arrays(function: F) -> F:
+    """Return a kernel for arrays of numbers in place of numbers: its source as it stands, not compiled.
+
+    For kernels without a branch on these numbers.
+    """
+    source = cast(Any, function).function
+    scope = dict(source.__globals__)
+    for name in source.__code__.co_names:
+        if isinstance(scope.get(name), Kernel):
+            scope[name] = over_arrays(scope[name])
+        elif scope.get(name) is math:
+            scope[name] = _OF_ARRAYS
+    return cast(F, FunctionType(source.__code__, scope, source.__name__))

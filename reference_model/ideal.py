@@ -1,9 +1,13 @@
-"""The ideal mechanism: no freedom left, so every channel is a closed form of the crank angle."""
+"""The ideal mechanism: no freedom left, so every channel is a closed form of the crank angle.
+
+Computed for all samples at once, from the kernels' sources but without the compiler, whose import takes
+longer than all of it.
+"""
 
 import numpy as np
 
 from reference_model.bodies import ideal_motion
-from reference_model.compiled import kernel
+from reference_model.compiled import over_arrays
 from reference_model.constants import Constants
 from reference_model.energy import height_energy, kinetic_energy
 from reference_model.forces import Array
@@ -23,16 +27,14 @@ _PIECE = 1 << 14
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 
-@kernel
-def _observe_ideal(c: Constants, motion: Array, out: Array) -> None:
-    for i in range(motion.shape[0]):
-        reactions(c, motion[i], 0.0, 0.0, True, True, (0.0, 0.0, 0.0, 0.0), out[i])
+def _reactions(c: Constants, motion: Array, out: Array) -> None:
+    over_arrays(reactions)(c, motion, 0.0, 0.0, True, True, (0.0, 0.0, 0.0, 0.0), out)
 
 
-@kernel
-def _stored(c: Constants, motion: Array, out: Array) -> None:
-    for i in range(motion.shape[0]):
-        out[0, i], out[1, i] = kinetic_energy(c, motion[i], 0, 5), height_energy(c, motion[i], 0, 5)
+def _stored(c: Constants, motion: Array) -> tuple[Array, Array]:
+    """Return kinetic and potential energy, J, shape (n,) each."""
+    kinetic, height = over_arrays(kinetic_energy), over_arrays(height_energy)
+    return np.asarray(kinetic(c, motion, 0, 5)), np.asarray(height(c, motion, 0, 5))
 
 
 def observe_ideal(c: Constants, samples: Samples) -> Array:
@@ -43,44 +45,42 @@ def observe_ideal(c: Constants, samples: Samples) -> Array:
     is a real check.
     """
     extrema = np.tile([np.inf, 0.0, -np.inf, 0.0], (CHANNELS, 1))
-    start = np.empty((2, 1))
-    _stored(c, ideal_motion(c, np.zeros(1)), start)
+    start = _stored(c, ideal_motion(c, np.zeros(1)))
     work = 0.0
     for first in range(0, max(1, samples.times.size - 1), _PIECE):
         # The last sample of a piece is the first of the next: the drive's work goes on from there.
         times = samples.times[first : first + _PIECE + 1]
-        channels = _observe(c, times, samples.what, work, start[:, 0])
-        work = channels[-1, ENERGIES_FROM]
-        samples.values[:, first : first + times.size] = channels[:, samples.wanted].T
+        channels = _observe(c, times, samples.what, work, start)
+        work = channels[ENERGIES_FROM, -1]
+        samples.values[:, first : first + times.size] = channels[samples.wanted]
         rows = np.arange(CHANNELS)
-        for column, at in ((0, channels.argmin(0)), (2, channels.argmax(0))):
-            new = channels[at, rows]
+        for column, at in ((0, channels.argmin(1)), (2, channels.argmax(1))):
+            new = channels[rows, at]
             better = new < extrema[:, 0] if column == 0 else new > extrema[:, 2]
             extrema[better, column], extrema[better, column + 1] = new[better], times[at][better]
     return extrema
 
 
-def _observe(c: Constants, times: Array, what: int, work: float, start: Array) -> Array:
-    """Return all channels, shape (n, CHANNELS); those not asked for are zero.
+def _observe(c: Constants, times: Array, what: int, work: float, start: tuple[Array, Array]) -> Array:
+    """Return all channels, shape (CHANNELS, n); those not asked for are zero.
 
     `work`: the drive's, J, up to the first of `times`; `start`: kinetic and potential energy at t = 0, J.
     """
     motion = ideal_motion(c, times)
-    out = np.zeros((times.size, CHANNELS))
-    out[:, :9] = motion[:, 4]
+    out = np.zeros((CHANNELS, times.size))
+    out[:9] = motion[4]
     if what & WITH_JOINTS:
-        _observe_ideal(c, motion, out[:, REACTIONS_FROM:ENERGIES_FROM])
+        _reactions(c, motion, out[REACTIONS_FROM:ENERGIES_FROM])
     if what & WITH_ENERGY:
         half = np.diff(times) / 2.0
         nodes = (times[:-1] + half)[:, None] + half[:, None] * _NODES
-        forces = np.empty((nodes.size, len(REACTIONS)))
-        _observe_ideal(c, ideal_motion(c, nodes.ravel()), forces)
-        power = c.omega * forces[:, _TORQUE].reshape(nodes.shape)
+        forces = np.empty((len(REACTIONS), nodes.size))
+        _reactions(c, ideal_motion(c, nodes.ravel()), forces)
+        power = c.omega * forces[_TORQUE].reshape(nodes.shape)
         drive = work + np.concatenate([[0.0], np.cumsum(half * (power @ _WEIGHTS))])
-        stored = np.empty((2, times.size))
-        _stored(c, motion, stored)
-        gravity = start[1] - stored[1]
-        energies = out[:, ENERGIES_FROM:]
-        energies[:, 0], energies[:, 1], energies[:, 2] = drive, gravity, stored[0]
-        energies[:, 6] = drive + gravity - (stored[0] - start[0])
+        kinetic, height = _stored(c, motion)
+        gravity = start[1] - height
+        energies = out[ENERGIES_FROM:]
+        energies[0], energies[1], energies[2] = drive, gravity, kinetic
+        energies[6] = drive + gravity - (kinetic - start[0])
     return out

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_model import integrate
-from reference_model.constants import Constants, Formulation, as_record
+from reference_model.constants import Constants, Formulation
 from reference_model.endings import ending
 from reference_model.energy import ENERGIES
 from reference_model.forces import Array
@@ -110,7 +110,7 @@ def _versions() -> dict[str, str]:
 
 
 def _ideal(p: Parameters, samples: Samples) -> Result:
-    extrema = observe_ideal(as_record(p.constants, Formulation.IDEAL), samples)
+    extrema = observe_ideal(p.constants, samples)
     finite = np.isfinite(samples.values).all(axis=0)
     if not finite.all():
         at = samples.times[np.argmin(finite)]

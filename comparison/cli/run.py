@@ -84,7 +84,7 @@ def run(
         raise _kept(error, out) from None
     warn(quality_warnings(table))
     path = saved(lambda folder: write(table, folder / out.name), out.parent)
-    events = [] if table.events is None else [path.with_name(f"{path.stem}.events.csv")]
+    events = [] if table.contacts is None else [path.with_name(f"{path.stem}.events.csv")]
     for each in (*events, path.with_name(f"{path.stem}.json"), path):
         say(str(each))
     return code
@@ -110,7 +110,7 @@ def _single(scene: Scene, model: str, accuracy: str | None, *, quiet: bool) -> T
     job = Job(scene, model)
     with progress(f"{scene.name} by {model}", quiet=quiet) as report:
         table = successful(run_uncached(job, report), job)
-    return replace(table, provenance=table.provenance | record)
+    return table.with_provenance(table.provenance | record)
 
 
 def _checked(

@@ -26,10 +26,11 @@ def steps_per_contact(table: Table) -> float:
     The median weighted by peak force: long contacts with little force do not offset short impacts.
     """
     step = table.provenance.get("settings", {}).get("step_used")
-    if step is None or table.events is None or not len(table.events):
+    contacts = table.contacts
+    if step is None or contacts is None or not len(contacts["start"]):
         return nan
-    lengths = (table.events["end"] - table.events["start"]).to_numpy(float)
-    forces = table.events["peak_force"].to_numpy(float)
+    lengths = np.asarray(contacts["end"] - contacts["start"], dtype=np.float64)
+    forces = np.asarray(contacts["peak_force"], dtype=np.float64)
     if not forces.sum() > 0.0:
         return nan
     return float(np.quantile(lengths, 0.5, weights=forces, method="inverted_cdf")) / float(step)
@@ -40,7 +41,7 @@ def energy_share(table: Table) -> float:
 
     Over the largest kinetic energy where nothing is dissipated.
     """
-    if "energy_residual" not in table.frame or not len(table.time):
+    if "energy_residual" not in table.names or not len(table.time):
         return nan
     lost = float((table.values("energy_damping") + table.values("energy_friction"))[-1])
     base = lost if lost > 0.0 else float(table.values("energy_kinetic").max())
@@ -50,13 +51,13 @@ def energy_share(table: Table) -> float:
 
 def contact_warnings(table: Table) -> list[str]:
     """Return a line if a measure of a contact is zero in every contact: the model does not record it."""
-    events = table.events
-    if events is None or not len(events):
+    events = table.contacts
+    if not events or not (count := len(next(iter(events.values())))):
         return []
     zero = [name for name in _MEASURES if name in events and not events[name].any()]
     if not zero:
         return []
-    return [f"{', '.join(zero)} of all its {len(events)} contacts are zero: these are not recorded, it seems"]
+    return [f"{', '.join(zero)} of all its {count} contacts are zero: these are not recorded, it seems"]
 
 
 def quality_warnings(table: Table) -> list[str]:
@@ -81,9 +82,10 @@ def quality_warnings(table: Table) -> list[str]:
         )
     lines += contact_warnings(table)
     radius = table.provenance.get("scene", {}).get("contact", {}).get("corner_radius")
-    if radius is not None and table.events is not None:
-        corners = table.events[table.events["corner"] != "pin"]
-        depth = float(corners["largest_depth"].max()) if len(corners) else 0.0
+    contacts = table.contacts
+    if radius is not None and contacts is not None:
+        depths = contacts["largest_depth"][contacts["corner"] != "pin"]
+        depth = float(depths.max()) if depths.size else 0.0
         if depth > radius:
             lines.append(
                 f"a corner is pressed {quantity(depth, 'm')} into the wall, deeper than its radius "

@@ -16,7 +16,8 @@ from comparison.execution.workers import Died, Share, execution_order, work
 from comparison.scene import Scene
 from comparison.tables.channels import expected
 from comparison.tables.check import check
-from comparison.tables.table import Result, Table, TableError
+from comparison.tables.result import Result
+from comparison.tables.table import Table, TableError
 
 Simulate = Callable[..., Any]
 
@@ -192,4 +193,4 @@ def _outcome_of_scene(outcome: Outcome, scene: Scene) -> Outcome:
 
 def _of_scene(table: Table, scene: Scene) -> Table:
     """Record the complete scene, so that `sixbar compare` finds it beside the table."""
-    return replace(table, provenance={**table.provenance, "scene_hash": scene.hash, "scene": scene.data})
+    return table.with_provenance({**table.provenance, "scene_hash": scene.hash, "scene": scene.data})

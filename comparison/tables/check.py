@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
+from numpy.typing import NDArray
 
 from comparison.tables.arrays import Array
 from comparison.tables.channels import CONTACTS
 from comparison.tables.table import Table, TableError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 LARGEST_NUMBER = 1e30
 """No quantity is larger in its unit. Its square does not overflow, nor does it in single precision."""
@@ -38,14 +42,14 @@ def check(
         With the channel and the first invalid row (data rows are counted from 1, without the header), or the
         contact.
     """
-    missing = [channel for channel in ("time", *channels) if channel not in table.frame]
+    missing = [channel for channel in ("time", *channels) if channel not in table.names]
     if missing:
         raise TableError(f"{name}: channel {missing[0]} is missing{_and_more(missing)}")
     unexpected = [channel for channel in table.channels if channel not in channels]
     if unexpected:
         raise TableError(f"{name}: channel {unexpected[0]} is unexpected{_and_more(unexpected)}")
     # All at once: a look at each column alone takes as long as a short run.
-    for channel in () if _is_sound(table.frame) else ("time", *channels):
+    for channel in () if _is_sound(table) else ("time", *channels):
         column = table.frame[channel]
         values = _numbers(column)
         bad = np.flatnonzero(~np.isfinite(values))
@@ -79,20 +83,21 @@ def check(
                 f"{name}: truncated: it spans {time[0]:g} to {time[-1]:g} s "
                 f"and must span {span[0]:g} to {span[1]:g} s"
             )
-    if table.events is not None and len(table.events):
-        _check_events(table.events, time, name)
+    contacts = table.contacts
+    if contacts is not None and any(column.size for column in contacts.values()):
+        _check_events(contacts, time, name)
 
 
-def _check_events(events: pd.DataFrame, time: Array, name: str) -> None:
+def _check_events(events: Mapping[str, NDArray[Any]], time: Array, name: str) -> None:
     if missing := [column for column in _EVENTS if column not in events]:
         raise TableError(f"{name}: its events have no column {missing[0]}{_and_more(missing)}")
-    if unknown := [place for place in events["corner"].unique() if place not in CONTACTS]:
+    if unknown := [place for place in dict.fromkeys(events["corner"].tolist()) if place not in CONTACTS]:
         raise TableError(f"{name}: contact at {unknown[0]!r}, which is none of {', '.join(CONTACTS)}")
     for column in _EVENTS[1:]:
         values = _numbers(events[column])
         if (bad := np.flatnonzero(~np.isfinite(values))).size:
             raise TableError(
-                f"{name}: {column} of contact {bad[0] + 1} is not a number: {events[column].iloc[bad[0]]}"
+                f"{name}: {column} of contact {bad[0] + 1} is not a number: {events[column][bad[0]]}"
             )
         if column not in ("start", "end") and (bad := np.flatnonzero(values < 0.0)).size:
             raise TableError(f"{name}: {column} = {values[bad[0]]:g} of contact {bad[0] + 1} must be >= 0")
@@ -109,19 +114,28 @@ def _check_events(events: pd.DataFrame, time: Array, name: str) -> None:
         )
 
 
-def _is_sound(frame: pd.DataFrame) -> bool:
+def _is_sound(table: Table) -> bool:
     """Return whether a table holds nothing but numbers of a size that a quantity has."""
-    if any(kind.kind not in "fiu" for kind in frame.dtypes):
+    columns = table.columns
+    if isinstance(columns, dict):
+        parts = list(columns.values())
+    elif all(kind.kind in "fiu" for kind in columns.dtypes):
+        parts = [columns.to_numpy(dtype=np.float64)]
+    else:
         return False
-    return bool((np.abs(frame.to_numpy(dtype=np.float64)) <= LARGEST_NUMBER).all())  # not where one is nan
+    # Not where one is nan.
+    return all(part.dtype.kind == "f" and bool((np.abs(part) <= LARGEST_NUMBER).all()) for part in parts)
 
 
-def _numbers(column: pd.Series) -> Array:
+def _numbers(column: NDArray[Any] | pd.Series) -> Array:
     """Return the values of a column, nan where one is not a number."""
     if column.dtype.kind == "b":  # which pandas would count as 0 and 1
         return np.full(len(column), np.nan)
-    numbers = column if column.dtype.kind in "fiu" else pd.to_numeric(column, errors="coerce")
-    return numbers.to_numpy(dtype=np.float64)
+    if column.dtype.kind in "fiu":
+        return np.asarray(column, dtype=np.float64)
+    import pandas as pd
+
+    return pd.to_numeric(pd.Series(column), errors="coerce").to_numpy(dtype=np.float64)
 
 
 def _and_more(names: Sequence[str]) -> str:

@@ -6,52 +6,32 @@ provenance and the extrema over integration steps. A comparison requires only th
 
 from __future__ import annotations
 
-import json
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-import pandas as pd
-import pyarrow as pa
 from numpy.typing import NDArray
-from pyarrow import csv
 
-from comparison.files import check_size, plain, replacing_in, write_json
+from comparison.files import check_size, replacing_in, write_json
 from comparison.tables.channels import Channel, channels, is_uncertainty
-from comparison.tables.frames import LARGEST, named, read_parquet
-from comparison.tables.record import check_record, read_record
+from comparison.tables.columns import Columns, are_plain, framed, write_events, write_numbers
+from comparison.tables.record import read_record
+from comparison.tables.result import Result, check_result
+
+# Pandas is imported only where it is used: with pyarrow it takes longer than a short run.
+if TYPE_CHECKING:
+    import pandas as pd
 
 FORMATS = (".csv", ".parquet")
 
 
 class TableError(ValueError):
     """Unusable table; the message is one line with file, channel and row."""
-
-
-class Result(Protocol):
-    """Interface of a model's result; each model has its own class."""
-
-    @property
-    def columns(self) -> dict[str, NDArray[np.float64]]: ...  # noqa: D102
-    @property
-    def events(self) -> dict[str, NDArray[Any]]: ...  # noqa: D102
-    @property
-    def extrema(self) -> dict[str, dict[str, float]]: ...  # noqa: D102
-    @property
-    def provenance(self) -> dict[str, Any]: ...  # noqa: D102
-    @property
-    def status(self) -> str: ...  # noqa: D102
-    @property
-    def remedy(self) -> str: ...  # noqa: D102
-
-
-_RESULT = {
-    "columns": dict, "events": dict, "extrema": dict, "provenance": dict, "status": str, "remedy": str
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -73,7 +53,7 @@ class Table:
     """
 
     frame: pd.DataFrame
-    events: pd.DataFrame | None = None
+    events: pd.DataFrame | None = field(default_factory=lambda: None)
     extrema: dict[str, dict[str, float]] = field(default_factory=dict)
     provenance: dict[str, Any] = field(default_factory=dict)
     own: dict[str, Channel] = field(default_factory=dict)
@@ -87,25 +67,32 @@ class Table:
         TableError
             If it lacks attributes of a `Result`, or its columns differ in length.
         """
-        for name, kind in _RESULT.items():
-            part = getattr(result, name, None)
-            if not isinstance(part, kind):
-                raise TableError(
-                    f"the model's result: {name} must be a {kind.__name__}, not {type(part).__name__}"
-                )
+        table = cls.__new__(cls)
         try:
-            frame = pd.DataFrame(result.columns)
-            events = pd.DataFrame(result.events) if result.events else None
-        except ValueError as error:
-            raise TableError(f"the model's columns are inconsistent: {error}") from error
-        record = {"extrema": result.extrema, "provenance": result.provenance}
-        try:
-            check_record({**result.provenance, "extrema": result.extrema})
-            json.dumps(plain(record))
+            check_result(result)
+            vars(table).update(_held("frame", result.columns))
+            vars(table).update(_held("events", result.events) if result.events else {"events": None})
         except (TypeError, ValueError) as error:
-            raise TableError(f"the model's extrema or provenance: {error}") from error
+            raise TableError(f"the model's {error}") from error
         provenance = {**result.provenance, "status": result.status, "remedy": result.remedy}
-        return cls(frame, events, result.extrema, provenance)
+        vars(table).update(extrema=result.extrema, provenance=provenance, own={})
+        return table
+
+    if not TYPE_CHECKING:  # else any name would be an attribute
+
+        def __getattr__(self, name: str) -> Any:
+            """Make a frame of the model's columns where it is first asked for."""
+            columns = vars(self).get(_HELD.get(name, ""))
+            if columns is None:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            vars(self)[name] = framed(columns)
+            return vars(self)[name]
+
+    def with_provenance(self, provenance: dict[str, Any]) -> Self:
+        """Return this table with another provenance; no frame is made for that."""
+        changed = copy(self)
+        vars(changed)["provenance"] = provenance
+        return changed
 
     @property
     def known(self) -> dict[str, Channel]:
@@ -120,7 +107,28 @@ class Table:
     @property
     def channels(self) -> list[str]:
         """Column names without ``time`` and without the estimated errors of channels."""
-        return [name for name in map(str, self.frame.columns) if name != "time" and not is_uncertainty(name)]
+        return [name for name in self.names if name != "time" and not is_uncertainty(name)]
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all columns."""
+        return [str(name) for name in self.columns]
+
+    @property
+    def columns(self) -> pd.DataFrame | Columns:
+        """The frame if it is there, else the columns that it would be made of."""
+        held: pd.DataFrame | Columns = vars(self)["frame" if "frame" in vars(self) else _HELD["frame"]]
+        return held
+
+    @property
+    def contacts(self) -> dict[str, NDArray[Any]] | None:
+        """Columns of the events, shape (m,) each, or None where the source has no events."""
+        if "events" not in vars(self):
+            held: dict[str, NDArray[Any]] = vars(self)[_HELD["events"]]
+            return held
+        return (
+            None if self.events is None else {str(name): self.events[name].to_numpy() for name in self.events}
+        )
 
     def only(self, names: Sequence[str]) -> Self:
         """Return the time and these channels alone; those that it lacks are left out, and so are events."""
@@ -129,7 +137,15 @@ class Table:
 
     def values(self, channel: str) -> NDArray[np.float64]:
         """Return one column, shape (n,)."""
-        return self.frame[channel].to_numpy(dtype=np.float64)
+        return np.asarray(self.columns[channel], dtype=np.float64)
+
+
+_HELD = {"frame": "_frame_columns", "events": "_event_columns"}
+"""Attributes that are made of columns when they are first asked for, and the names of these columns."""
+
+
+def _held(name: str, columns: Columns) -> dict[str, Any]:
+    return {_HELD[name]: dict(columns)} if are_plain(columns) else {name: framed(columns)}
 
 
 def read(path: str | Path) -> Table:
@@ -169,6 +185,10 @@ def read_frame(path: Path, *, parquet: bool | None = None, **layout: Any) -> pd.
     TableError
         If it cannot be read.
     """
+    import pandas as pd
+
+    from comparison.tables.frames import LARGEST, named, read_parquet
+
     frame: pd.DataFrame
     with _readable(path), warnings.catch_warnings():
         check_size(path, LARGEST)
@@ -213,29 +233,18 @@ def write(table: Table, path: str | Path) -> Path:
     events_path, record_path = _beside(path)
     try:
         with replacing_in(path.parent) as part:
-            if table.events is not None:
-                table.events.to_csv(part / events_path.name, index=False)
+            if table.contacts is not None:
+                write_events(table.contacts, part / events_path.name)
             write_json({**table.provenance, "extrema": table.extrema}, part / record_path.name)
             if path.suffix.lower() == ".csv":
-                _write_csv(table.frame, part / path.name)
+                write_numbers(table.columns, part / path.name)
             else:
                 table.frame.to_parquet(part / path.name, index=False)
-        if table.events is None:
+        if table.contacts is None:
             events_path.unlink(missing_ok=True)
     except OSError as error:
         raise TableError(f"{path}: cannot be written: {error.strerror or error}") from error
     return path
-
-
-def _write_csv(frame: pd.DataFrame, path: Path) -> None:
-    """Write numbers by pyarrow, since pandas takes longer to write than a run to compute them.
-
-    The header is written by pandas: pyarrow would quote it.
-    """
-    with path.open("wb") as file:
-        file.write(frame.head(0).to_csv(index=False).encode())
-        rows = pa.Table.from_pandas(frame, preserve_index=False)
-        csv.write_csv(rows, file, csv.WriteOptions(include_header=False))
 
 
 def check_format(path: Path) -> None:

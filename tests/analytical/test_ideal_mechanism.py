@@ -29,7 +29,7 @@ def c() -> Constants:
 
 def ideal_slider(c: Constants, time: np.ndarray) -> np.ndarray:
     """Return y, vy, ay of the slider, shape (3, n)."""
-    return ideal_motion(c, time)[:, 4, [1, 4, 7]].T
+    return ideal_motion(c, time)[4, [1, 4, 7]]
 
 
 def rows(q: np.ndarray, theta1: float) -> np.ndarray:

@@ -70,7 +70,7 @@ def test_what_two_processes_compiled_for_two_formulations_has_no_symbol_in_commo
     code = """
 import sys
 import numba, numpy as np
-from reference_model import compiled
+from reference_model import compiler
 from reference_model.constants import Constants, Formulation, as_record
 
 for formulation in sys.argv[1:]:

@@ -41,7 +41,7 @@ def test_start_is_consistent(scene, kind, changes) -> None:
     p = read_parameters(scene(changes))
     if kind is Formulation.IDEAL:
         c = as_record(p.constants, kind)
-        bodies = ideal_motion(c, np.zeros(1))[0]
+        bodies = ideal_motion(c, np.zeros(1))[..., 0]
     else:
         c, head = start(p, kind)
         y, bodies = np.zeros(state_size(c)), np.empty((5, 9))

@@ -79,7 +79,7 @@ def test_reactions_are_the_multipliers(scene) -> None:
     c = as_record(p.constants, Formulation.IDEAL)
     rng = np.random.default_rng(1)
     for t in rng.uniform(0.0, p.period, 50):
-        bodies = ideal_motion(c, np.array([t]))[0]
+        bodies = ideal_motion(c, np.array([t]))[..., 0]
         q, v = bodies[:, :3].ravel(), bodies[:, 3:6].ravel()
         acceleration = np.empty(15)
         solution = multipliers(c, t, q, v, weights(c), 15, acceleration)

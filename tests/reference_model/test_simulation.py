@@ -212,7 +212,7 @@ def test_small_clearance_approaches_the_ideal_mechanism(scene) -> None:
         changes = {"clearance.slider": clearance, "mechanism.reference_offset": 0.0, "drive.cycles": 1.0}
         result = simulate(scene(changes))
         c = as_record(read_parameters(scene(changes)).constants, Formulation.IDEAL)
-        y = ideal_motion(c, result.columns["time"])[:, 4, 1]
+        y = ideal_motion(c, result.columns["time"])[4, 1]
         deviations.append(np.abs(result.columns["slider_y"] - y).max())
         # |dy| = tan(beta) |dx|, tan(beta) <= 0.2093, depth below 5e-6 m.
         assert deviations[-1] < 0.21 * (clearance + 5e-6)

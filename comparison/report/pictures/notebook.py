@@ -17,7 +17,8 @@ from dataclasses import dataclass
 from comparison.formatting import number
 from comparison.report.pictures.plot import Picture, picture
 from comparison.tables.channels import channels
-from comparison.tables.table import Result, Table
+from comparison.tables.result import Result
+from comparison.tables.table import Table
 
 _ROWS = 5
 

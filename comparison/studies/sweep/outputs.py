@@ -77,7 +77,7 @@ def measure(run: Table, ideal: Table | None, period: float, asked: Sequence[str]
 def _one(name: str, run: Table, ideal: Table | None, period: float) -> float | None:
     what, _, of = name.partition(":")
     if what == "peak_error" and ideal is not None:
-        if of not in run.frame:
+        if of not in run.names:
             return None
         within = second_cycle(run.time, period)
         everywhere = np.ones(run.time.size, dtype=np.bool_)
@@ -88,18 +88,19 @@ def _one(name: str, run: Table, ideal: Table | None, period: float) -> float | N
     if what == "steps":
         steps = run.provenance.get("counters", {}).get("steps")
         return None if steps is None else float(steps)
-    if run.events is None:
+    contacts = run.contacts
+    if contacts is None:
         return None
     if what == "contacts":
-        return float(len(run.events))
+        return float(next(iter(contacts.values())).size)
     if what == "impulse":
-        return float(run.events["impulse"].sum())
-    column = run.events[of].to_numpy(float)
+        return float(contacts["impulse"].sum())
+    column = contacts[of]
     return float(column.max()) if column.size else 0.0
 
 
 def _of_channel(what: str, channel: str, run: Table) -> float | None:
-    if channel not in run.frame:
+    if channel not in run.names:
         return None
     values = run.values(channel)
     if what == "end":

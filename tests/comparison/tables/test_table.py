@@ -48,7 +48,7 @@ def test_the_table_itself_is_written_last_and_nothing_is_left_of_a_failed_attemp
 
     path = write(make_table(), tmp_path / "run.csv")
     before = path.read_bytes()
-    monkeypatch.setattr(pd.DataFrame, "to_csv", full)
+    monkeypatch.setattr("comparison.tables.table.write_numbers", full)
     with pytest.raises(TableError, match=r"run\.csv: cannot be written: No space left on device"):
         write(make_table(stretch=1.0), path)
     assert path.read_bytes() == before

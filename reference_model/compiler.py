@@ -1,0 +1,48 @@
+"""numba, and how it compiles the kernels; imported where the first of them is called.
+
+Importing and preparing numba takes longer than most runs.
+"""
+
+import hashlib
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numba.extending
+
+from reference_model.kernel_cache import FOLDER, Cache
+
+# `_nrt` is internal to numba and could go without notice. numba refuses an option that it does not know, but
+# only when a function is first compiled; so it is looked up where numba itself looks. Without it every
+# function counts, with the same results.
+_OPTIONS = getattr(getattr(numba.core, "options", None), "DefaultOptions", None)
+_COUNTING_IS_OPTIONAL = hasattr(_OPTIONS, "_nrt")
+
+
+def _mangled(record: numba.types.Record) -> tuple[str, tuple[int]]:
+    """Name a record type in the symbols of machine code by its fields, the same in every process.
+
+    numba's own name is its number among the types of the process. Two processes that compile a kernel for two
+    formulations, each its first record, give both the same symbols, and a third process that loads both from
+    the cache runs the code of one in place of the other's: without an error, with other results.
+    """
+    return "Record", (int.from_bytes(hashlib.sha256(record.name.encode()).digest()[:8]),)
+
+
+numba.types.Record.mangling_args = property(_mangled)
+
+
+def dispatcher(function: Callable[..., object], *, inline: bool, counts: bool) -> Any:
+    """Return what compiles a function at its first call, cached on disk between processes."""
+    # Also where it counts: what is compiled within a call of a bare function would take that one's option.
+    counting = {"_nrt": counts} if _COUNTING_IS_OPTIONAL else {}
+    compiled: Any = numba.njit(error_model="numpy", forceinline=inline, **counting)(function)
+    if FOLDER is not None:
+        compiled._cache = Cache(function)
+    return compiled
+
+
+def implement(stub: Callable[..., object], chosen: Callable[..., object]) -> None:
+    """Have `chosen` choose the implementation of a stub by the types it is compiled for."""
+    options = {"forceinline": True, "error_model": "numpy"}
+    numba.extending.overload(stub, jit_options=options)(chosen)
