@@ -8,8 +8,8 @@ An open contact has no force in a step longer than a tick, wherever a trial stat
 contact closed is taken back; that this is rare, and how long steps in contacts may be, ``foresight`` sees to.
 Touches and separations therefore lie in steps of one tick, where ``contact.memory`` locates them.
 
-Only where Newton's method fails in a tick is that divided, by halves, so that times remain exact: across a kink of friction its iterates
-return to where they were as long as the step lets friction stop the slip several times over.
+Only where Newton's method fails in a tick is that divided, by halves, so that times remain exact: across a
+kink of friction its iterates go round as long as friction can stop the slip several times over in the step.
 """
 
 import numpy as np
