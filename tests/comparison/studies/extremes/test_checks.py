@@ -52,11 +52,8 @@ def test_what_sixbar_run_warns_of_is_told(found, told):
 @pytest.mark.parametrize(("bound", "kind"), [(1e-12, Class.ANNOUNCED), (1e-5, Class.DEGRADED)])
 def test_a_degraded_run_is_announced_if_its_check_exceeds_the_bound(bound, kind):
     """The check of a coarse run of the base scene, by its runs: it errs by some 1e-8 m."""
-    of = CellOutcome(
-        Cell(
-            "reference's tolerance", BASE_LABEL, LAWS[0], (MINIMAL,), {}, {"solver.reference.tolerance": 1e-8}
-        )
-    )
+    coarse = {"solver.reference.tolerance": 1e-8}
+    of = CellOutcome(Cell("tolerance", BASE_LABEL, LAWS[0], (MINIMAL,), {}, coarse))
     scene = of.cell.scene.with_values({**MINIMAL.changes, **of.cell.settings})
     done = {"status": "success"} | run_cell(CellRun(scene, "reference"), lambda _: None)
     of.rows = {MINIMAL.name: done | {"limit": LIMIT}}
