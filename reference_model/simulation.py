@@ -36,9 +36,9 @@ from reference_model.start import formulation, start
 if TYPE_CHECKING:
     from reference_model.scipy_solvers import ScipySolver
 
-STEPS_PER_CYCLE_LIMIT = 5_000_000
-"""Attempted steps and switches after which a run is stopped; the shipped scenes need some 2e3 a cycle at
-tolerance 1e-9, those with a clearance at the crank pin 6e3."""
+STEPS_PER_CYCLE_LIMIT = 10_000_000
+"""Attempted steps and switches after which a run is stopped, some 20 s; the shipped scenes need some 2e3 a
+cycle at tolerance 1e-9, those with a clearance at the crank pin 6e3, a slider that friction jams 9e6."""
 SCIPY_STEPS_PER_CYCLE_LIMIT = 2_000_000
 """The same for scipy's solvers, which take 0.1 (LSODA) to 0.5 ms (scipy-DOP853) a step: 3 to 17 minutes."""
 LARGEST_STEP_PER_CYCLE = 1.0 / 50.0

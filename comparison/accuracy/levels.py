@@ -133,6 +133,16 @@ def expected(scene: Scene, model: str) -> Expected:
     )
 
 
+def unmeasured(scene: Scene, model: str) -> str:
+    """Return a line where a built-in model's error at the scene's settings was not measured on this scene."""
+    known = front(scene, model) if model in OWN else None
+    if known is None or known.applies:
+        return ""
+    error = expected(scene, model).error
+    there = f" (on {known.scene} it is {error:.2g} m)" if isfinite(error) else ""
+    return f"the error of slider_x was not measured on this scene{there}: estimate it by --check"
+
+
 def is_measured(scene: Scene, model: str, accuracy: str | float) -> bool:
     """Return whether a setting with such an error bound, m, was measured on this very scene."""
     known = front(scene, model)

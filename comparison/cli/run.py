@@ -56,7 +56,7 @@ def run(
     The results of a run that stopped early or violates an invariant of its model are written to
     NAME.partial.csv.
     """
-    from comparison.accuracy.levels import NAMES, is_measured, with_declared
+    from comparison.accuracy.levels import NAMES, is_measured, unmeasured, with_declared
     from comparison.engines.registry import find
     from comparison.execution.job import RunError
     from comparison.execution.quality_checks import quality_warnings
@@ -82,6 +82,8 @@ def run(
             table = _single(loaded, model, accuracy, quiet=quiet)
     except RunError as error:
         raise _kept(error, out) from None
+    if accuracy is None and not check and (note := unmeasured(loaded, model)):
+        say(f"sixbar: {note}", err=True)
     warn(quality_warnings(table))
     path = saved(lambda folder: write(table, folder / out.name), out.parent)
     events = [] if table.contacts is None else [path.with_name(f"{path.stem}.events.csv")]

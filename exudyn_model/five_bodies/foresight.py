@@ -105,7 +105,7 @@ def follow(contact: Any, before: Any, step: float) -> tuple[float, float]:
 
 @kernel
 def foreseen_ticks(
-    ticks: int,
+    ticks: float,
     tick: float,
     longest: int,
     ripple: float,
@@ -117,7 +117,7 @@ def foreseen_ticks(
 
     Parameters
     ----------
-    ticks : int
+    ticks : float
         Of the last step; 0 before the first one.
     tick : float
         s.
@@ -129,12 +129,12 @@ def foreseen_ticks(
     """
     linkage = constants.linkage[0]
     law = constants.law[0]
-    allowed, span = float(min(_GROWTH * ticks, longest)), np.inf
+    allowed, span = min(_GROWTH * ticks, float(longest)), np.inf
     for number in range(_COUNT):
         if linkage.ideal_pin if number == PIN else linkage.ideal_slider:
             continue
         contact, last = contacts[number], before[number]
-        if ticks == 0:
+        if ticks == 0.0:
             last.rate, last.slip, last.normal = contact.rate, contact.slip, contact.normal
             continue
         acceleration, slip_rate = follow(contact, last, ticks * tick)

@@ -20,6 +20,8 @@ from exudyn_model.model import Model
 from exudyn_model.tables import event_table, extrema_table, new_extrema
 
 _NOT_NATIVE = np.zeros((0, 4))
+# Rows of the events' table at first
+_ROOM = 256
 
 
 class Recorder:
@@ -114,11 +116,9 @@ class Recorder:
             Whether it is a sample.
         """
         is_sample, time = self._choice.at_sample, self._choice.time
-        if is_sample:
-            # Each contact ends at most once a step: this lasts until the next sample
-            needed = self._event_count + len(CONTACTS) * self._choice.per_sample
-            if needed > len(self._events):
-                self._events = np.concatenate([self._events, np.zeros(needed, EVENT)])
+        # Each contact ends at most once a step
+        if self._event_count + len(CONTACTS) > len(self._events):
+            self._events = np.concatenate([self._events, np.zeros(len(self._events) + _ROOM, EVENT)])
         native = self._read_corners() if self._read_corners else _NOT_NATIVE
         self._event_count = self._observe(time, native, self._events, self._event_count)
         if is_sample:

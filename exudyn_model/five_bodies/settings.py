@@ -9,6 +9,8 @@ import exudyn as exu
 from exudyn_model.parameters import Parameters
 
 SPECTRAL_RADIUS = 0.9
+PARTS = 64
+"""Of the step asked for in the shortest one, to which halving leads where Newton's method fails."""
 ROUND_OFF = 4e-15
 """Residual that is met, over the weight of all bodies: joints bear four times that, and each rounds by some
 1e-16 of it. At 150, 1000 and 3000 rpm 1e-15 is met and 3e-16 is not."""
@@ -130,11 +132,12 @@ def settings(
     integration.verboseMode = 0
     integration.endTime = steps.samples * steps.sample_interval
     integration.numberOfSteps = steps.samples * steps.per_sample
-    # A step is tried again only where `solver` asks for it, with the length that it sets; never shorter than
-    # the fixed one, and never lengthened by Exudyn's own choice
+    # A step is tried again only where `solver` asks for it or Newton's method fails, with the length that
+    # `solver` sets; never lengthened by Exudyn's own choice
     integration.adaptiveStep = not fixed
     integration.adaptiveStepRecoverySteps = 2**31 - 1
-    integration.minimumStepSize = steps.size * (1.0 + 1e-9) if not fixed else integration.minimumStepSize
+    if not fixed:
+        integration.minimumStepSize = steps.size / PARTS * (1.0 + 1e-9)
     integration.automaticStepSize = False
     if method == "trapezoidal-index2":
         # Constraints at velocity level: the multipliers are as smooth as the accelerations. A relative

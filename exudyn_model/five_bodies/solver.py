@@ -123,6 +123,8 @@ def solve(
         # In long steps, in which the linkage moves on, two iterations seldom suffice; a third with the old
         # Jacobian takes less time than a new one
         newton.maxModifiedNewtonIterations = uses if choice.ticks <= _SHORT else max(uses, _USES_IN_LONG)
+        # Its error in positions, over the step, is one of velocities
+        newton.absoluteTolerance = tolerance * min(choice.ticks, 1.0)
         if index2:
             # Rows of the constraints' velocities are scaled with the step
             dynamic.conv.jacobianUpdateRequested = True

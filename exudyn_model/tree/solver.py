@@ -14,9 +14,13 @@ from exudyn_model.tree.recording import TreeRecorder
 # Evaluations of the force in one trial of a step
 _STAGES = 7
 
-# Steps in a crank cycle after which a run is stopped; the shipped scenes need some 2e4 to 1e5. Half a
-# minute, where a jammed slider or contacts without end would have taken indefinitely
-STEPS_PER_CYCLE_LIMIT = 1_000_000
+# Trials of one step whose error is too large, each shorter than the one before. At its shortest step Exudyn
+# tries the same one again without end
+_TRIALS = 200
+
+# Steps in a crank cycle after which a run is stopped; the shipped scenes need some 2e4 to 1e5, a slider
+# pressed to its wall over a cycle of 20 s 1.2e6. Some 40 s, where a jammed one would have taken indefinitely
+STEPS_PER_CYCLE_LIMIT = 2_000_000
 
 # What to try after each failure, if that was seen to help
 _REMEDIES = {
@@ -81,13 +85,23 @@ def solve(
     very start (``switching.locate``).
     """
     last_call = time.monotonic()
-    located = 0
+    located, trials = 0, 0
     least = least_step(duration)
     most = STEPS_PER_CYCLE_LIMIT * max(1.0, cycles)
 
+    def before_trial(mbs: Any, t: float) -> bool:
+        """Exudyn's pre-step function; after a trial whose error is too large there is no other call."""
+        nonlocal trials
+        del mbs, t
+        trials += 1
+        if trials > _TRIALS:
+            raise _StopError("step-too-small")
+        return True
+
     def after_step(mbs: Any, t: float) -> list[float]:
         """Exudyn's post-Newton function: [error above 1, wanted step], or [0, -1] to go on."""
-        nonlocal last_call, located
+        nonlocal last_call, located, trials
+        trials = 0
         data = mbs.systemData
         step, before = t - recorder.time, recorder.steps
         last = t >= duration - 1e-10  # Exudyn's own rule
@@ -111,6 +125,7 @@ def solve(
 
     data = mbs.systemData
     recorder.begin(data.GetODE2Coordinates(), data.GetODE2Coordinates_t())
+    mbs.SetPreStepUserFunction(before_trial)
     mbs.SetPostNewtonUserFunction(after_step)
     status = "success"
     console = exu.config.printToConsole
@@ -129,6 +144,7 @@ def solve(
         status = str(error.__cause__)
     finally:
         exu.config.printToConsole = console
+        mbs.SetPreStepUserFunction(0)
         mbs.SetPostNewtonUserFunction(0)
     if progress is not None and status == "success":
         progress(1.0)

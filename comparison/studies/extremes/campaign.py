@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from math import inf, isfinite, nan
+from math import inf, nan
 
 from comparison.accuracy.levels import expected
 from comparison.execution.job import Progress
 from comparison.execution.ledger import Row
-from comparison.execution.task_store import LATE
 from comparison.scene import Scene, SceneError
 from comparison.studies.extremes.cells import CYCLES, CYCLES_AXIS, HYPERCUBE, LAWS, LITERAL_LAW, Cell
 from comparison.studies.extremes.formulations import (
@@ -25,11 +24,9 @@ from comparison.studies.extremes.verdicts import Refined, Verdict, apart, judge
 from comparison.studies.shared.formulations import Method
 from comparison.studies.shared.study import part
 
-LONG_LIMIT, SHORT_LIMIT = 120.0, 3.0
-"""s for a run of many cycles; and where most runs would take all they are given, in the hypercube and under
-the literal switch, so that a cell with its seven runs has some 20 s in all."""
-HOPELESS = 1.25
-"""A run that is expected to take so many times its limit is not started: by so much estimates err."""
+LONG_LIMIT, SHORT_LIMIT = 6000.0, 150.0
+"""Units for a run of many cycles; and where most runs would take all they are given: in the hypercube under
+the law of a whole side, and under the literal switch."""
 MOVED, MOST_MOVED = 1e-3, 1e-9
 """The perturbed run's start is moved by this share of the clearance, at most so far, m."""
 SHARES = (0.0, 0.8, 0.95, 1.0)
@@ -46,8 +43,11 @@ class CellOutcome:
     cell: Cell
     rows: dict[str, Row] = field(default_factory=dict)
     verdicts: dict[str, Verdict] = field(default_factory=dict)
-    """Of each formulation's run, by its name. A row has its time ``limit``, s, and the error ``bound`` of its
-    setting, m; of a run that was not started also the time that is ``expected``, s."""
+    """Of each formulation's run, by its name. A row has its ``limit``, units, and the error ``bound`` of its
+    setting, m."""
+    estimates: dict[str, float] = field(default_factory=dict)
+    """A posteriori, of the error of runs that err more than their bound, m, by name of the formulation; nan
+    where there is none."""
     exact: dict[str, Row] = field(default_factory=dict)
     """Rows of the runs that it is held against, by the names of their formulations."""
     magnification: float = nan
@@ -122,12 +122,8 @@ def _run(
         except SceneError as error:
             rows[number, method] = {"status": "bad input", "message": str(error)}
             continue
-        usual = expected(scene, method.model)
-        rows[number, method] = {"limit": limit, "bound": usual.error}
-        if isfinite(usual.seconds) and usual.seconds > HOPELESS * limit:
-            rows[number, method] |= {"status": LATE, "message": "", "expected": usual.seconds}
-        else:
-            tasks[limit][number, method] = CellRun(scene, method.model, limit)
+        rows[number, method] = {"limit": limit, "bound": expected(scene, method.model).error}
+        tasks[limit][number, method] = CellRun(scene, method.model, limit)
     total, done = sum(map(len, tasks.values())) or 1, 0
     for some in tasks.values():
         ran = run_tasks(some, n_jobs, part(on_progress, done / total, (done + len(some)) / total))
@@ -140,7 +136,8 @@ def _run(
 def _limit(cell: Cell, method: Method) -> float:
     if cell.axis == CYCLES_AXIS and method not in (*EXACT, PERTURBED):
         return LONG_LIMIT
-    return SHORT_LIMIT if cell.axis == HYPERCUBE or cell.law == LITERAL_LAW else LIMIT
+    short = cell.law == LITERAL_LAW or (cell.axis == HYPERCUBE and cell.law != LAWS[0])
+    return SHORT_LIMIT if short else LIMIT
 
 
 def _move(cell: Cell) -> float:

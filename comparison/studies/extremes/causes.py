@@ -45,11 +45,7 @@ class Cause(Enum):
     UNCONFIRMED = ("{method}: {ending}", "")
     COARSE_TOLERANCE = ("{message}", "tolerance too coarse")
     NO_MECHANISM = ("{message}", "no such mechanism")
-    NOT_STARTED = (
-        "{status}, not started: some {expected} are expected, {limit} are allowed",
-        "not started: too long",
-    )
-    OUT_OF_TIME = ("{status}, stopped after {limit}", "{status}")
+    OUT_OF_TIME = ("{status}, stopped after {limit} units", "{status}")
     ENDED = ("{status}", "{status}")
     JAMMED = ("friction this large lets a corner dig itself into its wall", "(friction may jam it)")
 
@@ -58,7 +54,7 @@ class Cause(Enum):
         self.kind = kind
 
 
-_UNITS = {"hair": "m", "apart": "m", "error": "m", "expected": "s", "limit": "s"}
+_UNITS = {"hair": "m", "apart": "m", "error": "m"}
 
 
 @dataclass(frozen=True)

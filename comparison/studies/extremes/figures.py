@@ -13,7 +13,7 @@ import pandas as pd
 from comparison.report import svg
 from comparison.studies.extremes import formulations
 from comparison.studies.extremes.cells import BASE_LABEL, HYPERCUBE, UNITS
-from comparison.studies.extremes.verdicts import Class
+from comparison.studies.extremes.verdicts import LARGER, Class
 
 SHORT = {
     formulations.MINIMAL.name: "R minimal",
@@ -27,6 +27,7 @@ SHORT = {
 """R: reference, E: Exudyn."""
 _LOOKS: dict[str, tuple[str, str, str, str]] = {
     Class.CONVERGED: ("o", svg.SERIES[0], svg.SERIES[0], ""),
+    Class.ANNOUNCED: ("s", svg.SERIES[1], svg.SERIES[1], ""),
     Class.DEGRADED: ("s", svg.OUTSIDE, svg.OUTSIDE, ""),
     Class.UNCONFIRMED: ("d", svg.SERIES[2], svg.SERIES[2], "?"),
     Class.STOPPED: ("x", svg.LIMIT, svg.INK, "×"),
@@ -80,18 +81,18 @@ def _axes(runs: pd.DataFrame, laws: Sequence[str], path: Path) -> None:
             axes.hlines(np.flatnonzero(new)[1:] - 0.5, -0.5, len(names) - 0.5, color=svg.LIMIT, lw=0.5)
         for kind, (_, colour, _, _) in _LOOKS.items():
             if (runs["class"] == kind).any():
-                label = f"{kind} by 10ⁿ" if kind is Class.DEGRADED else str(kind)
+                label = f"{kind} by 10ⁿ" if kind in LARGER else str(kind)
                 panels[0].scatter([], [], marker="s", s=50, color=colour, alpha=0.6, label=label)
         panels[0].set_ylim(len(cells) - 0.5, -0.5)
         svg.legend_above(panels[0])
 
 
 def _sign(runs: pd.DataFrame) -> list[str]:
-    """Return what stands in the squares: in a degraded one the power of ten of error over bound."""
+    """Return what stands in the squares: of an error above its bound the power of ten of their ratio."""
     ratios = runs["error_m"] / runs["bound_m"]
     powers = [f"{round(log10(ratio))}" if 0.0 < ratio < inf else "!" for ratio in ratios]
     return [
-        power if kind == Class.DEGRADED else _LOOKS[kind][3]
+        power if kind in LARGER else _LOOKS[kind][3]
         for kind, power in zip(runs["class"], powers, strict=True)
     ]
 

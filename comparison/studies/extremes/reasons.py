@@ -14,7 +14,7 @@ from comparison.studies.extremes.cells import BASE_LABEL, LAWS, LITERAL_LAW, NEW
 from comparison.studies.extremes.formulations import STRICT
 from comparison.studies.extremes.refinement import HAIR
 from comparison.studies.extremes.runs import BASE, out_of_time
-from comparison.studies.extremes.verdicts import Class, Refined, Verdict, apart
+from comparison.studies.extremes.verdicts import LARGER, Class, Refined, Verdict, apart
 
 SCATTER = 10.0
 """Errors of single runs scatter by so much about their bound (`benchmarks/error_bounds.py`)."""
@@ -72,7 +72,7 @@ def reasons(of: CellOutcome, name: str, base: Base) -> list[Reason]:
                 Reason(Cause.UNCONFIRMED, {"method": exact, "ending": str(_ending(end))})
                 for exact, end in of.exact.items()
             ]
-        case Class.DEGRADED:
+        case Class.ANNOUNCED | Class.DEGRADED:
             return _why_degraded(of, name, base)
         case _:
             return [_ending(row), *([Reason(Cause.JAMMED)] if may_jam(of) else [])]
@@ -92,12 +92,8 @@ def may_jam(of: CellOutcome) -> bool:
 
 def _ending(row: Row) -> Reason:
     """Return how a run ended that did not finish."""
-    cause = Cause.ENDED
-    if "expected" in row:
-        cause = Cause.NOT_STARTED
-    elif out_of_time(row):
-        cause = Cause.OUT_OF_TIME
-    return Reason(cause, {name: row[name] for name in ("status", "expected", "limit") if name in row})
+    cause = Cause.OUT_OF_TIME if out_of_time(row) else Cause.ENDED
+    return Reason(cause, {name: row[name] for name in ("status", "limit") if name in row})
 
 
 def _why_degraded(of: CellOutcome, name: str, base: Base) -> list[Reason]:
@@ -138,7 +134,7 @@ def _last_resort(of: CellOutcome, name: str) -> Reason:
     together = [
         other
         for other, its in of.verdicts.items()
-        if other != name and its.kind is Class.DEGRADED and abs(its.lasted - verdict.lasted) <= TOGETHER
+        if other != name and its.kind in LARGER and abs(its.lasted - verdict.lasted) <= TOGETHER
     ]
     if together:
         return Reason(Cause.TOGETHER, {"lasted": verdict.lasted, "others": " and ".join(together)})

@@ -15,15 +15,17 @@ from comparison.files import replacing
 from comparison.studies.extremes import figures, tables
 from comparison.studies.extremes.campaign import LONG_LIMIT, SHORT_LIMIT, run_campaign
 from comparison.studies.extremes.cells import AXES, HYPERCUBE, LAWS, cells
+from comparison.studies.extremes.checks import check
 from comparison.studies.extremes.limits import section as limits
 from comparison.studies.extremes.reasons import unexplained
 from comparison.studies.extremes.refinement import rerun
 from comparison.studies.extremes.runs import LIMIT
 from comparison.studies.extremes.step_stability import section as step_stability
+from comparison.studies.shared.benchmark_unit import BENCHMARK
 from comparison.studies.shared.study import Study, part
 
-SHARES = (0.0, 0.83, 0.86, 0.93, 1.0)
-"""Of the expected time: where the grid, refined reruns, and each further part begin and end."""
+SHARES = (0.0, 0.7, 0.83, 0.86, 0.93, 1.0)
+"""Of the expected time: where the grid, checks, refined reruns, and each further part begin and end."""
 Part = Study[Any, Any]
 
 
@@ -46,8 +48,9 @@ class Results:
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Run all parts."""
-    grid, reruns, *others = (part(on_progress, *ends) for ends in pairwise(SHARES))
+    grid, checked, reruns, *others = (part(on_progress, *ends) for ends in pairwise(SHARES))
     outcomes = run_campaign(cells(config.axes, config.points), n_jobs, grid)
+    check(outcomes, n_jobs, checked)
     rerun(outcomes, unexplained(outcomes), n_jobs, reruns)
     parts = zip(config.parts, others, strict=False)
     found = [(each, each.measure(each.full, n_jobs, share)) for each, share in parts]
@@ -63,8 +66,10 @@ def page(results: Results) -> Mapping[str, object]:
         "limit": f"{LIMIT:g}",
         "short_limit": f"{SHORT_LIMIT:g}",
         "long_limit": f"{LONG_LIMIT:g}",
+        "benchmark": BENCHMARK,
         "points": runs.loc[runs["axis"] == HYPERCUBE, "cell"].nunique(),
         "counts": tables.counts(runs),
+        "announced": tables.announced(runs),
         "drifts": tables.drifts(runs),
         "cycles": tables.cycles(runs),
         "stops": tables.stops(runs),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from functools import partial
+from math import nan
 from typing import Any
 
 import pandas as pd
@@ -16,7 +17,7 @@ from comparison.studies.extremes.cells import CYCLES_AXIS, HYPERCUBE
 from comparison.studies.extremes.formulations import COMPARED, METHODS
 from comparison.studies.extremes.reasons import bases, reasons
 from comparison.studies.extremes.runs import out_of_time
-from comparison.studies.extremes.verdicts import Class
+from comparison.studies.extremes.verdicts import LARGER, Class
 from comparison.studies.shared.frames import Columns, largest, markdown
 
 STUDY_LIMIT = "(the study's limit of time)"
@@ -28,12 +29,13 @@ _MEASURED = (
 )  # fmt: skip
 """Of a row of `runs.measure`."""
 _SHOWN = (
-    "axis", "value", "law", "model", "formulation", "class", "error_m", "bound_m", "lasted_cycles",
-    "magnification", *_MEASURED, "status", "reason", "scene",
+    "axis", "value", "law", "model", "formulation", "class", "error_m", "bound_m", "estimate_m",
+    "lasted_cycles", "magnification", *_MEASURED, "status", "reason", "scene",
 )  # fmt: skip
 """Columns of ``cells.csv``."""
 _ROUNDED = (
-    "error_m", "magnification", "energy_share", "constraint_m", "steps_per_contact", "largest_force_N",
+    "error_m", "estimate_m", "magnification", "energy_share", "constraint_m", "steps_per_contact",
+    "largest_force_N",
 )  # fmt: skip
 """To three digits: what the machine's last bits do not change."""
 _DRIFTS = {
@@ -71,6 +73,7 @@ def frame(outcomes: Sequence[CellOutcome]) -> pd.DataFrame:
                 "class": verdict.kind.value,
                 "error_m": verdict.error,
                 "bound_m": verdict.bound,
+                "estimate_m": of.estimates.get(method.name, nan),
                 "lasted_cycles": verdict.lasted,
                 "status": row["status"],
                 "reason": "; ".join(map(str, why)),
@@ -84,7 +87,7 @@ def frame(outcomes: Sequence[CellOutcome]) -> pd.DataFrame:
 
 
 def _remedy(row: Row) -> str:
-    return STUDY_LIMIT if "expected" in row or out_of_time(row) else row["message"] or STUDY_LIMIT
+    return STUDY_LIMIT if out_of_time(row) else row["message"] or STUDY_LIMIT
 
 
 def csv(runs: pd.DataFrame) -> pd.DataFrame:
@@ -115,10 +118,22 @@ def stops(runs: pd.DataFrame) -> str:
     return markdown(total.reset_index(name="runs"))
 
 
+def announced(runs: pd.DataFrame) -> str:
+    """Return how many runs that err more than their bound were told of, and how many errors are covered."""
+    larger = runs[runs["class"].isin(LARGER)]
+    told = larger[larger["class"] == Class.ANNOUNCED]
+    estimated = told[told["estimate_m"].notna() & told["error_m"].notna()]
+    covered = int((estimated["estimate_m"] >= estimated["error_m"]).sum())
+    return (
+        f"Of {len(larger)} runs that err more than their bound, {len(told)} are announced. "
+        f"Of {len(estimated)} of these with an estimate it covers the error in {covered}."
+    )
+
+
 def drifts(runs: pd.DataFrame) -> str:
     """Return the largest spurious energy and violation of a constraint, by formulation and class."""
     rows = []
-    finished = runs[runs["class"].isin([Class.CONVERGED, Class.DEGRADED])]
+    finished = runs[runs["class"].isin([Class.CONVERGED, *LARGER])]
     for (name, ended), group in finished.groupby(["formulation", "class"], observed=True):
         row = {"formulation": NAMES[str(name)], "class": ended}
         for column, (heading, where, write) in _DRIFTS.items():
@@ -185,6 +200,6 @@ def unexplained(runs: pd.DataFrame) -> str:
 
 
 def short(run: Mapping[Hashable, Any]) -> str:
-    """Return the class of a run, of a degraded one with its error."""
+    """Return the class of a run; where it errs more than its bound, with its error."""
     kind, error = str(run["class"]), run["error_m"]
-    return f"{kind}, {quantity(error, 'm', 2)}" if kind == Class.DEGRADED else kind
+    return f"{kind}, {quantity(error, 'm', 2)}" if kind in LARGER else kind

@@ -17,6 +17,7 @@ class Class(StrEnum):
     """The classes, best first, as the template of the page explains them; the last two must not occur."""
 
     CONVERGED = "converged"
+    ANNOUNCED = "announced"
     DEGRADED = "degraded"
     UNCONFIRMED = "unconfirmed"
     STOPPED = "stopped"
@@ -25,6 +26,8 @@ class Class(StrEnum):
     NONSENSE = "nonsense"
 
 
+LARGER = (Class.ANNOUNCED, Class.DEGRADED)
+"""Of runs that err more than their bound; which of the two, `checks` finds out."""
 _BY_STATUS = {"bad input": Class.REFUSED, "crashed": Class.CRASHED, "unusable": Class.NONSENSE}
 
 

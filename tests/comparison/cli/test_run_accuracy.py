@@ -84,3 +84,15 @@ def test_where_no_run_succeeds_it_fails_as_a_single_one_does(scene_file, gravity
     assert [path.name for path in sorted(Path.cwd().iterdir())] == (
         ["a.partial.csv", "a.partial.events.csv", "a.partial.json"] if what == "fail" else []
     )
+
+
+def test_a_plain_run_says_where_its_error_was_not_measured(scene_file, capsys):
+    assert run(scene_file("own", extra="[clearance]\nslider = 3e-4\n")) == 0
+    err = capsys.readouterr().err
+    assert (
+        err.count("was not measured on this scene (on 150rpm-0.2mm it is 3e-11 m): estimate it by --check")
+        == 1
+    )
+    for options in (["150rpm-0.2mm"], [scene_file("own", extra="[clearance]\nslider = 3e-4\n"), "--check"]):
+        assert run(*options) == 0
+        assert "not measured" not in capsys.readouterr().err

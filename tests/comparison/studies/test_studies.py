@@ -216,10 +216,10 @@ def test_extremes_have_every_run_in_a_class_and_a_second_call_runs_nothing(here,
         "README.md", "cells.csv", "axes.svg", "hypercube.svg", "errors.svg"
     }  # fmt: skip
     rows = pd.read_csv(folder / "cells.csv")
-    assert set(rows["class"]) <= {"converged", "degraded", "unconfirmed", "stopped", "refused"}
+    assert set(rows["class"]) <= {"converged", "announced", "unconfirmed", "stopped", "refused"}
     assert (rows["axis"] == "hypercube").sum() == 12 * 4
-    # The fakes err by what their settings say: nothing is degraded without its number.
-    assert rows.loc[rows["class"] == "degraded", "error_m"].notna().all()
+    # The fakes err by what their settings say: no larger error is without its number.
+    assert rows.loc[rows["class"] == "announced", "error_m"].notna().all()
     runs = here.read_text().count("\n")
     assert runs > 100
     assert main(["study", "extremes", "--small"]) == 0

@@ -207,3 +207,14 @@ def test_a_failure_of_newtons_method_in_a_long_step_leaves_no_trace(make_scene, 
     assert len(failed) == 1
     # Other steps from there on, after which rates of index 3 settle: measured 4e-8 m/s
     np.testing.assert_allclose(result.columns["slider_vy"], usual["slider_vy"], atol=2e-7)
+
+
+def test_a_kink_of_friction_is_passed_in_parts_of_a_tick(make_scene):
+    """At 10 m/s friction reverses the slip several times over in a tick, where Newton's method goes round."""
+    scene = {"initial.slider_vx": 10.0, "drive.cycles": 0.001}
+    result, exact = simulate(make_scene(FULL | scene)), simulate(make_scene(TREE | scene))
+    assert result.status == "success"
+    assert result.provenance["counters"]["rejected"] > 0
+    assert list(result.events["corner"]) == list(exact.events["corner"])
+    # Of second order in a fortieth of a contact: a tick of 2e-6 s, contacts of 9e-5 s; two are cut off
+    np.testing.assert_allclose(result.events["impulse"][:4], exact.events["impulse"][:4], rtol=1e-3)
