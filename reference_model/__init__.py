@@ -6,7 +6,8 @@
 | rows 1-8 of Eq. 16 | driven four-bar in closed form | `linkage`; all bodies: `bodies`; none free: `ideal` |
 | Eqs. 1-6 | corners, walls, gaps | `contact` |
 | Eqs. 7-8 | surface contact (and the strip that replaces it) | `contact` |
-| Eqs. 9-11 | point contact with damping | `contact`; memory of the impact speed: `progress` |
+| Eqs. 7-8 | the same continued to a part of the side | `foundation` |
+| Eqs. 9-11 | point contact with damping | `contact`; memory of the impact speed (if any): `progress` |
 | Eqs. 12-13 | modified Coulomb friction | `friction` |
 | Figs. 7, 8 | clearance at the crank pin A | `journal` |
 | Eqs. 14-21 | coordinates and multipliers, Baumgarte | `multiplier` |

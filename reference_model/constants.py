@@ -69,7 +69,9 @@ class Constants(NamedTuple):
     half_length: float
     """L / 2, m."""
     law: float
-    """0: hertz-corners, 1: paper-switching, 2: strip (`reference_model.contact`)."""
+    """0: hertz-corners, 1: paper-switching, 2: strip, 3: foundation (`reference_model.contact`)."""
+    memoryless: float
+    """1: the damping refers to the present depth rate; 0: to the impact speed frozen at the touch."""
     K: float
     """Contact stiffness of a corner, Eq. 10, N/m^n."""
     Ks: float

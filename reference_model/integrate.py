@@ -15,7 +15,17 @@ from reference_model.constants import Constants
 from reference_model.dop853 import ROWS, STAGES, error_norm, prepare_dense, take_step
 from reference_model.energy import ENERGIES
 from reference_model.events import first_switch
-from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array, no_contacts
+from reference_model.forces import (
+    CONTACTS,
+    GAP,
+    INSIDE,
+    MEMORY,
+    RATE,
+    Array,
+    no_contacts,
+    of_side,
+    other_corner,
+)
 from reference_model.formulations import DRIVEN, free, right_hand_side, state_size
 from reference_model.isolation import POINTS
 from reference_model.journal import JOURNAL
@@ -57,17 +67,27 @@ SWITCHES_AT_ONCE = 100
 
 
 @kernel
-def first_step_in_contact(c: Constants, contact: int, speed: float, tolerance: float) -> float:
+def first_step_in_contact(
+    c: Constants, contact: int, speed: float, contacts: Array, tolerance: float
+) -> float:
     """Return a first step (s) after a touch at `speed` (m/s), for the lightest mass m that it can hit.
 
     The force K (v t)^1.5 is not smooth at its start, and an estimate of eighth order knows nothing of it: the
     motion errs by about K v^1.5 h^3.5 / m in the first step, which is held against the tolerance. And no more
     than a share of (m^2 / (K^2 v))^0.2, of which an elastic contact lasts 3.2.
+
+    The force of a foundation is smooth, so only such a share counts: of (m / K_s)^0.5, or where the other
+    corner in `contacts`, shape (5, CONTACTS), is a gap g away and the force K_s (v t)^2 / 2 g, of
+    (2 m g / (K_s v))^1/3.
     """
     if contact == JOURNAL:
         mass, stiffness, arm = c.m2, c.Kj, c.L2
     else:
         mass, stiffness, arm = c.J5 / (c.half_length * c.half_length), c.K, c.half_length
+        if of_side(c, contact):
+            gap = max(0.0, contacts[GAP, other_corner(contact)])
+            longest = max(math.sqrt(mass / c.Ks), math.pow(2.0 * mass * gap / (c.Ks * speed), 1.0 / 3.0))
+            return _FIRST_SHARE * longest
     longest = math.pow(mass * mass / (stiffness * stiffness * speed), 0.2)
     resolved = math.pow(tolerance * arm * mass / (stiffness * speed * math.sqrt(speed)), 1.0 / 3.5)
     return min(_FIRST_SHARE * longest, _FIRST_ERROR * resolved)
@@ -82,10 +102,12 @@ def step_before_separation(c: Constants, modes: Array, contacts: Array, h: float
     what is left, until what is left is as short as a first step.
     """
     for k in range(CONTACTS):
-        if modes[MEMORY, k] > 0.0 and contacts[RATE, k] > 0.0 and contacts[GAP, k] < 0.0:
+        if of_side(c, k) and modes[INSIDE, other_corner(k)] > 0.0:
+            continue
+        if modes[INSIDE, k] > 0.0 and contacts[RATE, k] > 0.0 and contacts[GAP, k] < 0.0:
             left = -contacts[GAP, k] / contacts[RATE, k]
             if h > _EXIT_SHARE * left:
-                last = first_step_in_contact(c, k, contacts[RATE, k], tolerance)
+                last = first_step_in_contact(c, k, contacts[RATE, k], contacts, tolerance)
                 h = min(h, max(_EXIT_SHARE * left, last))
     return h
 
@@ -216,13 +238,14 @@ def advance(
         h = next_h
         if contact != NONE:
             kind, _, _ = margin_of(c, p.modes, contact, number)
-            was_free = nothing_touches(p.modes)
+            was_free, had_touched = nothing_touches(p.modes), p.modes[MEMORY, contact] > 0.0
             switch(c, t_cycle + t, kind, contact, before, p)
             if kind == GAP:
                 if nothing_touches(p.modes) and not was_free:
                     h = max(h, p.clock[2])
-                elif p.modes[MEMORY, contact] > 0.0:
-                    h = min(h, first_step_in_contact(c, contact, p.modes[MEMORY, contact], tolerance))
+                elif p.modes[MEMORY, contact] > 0.0 and not had_touched:
+                    speed = p.modes[MEMORY, contact]
+                    h = min(h, first_step_in_contact(c, contact, speed, before, tolerance))
             right_hand_side(c, t, p.y, p.modes, k[0], before)
             p.counters[EVALUATIONS] += 1
     p.clock[0], p.clock[1] = t, h

@@ -3,6 +3,7 @@
 Samples are kept only of the channels that were asked for, so that long runs fit into memory.
 """
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -11,10 +12,23 @@ from numpy.typing import NDArray
 
 from reference_model.compiled import bare, inlined
 from reference_model.constants import Constants
+from reference_model.contact import damping_factor
 from reference_model.dop853 import STAGES, dense, prepare_dense
 from reference_model.energy import ENERGIES
-from reference_model.forces import CONTACTS, GAP, MEMORY, NORMAL, RATE, Array, no_contacts
+from reference_model.forces import (
+    CONTACTS,
+    GAP,
+    INSIDE,
+    MEMORY,
+    RATE,
+    Array,
+    no_contacts,
+    normal_force,
+    of_side,
+    other_corner,
+)
 from reference_model.formulations import free, right_hand_side, state_size
+from reference_model.foundation import resultant
 from reference_model.observation import (
     ACCELERATIONS,
     CHANNELS,
@@ -41,6 +55,8 @@ from reference_model.reactions import REACTIONS
 from reference_model.switching import contact_state
 from reference_model.watch import watch_contacts
 
+_DIFFERENCE = 1.0e-4
+"""Of a step, over which the rate of a side's force is taken: only to guess where it peaks."""
 _STILL = 1.0e-9
 """Of the rates at a step's ends: by its square, 1e-18, the depth at that instant is not the largest."""
 
@@ -85,6 +101,9 @@ def force_peak(c: Constants, contact: int, speed: float, h: float, before: Array
     close to a step's end can seem to lie in the next step, and from there in this one: then the force at the
     end stands for it, up to 1e-4 of it short.
     """
+    if of_side(c, contact):
+        rise0, rise1 = _side_rise(c, contact, speed, h, before, after)
+        return rise0 / (rise0 - rise1) if rise0 > 0.0 > rise1 else -1.0
     bend = (before[RATE, contact] - after[RATE, contact]) / h
     rise0 = _force_rise(c, before[GAP, contact], before[RATE, contact], bend, speed)
     rise1 = _force_rise(c, after[GAP, contact], after[RATE, contact], bend, speed)
@@ -93,7 +112,40 @@ def force_peak(c: Constants, contact: int, speed: float, h: float, before: Array
 
 @inlined
 def _force_rise(c: Constants, gap: float, rate: float, bend: float, speed: float) -> float:
+    if c.memoryless > 0.0:
+        now = math.hypot(rate, c.speed_floor)
+        still = c.speed_floor * c.speed_floor / (now * now)
+        return -c.n * rate * (1.0 - c.C * rate / now) - c.C * bend * gap * still / now
     return -c.n * rate * (1.0 - c.C * rate / speed) - c.C * bend * gap / speed
+
+
+@bare
+def _side_rise(
+    c: Constants, k: int, speed: float, h: float, before: Array, after: Array
+) -> tuple[float, float]:
+    """Return the rate of a side's force (N/s) at both ends of a step, by a difference with the mean d''."""
+    m = other_corner(k)
+    bend_k, bend_m = (before[RATE, k] - after[RATE, k]) / h, (before[RATE, m] - after[RATE, m]) / h
+    ahead = _DIFFERENCE * h
+    rise0 = rise1 = 0.0
+    for end in range(2):
+        at = before if end == 0 else after
+        dk, dm, vk, vm = -at[GAP, k], -at[GAP, m], -at[RATE, k], -at[RATE, m]
+        now = _side_force(c, dk, dm, vk, vm, speed)
+        later = _side_force(
+            c, dk + ahead * vk, dm + ahead * vm, vk + ahead * bend_k, vm + ahead * bend_m, speed
+        )
+        if end == 0:
+            rise0 = (later - now) / ahead
+        else:
+            rise1 = (later - now) / ahead
+    return rise0, rise1
+
+
+@inlined
+def _side_force(c: Constants, d1: float, d2: float, rate1: float, rate2: float, speed: float) -> float:
+    elastic, share = resultant(c, d1, d2)
+    return elastic * damping_factor(c, share * rate1 + (1.0 - share) * rate2, speed)
 
 
 @bare
@@ -104,7 +156,7 @@ def force_at(
     """Return a contact's normal force (N) within a step, by its dense output."""
     dense(p.y, f, share, free(c), state)
     right_hand_side(c, t + share * h, state, p.modes, dy, contacts)
-    return float(contacts[NORMAL, contact])
+    return normal_force(c, contacts, contact)
 
 
 @bare
@@ -132,11 +184,10 @@ def strongest(
 def has_peak(c: Constants, modes: Array, h: float, before: Array, after: Array) -> bool:
     """Return whether the depth or the force of some closed contact peaks within a step."""
     for i in range(CONTACTS):
-        if modes[MEMORY, i] > 0.0:
-            if before[RATE, i] < 0.0 < after[RATE, i]:
-                return True
-            if force_peak(c, i, modes[MEMORY, i], h, before, after) > 0.0:
-                return True
+        if modes[INSIDE, i] > 0.0 and before[RATE, i] < 0.0 < after[RATE, i]:
+            return True
+        if modes[MEMORY, i] > 0.0 and force_peak(c, i, modes[MEMORY, i], h, before, after) > 0.0:
+            return True
     return False
 
 
@@ -154,7 +205,7 @@ def deepest(
     for _ in range(60):
         x = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
         dense(y, f, x, free(c), state)
-        _, rate, _ = contact_state(c, k, t + x * h, state)
+        _, rate, _, _ = contact_state(c, k, t + x * h, state)
         if abs(rate) <= small:
             break
         if rate > 0.0:
@@ -196,18 +247,16 @@ def note_step(
     if peak:
         for i in range(CONTACTS):
             speed = p.modes[MEMORY, i]
-            if speed == 0.0:
-                continue
-            if before[RATE, i] < 0.0 < after[RATE, i]:
+            if p.modes[INSIDE, i] > 0.0 and before[RATE, i] < 0.0 < after[RATE, i]:
                 share = deepest(c, i, t, h, p.y, f, before, after, state)
                 note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
-                note_forces(p.modes, contacts, p.open_contacts)
-            share = force_peak(c, i, speed, h, before, after)
+                note_forces(c, p.modes, contacts, p.open_contacts)
+            share = force_peak(c, i, speed, h, before, after) if speed > 0.0 else -1.0
             if share > 0.0:
                 share = strongest(c, p, i, share, t, h, f, state, dy, contacts)
                 note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
-                note_forces(p.modes, contacts, p.open_contacts)
-    note_forces(p.modes, after, p.open_contacts)
+                note_forces(c, p.modes, contacts, p.open_contacts)
+    note_forces(c, p.modes, after, p.open_contacts)
     watch_contacts(p.modes, after, t_cycle + t + h, p.watch)
     observe(c, t + h, y1, p.modes, k[STAGES], after, samples.what, p.start, observed)
     widen(p.extrema, samples.wanted, t_cycle + t + h, observed)

@@ -119,8 +119,8 @@ class Clearance(Section):
 class Contact(Section):
     """Contact law and material.
 
-    The speed that the damping refers to is that of the touch, kept until separation ("frozen"), or follows the
-    depth's rate d' without memory ("current"): sqrt(d'^2 + impact_speed_floor^2).
+    The speed that the damping refers to is that of the touch, kept until separation ("frozen"), or follows
+    the depth's rate d' without memory ("current"): sqrt(d'^2 + impact_speed_floor^2).
     """
 
     law: Literal["hertz-corners", "paper-switching", "strip", "foundation"]
