@@ -48,7 +48,7 @@ def forces(c, d1, d2):
 
 
 def pushed(c, slider, impact_speed=0.02, clipped=False):
-    """Force and moment on the slider, power losses, and the contact states of a pose whose sides are in contact.
+    """Force, moment, power losses, contact states (also before) and modes of a pose with sides in contact.
 
     As in a run, but each side's contact is its lower corner's.
     """
@@ -66,7 +66,7 @@ def pushed(c, slider, impact_speed=0.02, clipped=False):
 
 @given(d1=DEPTHS, d2=DEPTHS)
 def test_forces_are_the_slope_of_the_potential(constants, d1, d2) -> None:
-    """By central differences over a share e = 1e-4 of the smaller depth: e^2 of truncation, 1e-16 / e of U."""
+    """By central differences over e = 1e-4 of the smaller depth: e^2 of truncation, 1e-16 / e of U."""
     c, step = constants(), 1e-4 * min(abs(d1), abs(d2))
     if max(d1, d2) < 1e-9 or step < 1e-14 or abs(d1 - d2) < 1e-9:
         return
@@ -88,7 +88,7 @@ def test_the_potential_is_convex(constants, a, b, share) -> None:
 
 @given(d1=st.floats(1e-9, 1e-5))
 def test_forces_and_their_slopes_have_no_jump_where_the_second_corner_goes_in(constants, d1) -> None:
-    """Over 2e = 2e-6 of the depth: forces change by 2e of the largest, slopes, of order K_s, by K_s 2e / 1."""
+    """Over 2e = 2e-6 of the depth: forces change by some 2e of themselves, slopes by some 2e of K_s."""
     c, e = constants(), 1e-6 * d1
     out, at, inside = (forces(c, d1, d2) for d2 in (-e, 0.0, e))
     np.testing.assert_allclose(out, inside, rtol=4e-6)

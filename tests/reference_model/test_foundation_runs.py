@@ -20,7 +20,7 @@ SIDES = {"left": ("ll", "ul"), "right": ("lr", "ur")}
 
 @pytest.fixture(scope="session")
 def dense(scene):
-    """0.1 cycles with samples 2e-7 s apart: 44 of the first contact, a flat one, 200 to 600 of the other six."""
+    """0.1 cycles with samples 2e-7 s apart: 44 of the first contact, a flat one, 240 and more of others."""
     return simulate(scene({**LAW, "drive.cycles": 0.1, "output.samples_per_cycle": 2_000_000}))
 
 
