@@ -49,7 +49,9 @@ def test_the_force_in_a_table_has_this_factor(scene, law) -> None:
         if law == "hertz-corners":
             for depth, rate, force in ((d1, r1, normal[0]), (d2, r2, normal[1])):
                 inside = depth > 1e-9
-                expected = c.K * depth[inside] ** 1.5 * (1.0 + c.C * rate[inside] / np.hypot(rate[inside], 1e-4))
+                expected = (
+                    c.K * depth[inside] ** 1.5 * (1.0 + c.C * rate[inside] / np.hypot(rate[inside], 1e-4))
+                )
                 # A rounding of the rate, 1e-15 m/s, over the floor; of the depth over 1e-9 m.
                 np.testing.assert_allclose(force[inside], expected, rtol=1e-6)
                 seen += inside.sum()
@@ -68,7 +70,12 @@ def test_the_force_in_a_table_has_this_factor(scene, law) -> None:
 @pytest.mark.parametrize("law", LAWS)
 def test_without_loss_there_is_no_difference(scene, law) -> None:
     """Restitution 1: C = 0, and the impact speed is in no formula."""
-    elastic = {**SHORT, "contact.law": law, "contact.restitution": 1.0, "output.groups": ["energy", "corners"]}
+    elastic = {
+        **SHORT,
+        "contact.law": law,
+        "contact.restitution": 1.0,
+        "output.groups": ["energy", "corners"],
+    }
     frozen, current = simulate(scene(elastic)), simulate(scene({**elastic, **CURRENT}))
     assert frozen.events["start"].size > 3
     for name, values in frozen.columns.items():
