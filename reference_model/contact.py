@@ -25,10 +25,10 @@ touch, or, where the law has no memory, sqrt(d_i'^2 + floor^2):
 import math
 
 from reference_model.compiled import inlined, kernel
-from reference_model.constants import Constants
+from reference_model.constants import PAPER_SWITCHING, STRIP, Constants
+from reference_model.marks import without_memory
 
 CORNERS = ("ll", "lr", "ul", "ur")
-PAPER_SWITCHING, STRIP, FOUNDATION = 1.0, 2.0, 3.0
 
 
 @inlined
@@ -65,8 +65,8 @@ def damping_factor(c: Constants, depth_rate: float, impact_speed: float) -> floa
 
     v is `impact_speed` (m/s), or the present one where the law has no memory: then it is at least 1 - C > 0.
     """
-    if c.memoryless > 0.0:
-        return 1.0 + c.C * depth_rate / math.hypot(depth_rate, c.speed_floor)
+    if without_memory(c):
+        impact_speed = math.sqrt(depth_rate * depth_rate + c.speed_floor * c.speed_floor)
     return 1.0 + c.C * depth_rate / impact_speed
 
 

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from reference_model.compiled import bare, inlined, kernel
 from reference_model.constants import Constants
 from reference_model.contact import (
-    FOUNDATION,
     corner_arm,
     corner_gap,
     damping_factor,
@@ -27,6 +26,7 @@ from reference_model.contact import (
 from reference_model.foundation import resultant
 from reference_model.friction import friction_force
 from reference_model.journal import JOURNAL, Bearing
+from reference_model.marks import touches_with_sides
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ def no_contacts() -> Array:
 @inlined
 def of_side(c: Constants, k: int) -> bool:
     """Return whether contact `k` is one of a whole side, which the corner that touched first keeps."""
-    return c.law == FOUNDATION and k != JOURNAL
+    return touches_with_sides(c) and k != JOURNAL
 
 
 @inlined
@@ -143,7 +143,7 @@ def slider_forces(
         contacts[RATE, k] = inward(k) * (vx5 - w5 * ry)
         contacts[SLIP, k] = vy5 + w5 * rx
         contacts[NORMAL, k] = contacts[FRICTION, k] = 0.0
-    if c.law == FOUNDATION:
+    if touches_with_sides(c):
         return foundation_forces(c, c5, s5, modes, contacts)
     Fx = Fy = M = damping = friction = 0.0
     for k in range(4):

@@ -11,11 +11,10 @@ it raises only where plain Python calls it.
 from collections.abc import Callable
 from typing import Any
 
-import numba.extending
 import numpy as np
 
 from reference_model import chain, minimal, multiplier
-from reference_model.compiled import inlined, kernel
+from reference_model.compiled import inlined, kernel, overload
 from reference_model.constants import Constants, Formulation
 from reference_model.forces import CONTACTS, NORMAL, Array
 from reference_model.journal import Bearing
@@ -75,17 +74,6 @@ _COORDINATES: dict[Formulation, int] = {
     Formulation.MULTIPLIER: 15,
     Formulation.MULTIPLIER_IDEAL: 15,
 }
-
-
-def overload(stub: Kernel) -> Callable[[Kernel], Kernel]:
-    """Choose the implementation of a stub by the types it is compiled for.
-
-    Inlined like `reference_model.compiled.inlined`: numba counts references to every array that it hands to a
-    function which might fail, four atomic operations a call that cost a third of the equations themselves.
-    """
-    options = {"forceinline": True, "error_model": "numpy"}
-    decorate: Callable[[Kernel], Kernel] = numba.extending.overload(stub, jit_options=options)
-    return decorate
 
 
 def formulation_of(c: Any) -> Formulation:

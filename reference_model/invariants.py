@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from reference_model.contact import CORNERS, FOUNDATION, PAPER_SWITCHING
+from reference_model.constants import FOUNDATION, PAPER_SWITCHING
+from reference_model.contact import CORNERS
 from reference_model.forces import Array
 from reference_model.integrate import VELOCITY_TIME
 from reference_model.journal import JOURNAL

@@ -6,10 +6,10 @@ Chosen when the kernels are compiled, by stubs and overloads as in `reference_mo
 import numpy as np
 
 from reference_model import bodies, minimal, multiplier
-from reference_model.compiled import inlined, kernel
+from reference_model.compiled import inlined, kernel, overload
 from reference_model.constants import Constants, Formulation
 from reference_model.forces import Array
-from reference_model.formulations import Kernel, formulation_of, overload
+from reference_model.formulations import Kernel, formulation_of
 
 
 def _bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:

@@ -26,6 +26,7 @@ from reference_model.forces import (
 )
 from reference_model.formulations import crank_coordinate, free, right_hand_side, state_size
 from reference_model.friction import friction_regime
+from reference_model.marks import without_memory
 from reference_model.observation import CHANNELS, note_forces, note_start
 from reference_model.switching import PULL
 from reference_model.watch import WATCHED, watch_start
@@ -153,7 +154,7 @@ def start_contact(c: Constants, k: int, t: float, contacts: Array, p: Progress) 
     speed = max(-rate, c.speed_floor)
     p.modes[INSIDE, k], p.modes[MEMORY, k] = 1.0, speed
     p.modes[REGIME, k] = friction_regime(c, slip)
-    pulls = speed - c.C * rate < 0.0 and c.memoryless == 0.0
+    pulls = speed - c.C * rate < 0.0 and not without_memory(c)
     p.modes[CLIPPED, k] = 1.0 if pulls else 0.0
     row = p.open_contacts[k]
     row[0], row[1], row[2], row[3], row[4] = t, speed, impulse(c, k, p), 0.0, 0.0

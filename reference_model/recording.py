@@ -29,6 +29,7 @@ from reference_model.forces import (
 )
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.foundation import resultant
+from reference_model.marks import without_memory
 from reference_model.observation import (
     ACCELERATIONS,
     CHANNELS,
@@ -114,8 +115,8 @@ def force_peak(c: Constants, contact: int, speed: float, h: float, before: Array
 
 @inlined
 def _force_rise(c: Constants, gap: float, rate: float, bend: float, speed: float) -> float:
-    if c.memoryless > 0.0:
-        now = math.hypot(rate, c.speed_floor)
+    if without_memory(c):
+        now = math.sqrt(rate * rate + c.speed_floor * c.speed_floor)
         still = c.speed_floor * c.speed_floor / (now * now)
         return -c.n * rate * (1.0 - c.C * rate / now) - c.C * bend * gap * still / now
     return -c.n * rate * (1.0 - c.C * rate / speed) - c.C * bend * gap / speed
@@ -171,7 +172,7 @@ def strongest(
     The vertex of a parabola through three forces, ever closer ones. The peak of a law without memory, where
     the factor falls from 1 + C to 1 - C, is narrow and no guess is near it: there by the golden section.
     """
-    if c.memoryless > 0.0:
+    if without_memory(c):
         lo, hi = 0.0, 1.0
         for _ in range(_SECTIONS):
             a, b = hi - _GOLDEN * (hi - lo), lo + _GOLDEN * (hi - lo)

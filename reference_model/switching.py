@@ -21,7 +21,7 @@ import math
 
 from reference_model.compiled import bare, inlined
 from reference_model.constants import Constants
-from reference_model.contact import FOUNDATION, corner_arm, corner_gap, inward
+from reference_model.contact import corner_arm, corner_gap, inward
 from reference_model.forces import (
     CLIPPED,
     GAP,
@@ -39,6 +39,7 @@ from reference_model.formulations import bearing_motion, slider_motion
 from reference_model.foundation import resultant
 from reference_model.friction import regime_bounds
 from reference_model.journal import JOURNAL
+from reference_model.marks import touches_with_sides, without_memory
 
 PULL = 5
 """Kind of switching function, beside GAP and SLIP; RATE serves to find the extremum of a gap."""
@@ -58,7 +59,7 @@ def contact_state(c: Constants, k: int, t: float, y: Array) -> tuple[float, floa
     c5, s5 = math.cos(angle), math.sin(angle)
     rx, ry = corner_arm(c, k, c5, s5)
     gap, rate, slip = corner_gap(c, k, x5 + rx), inward(k) * (vx5 - w5 * ry), vy5 + w5 * rx
-    if c.law != FOUNDATION:
+    if not touches_with_sides(c):
         return gap, rate, rate, slip
     rx, ry = corner_arm(c, other_corner(k), c5, s5)
     _, share = resultant(c, -gap, -corner_gap(c, k, x5 + rx))
@@ -92,7 +93,7 @@ def margin_of(c: Constants, modes: Array, k: int, number: int) -> tuple[int, flo
     """
     if number == 0:
         return GAP, -1.0 if modes[INSIDE, k] > 0.0 else 1.0, 0.0
-    if modes[MEMORY, k] == 0.0 or (number == 1 and (c.C == 0.0 or c.memoryless > 0.0)):
+    if modes[MEMORY, k] == 0.0 or (number == 1 and (c.C == 0.0 or without_memory(c))):
         return NONE, 0.0, 0.0
     if number == 1:
         return PULL, -1.0 if modes[CLIPPED, k] > 0.0 else 1.0, 0.0

@@ -5,8 +5,7 @@ events. A run in which one is outside its bound gets the status `invariant-viola
 """
 
 from reference_model.compiled import bare, kernel
-from reference_model.constants import Constants
-from reference_model.contact import PAPER_SWITCHING
+from reference_model.constants import PAPER_SWITCHING, Constants
 from reference_model.forces import CONTACTS, FRICTION, GAP, INSIDE, NORMAL, SLIP, Array
 from reference_model.journal import JOURNAL
 
