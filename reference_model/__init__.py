@@ -13,6 +13,7 @@
 | Eqs. 14-21 | coordinates and multipliers, Baumgarte | `multiplier` |
 | their projections | the fewest coordinates | `minimal` (slider), `chain` (crank pin, both) |
 | the paper's ode15s | scipy's BDF and others, same equations and events | `scipy_solvers`, `dense_events` |
+| - | steps at a touch, peaks of depth and force within a step | `contact_steps`, `peaks` |
 | - | where a mode ends | `switching`; most steps hold no end: `step_bounds`; search: `isolation`, `events` |
 | - | what no correct run can show | `watch`, judged by `invariants` |
 

@@ -23,10 +23,10 @@ def without_memory(c: Constants) -> bool:
 @overload(touches_with_sides)
 def _touches_with_sides(c) -> Any:  # type: ignore[no-untyped-def]
     marked = SIDES in c.fields
-    return lambda c: marked  # noqa: ARG005 (its name is that of the stub)
+    return lambda c: marked
 
 
 @overload(without_memory)
 def _without_memory(c) -> Any:  # type: ignore[no-untyped-def]
     marked = MEMORYLESS in c.fields
-    return lambda c: marked  # noqa: ARG005
+    return lambda c: marked

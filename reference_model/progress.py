@@ -180,12 +180,15 @@ def enter(c: Constants, k: int, t: float, contacts: Array, p: Progress) -> None:
 
 
 @kernel
-def leave(c: Constants, k: int, t: float, p: Progress) -> None:
+def leave(c: Constants, k: int, t: float, contacts: Array, p: Progress) -> None:
     """Let contact `k` open; of a side that still has the other corner inside only this one goes out."""
     p.modes[INSIDE, k] = 0.0
     if not of_side(c, k):
         end_contact(c, k, t, p)
-    elif p.modes[INSIDE, other_corner(k)] == 0.0:
+        return
+    if contacts[GAP, other_corner(k)] < 0.0:
+        p.modes[INSIDE, other_corner(k)] = 1.0
+    if p.modes[INSIDE, other_corner(k)] == 0.0:
         end_contact(c, k if p.modes[MEMORY, k] > 0.0 else other_corner(k), t, p)
 
 
@@ -194,7 +197,7 @@ def switch(c: Constants, t: float, kind: int, contact: int, contacts: Array, p: 
     """Change the mode that ended at `t`; contacts that close at the same instant follow."""
     p.counters[SWITCHES] += 1
     if kind == GAP and p.modes[INSIDE, contact] > 0.0:
-        leave(c, contact, t, p)
+        leave(c, contact, t, contacts, p)
     elif kind == GAP:
         enter(c, contact, t, contacts, p)
         for k in range(CONTACTS):

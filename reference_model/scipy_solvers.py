@@ -13,6 +13,7 @@ from scipy.integrate import BDF, DOP853, LSODA, OdeSolver, Radau
 from scipy.optimize import minimize_scalar
 
 from reference_model.constants import Constants
+from reference_model.contact_steps import first_step_in_contact
 from reference_model.dense_events import Dense, first_switch, turning_time
 from reference_model.energy import ENERGIES
 from reference_model.forces import CONTACTS, GAP, INSIDE, MEMORY, RATE, Array, no_contacts, normal_force
@@ -26,13 +27,13 @@ from reference_model.integrate import (
     STEP_TOO_SMALL,
     SWITCHES_AT_ONCE,
     VELOCITY_TIME,
-    first_step_in_contact,
 )
 from reference_model.jacobian import jacobian
 from reference_model.observation import CHANNELS, audit, note_forces, observe, widen
 from reference_model.parameters import SCIPY_METHODS
+from reference_model.peaks import force_peak, has_peak
 from reference_model.progress import BUFFERED, ENDED, EVENT_BUFFER, SAMPLES, STEPS, SWITCHES, Progress, switch
-from reference_model.recording import Samples, force_peak, has_peak, keep
+from reference_model.recording import Samples, keep
 from reference_model.watch import watch_contacts, watch_energy
 
 SOLVERS: dict[str, type[OdeSolver]] = dict(zip(SCIPY_METHODS, (BDF, Radau, LSODA, DOP853), strict=True))

@@ -45,6 +45,8 @@ PULL = 5
 """Kind of switching function, beside GAP and SLIP; RATE serves to find the extremum of a gap."""
 MARGINS = 4
 """Of a contact: its gap, the pull, the lower and the upper bound of its friction regime."""
+SECOND_CORNER = 1.0e-12
+"""m, by which the second corner of a side is past zero where it goes in or out: less than LOCATED."""
 NONE = -1
 """Kind of a margin that a contact does not have in its mode."""
 
@@ -82,7 +84,7 @@ def smooth_rate(c: Constants, k: int, gap: float, rate: float) -> float:
 
 @inlined
 def margin_of(c: Constants, modes: Array, k: int, number: int) -> tuple[int, float, float]:
-    """Return kind, sign and bound of a margin, sign * (switching function - bound); kind NONE: there is none.
+    """Return kind, sign and bound of a margin (`margin_value`); kind NONE: there is none.
 
     Parameters
     ----------
@@ -92,7 +94,10 @@ def margin_of(c: Constants, modes: Array, k: int, number: int) -> tuple[int, flo
         Contact, and which of its MARGINS.
     """
     if number == 0:
-        return GAP, -1.0 if modes[INSIDE, k] > 0.0 else 1.0, 0.0
+        # The second corner of a side changes no force at its zero, and of a side that fades away at rest both
+        # depths are rounding: without some room it would go in and out for ever.
+        second = of_side(c, k) and modes[INSIDE, other_corner(k)] > 0.0
+        return GAP, -1.0 if modes[INSIDE, k] > 0.0 else 1.0, -SECOND_CORNER if second else 0.0
     if modes[MEMORY, k] == 0.0 or (number == 1 and (c.C == 0.0 or without_memory(c))):
         return NONE, 0.0, 0.0
     if number == 1:
@@ -109,7 +114,7 @@ def margin_value(
 ) -> float:  # fmt: skip
     """Return a margin (m or m/s) from what `contact_state` returns of its contact."""
     if kind == GAP:
-        return sign * smooth_gap(c, k, gap)
+        return sign * smooth_gap(c, k, gap) - bound
     if kind == PULL:  # 1 + C depth_rate / impact_speed, times the impact speed
         return sign * (float(modes[MEMORY, k]) - c.C * damped)
     if kind == RATE:

@@ -83,7 +83,8 @@ def test_the_potential_is_convex(constants, a, b, share) -> None:
     c = constants()
     between = share * np.array(a) + (1.0 - share) * np.array(b)
     chord = share * foundation_energy(c, *a) + (1.0 - share) * foundation_energy(c, *b)
-    assert foundation_energy(c, *between) <= chord * (1.0 + ROUNDING)
+    # Depths below 1e-100 m underflow.
+    assert foundation_energy(c, *between) <= chord * (1.0 + ROUNDING) + 1e-250
 
 
 @given(d1=st.floats(1e-9, 1e-5))
