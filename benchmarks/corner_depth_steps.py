@@ -17,7 +17,7 @@ from scipy.integrate import DOP853
 from comparison.scene import Scene
 from reference_model.constants import Formulation
 from reference_model.dop853 import ROWS, STAGES, dense, prepare_dense
-from reference_model.forces import CONTACTS, MEMORY, no_contacts
+from reference_model.forces import CONTACTS, INSIDE, no_contacts
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.integrate import CHATTER, NOT_FINITE, REACHED, STEP_LIMIT, SWITCHES_AT_ONCE, advance
 from reference_model.progress import (
@@ -49,7 +49,7 @@ again is off a gap may be too."""
 ASTRAY = 1e6
 """m, rad, m/s, rad/s; outside it a run is meaningless, which the reference detects a few steps later."""
 
-OUTSIDE, TOUCHING, INSIDE = 0, 1, 2
+OUTSIDE, TOUCHING, CLOSED = 0, 1, 2
 """Rows of what is found: of open contacts the depth in the wall, in the step that their touch ends by itself
 (there it says how well the touch is located); of closed contacts the distance from the wall."""
 VIOLATIONS, WORST, TIME, CONTACT = 0, 1, 2, 3
@@ -214,9 +214,10 @@ def follow(
                 gaps(g, t + share * h, state, gap)
                 for j in range(CONTACTS):
                     row, wrong = OUTSIDE, -gap[j]
-                    if modes[MEMORY, j] > 0.0:
-                        row, wrong = INSIDE, gap[j]
-                    elif p.modes[MEMORY, j] > 0.0:
+                    # Under the law foundation a side's second corner is located like its first.
+                    if modes[INSIDE, j] > 0.0:
+                        row, wrong = CLOSED, gap[j]
+                    elif p.modes[INSIDE, j] > 0.0:
                         row = TOUCHING
                     if wrong > bound + slack:
                         broken[row] = 1.0

@@ -5,6 +5,9 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
+PAPER_SWITCHING, STRIP, FOUNDATION = 1.0, 2.0, 3.0
+"""Values of `Constants.law`; 0: hertz-corners."""
+
 
 class Constants(NamedTuple):
     """What the kernels read: floats only, so that one compiled version serves every scene.
@@ -69,7 +72,9 @@ class Constants(NamedTuple):
     half_length: float
     """L / 2, m."""
     law: float
-    """0: hertz-corners, 1: paper-switching, 2: strip (`reference_model.contact`)."""
+    """Number of the contact law of the slider (`reference_model.contact`)."""
+    memoryless: float
+    """1: the damping refers to the present depth rate; 0: to the impact speed frozen at the touch."""
     K: float
     """Contact stiffness of a corner, Eq. 10, N/m^n."""
     Ks: float
@@ -114,12 +119,20 @@ class Formulation(StrEnum):
     """15 coordinates, 15 multipliers."""
 
 
+SIDES, MEMORYLESS = "with_contacts_of_sides", "without_memory"
+"""Marks of the records under the law foundation, and with damping that has no memory of the impact speed."""
+
+
 def as_record(constants: Constants, formulation: Formulation) -> Constants:
     """Return the constants as the kernels take them: one record, passed by reference.
 
     An extra field named after the formulation makes its type another one, so that numba compiles the
-    integrator once for each formulation in use (`reference_model.formulations`).
+    integrator once for each formulation in use (`reference_model.formulations`). Further ones do the same for
+    some contact laws (`reference_model.marks`).
     """
-    dtype = np.dtype([(name, np.float64) for name in (*Constants._fields, formulation.value)])
-    record = np.array([(*constants, 0.0)], dtype=dtype).view(np.recarray)[0]
+    marks = [formulation.value]
+    marks += [SIDES] if constants.law == FOUNDATION else []
+    marks += [MEMORYLESS] if constants.memoryless else []
+    dtype = np.dtype([(name, np.float64) for name in (*Constants._fields, *marks)])
+    record = np.array([(*constants, *(0.0 for _ in marks))], dtype=dtype).view(np.recarray)[0]
     return cast(Constants, record)

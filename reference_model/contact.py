@@ -1,8 +1,9 @@
-"""Contact of the slider's four corners with the guide's walls (Eqs. 1-11), in three laws.
+"""Contact of the slider's four corners with the guide's walls (Eqs. 1-11), in four laws.
 
 Corners are numbered ll, lr, ul, ur: lower/upper in the slider's y, left/right in its x. Each sees only
 the infinite wall on its side. The forces of one side derive from a potential U of its two depths d1, d2,
-times the damping factor of Eq. 11 at each corner, N_i = dU/dd_i (1 + C d_i' / v_i):
+times the damping factor of Eq. 11 at each corner, N_i = dU/dd_i (1 + C d_i' / v_i). v_i is the speed of the
+touch, or, where the law has no memory, sqrt(d_i'^2 + floor^2):
 
 0, hertz-corners
     U = K d1^(n+1)/(n+1) + K d2^(n+1)/(n+1): every penetrating corner by itself (Eqs. 9-11).
@@ -17,15 +18,17 @@ times the damping factor of Eq. 11 at each corner, N_i = dU/dd_i (1 + C d_i' / v
     its forces, dU/dd1 = 4 K_s h (d2 / (d1 + d2))^2, vanish: it goes over continuously into the corner law.
     So U cannot be convex, whatever the transition: a corner alone is softer than the flat side, and a slider
     that is pressed against its wall comes to rest a little tilted, on one corner, to either side.
+3, foundation
+    Eqs. 7-8 continued to a side of which only a part is inside (`reference_model.foundation`).
 """
 
 import math
 
 from reference_model.compiled import inlined, kernel
-from reference_model.constants import Constants
+from reference_model.constants import PAPER_SWITCHING, STRIP, Constants
+from reference_model.marks import without_memory
 
 CORNERS = ("ll", "lr", "ul", "ur")
-PAPER_SWITCHING, STRIP = 1.0, 2.0
 
 
 @inlined
@@ -58,7 +61,12 @@ def point_force(K: float, n: float, depth: float) -> float:
 
 @inlined
 def damping_factor(c: Constants, depth_rate: float, impact_speed: float) -> float:
-    """Return 1 + C d'/v of Eq. 11; negative where the wall would have to pull."""
+    """Return 1 + C d'/v of Eq. 11; negative where the wall would have to pull.
+
+    v is `impact_speed` (m/s), or the present one where the law has no memory: then it is at least 1 - C > 0.
+    """
+    if without_memory(c):
+        impact_speed = math.sqrt(depth_rate * depth_rate + c.speed_floor * c.speed_floor)
     return 1.0 + c.C * depth_rate / impact_speed
 
 

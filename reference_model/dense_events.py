@@ -45,8 +45,8 @@ _ROUND_OFF = 4.0 * np.finfo(np.float64).eps
 def _margin_in(
     c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float, t: float, y: Array
 ) -> float:
-    gap, rate, slip = contact_state(c, k, t, y)
-    return margin_value(c, modes, k, kind, sign, bound, gap, rate, slip)
+    gap, rate, damped, slip = contact_state(c, k, t, y)
+    return margin_value(c, modes, k, kind, sign, bound, gap, rate, damped, slip)
 
 
 @kernel
@@ -55,20 +55,19 @@ def _unsettled(
 ) -> Array:
     """Return contact and number of each margin that does not certainly last; shape (n, 2)."""
     found, count = np.empty((CONTACTS * MARGINS, 2)), 0
-    observed, values = np.empty((3, POINTS)), np.empty(POINTS)
+    observed, values = np.empty((4, POINTS)), np.empty(POINTS)
     for k in range(CONTACTS):
         if after[GAP, k] == np.inf:
             continue
         for j in range(POINTS):
-            observed[0, j], observed[1, j], observed[2, j] = contact_state(c, k, times[j], states[j])
+            observed[:, j] = contact_state(c, k, times[j], states[j])
         for number in range(MARGINS if modes[MEMORY, k] > 0.0 else 1):
             kind, sign, bound = margin_of(c, modes, k, number)
             if kind == NONE:
                 continue
             for j in range(POINTS):
-                values[j] = margin_value(
-                    c, modes, k, kind, sign, bound, observed[0, j], observed[1, j], observed[2, j]
-                )
+                gap, rate, damped, slip = observed[:, j]
+                values[j] = margin_value(c, modes, k, kind, sign, bound, gap, rate, damped, slip)
             end = margin_at(c, modes, k, kind, sign, bound, after)
             resolution = tolerance if kind == GAP else tolerance / VELOCITY_TIME
             if end < 0.0 or classify(values, values[0] <= ROUNDING, resolution) != SETTLED:
@@ -144,7 +143,7 @@ def first_switch(
     Parameters
     ----------
     c, modes
-        Constants; modes, shape (3, CONTACTS).
+        Constants; modes, shape (MODES, CONTACTS).
     after
         The contacts at the step's end, shape (5, CONTACTS).
     t0, t1, dense

@@ -28,7 +28,7 @@ def take_step(
     Parameters
     ----------
     c, t, h, y, modes
-        Constants, time (s), step (s), state (state_size,), modes (3, CONTACTS).
+        Constants, time (s), step (s), state (state_size,), modes (MODES, CONTACTS).
     k
         Stage derivatives, shape (ROWS, state_size): row 0 holds the derivative at `t`; rows 1-12 are written.
     y1

@@ -11,7 +11,9 @@ from reference_model.compiled import kernel
 from reference_model.constants import Constants
 from reference_model.contact import point_force, stored_energy
 from reference_model.forces import GAP, MEMORY, Array
+from reference_model.foundation import foundation_energy
 from reference_model.journal import JOURNAL
+from reference_model.marks import touches_with_sides
 
 ENERGIES = tuple(
     f"energy_{part}" for part in ("drive", "gravity", "kinetic", "contact", "damping", "friction", "residual")
@@ -40,9 +42,12 @@ def height_energy(c: Constants, bodies: Array, first: int, last: int) -> float:
 
 @kernel
 def contact_energy(c: Constants, modes: Array, contacts: Array) -> float:
-    """Return what the contacts store, J, from modes (3, CONTACTS) and contact states (5, CONTACTS)."""
+    """Return what the contacts store, J, from modes (MODES, CONTACTS) and contact states (5, CONTACTS)."""
     energy = 0.0
     for side in range(2):
+        if touches_with_sides(c):
+            energy += foundation_energy(c, -contacts[GAP, side], -contacts[GAP, side + 2])
+            continue
         d1 = -contacts[GAP, side] if modes[MEMORY, side] > 0.0 else 0.0
         d2 = -contacts[GAP, side + 2] if modes[MEMORY, side + 2] > 0.0 else 0.0
         both = modes[MEMORY, side] > 0.0 and modes[MEMORY, side + 2] > 0.0

@@ -41,8 +41,8 @@ def margin_within(
 ) -> float:  # fmt: skip
     """Return a margin (m or m/s) at the share `x` of a step, by its dense output; `state` is overwritten."""
     dense(y, f, x, free(c), state)
-    gap, rate, slip = contact_state(c, k, t + x * h, state)
-    return margin_value(c, modes, k, kind, sign, bound, gap, rate, slip)
+    gap, rate, damped, slip = contact_state(c, k, t + x * h, state)
+    return margin_value(c, modes, k, kind, sign, bound, gap, rate, damped, slip)
 
 
 @bare
@@ -94,7 +94,7 @@ def first_switch(
     Parameters
     ----------
     c, t, h, y, modes
-        Constants, start (s) and length (s) of the step, state at its start, modes (3, CONTACTS).
+        Constants, start (s) and length (s) of the step, state at its start, modes (MODES, CONTACTS).
     f
         Coefficients of the dense output, shape (7, state_size).
     before, stages

@@ -187,7 +187,7 @@ def derivative(
     y
         State; only coordinates and velocities matter.
     modes
-        Shape (3, CONTACTS).
+        Shape (MODES, CONTACTS).
     dy
         Written: the derivative of the whole state, shape (state_size,).
     contacts

@@ -6,19 +6,22 @@ The kernel works in chunks: it returns when it has passed `t_stop`, when its eve
 it fails, and can be called again with the same `Progress`.
 """
 
-import math
-
 import numpy as np
 
 from reference_model.compiled import kernel
 from reference_model.constants import Constants
+from reference_model.contact_steps import first_step_in_contact, step_before_separation
 from reference_model.dop853 import ROWS, STAGES, error_norm, prepare_dense, take_step
 from reference_model.energy import ENERGIES
 from reference_model.events import first_switch
-from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array, no_contacts
+from reference_model.forces import (
+    CONTACTS,
+    GAP,
+    MEMORY,
+    no_contacts,
+)
 from reference_model.formulations import DRIVEN, free, right_hand_side, state_size
 from reference_model.isolation import POINTS
-from reference_model.journal import JOURNAL
 from reference_model.observation import CHANNELS, audit
 from reference_model.progress import (
     BUFFERED,
@@ -44,50 +47,10 @@ REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT, CHATTER = range(6)
 _SAFETY, _SHRINK, _GROW, _EXPONENT = 0.9, 0.333, 3.0, -1.0 / 8.0
 VELOCITY_TIME = 1.0e-3
 """s; the error of a rate counts as the error of position that it makes in this time."""
-# A 32nd of an elastic contact; rules at loose tolerances: at 1e-7 0.05 costs 14 % more evaluations.
-_FIRST_SHARE = 0.1
-# All that the force moves in the first step is 2^3.5 / (2.5 * 3.5) = 1.3 tolerances; 4.0 fails more often.
-_FIRST_ERROR = 2.0
-# Short of the opening, where the force is not smooth; 0.5 costs 4 to 16 % more evaluations (1e-10 to 1e-7).
-_EXIT_SHARE = 0.8
 # Once on the step as tried, once on the step that ends there; seldom once more, after loose tolerances.
 _LOCATIONS = 10
 SWITCHES_AT_ONCE = 100
 """At one instant; each contact can open or close and change its friction once."""
-
-
-@kernel
-def first_step_in_contact(c: Constants, contact: int, speed: float, tolerance: float) -> float:
-    """Return a first step (s) after a touch at `speed` (m/s), for the lightest mass m that it can hit.
-
-    The force K (v t)^1.5 is not smooth at its start, and an estimate of eighth order knows nothing of it: the
-    motion errs by about K v^1.5 h^3.5 / m in the first step, which is held against the tolerance. And no more
-    than a share of (m^2 / (K^2 v))^0.2, of which an elastic contact lasts 3.2.
-    """
-    if contact == JOURNAL:
-        mass, stiffness, arm = c.m2, c.Kj, c.L2
-    else:
-        mass, stiffness, arm = c.J5 / (c.half_length * c.half_length), c.K, c.half_length
-    longest = math.pow(mass * mass / (stiffness * stiffness * speed), 0.2)
-    resolved = math.pow(tolerance * arm * mass / (stiffness * speed * math.sqrt(speed)), 1.0 / 3.5)
-    return min(_FIRST_SHARE * longest, _FIRST_ERROR * resolved)
-
-
-@kernel
-def step_before_separation(c: Constants, modes: Array, contacts: Array, h: float, tolerance: float) -> float:
-    """Return the step to take instead of `h` (s) where a contact will open within it.
-
-    The force K d^1.5 is not smooth where it ends either; a step across that instant fails, and again when it
-    is shortened. The instant is foreseen from depth and rate: the steps towards it shorten in proportion to
-    what is left, until what is left is as short as a first step.
-    """
-    for k in range(CONTACTS):
-        if modes[MEMORY, k] > 0.0 and contacts[RATE, k] > 0.0 and contacts[GAP, k] < 0.0:
-            left = -contacts[GAP, k] / contacts[RATE, k]
-            if h > _EXIT_SHARE * left:
-                last = first_step_in_contact(c, k, contacts[RATE, k], tolerance)
-                h = min(h, max(_EXIT_SHARE * left, last))
-    return h
 
 
 @kernel
@@ -216,13 +179,14 @@ def advance(
         h = next_h
         if contact != NONE:
             kind, _, _ = margin_of(c, p.modes, contact, number)
-            was_free = nothing_touches(p.modes)
+            was_free, had_touched = nothing_touches(p.modes), p.modes[MEMORY, contact] > 0.0
             switch(c, t_cycle + t, kind, contact, before, p)
             if kind == GAP:
                 if nothing_touches(p.modes) and not was_free:
                     h = max(h, p.clock[2])
-                elif p.modes[MEMORY, contact] > 0.0:
-                    h = min(h, first_step_in_contact(c, contact, p.modes[MEMORY, contact], tolerance))
+                elif p.modes[MEMORY, contact] > 0.0 and not had_touched:
+                    speed = p.modes[MEMORY, contact]
+                    h = min(h, first_step_in_contact(c, contact, speed, before, tolerance))
             right_hand_side(c, t, p.y, p.modes, k[0], before)
             p.counters[EVALUATIONS] += 1
     p.clock[0], p.clock[1] = t, h

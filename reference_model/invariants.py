@@ -8,9 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from reference_model.contact import CORNERS, PAPER_SWITCHING
+from reference_model.constants import FOUNDATION, PAPER_SWITCHING
+from reference_model.contact import CORNERS
 from reference_model.forces import Array
 from reference_model.integrate import VELOCITY_TIME
+from reference_model.journal import JOURNAL
 from reference_model.parameters import Parameters
 from reference_model.step_bounds import LOCATED, LOCATED_SPEED
 from reference_model.watch import (
@@ -107,7 +109,7 @@ def check(p: Parameters, watch: Array, events: Array, drift: dict[str, float] | 
         value, time, contact = watch[row]
         place = "" if value == 0.0 or contact < 0 else CONTACT_NAMES[int(contact)]
         found[name] = Invariant(float(value), float(bound), unit, float(time), place)
-    found["overlap"] = _overlap(events, p.cycles * p.period)
+    found["overlap"] = _overlap(events, p.cycles * p.period, c.law == FOUNDATION)
     if drift is not None:
         controlled = not scipy and min(c.alpha, c.beta) > 0.0 and max(c.alpha, c.beta) <= STIFF_GAIN
         most = DRIFT if controlled else UNCONTROLLED_DRIFT
@@ -116,18 +118,19 @@ def check(p: Parameters, watch: Array, events: Array, drift: dict[str, float] | 
     return found
 
 
-def _overlap(events: Array, duration: float) -> Invariant:
-    """Return by how much contacts of one corner overlap, s."""
-    order = np.lexsort((events[:, 1], events[:, 0]))
+def _overlap(events: Array, duration: float, of_sides: bool) -> Invariant:
+    """Return by how much contacts of one corner, or of one side, overlap, s."""
+    place = np.where(of_sides & (events[:, 0] < JOURNAL), events[:, 0] % 2, events[:, 0])
+    order = np.lexsort((events[:, 1], place))
     contact, start, end = events[order, 0], events[order, 1], events[order, 2]
-    both = np.where(contact[1:] == contact[:-1], end[:-1] - start[1:], 0.0)
+    both = np.where(np.diff(place[order]) == 0, end[:-1] - start[1:], 0.0)
     # Times add up to the duration by rounding.
     bound = 4.0 * float(np.spacing(duration))
     if not both.size or both.max() <= 0.0:
         return Invariant(0.0, bound, "s", 0.0)
     worst = int(both.argmax())
     return Invariant(
-        float(both[worst]), bound, "s", float(start[1:][worst]), CONTACT_NAMES[int(contact[worst])]
+        float(both[worst]), bound, "s", float(start[1:][worst]), CONTACT_NAMES[int(contact[1:][worst])]
     )
 
 

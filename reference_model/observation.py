@@ -7,7 +7,18 @@ from reference_model.compiled import bare, kernel
 from reference_model.constants import Constants
 from reference_model.contact import CORNERS
 from reference_model.energy import ENERGIES, balance, starting_energies
-from reference_model.forces import CLIPPED, CONTACTS, FRICTION, GAP, MEMORY, NORMAL, Array
+from reference_model.forces import (
+    CLIPPED,
+    CONTACTS,
+    FRICTION,
+    GAP,
+    MEMORY,
+    NORMAL,
+    Array,
+    normal_force,
+    of_side,
+    other_corner,
+)
 from reference_model.formulations import bearing_motion, free, slider_motion
 from reference_model.journal import JOURNAL
 from reference_model.mechanism import (
@@ -136,10 +147,12 @@ def widen(extrema: Array, wanted: NDArray[np.int64], t: float, values: Array) ->
 
 
 @bare
-def note_forces(modes: Array, contacts: Array, open_contacts: Array) -> None:
+def note_forces(c: Constants, modes: Array, contacts: Array, open_contacts: Array) -> None:
     """Update peak force and largest depth of the closed contacts, columns 3 and 4 of `open_contacts`."""
     for k in range(CONTACTS):
         if modes[MEMORY, k] > 0.0:
             if modes[CLIPPED, k] == 0.0:
-                open_contacts[k, 3] = max(open_contacts[k, 3], contacts[NORMAL, k])
+                open_contacts[k, 3] = max(open_contacts[k, 3], normal_force(c, contacts, k))
             open_contacts[k, 4] = max(open_contacts[k, 4], -contacts[GAP, k])
+            if of_side(c, k):
+                open_contacts[k, 4] = max(open_contacts[k, 4], -contacts[GAP, other_corner(k)])

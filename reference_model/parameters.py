@@ -5,8 +5,11 @@ from dataclasses import dataclass
 
 from reference_model.constants import Constants
 
-LAWS = ("hertz-corners", "paper-switching", "strip")
+LAWS = ("hertz-corners", "paper-switching", "strip", "foundation")
 """Contact laws of the slider, by their number in `Constants.law`."""
+
+IMPACT_SPEEDS = ("frozen", "current")
+"""What the damping refers to, by its number in `Constants.memoryless`."""
 
 SCIPY_METHODS = ("BDF", "Radau", "LSODA", "scipy-DOP853")
 """Integrators of `reference_model.scipy_solvers`: scipy's names, except the one with a compiled namesake."""
@@ -85,6 +88,8 @@ class Parameters:
     """R_j, m."""
     law: int
     """Index into LAWS."""
+    memoryless: bool
+    """Whether the damping refers to the present depth rate, not to the impact speed frozen at the touch."""
     youngs_modulus: float
     """E of all bodies in contact, Pa."""
     poisson: float
@@ -164,6 +169,7 @@ class Parameters:
             half_width=0.5 * slider.width,
             half_length=0.5 * slider.length,
             law=float(self.law),
+            memoryless=float(self.memoryless),
             K=self.point_stiffness(self.corner_radius),
             Ks=(slider.thickness + slider.length) / (0.475 * self.compliance),
             n=self.exponent,

@@ -9,9 +9,24 @@ from numpy.typing import NDArray
 from reference_model.compiled import kernel
 from reference_model.constants import Constants
 from reference_model.events import next_regime, touching
-from reference_model.forces import CLIPPED, CONTACTS, GAP, MEMORY, RATE, REGIME, SLIP, Array
+from reference_model.forces import (
+    CLIPPED,
+    CONTACTS,
+    GAP,
+    INSIDE,
+    MEMORY,
+    MODES,
+    RATE,
+    REGIME,
+    SLIP,
+    Array,
+    of_side,
+    other_corner,
+    side_motion,
+)
 from reference_model.formulations import crank_coordinate, free, right_hand_side, state_size
 from reference_model.friction import friction_regime
+from reference_model.marks import without_memory
 from reference_model.observation import CHANNELS, note_forces, note_start
 from reference_model.switching import PULL
 from reference_model.watch import WATCHED, watch_start
@@ -36,7 +51,7 @@ class Progress(NamedTuple):
     y: Array
     """(state_size,)."""
     modes: Array
-    """(3, CONTACTS)."""
+    """(MODES, CONTACTS)."""
     open_contacts: Array
     """(CONTACTS, 5), of each contact: start, impact speed, impulse before, peak force, largest depth."""
     events: Array
@@ -61,7 +76,7 @@ def begin(c: Constants, y0: Array, first_step: float) -> Progress:
     progress = Progress(
         clock=np.array([0.0, first_step, first_step, 0.0]),
         y=y,
-        modes=np.zeros((3, CONTACTS)),
+        modes=np.zeros((MODES, CONTACTS)),
         open_contacts=np.zeros((CONTACTS, 5)),
         events=np.empty((EVENT_BUFFER, 7)),
         counters=np.zeros(7, dtype=np.int64),
@@ -110,22 +125,39 @@ def close_at_start(c: Constants, p: Progress) -> None:
     right_hand_side(c, 0.0, p.y, p.modes, dy, contacts)
     for k in range(CONTACTS):
         if contacts[GAP, k] < 0.0:
-            start_contact(c, k, 0.0, contacts, p)
+            p.modes[INSIDE, k] = 1.0
+            # Of a side that is inside with both corners the deeper one, or the lower, stands for the first.
+            ahead = contacts[GAP, other_corner(k)] - contacts[GAP, k] if of_side(c, k) else 1.0
+            if ahead > 0.0 or (ahead == 0.0 and k < 2):
+                start_contact(c, k, 0.0, contacts, p)
     right_hand_side(c, 0.0, p.y, p.modes, dy, contacts)
-    note_forces(p.modes, contacts, p.open_contacts)  # a contact may be at its deepest here
+    note_forces(c, p.modes, contacts, p.open_contacts)  # a contact may be at its deepest here
     note_start(c, p.y, p.modes, dy, contacts, p.start)
+
+
+@kernel
+def impulse(c: Constants, k: int, p: Progress) -> float:
+    """Return the impulse of a contact, or of its side, since t = 0, N s."""
+    total = p.y[free(c) + k]
+    if of_side(c, k):
+        total += p.y[free(c) + other_corner(k)]
+    return float(total)
 
 
 @kernel
 def start_contact(c: Constants, k: int, t: float, contacts: Array, p: Progress) -> None:
     """Freeze the impact speed of contact `k` and open its row of the event table."""
     watch_start(contacts[RATE, k], t, k, p.watch)
-    speed = max(-contacts[RATE, k], c.speed_floor)
-    p.modes[MEMORY, k] = speed
-    p.modes[REGIME, k] = friction_regime(c, contacts[SLIP, k])
-    p.modes[CLIPPED, k] = 1.0 if speed - c.C * contacts[RATE, k] < 0.0 else 0.0
+    rate, slip = contacts[RATE, k], contacts[SLIP, k]
+    if of_side(c, k) and t == 0.0:  # later the corner touches alone: its own rate and slip are the side's
+        _, rate, slip = side_motion(c, contacts, k)
+    speed = max(-rate, c.speed_floor)
+    p.modes[INSIDE, k], p.modes[MEMORY, k] = 1.0, speed
+    p.modes[REGIME, k] = friction_regime(c, slip)
+    pulls = speed - c.C * rate < 0.0 and not without_memory(c)
+    p.modes[CLIPPED, k] = 1.0 if pulls else 0.0
     row = p.open_contacts[k]
-    row[0], row[1], row[2], row[3], row[4] = t, speed, p.y[free(c) + k], 0.0, 0.0
+    row[0], row[1], row[2], row[3], row[4] = t, speed, impulse(c, k, p), 0.0, 0.0
 
 
 @kernel
@@ -133,25 +165,46 @@ def end_contact(c: Constants, k: int, t: float, p: Progress) -> None:
     """Write the event row of contact `k` and free it."""
     contact, row = p.open_contacts[k], p.events[p.counters[BUFFERED]]
     row[0], row[1], row[2], row[3] = k, contact[0], t, contact[1]
-    row[4], row[5], row[6] = p.y[free(c) + k] - contact[2], contact[3], contact[4]
+    row[4], row[5], row[6] = impulse(c, k, p) - contact[2], contact[3], contact[4]
     p.counters[BUFFERED] += 1
     p.counters[ENDED] += 1
     p.modes[:, k] = 0.0
 
 
 @kernel
+def enter(c: Constants, k: int, t: float, contacts: Array, p: Progress) -> None:
+    """Let contact `k` close; of a side that is in contact already only the other corner goes in."""
+    p.modes[INSIDE, k] = 1.0
+    if not (of_side(c, k) and max(p.modes[MEMORY, k], p.modes[MEMORY, other_corner(k)]) > 0.0):
+        start_contact(c, k, t, contacts, p)
+
+
+@kernel
+def leave(c: Constants, k: int, t: float, contacts: Array, p: Progress) -> None:
+    """Let contact `k` open; of a side that still has the other corner inside only this one goes out."""
+    p.modes[INSIDE, k] = 0.0
+    if not of_side(c, k):
+        end_contact(c, k, t, p)
+        return
+    if contacts[GAP, other_corner(k)] < 0.0:
+        p.modes[INSIDE, other_corner(k)] = 1.0
+    if p.modes[INSIDE, other_corner(k)] == 0.0:
+        end_contact(c, k if p.modes[MEMORY, k] > 0.0 else other_corner(k), t, p)
+
+
+@kernel
 def switch(c: Constants, t: float, kind: int, contact: int, contacts: Array, p: Progress) -> None:
     """Change the mode that ended at `t`; contacts that close at the same instant follow."""
     p.counters[SWITCHES] += 1
-    if kind == GAP and p.modes[MEMORY, contact] > 0.0:
-        end_contact(c, contact, t, p)
+    if kind == GAP and p.modes[INSIDE, contact] > 0.0:
+        leave(c, contact, t, contacts, p)
     elif kind == GAP:
-        start_contact(c, contact, t, contacts, p)
+        enter(c, contact, t, contacts, p)
         for k in range(CONTACTS):
-            if p.modes[MEMORY, k] == 0.0 and touching(
+            if p.modes[INSIDE, k] == 0.0 and touching(
                 contacts[GAP, k], contacts[RATE, k], contacts[GAP, contact]
             ):
-                start_contact(c, k, t, contacts, p)
+                enter(c, k, t, contacts, p)
     elif kind == PULL:
         p.modes[CLIPPED, contact] = 1.0 - p.modes[CLIPPED, contact]
     else:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from reference_model.parameters import LAWS, SCIPY_METHODS, Parameters, Rod, Slider
+from reference_model.parameters import IMPACT_SPEEDS, LAWS, SCIPY_METHODS, Parameters, Rod, Slider
 
 GROUPS = ("accelerations", "corners", "joints", "energy")
 FORMULATIONS = ("auto", "minimal", "multiplier")
@@ -42,10 +42,12 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
     groups = frozenset(scene["output"]["groups"])
     solver = scene["solver"]["reference"]
     formulation = solver.get("formulation", "auto")
+    impact_speed = contact.get("impact_speed", "frozen")
     for key, value, known in (
         ("joints.slider", joints["slider"], ("clearance", "ideal")),
         ("joints.crank_pin", joints["crank_pin"], ("clearance", "ideal")),
         ("contact.law", contact["law"], LAWS),
+        ("contact.impact_speed", impact_speed, IMPACT_SPEEDS),
         ("solver.reference.formulation", formulation, FORMULATIONS),
         ("solver.reference.method", solver["method"], METHODS),
         *(("output.groups", group, GROUPS) for group in sorted(groups)),
@@ -90,6 +92,7 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
         pin_clearance=float(scene["clearance"]["crank_pin"]),
         journal_radius=float(scene["clearance"]["journal_radius"]),
         law=LAWS.index(contact["law"]),
+        memoryless=impact_speed == "current",
         youngs_modulus=float(contact["youngs_modulus"]),
         poisson=float(contact["poisson"]),
         restitution=float(contact["restitution"]),

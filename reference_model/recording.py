@@ -9,11 +9,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import bare, inlined
+from reference_model.compiled import bare
 from reference_model.constants import Constants
 from reference_model.dop853 import STAGES, dense, prepare_dense
 from reference_model.energy import ENERGIES
-from reference_model.forces import CONTACTS, GAP, MEMORY, NORMAL, RATE, Array, no_contacts
+from reference_model.forces import (
+    CONTACTS,
+    INSIDE,
+    MEMORY,
+    RATE,
+    Array,
+    no_contacts,
+)
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.observation import (
     ACCELERATIONS,
@@ -28,6 +35,7 @@ from reference_model.observation import (
     observe,
     widen,
 )
+from reference_model.peaks import deepest, force_peak, has_peak, strongest
 from reference_model.progress import (
     EVALUATIONS,
     SAMPLES,
@@ -38,11 +46,7 @@ from reference_model.progress import (
     reached,
 )
 from reference_model.reactions import REACTIONS
-from reference_model.switching import contact_state
 from reference_model.watch import watch_contacts
-
-_STILL = 1.0e-9
-"""Of the rates at a step's ends: by its square, 1e-18, the depth at that instant is not the largest."""
 
 
 class Samples(NamedTuple):
@@ -77,97 +81,6 @@ def keep(samples: Samples, i: int, channels: Array) -> None:
         samples.values[k, i] = channels[samples.wanted[k]]
 
 
-@inlined
-def force_peak(c: Constants, contact: int, speed: float, h: float, before: Array, after: Array) -> float:
-    """Return about where in a step of `h` (s) the force of a closed contact peaks, as a share; -1: nowhere.
-
-    From the zero of d/dt [d^n (1 + C d' / v)], times d, with the mean d'' of the step; v is `speed`. A peak
-    close to a step's end can seem to lie in the next step, and from there in this one: then the force at the
-    end stands for it, up to 1e-4 of it short.
-    """
-    bend = (before[RATE, contact] - after[RATE, contact]) / h
-    rise0 = _force_rise(c, before[GAP, contact], before[RATE, contact], bend, speed)
-    rise1 = _force_rise(c, after[GAP, contact], after[RATE, contact], bend, speed)
-    return rise0 / (rise0 - rise1) if rise0 > 0.0 > rise1 else -1.0
-
-
-@inlined
-def _force_rise(c: Constants, gap: float, rate: float, bend: float, speed: float) -> float:
-    return -c.n * rate * (1.0 - c.C * rate / speed) - c.C * bend * gap / speed
-
-
-@bare
-def force_at(
-    c: Constants, p: Progress, contact: int, share: float, t: float, h: float, f: Array,
-    state: Array, dy: Array, contacts: Array,
-) -> float:  # fmt: skip
-    """Return a contact's normal force (N) within a step, by its dense output."""
-    dense(p.y, f, share, free(c), state)
-    right_hand_side(c, t + share * h, state, p.modes, dy, contacts)
-    return float(contacts[NORMAL, contact])
-
-
-@bare
-def strongest(
-    c: Constants, p: Progress, contact: int, guess: float, t: float, h: float, f: Array,
-    state: Array, dy: Array, contacts: Array,
-) -> float:  # fmt: skip
-    """Return the share of the step at which a contact's force peaks, near a guess of it.
-
-    The vertex of a parabola through three forces, ever closer ones.
-    """
-    share, width = guess, 0.25 * min(guess, 1.0 - guess)
-    for _ in range(2):
-        before = force_at(c, p, contact, share - width, t, h, f, state, dy, contacts)
-        here = force_at(c, p, contact, share, t, h, f, state, dy, contacts)
-        after = force_at(c, p, contact, share + width, t, h, f, state, dy, contacts)
-        curve = before - 2.0 * here + after
-        if curve < 0.0:
-            share += width * max(-1.0, min(1.0, 0.5 * (before - after) / curve))
-        width *= 0.25
-    return share
-
-
-@bare
-def has_peak(c: Constants, modes: Array, h: float, before: Array, after: Array) -> bool:
-    """Return whether the depth or the force of some closed contact peaks within a step."""
-    for i in range(CONTACTS):
-        if modes[MEMORY, i] > 0.0:
-            if before[RATE, i] < 0.0 < after[RATE, i]:
-                return True
-            if force_peak(c, i, modes[MEMORY, i], h, before, after) > 0.0:
-                return True
-    return False
-
-
-@bare
-def deepest(
-    c: Constants, k: int, t: float, h: float, y: Array, f: Array, before: Array, after: Array, state: Array
-) -> float:  # fmt: skip
-    """Return the share of a step at which contact `k` is deepest: its gap turns from closing to opening.
-
-    The regula falsi in its Illinois form, for the zero of the gap's rate. `state` is overwritten.
-    """
-    lo, hi, f_lo, f_hi = 0.0, 1.0, before[RATE, k], after[RATE, k]
-    small = _STILL * max(-f_lo, f_hi)
-    x, side = hi, 0
-    for _ in range(60):
-        x = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
-        dense(y, f, x, free(c), state)
-        _, rate, _ = contact_state(c, k, t + x * h, state)
-        if abs(rate) <= small:
-            break
-        if rate > 0.0:
-            hi, f_hi = x, rate
-            f_lo *= 0.5 if side == 1 else 1.0
-            side = 1
-        else:
-            lo, f_lo = x, rate
-            f_hi *= 0.5 if side == -1 else 1.0
-            side = -1
-    return x
-
-
 @bare
 def note_step(
     c: Constants, p: Progress, t: float, h: float, y1: Array, k: Array, f: Array, before: Array, after: Array,
@@ -196,18 +109,16 @@ def note_step(
     if peak:
         for i in range(CONTACTS):
             speed = p.modes[MEMORY, i]
-            if speed == 0.0:
-                continue
-            if before[RATE, i] < 0.0 < after[RATE, i]:
+            if p.modes[INSIDE, i] > 0.0 and before[RATE, i] < 0.0 < after[RATE, i]:
                 share = deepest(c, i, t, h, p.y, f, before, after, state)
                 note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
-                note_forces(p.modes, contacts, p.open_contacts)
-            share = force_peak(c, i, speed, h, before, after)
+                note_forces(c, p.modes, contacts, p.open_contacts)
+            share = force_peak(c, i, speed, h, before, after) if speed > 0.0 else -1.0
             if share > 0.0:
                 share = strongest(c, p, i, share, t, h, f, state, dy, contacts)
                 note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
-                note_forces(p.modes, contacts, p.open_contacts)
-    note_forces(p.modes, after, p.open_contacts)
+                note_forces(c, p.modes, contacts, p.open_contacts)
+    note_forces(c, p.modes, after, p.open_contacts)
     watch_contacts(p.modes, after, t_cycle + t + h, p.watch)
     observe(c, t + h, y1, p.modes, k[STAGES], after, samples.what, p.start, observed)
     widen(p.extrema, samples.wanted, t_cycle + t + h, observed)

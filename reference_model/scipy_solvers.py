@@ -13,9 +13,10 @@ from scipy.integrate import BDF, DOP853, LSODA, OdeSolver, Radau
 from scipy.optimize import minimize_scalar
 
 from reference_model.constants import Constants
+from reference_model.contact_steps import first_step_in_contact
 from reference_model.dense_events import Dense, first_switch, turning_time
 from reference_model.energy import ENERGIES
-from reference_model.forces import CONTACTS, GAP, MEMORY, NORMAL, RATE, Array, no_contacts
+from reference_model.forces import CONTACTS, GAP, INSIDE, MEMORY, RATE, Array, no_contacts, normal_force
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.integrate import (
     BUFFER_FULL,
@@ -26,13 +27,13 @@ from reference_model.integrate import (
     STEP_TOO_SMALL,
     SWITCHES_AT_ONCE,
     VELOCITY_TIME,
-    first_step_in_contact,
 )
 from reference_model.jacobian import jacobian
 from reference_model.observation import CHANNELS, audit, note_forces, observe, widen
 from reference_model.parameters import SCIPY_METHODS
+from reference_model.peaks import force_peak, has_peak
 from reference_model.progress import BUFFERED, ENDED, EVENT_BUFFER, SAMPLES, STEPS, SWITCHES, Progress, switch
-from reference_model.recording import Samples, force_peak, has_peak, keep
+from reference_model.recording import Samples, keep
 from reference_model.watch import watch_contacts, watch_energy
 
 SOLVERS: dict[str, type[OdeSolver]] = dict(zip(SCIPY_METHODS, (BDF, Radau, LSODA, DOP853), strict=True))
@@ -182,7 +183,7 @@ class ScipySolver:
             count += 1
         p.counters[SAMPLES] = count
         self._observe(end, y, self._after, self._observed)
-        note_forces(p.modes, self._after, p.open_contacts)
+        note_forces(self._c, p.modes, self._after, p.open_contacts)
         watch_contacts(p.modes, self._after, end, p.watch)
         if has_peak(self._c, p.modes, end - t, self._before, self._after):
             self._note_peaks(t, end, dense)
@@ -193,11 +194,9 @@ class ScipySolver:
         before, after = self._before, self._after
         for k in range(CONTACTS):
             speed = p.modes[MEMORY, k]
-            if speed == 0.0:
-                continue
-            if before[RATE, k] < 0.0 < after[RATE, k]:
+            if p.modes[INSIDE, k] > 0.0 and before[RATE, k] < 0.0 < after[RATE, k]:
                 self._note_peak(turning_time(c, p.modes, k, t, end, dense), dense)
-            if force_peak(c, k, speed, h, before, after) > 0.0:
+            if speed > 0.0 and force_peak(c, k, speed, h, before, after) > 0.0:
                 share = minimize_scalar(
                     lambda share, k=k: -self._force(k, t + share * h, dense),
                     bounds=(0.0, 1.0),
@@ -209,12 +208,12 @@ class ScipySolver:
     def _force(self, k: int, t: float, dense: Dense) -> float:
         """Return the normal force of contact `k` within a step, N."""
         right_hand_side(self._c, t, dense(t), self._p.modes, self._rate, self._contacts)
-        return float(self._contacts[NORMAL, k])
+        return normal_force(self._c, self._contacts, k)
 
     def _note_peak(self, t: float, dense: Dense) -> None:
         """Record the contacts' forces and depths within a step."""
         self._observe(t, dense(t), self._contacts, self._observed)
-        note_forces(self._p.modes, self._contacts, self._p.open_contacts)
+        note_forces(self._c, self._p.modes, self._contacts, self._p.open_contacts)
 
     def _observe(self, t: float, y: Array, contacts: Array, out: Array) -> None:
         """Write contacts and channels of a state, and widen the extrema by them."""
@@ -234,7 +233,8 @@ class ScipySolver:
         # Half the last step, lest two modes hand over to each other for ever in a step too coarse for either.
         self._first_step = 0.5 * last
         if kind == GAP and p.modes[MEMORY, contact] > 0.0:
-            touch = first_step_in_contact(c, contact, p.modes[MEMORY, contact], self._tolerance)
+            speed = p.modes[MEMORY, contact]
+            touch = first_step_in_contact(c, contact, speed, self._before, self._tolerance)
             self._first_step = min(self._first_step, touch)
 
 

@@ -10,6 +10,9 @@ PULL     +-(v - C gap')              the damped force pushes, or is clipped     
 SLIP     slip - lower, upper - slip  the friction stays in its regime            m/s
 =======  ==========================  ==========================================  =======
 
+Under the law foundation every corner has a gap to go in or out by; the corner that keeps the contact of its
+side has the other margins, with gap' and slip of the resultant's point. A law without memory never pulls.
+
 The journal's gap c - |e| has a kink where the pin is centred; in its place stands (c^2 - e^2) / 2 c, which
 has the same zero, slope and sign and is smooth.
 """
@@ -19,28 +22,52 @@ import math
 from reference_model.compiled import bare, inlined
 from reference_model.constants import Constants
 from reference_model.contact import corner_arm, corner_gap, inward
-from reference_model.forces import CLIPPED, GAP, MEMORY, RATE, REGIME, SLIP, Array
+from reference_model.forces import (
+    CLIPPED,
+    GAP,
+    INSIDE,
+    MEMORY,
+    RATE,
+    REGIME,
+    SLIP,
+    Array,
+    of_side,
+    other_corner,
+    side_motion,
+)
 from reference_model.formulations import bearing_motion, slider_motion
+from reference_model.foundation import resultant
 from reference_model.friction import regime_bounds
 from reference_model.journal import JOURNAL
+from reference_model.marks import touches_with_sides, without_memory
 
 PULL = 5
 """Kind of switching function, beside GAP and SLIP; RATE serves to find the extremum of a gap."""
 MARGINS = 4
 """Of a contact: its gap, the pull, the lower and the upper bound of its friction regime."""
+SECOND_CORNER = 1.0e-12
+"""m, by which the second corner of a side is past zero where it goes in or out: less than LOCATED."""
 NONE = -1
 """Kind of a margin that a contact does not have in its mode."""
 
 
 @bare
-def contact_state(c: Constants, k: int, t: float, y: Array) -> tuple[float, float, float]:
-    """Return gap (m), its rate and the slip (m/s) of contact `k` in a state."""
+def contact_state(c: Constants, k: int, t: float, y: Array) -> tuple[float, float, float, float]:
+    """Return gap (m), its rate, the rate that the damping sees, and the slip (m/s) of contact `k`."""
     if k == JOURNAL:
         bearing = bearing_motion(c, t, y)
-        return bearing.gap, bearing.rate, bearing.slip
+        return bearing.gap, bearing.rate, bearing.rate, bearing.slip
     x5, _, angle, vx5, vy5, w5 = slider_motion(c, t, y)
-    rx, ry = corner_arm(c, k, math.cos(angle), math.sin(angle))
-    return corner_gap(c, k, x5 + rx), inward(k) * (vx5 - w5 * ry), vy5 + w5 * rx
+    c5, s5 = math.cos(angle), math.sin(angle)
+    rx, ry = corner_arm(c, k, c5, s5)
+    gap, rate, slip = corner_gap(c, k, x5 + rx), inward(k) * (vx5 - w5 * ry), vy5 + w5 * rx
+    if not touches_with_sides(c):
+        return gap, rate, rate, slip
+    rx, ry = corner_arm(c, other_corner(k), c5, s5)
+    _, share = resultant(c, -gap, -corner_gap(c, k, x5 + rx))
+    rest = 1.0 - share
+    damped = share * rate + rest * inward(k) * (vx5 - w5 * ry)
+    return gap, rate, damped, share * slip + rest * (vy5 + w5 * rx)
 
 
 @inlined
@@ -57,19 +84,21 @@ def smooth_rate(c: Constants, k: int, gap: float, rate: float) -> float:
 
 @inlined
 def margin_of(c: Constants, modes: Array, k: int, number: int) -> tuple[int, float, float]:
-    """Return kind, sign and bound of a margin, sign * (switching function - bound); kind NONE: there is none.
+    """Return kind, sign and bound of a margin (`margin_value`); kind NONE: there is none.
 
     Parameters
     ----------
     c, modes
-        Constants; modes, shape (3, CONTACTS).
+        Constants; modes, shape (MODES, CONTACTS).
     k, number
         Contact, and which of its MARGINS.
     """
-    closed = modes[MEMORY, k] > 0.0
     if number == 0:
-        return GAP, -1.0 if closed else 1.0, 0.0
-    if not closed or (number == 1 and c.C == 0.0):
+        # The second corner of a side changes no force at its zero, and of a side that fades away at rest both
+        # depths are rounding: without some room it would go in and out for ever.
+        second = of_side(c, k) and modes[INSIDE, other_corner(k)] > 0.0
+        return GAP, -1.0 if modes[INSIDE, k] > 0.0 else 1.0, -SECOND_CORNER if second else 0.0
+    if modes[MEMORY, k] == 0.0 or (number == 1 and (c.C == 0.0 or without_memory(c))):
         return NONE, 0.0, 0.0
     if number == 1:
         return PULL, -1.0 if modes[CLIPPED, k] > 0.0 else 1.0, 0.0
@@ -81,13 +110,13 @@ def margin_of(c: Constants, modes: Array, k: int, number: int) -> tuple[int, flo
 @inlined
 def margin_value(
     c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float,
-    gap: float, rate: float, slip: float,
+    gap: float, rate: float, damped: float, slip: float,
 ) -> float:  # fmt: skip
-    """Return a margin (m or m/s) from gap (m), rate and slip (m/s) of its contact."""
+    """Return a margin (m or m/s) from what `contact_state` returns of its contact."""
     if kind == GAP:
-        return sign * smooth_gap(c, k, gap)
+        return sign * smooth_gap(c, k, gap) - bound
     if kind == PULL:  # 1 + C depth_rate / impact_speed, times the impact speed
-        return sign * (float(modes[MEMORY, k]) - c.C * rate)
+        return sign * (float(modes[MEMORY, k]) - c.C * damped)
     if kind == RATE:
         return sign * rate
     return sign * (slip - bound)
@@ -98,6 +127,7 @@ def margin_at(
     c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float, contacts: Array
 ) -> float:
     """Return a margin (m or m/s) from the states of the contacts, shape (5, CONTACTS)."""
-    return margin_value(
-        c, modes, k, kind, sign, bound, contacts[GAP, k], contacts[RATE, k], contacts[SLIP, k]
-    )
+    rate = damped = contacts[RATE, k]
+    if kind == PULL and of_side(c, k):
+        _, damped, _ = side_motion(c, contacts, k)
+    return margin_value(c, modes, k, kind, sign, bound, contacts[GAP, k], rate, damped, contacts[SLIP, k])

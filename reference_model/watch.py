@@ -5,9 +5,8 @@ events. A run in which one is outside its bound gets the status `invariant-viola
 """
 
 from reference_model.compiled import bare, kernel
-from reference_model.constants import Constants
-from reference_model.contact import PAPER_SWITCHING
-from reference_model.forces import CONTACTS, FRICTION, GAP, MEMORY, NORMAL, SLIP, Array
+from reference_model.constants import PAPER_SWITCHING, Constants
+from reference_model.forces import CONTACTS, FRICTION, GAP, INSIDE, NORMAL, SLIP, Array
 from reference_model.journal import JOURNAL
 
 OPEN_DEPTH, PULL, DRIVING_FRICTION, LEAVING_START, ENERGY, LARGEST_FORCE, LARGEST_ENERGY = range(7)
@@ -30,17 +29,18 @@ def watch_contacts(modes: Array, contacts: Array, t: float, watch: Array) -> Non
     Parameters
     ----------
     modes, contacts
-        Modes (3, CONTACTS) and states (5, CONTACTS) of the contacts.
+        Modes (MODES, CONTACTS) and states (5, CONTACTS) of the contacts.
     t
         s.
     watch
         Updated, shape (WATCHED, 3): worst value, time (s) and contact of each invariant.
     """
     for k in range(CONTACTS):
-        if modes[MEMORY, k] == 0.0:
+        if modes[INSIDE, k] == 0.0:
             if -contacts[GAP, k] > watch[OPEN_DEPTH, WORST]:
                 _note(watch, OPEN_DEPTH, -contacts[GAP, k], t, k)
-            continue
+            if contacts[NORMAL, k] == 0.0:
+                continue
         normal = contacts[NORMAL, k]
         if normal > watch[LARGEST_FORCE, WORST]:
             _note(watch, LARGEST_FORCE, normal, t, k)

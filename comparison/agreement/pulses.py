@@ -24,7 +24,7 @@ from comparison.execution.workers import Kernels
 from comparison.metrics.impacts import WINDOW, match
 from comparison.scene import Scene, scene_from_mapping
 from comparison.tables.arrays import Array
-from comparison.tables.channels import CORNERS
+from comparison.tables.channels import CORNERS, touching
 from comparison.tables.table import Table
 
 POINTS = 20
@@ -209,7 +209,8 @@ def _contacts(table: Table) -> Iterable[dict[str, Any]]:
     events = table.events[table.events["corner"].isin(CORNERS)]
     for corner, start, end in events[["corner", "start", "end"]].itertuples(index=False):
         part = slice(*np.searchsorted(time, [start, end], side="right").tolist())
-        force = table.values(f"corner_{corner}_normal")[part]
+        sharing = touching(corner, table.provenance.get("scene", {}))
+        force = np.sum([table.values(f"corner_{name}_normal")[part] for name in sharing], axis=0)
         kept = thinned(force)
         yield {
             "corner": corner,

@@ -97,6 +97,12 @@ def channels() -> dict[str, Channel]:
     return known
 
 
+def touching(place: str, scene: Mapping[str, Any]) -> list[str]:
+    """Return the corners that a contact of this name is of: under the law foundation both of its side."""
+    of_side = place != PIN and scene.get("contact", {}).get("law") == "foundation"
+    return [f"{end}{place[1]}" for end in "lu"] if of_side else [place]
+
+
 def is_uncertainty(column: str) -> bool:
     """Return whether a column is the estimated error of a channel of the press."""
     return column.endswith(UNCERTAINTY) and column.removesuffix(UNCERTAINTY) in channels()

@@ -28,7 +28,8 @@ SYMBOLS = {
     "r_y": r"r_y", "g_c": r"g_c", "x_5": r"x_5", "dx_5": r"\dot x_5", "dy_5": r"\dot y_5", "θ_5": r"\theta_5",
     "ω_5": r"\omega_5", "F_x": r"F_x", "F_y": r"F_y", "M_5": r"M_5", "A": r"A", "A_": r"A'", "e": r"e",
     "de": r"\dot e", "t": r"t", "c": r"c", "R_j": r"R_j", "R_b": r"R_b", "ω": r"\omega", "ω_2": r"\omega_2",
-    "P": r"P", "G": r"G",
+    "P": r"P", "G": r"G", "U": r"U", "s": r"s", "f_2": r"f_2", "dδ_1": r"\dot\delta_1",
+    "dδ_2": r"\dot\delta_2", "v_t1": r"v_{t1}", "v_t2": r"v_{t2}",
 }  # fmt: skip
 
 
@@ -88,6 +89,11 @@ def impact_speed(dδ, v_min):
     return max(dδ, v_min)
 
 
+@stated(r"v_i = \sqrt{\dot\delta^2 + v_{\min}^2}")
+def present_speed(dδ, v_min):
+    return np.sqrt(dδ**2 + v_min**2)
+
+
 @stated(r"K\delta^n")
 def point_elastic(K, δ, n):
     return K * np.maximum(δ, 0) ** n
@@ -105,6 +111,51 @@ def surface_elastic(K_s, δ_1, δ_2):
 def strip_elastic(K, K_s, n, δ_1, δ_2):
     h = δ_1 * δ_2 / (δ_1 + δ_2)
     return K * δ_1**n + 4 * K_s * h * (δ_2 / (δ_1 + δ_2)) ** 2
+
+
+@stated(
+    r"K_s \delta_1^2 (2\delta_1 - 3\delta_2)/(6(\delta_1 - \delta_2)^2)",
+    r"K_s \delta_1^3/(6(\delta_1 - \delta_2)^2)",
+    r"K_s \delta_1^3/(6(\delta_1 - \delta_2))",
+    r"\delta_2 \le 0 < \delta_1",
+)
+def triangle(K_s, δ_1, δ_2):
+    f_1 = K_s * δ_1**2 * (2 * δ_1 - 3 * δ_2) / (6 * (δ_1 - δ_2) ** 2)
+    f_2 = K_s * δ_1**3 / (6 * (δ_1 - δ_2) ** 2)
+    U = K_s * δ_1**3 / (6 * (δ_1 - δ_2))
+    return np.array([f_1, f_2, U])
+
+
+@stated(
+    r"K_s(2\delta_1 + \delta_2)/6",
+    r"K_s(\delta_1 + 2\delta_2)/6",
+    r"\frac{K_s}{6}(\delta_1^2 + \delta_1\delta_2 + \delta_2^2)",
+)
+def trapezoid(K_s, δ_1, δ_2):
+    f_1 = K_s * (2 * δ_1 + δ_2) / 6
+    f_2 = K_s * (δ_1 + 2 * δ_2) / 6
+    U = K_s / 6 * (δ_1**2 + δ_1 * δ_2 + δ_2**2)
+    return np.array([f_1, f_2, U])
+
+
+@stated(
+    r"s = f_1/(f_1 + f_2)",
+    r"\dot\delta = s\,\dot\delta_1 + (1 - s)\,\dot\delta_2, \qquad v_t = s\,v_{t1} + (1 - s)\,v_{t2}",
+)
+def side_motion(f_1, f_2, dδ_1, dδ_2, v_t1, v_t2):
+    s = f_1 / (f_1 + f_2)
+    dδ = s * dδ_1 + (1 - s) * dδ_2
+    v_t = s * v_t1 + (1 - s) * v_t2
+    return s, dδ, v_t
+
+
+@stated(
+    r"F_n = (f_1 + f_2) \left(1 + C\,\frac{\dot\delta}{v_i}\right)",
+    r"\text{ if that is positive, else } 0",
+)
+def side_force(f_1, f_2, C, dδ, v_i):
+    F_n = (f_1 + f_2) * (1 + C * dδ / v_i)
+    return np.where(F_n > 0, F_n, 0)
 
 
 @stated(
@@ -159,7 +210,7 @@ class Numbers:
     def __init__(self, scene) -> None:
         contact, rub, slider = scene["contact"], scene["friction"], scene["mechanism"]["slider"]
         material = contact["youngs_modulus"], contact["poisson"]
-        self.law = contact["law"]
+        self.law, self.memory = contact["law"], contact["impact_speed"] == "frozen"
         self.n, self.v_min = contact["exponent"], contact["impact_speed_floor"]
         self.K = point_stiffness(*material, contact["corner_radius"])
         self.K_s = side_stiffness(*material, slider["thickness"], slider["length"])
@@ -193,5 +244,26 @@ class Numbers:
     def normal(self, δ_1, δ_2, dδ, v_i):
         """Force of such a corner that touched at v_i, N."""
         elastic = self.elastic(δ_1, δ_2)
-        damped = normal_force(elastic, self.C, δ_1, dδ, v_i)
+        damped = normal_force(elastic, self.C, δ_1, dδ, v_i if self.memory else present_speed(dδ, self.v_min))
         return np.where((δ_1 > 0) & (δ_2 > 0), elastic, damped) if self.law == "paper-switching" else damped
+
+    def side(self, first, second):
+        """Normal and friction forces (N) of a foundation at both corners, impact speed, stored energy (J).
+
+        `first`, `second`: what `corner` gives of them while the side is in contact, from t = 0.
+        """
+        (d_1, rate_1, slip_1), (d_2, rate_2, slip_2) = first[:3], second[:3]
+        δ_1, δ_2 = np.maximum(d_1, d_2), np.minimum(d_1, d_2)
+        outside, apart = (
+            δ_2 <= 0,
+            np.where(δ_1 > δ_2, δ_2, δ_1 - 1),
+        )  # no division by zero where it is not used
+        forces = np.where(outside, triangle(self.K_s, δ_1, apart), trapezoid(self.K_s, δ_1, δ_2))
+        most, least, stored = np.where(δ_1 > 0, forces, 0)
+        f_1, f_2 = np.where(d_1 > d_2, most, least), np.where(d_1 > d_2, least, most)
+        s, dδ, v_t = side_motion(f_1, f_2, rate_1, rate_2, slip_1, slip_2)
+        v_i = impact_speed(dδ[0], self.v_min)
+        F_n = side_force(f_1, f_2, self.C, dδ, v_i if self.memory else present_speed(dδ, self.v_min))
+        F_t = friction(*self.rub, F_n, v_t)
+        normal, drag = [s * F_n, (1 - s) * F_n], [s * F_t, (1 - s) * F_t]
+        return normal, drag, v_i, stored

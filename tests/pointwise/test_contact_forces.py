@@ -9,7 +9,17 @@ from exudyn_model.contact.gaps import contact_law, corner_motion
 from exudyn_model.contact.journal import CrankAndRod2, journal_force, journal_law, pin_motion
 from exudyn_model.contact.states import PIN, contact_states
 from reference_model.constants import Formulation, as_record
-from reference_model.forces import CONTACTS, FRICTION, GAP, NORMAL, RATE, SLIP, bearing_forces, slider_forces
+from reference_model.forces import (
+    CONTACTS,
+    FRICTION,
+    GAP,
+    MODES,
+    NORMAL,
+    RATE,
+    SLIP,
+    bearing_forces,
+    slider_forces,
+)
 from reference_model.friction import friction_regime
 from reference_model.journal import JOURNAL, bearing_contact
 
@@ -116,7 +126,7 @@ def test_forces_of_the_journal_agree(presses) -> None:
         velocity = 1j * c.omega * tip - (-rate + 1j * along) * normal
         found = bearing_contact(c, time, bearing.real, bearing.imag, velocity.real, velocity.imag, w2)
         speed = rng.uniform(1e-2, 0.1) if depth > 0.0 else 0.0
-        modes, contacts = np.zeros((3, CONTACTS)), np.zeros((5, CONTACTS))
+        modes, contacts = np.zeros((MODES, CONTACTS)), np.zeros((5, CONTACTS))
         modes[:, JOURNAL] = (
             speed,
             friction_regime(c, found.slip),

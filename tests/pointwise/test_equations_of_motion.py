@@ -12,7 +12,7 @@ from exudyn_model.free_rocker import slider_acceleration_with_pin_clearance
 from exudyn_model.tree.slider_tree import build_slider_tree
 from reference_model.chain import bearing_motion
 from reference_model.constants import Formulation, as_record
-from reference_model.forces import CONTACTS, FRICTION, GAP, NORMAL, SLIP, no_contacts
+from reference_model.forces import CONTACTS, FRICTION, GAP, MODES, NORMAL, SLIP, no_contacts
 from reference_model.formulations import right_hand_side, state_size
 from reference_model.friction import friction_regime
 from reference_model.journal import JOURNAL
@@ -240,7 +240,7 @@ def test_accelerations_behind_a_crank_pin_with_clearance_agree(presses, slider) 
         y, dy = np.zeros(state_size(c)), np.zeros(state_size(c))
         y[: head.size] = head
         contacts, bodies = no_contacts(), np.empty((5, 9))
-        modes = np.zeros((3, CONTACTS))
+        modes = np.zeros((MODES, CONTACTS))
         right_hand_side(c, time, y, modes, dy, contacts)
         if contacts[GAP, JOURNAL] < 0.0:  # a force only where the pin touches
             modes[0, JOURNAL] = 10.0

@@ -12,12 +12,12 @@ from reference_model.constants import Formulation
 SOURCES = Path(reference_model.__file__).parent
 RUN = """
 import numpy as np
-from reference_model.forces import CONTACTS
+from reference_model.forces import CONTACTS, MODES
 from reference_model.formulations import right_hand_side, state_size
 from reference_model.constants import Constants, Formulation, as_record
 
 c = as_record(Constants(*np.full(len(Constants._fields), 0.5)), Formulation.SLIDER)
-modes = np.zeros((3, CONTACTS))
+modes = np.zeros((MODES, CONTACTS))
 modes[0, :4] = 1.0
 modes[1, :4] = 2.0
 dy, contacts = np.empty(state_size(c)), np.zeros((5, CONTACTS))

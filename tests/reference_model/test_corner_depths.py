@@ -7,7 +7,7 @@ import pytest
 
 from comparison.scene import load_scene
 from reference_model import simulate
-from reference_model.forces import CONTACTS, GAP, MEMORY, no_contacts
+from reference_model.forces import CONTACTS, GAP, MEMORY, MODES, no_contacts
 from reference_model.formulations import right_hand_side, state_size
 from reference_model.reading import read_parameters
 from reference_model.start import formulation, start
@@ -32,7 +32,7 @@ def test_gaps_are_those_of_the_equations_of_motion(variant) -> None:
     for t in rng.uniform(0.0, 1e-3, 50):
         y[: y0.size] = y0 + 1e-4 * rng.normal(size=y0.size)
         contacts = no_contacts()
-        right_hand_side(c, t, y, np.zeros((3, CONTACTS)), dy, contacts)
+        right_hand_side(c, t, y, np.zeros((MODES, CONTACTS)), dy, contacts)
         steps.gaps(g, t, y, own)
         np.testing.assert_allclose(own, contacts[GAP], rtol=0.0, atol=2e-15)
         assert np.isfinite(own).any()
@@ -54,7 +54,7 @@ def test_one_attempt_at_a_time_is_the_same_run(variant) -> None:
     counters = whole.provenance["counters"]
     assert depths.STATUS[followed.status] == depths.FINISHED
     assert followed.steps == pytest.approx(counters["steps"], rel=0.05)
-    assert followed.found[steps.INSIDE, steps.VIOLATIONS] == 0
+    assert followed.found[steps.CLOSED, steps.VIOLATIONS] == 0
     assert whole.events["start"].size > 0
     closed = int((followed.progress.modes[MEMORY] > 0.0).sum())
     ended = int((whole.events["end"] < whole.columns["time"][-1]).sum())

@@ -6,7 +6,7 @@ import pytest
 from reference_model import simulate
 from reference_model.bodies import ideal_motion
 from reference_model.constants import Formulation, as_record
-from reference_model.forces import CONTACTS, GAP, SLIP
+from reference_model.forces import CONTACTS, GAP, MODES, SLIP
 from reference_model.formulations import right_hand_side, state_size
 from reference_model.friction import friction_regime
 from reference_model.linkage import rod4_from_slider
@@ -40,7 +40,7 @@ def random_states(scene, seed=0):
     c, y0 = start(p, Formulation.SLIDER)
     rng = np.random.default_rng(seed)
     for _ in range(STATES_EACH):
-        modes = np.zeros((3, CONTACTS))
+        modes = np.zeros((MODES, CONTACTS))
         modes[0, :4] = rng.choice([0.0, 1.0], 4) * rng.uniform(0.01, 0.05, 4)
         head = y0 + rng.normal(size=4) * np.array([5e-4, 2e-3, 0.1, 1.0])
         yield p, c, rng.uniform(0.0, p.period), head, modes

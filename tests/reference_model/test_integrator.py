@@ -10,7 +10,7 @@ import pytest
 from reference_model import integrate, simulate
 from reference_model.constants import Formulation
 from reference_model.dop853 import ROWS, STAGES, dense, error_norm, prepare_dense, take_step
-from reference_model.forces import CONTACTS, no_contacts
+from reference_model.forces import CONTACTS, MODES, no_contacts
 from reference_model.formulations import DRIVEN, right_hand_side, state_size
 from reference_model.integrate import CHATTER, REACHED, advance
 from reference_model.linkage import TIP_ROWS, rocker_tip, rocker_tips
@@ -37,7 +37,7 @@ def free_flight(scene, steps):
     k, f, modes, contacts = (
         np.zeros((ROWS, size)),
         np.empty((7, size)),
-        np.zeros((3, CONTACTS)),
+        np.zeros((MODES, CONTACTS)),
         no_contacts(),
     )
     ends, middles = np.empty((2, steps, 4))

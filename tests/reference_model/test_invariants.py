@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from reference_model import integrate, invariants, simulate
 from reference_model.constants import Formulation
-from reference_model.forces import CONTACTS, FRICTION, GAP, MEMORY, NORMAL, SLIP, no_contacts
+from reference_model.forces import CONTACTS, FRICTION, GAP, INSIDE, MEMORY, MODES, NORMAL, SLIP, no_contacts
 from reference_model.invariants import VIOLATED, check, violation
 from reference_model.progress import begin
 from reference_model.reading import read_parameters
@@ -28,8 +28,8 @@ def broken(parameters, watch, events=None, drift=None) -> str:
 
 def closed(contact: int, **values: float):
     """Return modes and states of the contacts, one of them closed."""
-    modes, contacts = np.zeros((3, CONTACTS)), no_contacts()
-    modes[MEMORY, contact] = 0.01
+    modes, contacts = np.zeros((MODES, CONTACTS)), no_contacts()
+    modes[MEMORY, contact], modes[INSIDE, contact] = 0.01, 1.0
     contacts[GAP, contact] = -1e-6
     rows = {"normal": NORMAL, "friction": FRICTION, "slip": SLIP}
     for name, value in values.items():
@@ -136,8 +136,8 @@ def test_random_scenes_keep_all_invariants(
 
 def test_friction_of_a_pull_within_rounding_is_that_pull_and_not_another_violation() -> None:
     """Where a force turns to a pull by rounding its friction drives: 5.9e-8 W for 9.0e-6 N at 13 mm/s."""
-    modes, contacts, found = np.zeros((3, CONTACTS)), no_contacts(), np.zeros((WATCHED, 3))
-    modes[MEMORY, 4] = 1e-4
+    modes, contacts, found = np.zeros((MODES, CONTACTS)), no_contacts(), np.zeros((WATCHED, 3))
+    modes[MEMORY, 4], modes[INSIDE, 4] = 1e-4, 1.0
     contacts[:, 4] = -5.7e-7, 0.0, -0.01324, -9.05e-6, 4.44e-6
     watch_contacts(modes, contacts, 5.6, found)
     assert found[PULL, WORST] == 9.05e-6

@@ -6,7 +6,7 @@ from scipy.integrate import DOP853, LSODA
 
 from reference_model import integrate, scipy_solvers, simulate
 from reference_model.constants import Formulation
-from reference_model.forces import CONTACTS, MEMORY, no_contacts
+from reference_model.forces import CONTACTS, MEMORY, MODES, no_contacts
 from reference_model.formulations import free, right_hand_side, state_size
 from reference_model.jacobian import jacobian
 from reference_model.reactions import REACTIONS
@@ -139,7 +139,7 @@ def test_jacobian_is_the_derivative(scene) -> None:
         y, contacts = np.zeros(state_size(c)), no_contacts()
         y[: y0.size] = y0
         for offset in (0.0, -2.5e-4):  # the start is at 0.05 mm, the wall at 0.2 mm
-            modes = np.zeros((3, CONTACTS))
+            modes = np.zeros((MODES, CONTACTS))
             moved = y.copy()
             if offset:
                 moved[: free(c) // 2] = start(

@@ -5,7 +5,7 @@ import pytest
 
 from reference_model import simulate
 from reference_model.constants import Formulation
-from reference_model.forces import CONTACTS
+from reference_model.forces import CONTACTS, MODES
 from reference_model.formulations import right_hand_side, state_size
 from reference_model.reading import read_parameters
 from reference_model.start import start
@@ -102,7 +102,7 @@ def test_all_four_corners_inside_at_once_give_finite_forces(scene) -> None:
     c, y0 = start(p, Formulation.SLIDER)
     y, dy = np.zeros(state_size(c)), np.empty(state_size(c))
     y[:4] = y0
-    contacts, modes = np.zeros((5, CONTACTS)), np.zeros((3, CONTACTS))
+    contacts, modes = np.zeros((5, CONTACTS)), np.zeros((MODES, CONTACTS))
     modes[0, :4] = 1e-4
     right_hand_side(c, 0.0, y, modes, dy, contacts)
     assert np.isfinite(dy).all()

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import label
 
-from comparison.tables.channels import CORNERS
+from comparison.tables.channels import CORNERS, touching
 from comparison.tables.table import Table
 
 OPEN_DEPTH = 1e-11
@@ -55,7 +55,8 @@ def _inside(table: Table) -> Iterator[Breach]:
         if channel not in table.frame:
             continue
         gap = table.values(channel)
-        own = events.loc[events["corner"] == corner, ["start", "end"]].to_numpy(float)
+        sharing = touching(corner, table.provenance.get("scene", {}))
+        own = events.loc[events["corner"].isin(sharing), ["start", "end"]].to_numpy(float)
         # How many contacts have begun before a sample, less how many have ended: closed intervals.
         begun = np.searchsorted(np.sort(own[:, 0]), time, side="right")
         over = np.searchsorted(np.sort(own[:, 1]), time, side="left")
@@ -73,7 +74,8 @@ def _inside(table: Table) -> Iterator[Breach]:
 def _overlapping(table: Table) -> Iterator[Breach]:
     events = table.events
     assert events is not None
-    for corner, own in events.groupby("corner"):
+    scene = table.provenance.get("scene", {})
+    for corner, own in events.groupby(events["corner"].map(lambda place: touching(place, scene)[0])):
         ordered = own.sort_values("start", kind="stable")
         starts, ends = ordered["start"].to_numpy(float), ordered["end"].to_numpy(float)
         # The latest end so far: a long contact may cover several later ones.
