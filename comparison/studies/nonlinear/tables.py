@@ -158,8 +158,8 @@ def without_memory(best: Mapping[Key, Exponent]) -> str:
         return "Without the memory neighbours do not part: all of the magnification is the law's memory."
     share = f"{100 * (1.0 - free / kept):.0f} % of the exponent"
     return (
-        f"Without the memory a small distance still grows e^{free:.1f} times a cycle, with it e^{kept:.1f} times "
-        f"(means of both models): {share} is the law's memory, the rest is the press's."
+        f"Without the memory a small distance still grows e^{free:.1f} times a cycle, with it e^{kept:.1f} "
+        f"times (means of both models): {share} is the law's memory, the rest is the press's."
     )
 
 
