@@ -13,6 +13,9 @@ Key = tuple[str, str, float]
 """Scene, model, and its tolerance."""
 
 MAIN = "150rpm-0.2mm"
+FORGETTING = "150rpm-0.2mm, without memory"
+"""Label of the main scene with a damping that refers to the speed of the moment."""
+FORGETS = {"contact.impact_speed": "current"}
 SPEED, CLEARANCE = "drive.speed_rpm", "clearance.slider"
 USUAL = {"reference": 1e-12, "exudyn": 1e-10}
 """Tolerances of the models where only one is run."""
@@ -47,6 +50,8 @@ class Config:
 def of_model(name: str, model: str, tolerance: float, values: Mapping[str, object] | None = None) -> Scene:
     """Return a scene at a tolerance of a model; Exudyn integrates the tree (rod 4 and slider)."""
     fixed: dict[str, object] = {"solver.exudyn.formulation": "tree"} if model == "exudyn" else {}
+    if name == FORGETTING:
+        name, fixed = MAIN, fixed | FORGETS
     return load_scene(name, fixed | {f"solver.{model}.tolerance": tolerance} | {**(values or {})})
 
 
@@ -55,6 +60,7 @@ def chains(config: Config) -> dict[Key, Chain]:
     which = [(name, "reference", tol) for name in config.scenes for tol in config.tolerances["reference"]]
     which += [(MAIN, "exudyn", tol) for tol in config.tolerances["exudyn"]]
     which += [(name, "exudyn", USUAL["exudyn"]) for name in config.scenes if name != MAIN]
+    which += [(FORGETTING, model, USUAL[model]) for model in MODELS]
     return {
         (name, model, tol): Chain(of_model(name, model, tol), model, config.cycles[model], DISTANCES[model])
         for name, model, tol in which
@@ -67,7 +73,7 @@ def long_runs(config: Config) -> dict[tuple[str, str], Job]:
         (name, model): _sparse(
             name, model, USUAL[model], {}, (config.long_main if name == MAIN else config.long)[model]
         )
-        for name in config.scenes
+        for name in (*config.scenes, FORGETTING)
         for model in MODELS
     }
 

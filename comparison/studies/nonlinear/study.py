@@ -19,7 +19,16 @@ from comparison.studies.nonlinear.memory import remembered
 from comparison.studies.nonlinear.methods.lyapunov import Exponent, exponents
 from comparison.studies.nonlinear.methods.perturbed_orbits import PerturbedOrbits
 from comparison.studies.nonlinear.press import by_cycle, spread, states
-from comparison.studies.nonlinear.scenes import CLEARANCE, DISTANCES, MAIN, SPEED, USUAL, Config, Key
+from comparison.studies.nonlinear.scenes import (
+    CLEARANCE,
+    DISTANCES,
+    FORGETTING,
+    MAIN,
+    SPEED,
+    USUAL,
+    Config,
+    Key,
+)
 from comparison.studies.shared.study import Study, part
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
@@ -76,7 +85,7 @@ def page(results: Results) -> dict[str, object]:
     orbit = results.perturbed[*main, USUAL["reference"]]
     scatter = {
         name: spread(results.sections[name, "reference"], results.long[name, "reference"])
-        for name in config.scenes
+        for name in (*config.scenes, FORGETTING)
     }
     believed = tables.believed(results.exponents, {name: float(of.max()) for name, of in scatter.items()})
     return {
@@ -84,7 +93,11 @@ def page(results: Results) -> dict[str, object]:
         "answer": tables.answer(believed, config.scenes),
         "controls": controls(config.periods),
         "main": tables.by_distance(results.exponents),
-        "scenes": tables.by_scene(believed, results.sections, results.long, scatter),
+        "scenes": tables.by_scene(
+            believed, results.sections, results.long, {name: scatter[name] for name in config.scenes}
+        ),
+        "forgetting": tables.forgetting(believed, scatter),
+        "without_memory": tables.without_memory(believed),
         "memory": tables.memory(remembered(results.runs[main], results.long[main], TRANSIENT)),
         "distributions": tables.distributions(results.sections, results.long, config.scenes),
         "noise": quantity(float("nan") if orbit is None else float(np.median(orbit.noise)), "m", 2),

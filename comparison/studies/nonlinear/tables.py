@@ -13,12 +13,12 @@ from comparison.execution.job import MODELS
 from comparison.formatting import MISSING, quantity, table
 from comparison.scene import Scene
 from comparison.studies.ensembles.statistics import Sample, distances
-from comparison.studies.nonlinear.memory import Memory
+from comparison.studies.nonlinear.memory import LATER, Memory
 from comparison.studies.nonlinear.methods.lyapunov import Exponent, closest_measured
 from comparison.studies.nonlinear.methods.recurrence import LONGEST, period
 from comparison.studies.nonlinear.methods.zero_one import LEAST, chaos_indicator
 from comparison.studies.nonlinear.press import STATE
-from comparison.studies.nonlinear.scenes import ANGLES, DISTANCES, MAIN, Key
+from comparison.studies.nonlinear.scenes import ANGLES, DISTANCES, FORGETTING, MAIN, USUAL, Key
 from comparison.studies.shared.frames import rows_table
 from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
@@ -126,6 +126,41 @@ def memory(found: Sequence[Memory]) -> str:
     rows = [[f"{360 * angle:.0f}°", *cells] for angle, cells in lines.items()]
     words = ("x", "angle", "rate of x", "rate of angle")
     return table(("crank angle from the start", *words), rows or [[MISSING] * 5])
+
+
+def forgetting(best: Mapping[Key, Exponent], scatter: Mapping[str, Array]) -> str:
+    """Return exponents and scatter of the main scene with frozen impact speeds, and without that memory."""
+    lines = []
+    for name in (MAIN, FORGETTING):
+        runs = {model: best.get((name, model, USUAL[model])) for model in MODELS}
+        line = {"impact speed": "frozen" if name == MAIN else "of the moment"}
+        line |= {f"exponent, {m}": MISSING if of is None else _exponent(of) for m, of in runs.items()}
+        of_angles = scatter[name]
+        for angle in LATER:
+            at = f"scatter at {360 * angle:.0f}°"
+            line[at] = quantity(float(of_angles[round(angle * ANGLES)]), "m", 2)
+        lines.append(line | {"largest": quantity(float(of_angles.max()), "m", 2)})
+    return rows_table(lines)
+
+
+def without_memory(best: Mapping[Key, Exponent]) -> str:
+    """Return in a sentence how much of the main scene's magnification is the contact law's memory."""
+    pairs = [
+        (kept.value, free.value)
+        for model in MODELS
+        if (kept := best.get((MAIN, model, USUAL[model]))) is not None
+        and (free := best.get((FORGETTING, model, USUAL[model]))) is not None
+    ]
+    if not pairs:
+        return "Without the memory no exponent could be measured."
+    kept, free = (float(np.mean(values)) for values in zip(*pairs, strict=True))
+    if free <= 0.0:
+        return "Without the memory neighbours do not part: all of the magnification is the law's memory."
+    share = f"{100 * (1.0 - free / kept):.0f} % of the exponent"
+    return (
+        f"Without the memory a small distance still grows e^{free:.1f} times a cycle, with it e^{kept:.1f} "
+        f"times (means of both models): {share} is the law's memory, the rest is the press's."
+    )
 
 
 def distributions(sections: Sections, scenes: Mapping[tuple[str, str], Scene], names: Sequence[str]) -> str:
