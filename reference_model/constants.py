@@ -1,5 +1,6 @@
 """What the compiled kernels read: the flat record of floats that `Parameters.constants` makes of a scene."""
 
+from collections.abc import Iterable
 from enum import StrEnum
 from typing import NamedTuple, cast
 
@@ -127,12 +128,17 @@ def as_record(constants: Constants, formulation: Formulation) -> Constants:
     """Return the constants as the kernels take them: one record, passed by reference.
 
     An extra field named after the formulation makes its type another one, so that numba compiles the
-    integrator once for each formulation in use (`reference_model.formulations`). Further ones do the same for
-    some contact laws (`reference_model.marks`).
+    integrator once for each formulation in use (`reference_model.formulations`), and for some contact laws
+    (`reference_model.marks`). It is one field: numba takes a record with further fields for one without.
     """
     marks = [formulation.value]
     marks += [SIDES] if constants.law == FOUNDATION else []
     marks += [MEMORYLESS] if constants.memoryless else []
-    dtype = np.dtype([(name, np.float64) for name in (*Constants._fields, *marks)])
-    record = np.array([(*constants, *(0.0 for _ in marks))], dtype=dtype).view(np.recarray)[0]
+    dtype = np.dtype([(name, np.float64) for name in (*Constants._fields, "+".join(marks))])
+    record = np.array([(*constants, 0.0)], dtype=dtype).view(np.recarray)[0]
     return cast(Constants, record)
+
+
+def marks_of(fields: Iterable[str]) -> list[str]:
+    """Return formulation and marks of a record, from the names of its fields."""
+    return list(fields)[-1].split("+")

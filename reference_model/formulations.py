@@ -15,7 +15,7 @@ import numpy as np
 
 from reference_model import chain, minimal, multiplier
 from reference_model.compiled import inlined, kernel, overload
-from reference_model.constants import Constants, Formulation
+from reference_model.constants import Constants, Formulation, marks_of
 from reference_model.forces import CONTACTS, NORMAL, Array
 from reference_model.journal import Bearing
 from reference_model.linkage import TIP_ROWS, rocker_tip, rocker_tips
@@ -78,7 +78,7 @@ _COORDINATES: dict[Formulation, int] = {
 
 def formulation_of(c: Any) -> Formulation:
     """Return the formulation that a record type is tagged with."""
-    return next(f for f in Formulation if f.value in c.fields)
+    return Formulation(marks_of(c.fields)[0])
 
 
 _no_bearing: Kernel = lambda c, t, y: Bearing(np.inf, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)  # noqa: E731

@@ -7,7 +7,7 @@ do not pay for what one of them asks.
 from typing import Any
 
 from reference_model.compiled import overload
-from reference_model.constants import MEMORYLESS, SIDES, Constants
+from reference_model.constants import MEMORYLESS, SIDES, Constants, marks_of
 
 
 def touches_with_sides(c: Constants) -> bool:
@@ -22,11 +22,11 @@ def without_memory(c: Constants) -> bool:
 
 @overload(touches_with_sides)
 def _touches_with_sides(c) -> Any:  # type: ignore[no-untyped-def]
-    marked = SIDES in c.fields
+    marked = SIDES in marks_of(c.fields)
     return lambda c: marked
 
 
 @overload(without_memory)
 def _without_memory(c) -> Any:  # type: ignore[no-untyped-def]
-    marked = MEMORYLESS in c.fields
+    marked = MEMORYLESS in marks_of(c.fields)
     return lambda c: marked

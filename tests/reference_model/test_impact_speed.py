@@ -1,5 +1,6 @@
 """`contact.impact_speed = "current"`: damping that refers to the present depth rate, without memory."""
 
+import numba
 import numpy as np
 import pytest
 
@@ -81,7 +82,10 @@ def test_without_loss_there_is_no_difference(scene, law) -> None:
     for name, values in frozen.columns.items():
         np.testing.assert_array_equal(current.columns[name], values, err_msg=name)
     for name, values in frozen.events.items():
-        np.testing.assert_array_equal(current.events[name], values, err_msg=name)
+        if name == "peak_force":  # searched for within a step in two ways; it moves nothing
+            np.testing.assert_allclose(current.events[name], values, rtol=1e-6)
+        else:
+            np.testing.assert_array_equal(current.events[name], values, err_msg=name)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -153,3 +157,16 @@ def test_an_unknown_word_is_refused_in_one_line(scene) -> None:
     with pytest.raises(ValueError, match=r"contact\.impact_speed = 'old' is not simulated") as caught:
         simulate(scene({"contact.impact_speed": "old"}))
     assert "\n" not in str(caught.value)
+
+
+def test_no_kernel_takes_the_constants_of_another_law_for_its_own(scene) -> None:
+    """To numba a record with further fields is one without them: it would run the code of that one."""
+    types = [
+        numba.typeof(as_record(read_parameters(scene(changes)).constants, formulation))
+        for formulation in (Formulation.SLIDER, Formulation.BOTH)
+        for changes in ({}, CURRENT, {"contact.law": "foundation"}, {**CURRENT, "contact.law": "foundation"})
+    ]
+    for one in types:
+        for other in types:
+            assert (one == other) == (one is other)
+            assert one == other or one.can_convert_to(None, other) is None
