@@ -28,8 +28,6 @@ from comparison.scene.schema import SceneKeys
 
 SCENES = Path(str(files("comparison.scene.shipped")))
 BASE = "paper"
-UNLISTED = ("surface",)
-"""Shipped by name alone: not yet simulated by both models."""
 
 LARGEST_FILE = 1_000_000
 """Bytes of a scene file."""
@@ -93,7 +91,7 @@ class Scene:
 
 def shipped_scenes() -> list[str]:
     """Names of the shipped scenes, sorted; the base scene that they extend is not one of them."""
-    return sorted(path.stem for path in SCENES.glob("*.toml") if path.stem not in (BASE, *UNLISTED))
+    return sorted(path.stem for path in SCENES.glob("*.toml") if path.stem != BASE)
 
 
 def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None = None) -> Scene:
@@ -155,7 +153,7 @@ def digest(value: object) -> str:
 
 def _locate(name: str, folder: Path, asked_by: str) -> Path:
     """Find the file: a shipped name first, else a path relative to ``folder``."""
-    if name in (BASE, *UNLISTED, *shipped_scenes()):
+    if name in (BASE, *shipped_scenes()):
         return SCENES / f"{name}.toml"
     try:
         path = folder / Path(name).expanduser()
