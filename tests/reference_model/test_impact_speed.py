@@ -82,7 +82,7 @@ def test_without_loss_there_is_no_difference(scene, law) -> None:
     for name, values in frozen.columns.items():
         np.testing.assert_array_equal(current.columns[name], values, err_msg=name)
     for name, values in frozen.events.items():
-        if name == "peak_force":  # searched for within a step in two ways; it moves nothing
+        if name in ("peak_force", "largest_depth"):  # searched for within a step in two ways; moves nothing
             np.testing.assert_allclose(current.events[name], values, rtol=1e-6)
         else:
             np.testing.assert_array_equal(current.events[name], values, err_msg=name)
