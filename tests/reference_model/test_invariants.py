@@ -96,7 +96,7 @@ def test_spurious_energy(scene, monkeypatch) -> None:
 
 
 def test_what_a_clipped_wall_loses_is_accounted_for(scene) -> None:
-    """A start deep inside a wall, in a contact whose damping, at the floor of the impact speed, forbids a push.
+    """A start deep inside a wall, in a contact whose damping, at the floor of its speed, forbids a push.
 
     The corner leaves freely, so that no error of the motion bounds the steps over which the loss of what the
     wall stores is integrated: 2e-4 of it was missing, at every tolerance, and the run counted as violated. At

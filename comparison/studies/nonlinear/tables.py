@@ -146,14 +146,14 @@ def forgetting(best: Mapping[Key, Exponent], scatter: Mapping[str, Array]) -> st
 def without_memory(best: Mapping[Key, Exponent]) -> str:
     """Return in a sentence how much of the main scene's magnification is the contact law's memory."""
     pairs = [
-        (kept.value, free.value)
+        (of.value, without.value)
         for model in MODELS
-        if (kept := best.get((MAIN, model, USUAL[model]))) is not None
-        and (free := best.get((FORGETTING, model, USUAL[model]))) is not None
+        if (of := best.get((MAIN, model, USUAL[model]))) is not None
+        and (without := best.get((FORGETTING, model, USUAL[model]))) is not None
     ]
     if not pairs:
         return "Without the memory no exponent could be measured."
-    kept, free = (float(np.mean(values)) for values in zip(*pairs, strict=True))
+    kept, free = np.mean(pairs, axis=0).tolist()
     if free <= 0.0:
         return "Without the memory neighbours do not part: all of the magnification is the law's memory."
     share = f"{100 * (1.0 - free / kept):.0f} % of the exponent"
