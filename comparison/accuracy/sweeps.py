@@ -21,7 +21,10 @@ def formulations(scene: Scene) -> list[str]:
     """Return those that can run a scene, by the names in `SETTINGS`."""
     free = joints_with_clearance(scene.data)
     there = ["minimal"] + ([] if "crank_pin" in free else ["multiplier"])
-    return there + (["tree"] if free else []) + ["full"] + (["native"] if free == ("slider",) else [])
+    contact = scene.data["contact"]
+    own = (contact["law"], contact["impact_speed"]) == ("hertz-corners", "frozen")
+    native = ["native"] if free == ("slider",) and own else []
+    return there + (["tree"] if free else []) + ["full"] + native
 
 
 def model_of(formulation: str) -> str:
