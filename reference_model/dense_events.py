@@ -28,7 +28,7 @@ from reference_model.isolation import (
     classify,
     last_positive,
 )
-from reference_model.switching import MARGINS, NONE, contact_state, margin_at, margin_of, margin_value
+from reference_model.switching import MARGINS, NONE, margin_at, margin_of, margin_state, margin_value
 
 Dense = Callable[[Array | float], Array]
 """Times (s), shape () or (n,) -> states, shape (size,) or (size, n)."""
@@ -45,8 +45,8 @@ _ROUND_OFF = 4.0 * np.finfo(np.float64).eps
 def _margin_in(
     c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float, t: float, y: Array
 ) -> float:
-    gap, rate, damped, slip = contact_state(c, k, t, y)
-    return margin_value(c, modes, k, kind, sign, bound, gap, rate, damped, slip)
+    gap, rate, slip = margin_state(c, k, kind, t, y)
+    return margin_value(c, modes, k, kind, sign, bound, gap, rate, slip)
 
 
 @kernel
@@ -55,19 +55,16 @@ def _unsettled(
 ) -> Array:
     """Return contact and number of each margin that does not certainly last; shape (n, 2)."""
     found, count = np.empty((CONTACTS * MARGINS, 2)), 0
-    observed, values = np.empty((4, POINTS)), np.empty(POINTS)
+    values = np.empty(POINTS)
     for k in range(CONTACTS):
         if after[GAP, k] == np.inf:
             continue
-        for j in range(POINTS):
-            observed[:, j] = contact_state(c, k, times[j], states[j])
         for number in range(MARGINS if modes[MEMORY, k] > 0.0 else 1):
             kind, sign, bound = margin_of(c, modes, k, number)
             if kind == NONE:
                 continue
             for j in range(POINTS):
-                gap, rate, damped, slip = observed[:, j]
-                values[j] = margin_value(c, modes, k, kind, sign, bound, gap, rate, damped, slip)
+                values[j] = _margin_in(c, modes, k, kind, sign, bound, times[j], states[j])
             end = margin_at(c, modes, k, kind, sign, bound, after)
             resolution = tolerance if kind == GAP else tolerance / VELOCITY_TIME
             if end < 0.0 or classify(values, values[0] <= ROUNDING, resolution) != SETTLED:

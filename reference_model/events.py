@@ -26,7 +26,7 @@ from reference_model.isolation import (
     crossing,
 )
 from reference_model.step_bounds import is_settled
-from reference_model.switching import MARGINS, NONE, contact_state, margin_at, margin_of, margin_value
+from reference_model.switching import MARGINS, NONE, margin_at, margin_of, margin_state, margin_value
 
 ROUNDING = 1.0e-15
 """m or m/s; gaps are differences of coordinates near 0.55 m and round at 1e-16 m, slips of some m/s too."""
@@ -41,8 +41,8 @@ def margin_within(
 ) -> float:  # fmt: skip
     """Return a margin (m or m/s) at the share `x` of a step, by its dense output; `state` is overwritten."""
     dense(y, f, x, free(c), state)
-    gap, rate, damped, slip = contact_state(c, k, t + x * h, state)
-    return margin_value(c, modes, k, kind, sign, bound, gap, rate, damped, slip)
+    gap, rate, slip = margin_state(c, k, kind, t + x * h, state)
+    return margin_value(c, modes, k, kind, sign, bound, gap, rate, slip)
 
 
 @bare

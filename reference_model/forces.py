@@ -8,12 +8,13 @@ finds where a mode ends.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import bare, inlined, kernel
-from reference_model.constants import Constants
+from reference_model.compiled import bare, inlined, kernel, overload
+from reference_model.constants import SIDES, Constants, marks_of
 from reference_model.contact import (
     corner_arm,
     corner_gap,
@@ -50,10 +51,17 @@ def no_contacts() -> Array:
     return contacts
 
 
-@inlined
 def of_side(c: Constants, k: int) -> bool:
     """Return whether contact `k` is one of a whole side, which the corner that touched first keeps."""
-    return touches_with_sides(c) and k != JOURNAL
+    raise NotImplementedError
+
+
+@overload(of_side)
+def _of_side(c, k) -> Any:  # type: ignore[no-untyped-def]
+    # An overload of its own: as a call of `touches_with_sides` it made runs under the other laws some 5 % slower.
+    if SIDES in marks_of(c.fields):
+        return lambda c, k: k != JOURNAL
+    return lambda c, k: False
 
 
 @inlined

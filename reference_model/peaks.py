@@ -155,7 +155,7 @@ def deepest(
     for _ in range(60):
         x = (lo * f_hi - hi * f_lo) / (f_hi - f_lo)
         dense(y, f, x, free(c), state)
-        _, rate, _, _ = contact_state(c, k, t + x * h, state)
+        _, rate, _ = contact_state(c, k, t + x * h, state)
         if abs(rate) <= small:
             break
         if rate > 0.0:

@@ -39,7 +39,7 @@ from reference_model.formulations import bearing_motion, slider_motion
 from reference_model.foundation import resultant
 from reference_model.friction import regime_bounds
 from reference_model.journal import JOURNAL
-from reference_model.marks import touches_with_sides, without_memory
+from reference_model.marks import without_memory
 
 PULL = 5
 """Kind of switching function, beside GAP and SLIP; RATE serves to find the extremum of a gap."""
@@ -52,22 +52,29 @@ NONE = -1
 
 
 @bare
-def contact_state(c: Constants, k: int, t: float, y: Array) -> tuple[float, float, float, float]:
-    """Return gap (m), its rate, the rate that the damping sees, and the slip (m/s) of contact `k`."""
+def contact_state(c: Constants, k: int, t: float, y: Array) -> tuple[float, float, float]:
+    """Return gap (m), its rate and the slip (m/s) of contact `k` in a state."""
     if k == JOURNAL:
         bearing = bearing_motion(c, t, y)
-        return bearing.gap, bearing.rate, bearing.rate, bearing.slip
+        return bearing.gap, bearing.rate, bearing.slip
     x5, _, angle, vx5, vy5, w5 = slider_motion(c, t, y)
-    c5, s5 = math.cos(angle), math.sin(angle)
-    rx, ry = corner_arm(c, k, c5, s5)
-    gap, rate, slip = corner_gap(c, k, x5 + rx), inward(k) * (vx5 - w5 * ry), vy5 + w5 * rx
-    if not touches_with_sides(c):
-        return gap, rate, rate, slip
-    rx, ry = corner_arm(c, other_corner(k), c5, s5)
-    _, share = resultant(c, -gap, -corner_gap(c, k, x5 + rx))
-    rest = 1.0 - share
-    damped = share * rate + rest * inward(k) * (vx5 - w5 * ry)
-    return gap, rate, damped, share * slip + rest * (vy5 + w5 * rx)
+    rx, ry = corner_arm(c, k, math.cos(angle), math.sin(angle))
+    return corner_gap(c, k, x5 + rx), inward(k) * (vx5 - w5 * ry), vy5 + w5 * rx
+
+
+@bare
+def margin_state(c: Constants, k: int, kind: int, t: float, y: Array) -> tuple[float, float, float]:
+    """Return gap, rate and slip that a margin of contact `k` is about: its own, or the resultant's point's.
+
+    Under the law foundation the latter for PULL and SLIP.
+    """
+    gap, rate, slip = contact_state(c, k, t, y)
+    if of_side(c, k) and kind in (PULL, SLIP):
+        other_gap, other_rate, other_slip = contact_state(c, other_corner(k), t, y)
+        _, share = resultant(c, -gap, -other_gap)
+        rest = 1.0 - share
+        return gap, share * rate + rest * other_rate, share * slip + rest * other_slip
+    return gap, rate, slip
 
 
 @inlined
@@ -110,13 +117,13 @@ def margin_of(c: Constants, modes: Array, k: int, number: int) -> tuple[int, flo
 @inlined
 def margin_value(
     c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float,
-    gap: float, rate: float, damped: float, slip: float,
+    gap: float, rate: float, slip: float,
 ) -> float:  # fmt: skip
-    """Return a margin (m or m/s) from what `contact_state` returns of its contact."""
+    """Return a margin (m or m/s) from what `margin_state` returns of it."""
     if kind == GAP:
         return sign * smooth_gap(c, k, gap) - bound
     if kind == PULL:  # 1 + C depth_rate / impact_speed, times the impact speed
-        return sign * (float(modes[MEMORY, k]) - c.C * damped)
+        return sign * (float(modes[MEMORY, k]) - c.C * rate)
     if kind == RATE:
         return sign * rate
     return sign * (slip - bound)
@@ -127,7 +134,7 @@ def margin_at(
     c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float, contacts: Array
 ) -> float:
     """Return a margin (m or m/s) from the states of the contacts, shape (5, CONTACTS)."""
-    rate = damped = contacts[RATE, k]
+    rate = contacts[RATE, k]
     if kind == PULL and of_side(c, k):
-        _, damped, _ = side_motion(c, contacts, k)
-    return margin_value(c, modes, k, kind, sign, bound, contacts[GAP, k], rate, damped, contacts[SLIP, k])
+        _, rate, _ = side_motion(c, contacts, k)
+    return margin_value(c, modes, k, kind, sign, bound, contacts[GAP, k], rate, contacts[SLIP, k])
