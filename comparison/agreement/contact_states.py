@@ -66,9 +66,11 @@ def time_shares(events: pd.DataFrame, span: tuple[float, float]) -> Shares:
 
 
 def of_scene(scene: SceneComparison) -> tuple[Shares | None, Shares | None]:
-    """Return the shares in both results; None where there are no events, or no slider with corners."""
-    has_clearance = scene.scene is None or scene.scene["joints"]["slider"] == "clearance"
-    return _of_both(scene, time_shares) if has_clearance else (None, None)
+    """Return the shares in both results; None without events, without corners, or where a row is a side's."""
+    of_corners = scene.scene is None or (
+        scene.scene["joints"]["slider"] == "clearance" and scene.scene["contact"]["law"] != "foundation"
+    )
+    return _of_both(scene, time_shares) if of_corners else (None, None)
 
 
 def pin_share(events: pd.DataFrame, span: tuple[float, float]) -> float:

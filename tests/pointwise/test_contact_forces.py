@@ -1,4 +1,4 @@
-"""The contact at the slider, from the same states: gaps, rates, slips, forces; all three laws."""
+"""The contact at the slider, from the same states: gaps, rates, slips, forces; all four laws."""
 
 import numpy as np
 import pytest
@@ -10,12 +10,16 @@ from exudyn_model.contact.journal import CrankAndRod2, journal_force, journal_la
 from exudyn_model.contact.states import PIN, contact_states
 from reference_model.constants import Formulation, as_record
 from reference_model.forces import (
+    CLIPPED,
     CONTACTS,
     FRICTION,
     GAP,
+    INSIDE,
+    MEMORY,
     MODES,
     NORMAL,
     RATE,
+    REGIME,
     SLIP,
     bearing_forces,
     slider_forces,
@@ -82,6 +86,73 @@ def test_forces_of_the_corners_agree(presses, states, law) -> None:
     assert both_walls >= 20
 
 
+@pytest.mark.parametrize("impact_speed", ["frozen", "current"])
+def test_forces_of_a_side_agree(presses, impact_speed) -> None:
+    """Law foundation: a side whose lower, upper or both corners are inside, closed by either of them."""
+    press = presses({"contact.law": "foundation", "contact.impact_speed": impact_speed})
+    constants = contact_law(press.exudyn.contact, press.exudyn.mechanism.slider, STEP)
+    c = as_record(press.reference.constants, Formulation.SLIDER)
+    mechanism, clearance = press.data["mechanism"], press.data["clearance"]["slider"]
+    length, rng = mechanism["slider"]["length"], np.random.default_rng(7)
+    regimes, clipped, partial = set(), 0, 0
+    for count in range(400):
+        side = count % 2
+        # Depths of the corners, from which x and angle follow to first order.
+        depths = rng.uniform(-2e-5, 2e-5, 2)
+        depths[rng.integers(2)] = rng.uniform(1e-8, 2e-5)
+        outward = -1.0 if side == 0 else 1.0
+        x = mechanism["guide_x"] + outward * (clearance + depths.mean())
+        angle = outward * (depths[0] - depths[1]) / length
+        # vy is the rods'; a rotation gives the wanted slip.
+        place = (rng.uniform(0.0, 0.4), x, angle, rng.normal(0.0, 0.05))
+        _, _, slip, arm, _ = press.corner(press.state(*place, 0.0, np.zeros(4)), side)
+        wanted = rng.choice([-1.0, 1.0]) * (0.5 * c.v0, 0.5 * (c.v0 + c.v1), 0.1)[count % 3]
+        state = press.state(*place, (wanted - slip) / arm, np.zeros(4))
+        motion = {number: press.corner(state, number) for number in (side, side + 2)}
+        if max(-of[0] for of in motion.values()) <= 0.0:
+            continue
+        d1, d2 = (-motion[number][0] for number in (side, side + 2))
+        weights = np.array(side_forces(d1, d2))
+        rate, slip = (weights @ [motion[side][k], motion[side + 2][k]] / weights.sum() for k in (1, 2))
+        first, speed = side + 2 * int(d2 > d1), rng.uniform(1e-2, 0.1)
+        modes, memory = np.zeros((MODES, CONTACTS)), contact_states()
+        memory["impact_speed"][first] = modes[MEMORY, first] = speed
+        for number, depth in ((side, d1), (side + 2, d2)):
+            memory["closed"][number] = modes[INSIDE, number] = float(depth > 0.0)
+        modes[REGIME, first] = friction_regime(press.reference.constants, slip)
+        pulls = impact_speed == "frozen" and 1.0 - c.C * rate / speed < 0.0
+        modes[CLIPPED, first] = float(pulls)
+        found = np.array(slider_forces(c, state.slider, modes, np.zeros((5, CONTACTS)))[:3])
+        # K_s is the slope of the force by either depth, at most. Gaps round as above, slips on their ramp;
+        # the shares, of slope 1 / (|d1| + |d2|), weigh the rates of two corners that may be 10 m/s apart.
+        speeds = speed if impact_speed == "frozen" else c.speed_floor
+        apart = abs(motion[side][1] - motion[side + 2][1]) / (abs(d1) + abs(d2))
+        damping, elastic = 1.0 + c.C * abs(rate) / speed, c.Ks * weights.sum()
+        damping = damping if impact_speed == "frozen" else 1.0 + c.C
+        bound = 1e-15 * (damping * c.Ks + elastic * c.C / speeds * (apart + 4.0))
+        bound += elastic * damping * (1e-12 + 4e-15 / (c.v1 - c.v0))
+        arguments = from_guide(press, state)
+        for kernel in (slider_force, frozen_slider_force):
+            other = np.array(kernel(*arguments, constants, memory))
+            np.testing.assert_allclose(other[:2], found[:2], rtol=0, atol=bound)
+            assert abs(other[2] - found[2]) <= 0.05 * bound
+        regimes.add(int(modes[REGIME, first]))
+        clipped += pulls
+        partial += min(d1, d2) < 0.0
+    assert regimes == {-2, -1, 0, 1, 2}
+    assert clipped >= 5 or impact_speed == "current"
+    assert partial >= 50
+
+
+def side_forces(d1: float, d2: float) -> tuple[float, float]:
+    """Return dU/dd_i over K_s of the elastic foundation, from the depths of a side's two corners, m."""
+    if min(d1, d2) >= 0.0:
+        return (2 * d1 + d2) / 6, (d1 + 2 * d2) / 6
+    if d2 > d1:
+        return side_forces(d2, d1)[::-1]
+    return d1**2 * (2 * d1 - 3 * d2) / (6 * (d1 - d2) ** 2), d1**3 / (6 * (d1 - d2) ** 2)
+
+
 def test_hertz_force_is_the_paper_s(presses, states) -> None:
     """A third opinion: Eqs. 9-13 from the scene's printed numbers, for each corner by itself."""
     press = presses()
@@ -131,6 +202,7 @@ def test_forces_of_the_journal_agree(presses) -> None:
             speed,
             friction_regime(c, found.slip),
             1.0 - c.C * found.rate / max(speed, 1e-9) < 0.0,
+            depth > 0.0,
         )
         Gx, Gy, _, _ = bearing_forces(c, found, modes, contacts)
 

@@ -96,11 +96,13 @@ def test_five_bodies_approach_the_tree_without_memory(make_scene, error, law):
     assert errors[1] < 1.5e-7
 
 
-def test_where_the_iteration_fails_the_remedy_names_what_helps(make_scene):
-    """Hertz's corners at 2e-6 s: the turn of the damping makes Newton's method go back and forth."""
-    failed = run(make_scene, FULL | {"step": 2e-6}, "current", drive__cycles=0.03)
-    assert failed.status == "newton-failed"
-    assert "solver.exudyn.step to 5e-7 s" in failed.remedy
-    assert "solver.exudyn.formulation = 'tree'" in failed.remedy
-    for solver in (FULL | {"step": 5e-7}, TREE):
-        assert run(make_scene, solver, "current", drive__cycles=0.03).status == "success"
+def test_where_the_iteration_goes_back_and_forth_the_step_is_divided(make_scene):
+    """Hertz's corners at 2e-6 s: the damping turns within the floor of the impact speed in less than a step.
+
+    Undivided, Newton's method ended the run. A contact lasts some 20 steps: order 2 leaves below a percent.
+    """
+    divided = run(make_scene, FULL | {"step": 2e-6}, "current", drive__cycles=0.03)
+    exact = run(make_scene, TREE, "current", drive__cycles=0.03)
+    assert divided.status == exact.status == "success"
+    assert list(divided.events["corner"]) == list(exact.events["corner"])
+    np.testing.assert_allclose(divided.events["impulse"], exact.events["impulse"], rtol=1e-2)
