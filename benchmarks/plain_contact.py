@@ -133,7 +133,7 @@ def impact_speed(memory: Any, gap: float, rate: float, step: float, contact: Con
 
 def _touch(memory: Any, gap1: float, rate1: float, step: float, contact: Contact) -> tuple[float, float]:
     """Fraction of the step at which a contact closes that was open at its start, and the speed there."""
-    gap0, rate0 = memory["gap"], memory["rate"]
+    gap0, rate0 = float(memory["gap"]), float(memory["rate"])
 
     def gap_at(fraction: float) -> float:
         """Cubic Hermite interpolant of the gap."""

@@ -58,7 +58,7 @@ def of_side(c: Constants, k: int) -> bool:
 
 @overload(of_side)
 def _of_side(c, k) -> Any:  # type: ignore[no-untyped-def]
-    # An overload of its own: as a call of `touches_with_sides` it made runs under the other laws some 5 % slower.
+    # An overload of its own: as a call of `touches_with_sides` it made runs under the other laws 5 % slower.
     if SIDES in marks_of(c.fields):
         return lambda c, k: k != JOURNAL
     return lambda c, k: False
