@@ -54,15 +54,11 @@ CASES = {
     "one side, paper-switching": ("150rpm-0.2mm", {**SIDE, "contact.law": "paper-switching"}),
     "one side, without memory": ("150rpm-0.2mm", {**SIDE, "contact.impact_speed": "current"}),
 }
-RUNS = [
-    (variant, case)
-    for case in CASES
-    for variant in ("reference-minimal", "exudyn-tree")
-    if (variant, case) != ("exudyn-tree", "one side, without memory")  # not yet in that model
-]
+VARIANTS = ("reference-minimal", "exudyn-tree")
 
 
-@pytest.mark.parametrize(("variant", "case"), RUNS)
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("variant", VARIANTS)
 def test_the_page_gives_the_force_of_every_corner_from_the_slider_s_motion(run, variant, case) -> None:
     found = run(variant, *CASES[case])
     numbers, columns = Numbers(found.scene), found.columns
@@ -107,9 +103,10 @@ SURFACES = {
 
 
 @pytest.mark.parametrize("case", SURFACES)
-def test_the_page_gives_the_force_of_a_side_from_the_slider_s_motion(run, case) -> None:
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_the_page_gives_the_force_of_a_side_from_the_slider_s_motion(run, variant, case) -> None:
     """Under the law foundation: shares of both corners, one impact speed, the energy stored."""
-    found = run("reference-minimal", "150rpm-0.2mm", {**SURFACES[case], "contact.law": "foundation"})
+    found = run(variant, "150rpm-0.2mm", {**SURFACES[case], "contact.law": "foundation"})
     numbers, columns, events = Numbers(found.scene), found.columns, found.result.events
     motion = [columns[f"slider_{name}"] for name in ("x", "angle", "vx", "vy", "omega")]
     lower, upper = numbers.corner(1, *motion), numbers.corner(3, *motion)
@@ -125,7 +122,8 @@ def test_the_page_gives_the_force_of_a_side_from_the_slider_s_motion(run, case) 
     for name, N, T in zip(("lr", "ur"), normal, drag, strict=True):
         assert np.all(np.abs(columns[f"corner_{name}_normal"][during] - N) <= close * N.max() + 1e-12)
         assert np.all(np.abs(columns[f"corner_{name}_friction"][during] - T) <= close * N.max() + 1e-12)
-    assert np.all(np.abs(columns["energy_contact"][during] - stored) <= close * stored.max() + 1e-18)
+    if "energy_contact" in columns:  # five bodies and the reference alone account for energies
+        assert np.all(np.abs(columns["energy_contact"][during] - stored) <= close * stored.max() + 1e-18)
     assert np.count_nonzero(normal[0]) > 30
     assert np.count_nonzero(drag[0]) > 3
     assert (np.minimum(first[0], second[0]).max() > 0.0) == (case == "both corners inside")

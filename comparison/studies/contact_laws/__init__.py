@@ -1,1 +1,1 @@
-"""Three contact laws on the same scenes, and where they differ."""
+"""Four contact laws on the same scenes, and where they differ."""
