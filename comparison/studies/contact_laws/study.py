@@ -96,11 +96,11 @@ def page(results: Results) -> dict[str, str]:
     reference, exudyn = results.reference, results.exudyn
     best = {law: recorded(reference[law, min(TOLERANCES)]) for law in LAWS}
     rows = [
-        [law, f"reference, tolerance {tolerance:.0e}", *of_run(outcome), follows(outcome, best[law])]
+        [law, f"reference, tolerance {tolerance:.0e}", *of_run(outcome, law), follows(outcome, best[law])]
         for (law, tolerance), outcome in reference.items()
     ]
     rows += [
-        [law, "exudyn", *of_run(outcome), follows(outcome, best[law])] for law, outcome in exudyn.items()
+        [law, "exudyn", *of_run(outcome, law), follows(outcome, best[law])] for law, outcome in exudyn.items()
     ]
     literal = {tolerance: outcome for (law, tolerance), outcome in reference.items() if law == LAWS[-1]}
     statistics = [[f"{tolerance:.0e}", *of_switches(outcome)] for tolerance, outcome in literal.items()]
@@ -134,8 +134,8 @@ RUN_HEADINGS = (
 )
 
 
-def of_run(outcome: Outcome) -> list[str]:
-    """Return the cells of one run; of one that stopped, what it had come to."""
+def of_run(outcome: Outcome, law: str) -> list[str]:
+    """Return the cells of one run under a law; of one that stopped, what it had come to."""
     result = recorded(outcome)
     if result is None or result.events is None or len(result.frame) == 0:
         return [f"not simulated: {outcome.message}", *[MISSING] * (len(RUN_HEADINGS) - 1)]
@@ -147,7 +147,7 @@ def of_run(outcome: Outcome) -> list[str]:
         status,
         f"{result.provenance['counters']['steps']:,}",
         # Of a foundation the rows are contacts of sides.
-        MISSING if _law(result) == "foundation" else str(len(switches(events))),
+        MISSING if law == "foundation" else str(len(switches(events))),
         quantity(-result.values("energy_residual")[-1], "J"),
         quantity(_largest(peaks["slider_vx"]), "m/s"),
         quantity(_largest(peaks["slider_omega"]), "rad/s"),
@@ -239,11 +239,6 @@ def listing(result: Table) -> list[list[str]]:
 def _theory(found: pd.DataFrame, result: Table) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     data = result.provenance["scene"]
     return np.where(found["to_surface"], 1.0, -1.0) * surplus(depths(found, result, data), data)
-
-
-def _law(result: Table) -> str:
-    """Return the contact law of a run."""
-    return str(result.provenance["scene"]["contact"]["law"])
 
 
 def _largest(peak: dict[str, float]) -> float:
