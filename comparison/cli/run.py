@@ -71,6 +71,7 @@ def run(
     out = check_file(out)
     named = {} if formulation is None else {f"solver.{model}.formulation": formulation}
     loaded = with_declared(load_scene(scene, parse_set(overrides or []) | named), [model])
+    unasked = check is None
     if check is None:
         own = accuracy is not None and accuracy not in NAMES and not is_measured(loaded, model, accuracy)
         check = uncertainty or own
@@ -82,7 +83,7 @@ def run(
             table = _single(loaded, model, accuracy, quiet=quiet)
     except RunError as error:
         raise _kept(error, out) from None
-    if accuracy is None and not check and (note := unmeasured(loaded, model)):
+    if unasked and accuracy is None and not check and (note := unmeasured(loaded, model)):
         say(f"sixbar: {note}", err=True)
     warn(quality_warnings(table))
     path = saved(lambda folder: write(table, folder / out.name), out.parent)

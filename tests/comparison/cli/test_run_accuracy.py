@@ -93,6 +93,7 @@ def test_a_plain_run_says_where_its_error_was_not_measured(scene_file, capsys):
         err.count("was not measured on this scene (on 150rpm-0.2mm it is 3e-11 m): estimate it by --check")
         == 1
     )
-    for options in (["150rpm-0.2mm"], [scene_file("own", extra="[clearance]\nslider = 3e-4\n"), "--check"]):
+    own = scene_file("own", extra="[clearance]\nslider = 3e-4\n")
+    for options in (["150rpm-0.2mm"], [own, "--check"], [own, "--no-check"]):
         assert run(*options) == 0
         assert "not measured" not in capsys.readouterr().err
