@@ -94,7 +94,7 @@ def test_samples_within_a_contact(starts, ends, expected) -> None:
     [
         (depths.grazing_runs(60, seed=1), depths.followed),
         (depths.random_runs(60, seed=1), depths.followed),
-        (depths.scipy_runs(8, seed=1), depths.tabulated),
+        (depths.scipy_runs(4, seed=1), depths.tabulated),
     ],
     ids=["grazing", "random", "scipy"],
 )
