@@ -116,6 +116,18 @@ def side_speed_in_force(low: Any, up: Any, lower: CornerMotion, upper: CornerMot
 
 
 @kernel
+def speed_at_start(
+    lower_gap: float, lower_rate: float, upper_gap: float, upper_rate: float, law: Any
+) -> float:
+    """Return the impact speed (m/s) of a side inside its wall at t = 0: that of its resultant, floored."""
+    first, second = foundation_normals(-lower_gap, -upper_gap, law.side_stiffness)
+    total = first + second
+    rate = (first * lower_rate + second * upper_rate) / total if total > 0.0 else min(lower_rate, upper_rate)
+    speed: float = max(-rate, law.impact_speed_floor)
+    return speed
+
+
+@kernel
 def begin_side(
     time: float, side: int, lower: CornerMotion, upper: CornerMotion, contacts: NDArray[np.void], law: Any
 ) -> float:
@@ -133,7 +145,7 @@ def begin_side(
         return 0.0
     if time == 0.0:
         end, touched_at = (1 if upper.gap < lower.gap else 0), 0.0
-        speed = max(-(upper.rate if end == 1 else lower.rate), law.impact_speed_floor)
+        speed = speed_at_start(lower.gap, lower.rate, upper.gap, upper.rate, law)
     else:
         end, touched_at, speed = first_touch(low, up, lower, upper, law)
     contact = contacts[side + UPPER * end]

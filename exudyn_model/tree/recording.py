@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from exudyn_model.channels import CHANNELS, GAP, NORMAL, PER_CONTACT
 from exudyn_model.compiled import direct
-from exudyn_model.contact.foundation import other_end, shares_contact
+from exudyn_model.contact.foundation import other_end, shares_contact, speed_at_start
 from exudyn_model.contact.memory import EVENT
 from exudyn_model.contact.states import CONTACTS
 from exudyn_model.model import Model
@@ -64,6 +64,12 @@ class TreeRecorder:
             gap, rate = (self._contacts[number][name] for name in ("gap", "rate"))
             if gap < 0 or (gap <= GAP_TOLERANCE and rate < 0):
                 close(int(number), self._contacts, 0.0, law)
+                if shares_contact(int(number), law):
+                    lower, upper = (self._contacts[k] for k in sorted((number, other_end(number))))
+                    if self._contacts[number]["impact_speed"] > 0.0:
+                        self._contacts[number]["impact_speed"] = speed_at_start(
+                            lower["gap"], lower["rate"], upper["gap"], upper["rate"], law
+                        )
         complete(start, *self._constants, self._contacts)
         observe(state_at(start), linkage, law, pin_law, self._contacts, first_sample)
         update_extrema(self._kept.extrema, first_sample, 0.0)
