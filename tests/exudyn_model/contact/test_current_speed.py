@@ -99,10 +99,10 @@ def test_five_bodies_approach_the_tree_without_memory(make_scene, error, law):
 def test_where_the_iteration_goes_back_and_forth_the_step_is_divided(make_scene):
     """Hertz's corners at 2e-6 s: the damping turns within the floor of the impact speed in less than a step.
 
-    Undivided, Newton's method ended the run. A contact lasts some 20 steps: order 2 leaves below a percent.
+    Undivided, Newton's method ended the run. Impulses are measured 5.5e-5 apart, the error of the step; ten times.
     """
     divided = run(make_scene, FULL | {"step": 2e-6}, "current", drive__cycles=0.03)
     exact = run(make_scene, TREE, "current", drive__cycles=0.03)
     assert divided.status == exact.status == "success"
     assert list(divided.events["corner"]) == list(exact.events["corner"])
-    np.testing.assert_allclose(divided.events["impulse"], exact.events["impulse"], rtol=1e-2)
+    np.testing.assert_allclose(divided.events["impulse"], exact.events["impulse"], rtol=5e-4)
