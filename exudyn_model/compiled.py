@@ -32,7 +32,8 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
     numba's setting of its own folder is left alone: other packages of the process keep theirs.
     """
-    compiled: Any = numba.njit(error_model="numpy")(function)
+    # No callback of C is made of any.
+    compiled: Any = numba.njit(error_model="numpy", no_cfunc_wrapper=True)(function)
     if folder() is not None:
         compiled._cache = KernelCache(function)
     done: Callable[P, R] = compiled

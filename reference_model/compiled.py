@@ -30,13 +30,20 @@ class Kernel:
 
     @functools.cached_property
     def compiled(self) -> Any:
-        """What numba calls a dispatcher."""
+        """What numba calls a dispatcher, for calls from Python."""
+        return self._dispatcher(entry=True)
+
+    @functools.cached_property
+    def _nested(self) -> Any:
+        return self._dispatcher(entry=False)
+
+    def _dispatcher(self, *, entry: bool) -> Any:
         with _one_at_a_time:
             from reference_model import compiler
 
             while _chosen_later:
                 compiler.implement(*_chosen_later.pop(0))
-            return compiler.dispatcher(self.function, **self._options)
+            return compiler.dispatcher(self.function, entry=entry, **self._options)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
         return self.compiled(*arguments)
@@ -44,10 +51,10 @@ class Kernel:
     @property
     def _numba_type_(self) -> Any:
         # Numba asks for it where the code of another kernel calls this one.
-        return self.compiled._numba_type_
+        return self._nested._numba_type_
 
     def __getattr__(self, name: str) -> Any:
-        if name == "compiled":  # an error within it
+        if name in ("compiled", "_nested"):  # an error within it
             raise AttributeError(name)
         return getattr(self.compiled, name)
 

@@ -32,17 +32,22 @@ def _mangled(record: numba.types.Record) -> tuple[str, tuple[int]]:
 numba.types.Record.mangling_args = property(_mangled)
 
 
-def dispatcher(function: Callable[..., object], *, inline: bool, counts: bool) -> Any:
-    """Return what compiles a function at its first call, cached on disk between processes."""
+def dispatcher(function: Callable[..., object], *, inline: bool, counts: bool, entry: bool) -> Any:
+    """Return what compiles a function at its first call, cached on disk between processes.
+
+    Only an `entry` can be called from Python. What other kernels alone call needs no way in from there: to
+    compile those took longer than many a function itself.
+    """
     # Also where it counts: what is compiled within a call of a bare function would take that one's option.
     counting = {"_nrt": counts} if _COUNTING_IS_OPTIONAL else {}
-    compiled: Any = numba.njit(error_model="numpy", forceinline=inline, **counting)(function)
+    wrappers = {"no_cpython_wrapper": not entry, "no_cfunc_wrapper": True}
+    compiled: Any = numba.njit(error_model="numpy", forceinline=inline, **wrappers, **counting)(function)
     if FOLDER is not None:
-        compiled._cache = Cache(function)
+        compiled._cache = Cache(function, entry=entry)
     return compiled
 
 
 def implement(stub: Callable[..., object], chosen: Callable[..., object]) -> None:
     """Have `chosen` choose the implementation of a stub by the types it is compiled for."""
-    options = {"forceinline": True, "error_model": "numpy"}
+    options = {"forceinline": True, "error_model": "numpy", "no_cfunc_wrapper": True}
     numba.extending.overload(stub, jit_options=options)(chosen)

@@ -140,11 +140,10 @@ class Cache(FunctionCache):  # type: ignore[misc]
 
     _impl_class = _Results
 
-    def __init__(self, function: Any) -> None:
+    def __init__(self, function: Any, *, entry: bool) -> None:
         super().__init__(function)
-        self._cache_file = _Files(
-            self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp()
-        )
+        name = self._impl.filename_base + ("" if entry else "-nested")
+        self._cache_file = _Files(self._cache_path, name, self._impl.locator.get_source_stamp())
 
     def save_overload(self, signature: Any, data: Any) -> None:
         """Store compiled code if the disk permits it."""

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from comparison.agreement.cross_check import Validation
 from comparison.execution.job import Job, Progress, kernels
 from comparison.execution.run import run_one
+from comparison.execution.task_order import Kernels
 from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
-from comparison.execution.workers import Kernels
 from comparison.metrics.impacts import WINDOW, match
 from comparison.scene import Scene, scene_from_mapping
 from comparison.tables.arrays import Array

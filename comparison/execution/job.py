@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import log10
 
-from comparison.execution.workers import Kernels
+from comparison.execution.task_order import Kernels
 from comparison.scene import Scene, SceneError
 from comparison.tables.table import Table
 
@@ -77,7 +77,8 @@ def kernels(scene: Scene, model: str, engine: str = "") -> Kernels:
     formulation = str(scene.data["solver"].get(model, {}).get("formulation", "auto"))
     # The reference has separate equations for each set of joints with clearance.
     joints = scene.data["joints"].values() if model == "reference" else ()
-    return (engine or model, formulation, *joints)
+    contact = scene.data["contact"]
+    return (engine or model, formulation, *joints, contact["law"], contact["impact_speed"])
 
 
 class RunError(RuntimeError):

@@ -12,7 +12,8 @@ from typing import Any
 from comparison.engines.registry import fingerprint, load
 from comparison.execution.cache import fetch, keep, run_key
 from comparison.execution.job import Job, Outcome, Progress, successful
-from comparison.execution.workers import Died, Share, execution_order, work
+from comparison.execution.task_order import execution_order
+from comparison.execution.workers import Died, Share, work
 from comparison.scene import Scene
 from comparison.tables.channels import expected
 from comparison.tables.check import check
@@ -129,7 +130,8 @@ def run_all(
 
     waiting = execution_order({key: job for key, job in todo.items() if key not in outcomes})
     tasks = [(key, todo[key]) for key in waiting]
-    with closing(work(_attempt, tasks, n_jobs) if n_jobs else _in_turn(tasks)) as events:
+    kinds = {key: job.kernels for key, job in tasks}
+    with closing(work(_attempt, tasks, n_jobs, kernels=kinds) if n_jobs else _in_turn(tasks)) as events:
         for key, event in events:
             if isinstance(event, Share):
                 report(key, event.value)

@@ -27,7 +27,8 @@ from comparison.engines.source_hash import code_hash
 from comparison.execution.cache import cache_folder
 from comparison.execution.job import Progress, RunError
 from comparison.execution.ledger import Row, append_row, read_rows
-from comparison.execution.workers import Attempt, Died, Kernels, Late, Share, execution_order, work
+from comparison.execution.task_order import Kernels, execution_order
+from comparison.execution.workers import Attempt, Died, Late, Share, work
 from comparison.scene import Scene, SceneError, digest
 
 SUCCESS, CRASHED, LATE = "success", "crashed", "work-limit"
@@ -167,7 +168,8 @@ def on_processes(n_jobs: int, limit: float = inf) -> Spread:
 
     def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
         environment = dict(next(iter(tasks.values())).environment) if tasks else {}
-        with closing(work(attempt, list(tasks.items()), n_jobs, limit, environment)) as events:
+        kinds = {key: task.kernels for key, task in tasks.items()}
+        with closing(work(attempt, list(tasks.items()), n_jobs, limit, environment, kernels=kinds)) as events:
             for key, event in events:
                 if isinstance(event, Died):
                     yield key, Lost(event.words)

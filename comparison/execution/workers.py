@@ -21,7 +21,9 @@ from dataclasses import dataclass
 from math import inf
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
-from typing import Any, Protocol
+from typing import Any
+
+from comparison.execution.task_order import Compiling, Kernels
 
 Attempt = Callable[[Any, Callable[[float], None]], Any]
 """What a worker does with a task: it gets the task and a function to report the finished share to."""
@@ -29,21 +31,6 @@ Attempt = Callable[[Any, Callable[[float], None]], Any]
 
 READY = 10.0
 """Times its limit that a task may take before its own work begins."""
-
-Kernels = tuple[str, ...]
-"""Identifier of code that is compiled at its first use."""
-
-
-class Work(Protocol):
-    """Properties of a task that determine its position in the queue."""
-
-    @property
-    def cost(self) -> float:
-        """Expected time, s."""
-
-    @property
-    def kernels(self) -> frozenset[Kernels]:
-        """Which code it compiles if no task before it did."""
 
 
 @dataclass(frozen=True)
@@ -79,21 +66,6 @@ def cpus() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def execution_order(tasks: Mapping[str, Work]) -> list[str]:
-    """Order tasks so that all workers are busy to the end, and none compiles what another one is compiling.
-
-    Which takes longer than most tasks. So for each kind of kernels one task goes before all others, those
-    that need the fewest kinds first; the rest follows, the longest first.
-    """
-    longest = sorted(tasks, key=lambda name: (-tasks[name].cost, name))
-    ahead: list[str] = []
-    known: frozenset[Kernels] = frozenset()
-    while new := {name: tasks[name].kernels - known for name in longest if tasks[name].kernels - known}:
-        ahead.append(min(new, key=lambda name: len(tasks[name].kernels)))  # of equal ones the longest
-        known |= new[ahead[-1]]
-    return list(dict.fromkeys([*ahead, *longest]))
-
-
 def work(
     attempt: Attempt,
     tasks: Sequence[tuple[str, Any]],
@@ -101,6 +73,7 @@ def work(
     limit: float = inf,
     environment: Mapping[str, str] | None = None,
     until: float = inf,
+    kernels: Mapping[str, frozenset[Kernels]] | None = None,
 ) -> Generator[tuple[str, Any]]:
     """Distribute tasks to worker processes in the given order and yield their events as they occur.
 
@@ -121,13 +94,17 @@ def work(
         Variables of the worker processes alone, for what a library reads only while its process starts.
     until
         Reading of `time.monotonic` at which all tasks are terminated; those that wait have no event.
+    kernels
+        Which code each task compiles, by name. The first that needs some has it compiled once it reports a
+        share above 0; until then others that need it wait, and tasks behind them go first.
 
     Yields
     ------
     name, event
         The event is a `Share`, or else the last of this task: what ``attempt`` returned, `Died` or `Late`.
     """
-    waiting = list(reversed(tasks))
+    waiting = dict(tasks)
+    compiling = Compiling(kernels or {})
     idle: list[_Worker] = []
     busy: dict[Any, tuple[_Worker, str]] = {}
     ends: dict[Any, float] = {}
@@ -138,8 +115,9 @@ def work(
                 waiting.clear()
                 if not busy:
                     break
-            while waiting and len(busy) < n_workers:
-                name, task = waiting.pop()
+            while len(busy) < n_workers and (name := compiling.first_free(waiting)) is not None:
+                task = waiting.pop(name)
+                compiling.begin(name)
                 worker = idle.pop() if idle else _Worker(attempt, environment or {})
                 busy[worker.connection] = (worker, name)
                 ends[worker.connection] = min(until, time.monotonic() + READY * limit)
@@ -152,6 +130,7 @@ def work(
                 worker, name = busy.pop(connection)
                 worker.process.kill()
                 worker.process.join()
+                compiling.end(name)
                 yield name, Late(shares[connection])
             for connection in ready:
                 worker, name = busy[connection]
@@ -160,6 +139,8 @@ def work(
                 except (EOFError, OSError):
                     worker.process.join()
                     event = Died(worker.process.exitcode)
+                if not isinstance(event, Share) or event.value > 0.0:
+                    compiling.end(name)
                 if isinstance(event, Share):
                     shares[connection] = event.value
                     if event.value == 0.0:

@@ -20,7 +20,7 @@ from comparison.accuracy.tiers import TIERS
 from comparison.accuracy.uncertainty import spread, window_samples
 from comparison.agreement.refinement.candidates import Candidate, Timed, attempt, candidates
 from comparison.agreement.refinement.estimate import CHANNEL, FLOOR
-from comparison.execution.job import MODELS
+from comparison.execution.job import MODELS, kernels
 from comparison.execution.workers import Died, Share, work
 from comparison.metrics.pareto import pareto
 from comparison.scene import Scene
@@ -147,7 +147,9 @@ def work_precision(
     rows = {str(n): Timed(each, WAITING, nan) for n, each in enumerate(asked)}
     interrupted = False
     try:
-        with closing(work(attempt, list(affordable.items()), n_jobs, until=begun + seconds)) as events:
+        kinds = {name: frozenset([kernels(each.scene, each.model)]) for name, each in affordable.items()}
+        tasks = list(affordable.items())
+        with closing(work(attempt, tasks, n_jobs, until=begun + seconds, kernels=kinds)) as events:
             for name, event in events:
                 if isinstance(event, Share):
                     continue

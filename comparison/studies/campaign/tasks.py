@@ -12,8 +12,8 @@ from comparison.agreement.results import SceneComparison
 from comparison.execution.job import MODELS, Job, Outcome, Progress, RunError, kernels
 from comparison.execution.ledger import Row
 from comparison.execution.run import runner
+from comparison.execution.task_order import Kernels
 from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
-from comparison.execution.workers import Kernels
 from comparison.scene import Scene, SceneError
 from comparison.studies.campaign.adjudication import Run
 from comparison.studies.campaign.population import Case

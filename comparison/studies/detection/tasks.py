@@ -12,8 +12,8 @@ from comparison.agreement.compare import Runs
 from comparison.agreement.cross_check import levels
 from comparison.execution.job import Progress, kernels
 from comparison.execution.run import run_one
+from comparison.execution.task_order import Kernels
 from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
-from comparison.execution.workers import Kernels
 from comparison.scene import Scene
 from comparison.studies.detection.copies import load_copy
 

@@ -12,8 +12,8 @@ from comparison.execution.job import Progress, RunError, kernels
 from comparison.execution.ledger import Row
 from comparison.execution.quality_checks import energy_share, steps_per_contact
 from comparison.execution.run import run_one
+from comparison.execution.task_order import Kernels
 from comparison.execution.task_store import LATE, Task, measure_all, on_processes
-from comparison.execution.workers import Kernels
 from comparison.scene import Scene, load_scene
 from comparison.studies.shared.benchmark_unit import unit_seconds
 from comparison.tables.table import Table

@@ -13,7 +13,8 @@ import comparison.execution.run
 from comparison.execution.cache import run_key
 from comparison.execution.job import Job, RunError, describe
 from comparison.execution.run import run_all, run_one, run_uncached
-from comparison.execution.workers import execution_order, work
+from comparison.execution.task_order import execution_order
+from comparison.execution.workers import work
 from comparison.scene import SceneError
 
 pytestmark = pytest.mark.usefixtures("fake_models")
