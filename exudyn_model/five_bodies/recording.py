@@ -15,6 +15,7 @@ from exudyn_model.energy import new_audit
 from exudyn_model.five_bodies.constraints import CONSTRAINTS, Constraints
 from exudyn_model.five_bodies.native_contact import RADIUS, deepest
 from exudyn_model.five_bodies.observation import Kept, Vectors, observe
+from exudyn_model.five_bodies.samples_between import interpolate
 from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.model import Model
 from exudyn_model.tables import event_table, extrema_table, new_extrema
@@ -74,6 +75,7 @@ class Recorder:
         count = len(self._channels)
         self._kept = Kept(np.zeros(count), new_extrema(count), new_audit(), masses)
         self._samples = np.zeros((samples + 1, count))
+        self._before = np.zeros(count)
         self._events = np.zeros(0, EVENT)
         self._event_count, self._sample_count = 0, 0
         self._time = 0.0
@@ -120,7 +122,15 @@ class Recorder:
         if self._event_count + len(CONTACTS) > len(self._events):
             self._events = np.concatenate([self._events, np.zeros(len(self._events) + _ROOM, EVENT)])
         native = self._read_corners() if self._read_corners else _NOT_NATIVE
+        inside = self._choice.samples_inside
+        if inside:
+            self._before[:] = self._kept.values
         self._event_count = self._observe(time, native, self._events, self._event_count)
+        if inside:
+            rows = self._samples[self._sample_count : self._sample_count + len(inside)]
+            times = np.array(inside) * self._choice.size
+            self._interpolate(self._time, time - self._time, times, rows)
+            self._sample_count += len(inside)
         if is_sample:
             self._samples[self._sample_count] = self._kept.values
             self._sample_count += 1
@@ -137,6 +147,13 @@ class Recorder:
     def is_behind_a_wall(self) -> bool:
         """Whether a corner is deeper in a wall than Exudyn's own contact object can hold it."""
         return self._read_corners is not None and deepest(self._q[SLIDER_X:], self._constants.law) > RADIUS
+
+    def _interpolate(
+        self, start: float, step: float, times: NDArray[np.float64], samples: NDArray[np.float64]
+    ) -> None:
+        guide_x = float(self._constants.linkage["guide_x"][0])
+        ends = self._before, self._kept.values
+        interpolate(*ends, start, step, times, guide_x, self._constants.law[0], self._kept.extrema, samples)
 
     def is_finite(self) -> bool:
         """Whether the last accepted state holds no infinity and no NaN."""

@@ -58,6 +58,19 @@ def fixed_steps(parameters: Parameters) -> bool:
     return parameters.ideal or parameters.integration.formulation == "native"
 
 
+def samples_between_states(parameters: Parameters, steps: Steps, longest: int) -> bool:
+    """Return whether dense samples may lie inside steps, of at most ``longest`` times the shortest.
+
+    Forces of joints and energies are not interpolated, and no step longer than a thousandth of a cycle. A
+    sample at each step still makes all steps equal.
+    """
+    return (
+        1 < steps.per_sample < longest
+        and longest * steps.size <= 1e-3 * parameters.drive.period
+        and parameters.integration.method == "generalized-alpha"
+    )
+
+
 def newton_tolerance(parameters: Parameters, step: float) -> float:
     """Return the absolute tolerance of the Newton iteration, for a step in s.
 

@@ -2,7 +2,7 @@
 
 Lengths are whole numbers of ticks. The tick is the scene's ``solver.exudyn.step``, made to divide the sample
 interval: all lengths change with it in proportion, so that the order of convergence means something, and
-samples fall on states.
+samples fall on states; of dense ones those in contacts alone (``samples_between``).
 
 An open contact has no force in a step longer than a tick, wherever a trial state lies. A step in which a
 contact closed is taken back; that this is rare, and how long steps in contacts may be, ``foresight`` sees to.
@@ -11,6 +11,8 @@ Touches and separations therefore lie in steps of one tick, where ``contact.memo
 Only where Newton's method fails in a tick is that divided, by halves, so that times remain exact: across a
 kink of friction its iterates go round as long as friction can stop the slip several times over in the step.
 """
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +42,8 @@ class StepChoice:
         Ticks in a sample interval.
     longest : int
         Ticks of the longest step; 1: fixed steps.
+    per_state : int, optional
+        Ticks between states that there have to be, a multiple of ``per_sample``, which is the default.
 
     Attributes
     ----------
@@ -50,11 +54,17 @@ class StepChoice:
     """
 
     def __init__(
-        self, constants: Constants, contacts: NDArray[np.void], size: float, per_sample: int, longest: int
+        self,
+        constants: Constants,
+        contacts: NDArray[np.void],
+        size: float,
+        per_sample: int,
+        longest: int,
+        per_state: int = 0,
     ) -> None:
         self.ticks, self.longest_taken = 0.0, 1.0
         self.size, self.per_sample, self.longest = size, per_sample, longest
-        self._tick = 0.0
+        self._tick, self._per_state = 0.0, per_state or per_sample
         self._constants, self._contacts = constants, contacts
         self._laws = constants.law[0], constants.pin_law[0]
         self._before = np.zeros(contacts.size, BEFORE)
@@ -74,6 +84,12 @@ class StepChoice:
         """Whether the step ends at a sample."""
         return self._tick % self.per_sample == 0
 
+    @property
+    def samples_inside(self) -> range:
+        """Ticks of the samples inside the step, without those at its ends."""
+        first = int((self._tick - self.ticks) // self.per_sample) + 1
+        return range(first * self.per_sample, math.ceil(self._tick), self.per_sample)
+
     def choose(self) -> None:
         """Choose the step after the one that has been accepted."""
         self.longest_taken = max(self.longest_taken, self.ticks)
@@ -84,8 +100,8 @@ class StepChoice:
             if self._tick % 1.0:
                 ticks = min(2.0 * self.ticks, 1.0 - self._tick % 1.0)
             else:
-                # Equal parts up to the next sample
-                left = self.per_sample - self._tick % self.per_sample
+                # Equal parts up to the next state that there has to be
+                left = self._per_state - self._tick % self._per_state
                 ticks = -(-left // -(-left // wanted))
         self._take(ticks)
 

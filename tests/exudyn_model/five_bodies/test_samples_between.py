@@ -1,0 +1,90 @@
+"""Dense samples of five bodies: inside long steps in flight, and as accurate as states."""
+
+import numpy as np
+import pytest
+
+from exudyn_model import simulate
+from exudyn_model.channels import CHANNELS, GAP, PER_CONTACT
+from exudyn_model.contact.gaps import contact_law, corner_motion
+from exudyn_model.five_bodies.samples_between import interpolate
+from exudyn_model.five_bodies.step_choice import StepChoice
+from exudyn_model.reading import read_scene
+from exudyn_model.tables import new_extrema
+
+FULL = {"drive.cycles": 0.1, "solver.exudyn.formulation": "full", "solver.exudyn.step": 4e-6}
+# One in four ticks, and one a tick, which leaves no longer step
+DENSE = {"output.samples_per_cycle": 25_000}
+FIXED = {"output.samples_per_cycle": 100_000}
+TREE = {
+    "solver.exudyn.formulation": "tree",
+    "solver.exudyn.method": "dopri5",
+    "solver.exudyn.step": 1e-4,
+    "solver.exudyn.tolerance": 1e-11,
+}
+
+
+def test_a_cubic_motion_is_interpolated_exactly(make_scene):
+    """Coordinates of third order in time with velocities of second: cubic Hermite polynomials hold both."""
+    parameters = read_scene(make_scene({}))
+    law = contact_law(parameters.contact, parameters.mechanism.slider, 1e-6)
+    guide_x, start, step = parameters.mechanism.guide_x, 0.3, 2e-3
+    motion = np.array([[1e-4, 0.02, -3.0, 40.0], [0.3, 1.0, 50.0, 900.0], [1e-3, -0.5, 20.0, -3e3]])
+    motion[0, 0] += guide_x
+
+    def values(time):
+        t, found = time - start, np.zeros(len(CHANNELS))
+        found[:3] = motion @ [1.0, t, t**2, t**3]
+        found[3:6] = motion @ [0.0, 1.0, 2.0 * t, 3.0 * t**2]
+        found[6:9] = motion @ [0.0, 0.0, 2.0, 6.0 * t]
+        for corner in range(4):
+            gap = corner_motion(corner, found[0] - guide_x, found[2], 0.0, 0.0, 0.0, law[0]).gap
+            found[GAP + PER_CONTACT * corner] = gap
+            found[GAP + PER_CONTACT * corner + 1] = 7.0 + corner * t
+        return found
+
+    times = start + step * np.array([0.1, 0.4, 0.95])
+    samples, extrema = np.zeros((3, len(CHANNELS))), new_extrema(len(CHANNELS))
+    ends = values(start), values(start + step)
+    interpolate(*ends, start, step, times, guide_x, law[0], extrema, samples)
+    # Rounding of terms of the size of the coordinates
+    np.testing.assert_allclose(samples, [values(time) for time in times], rtol=1e-12, atol=1e-15)
+    np.testing.assert_array_equal(extrema["max"], samples.max(axis=0))
+
+
+def test_samples_inside_steps_are_as_accurate_as_states(make_scene):
+    dense, fixed, exact = (simulate(make_scene(FULL | scene)) for scene in (DENSE, FIXED, DENSE | TREE))
+    assert fixed.provenance["settings"]["longest_step"] == fixed.provenance["settings"]["step_used"]
+    assert dense.provenance["counters"]["steps"] < 0.2 * fixed.provenance["counters"]["steps"]
+    assert list(dense.events["corner"]) == list(fixed.events["corner"])
+    for name in exact.columns:
+        errors = [
+            np.abs(values - exact.columns[name]).max()
+            for values in (dense.columns[name], fixed.columns[name][::4])
+        ]
+        # That of the contacts, whose touches fall elsewhere in a step; rounding of what does not err
+        span = np.ptp(exact.columns[name])
+        assert errors[0] <= 1.5 * errors[1] + 1e-6 * span, (name, errors, span)
+
+
+def test_extrema_enclose_all_samples(make_scene):
+    result = simulate(make_scene(FULL | DENSE))
+    assert set(result.extrema) == set(result.columns) - {"time"}
+    for name, extrema in result.extrema.items():
+        assert extrema["min"] <= result.columns[name].min()
+        assert extrema["max"] >= result.columns[name].max()
+
+
+@pytest.mark.parametrize("groups", [["joints"], ["energy"]])
+def test_what_is_not_interpolated_has_a_state_at_each_sample(make_scene, groups):
+    scene = {"drive.cycles": 0.01, "output.groups": groups, "solver.exudyn.method": "trapezoidal-index2"}
+    scene = FULL | DENSE | scene
+    assert simulate(make_scene(scene)).provenance["settings"]["longest_step"] <= 4 * 4.001e-6
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "inside"), [(0, 5, [2, 4]), (2, 4, []), (3, 3.5, []), (3.5, 5, [4])]
+)
+def test_samples_at_the_ends_of_a_step_are_not_inside(before, after, inside):
+    choice = StepChoice.__new__(StepChoice)
+    choice.per_sample, choice._tick, choice.ticks = 2, after, after - before
+    assert list(choice.samples_inside) == inside
