@@ -114,9 +114,9 @@ def resolved(results: Sequence[Validation], n_jobs: int, on_progress: Progress |
         for model in runs
     }
     tasks = {
-        key: DenseRun(_not_at_each_step(scene, key[2]), key[2])
+        key: DenseRun(scene, key[2])
         for key, base in bases.items()
-        if (scene := dense(base.provenance.get("scene"), base.events)) is not None
+        if (scene := dense(base.provenance.get("scene"), base.events, key[2])) is not None
     }
     rows = measure_all(measure, list(tasks.values()), on_processes(n_jobs), on_progress)
     found: dict[tuple[str, str, str], list[Pulse]] = {}
@@ -131,8 +131,8 @@ def resolved(results: Sequence[Validation], n_jobs: int, on_progress: Progress |
     return pulses
 
 
-def dense(recorded: Mapping[str, Any] | None, events: pd.DataFrame | None) -> Scene | None:
-    """Return the scene of a base run with output that resolves the slider's contacts; None without any.
+def dense(recorded: Mapping[str, Any] | None, events: pd.DataFrame | None, model: str) -> Scene | None:
+    """Return the scene of a model's base run with output that resolves the slider's contacts, if it has any.
 
     The crank pin's forces are no channels. A run of too many samples is cut: its later contacts are not
     resolved.
@@ -150,6 +150,8 @@ def dense(recorded: Mapping[str, Any] | None, events: pd.DataFrame | None) -> Sc
         return None
     # Round numbers divide the steps between samples, where there are as many
     finer = _round_up(_AIMED * interval / shortest)
+    if model == "exudyn" and (solver := scene.data["solver"]["exudyn"])["formulation"] == "full":
+        finer = min(finer, _fewer_than_steps(interval, solver["step"]))
     cycles = min(float(scene.data["drive"]["cycles"]), _MOST / (per_cycle * finer))
     groups = dict.fromkeys([*scene.data["output"]["groups"], "corners"])
     return scene.with_values(
@@ -161,16 +163,14 @@ def dense(recorded: Mapping[str, Any] | None, events: pd.DataFrame | None) -> Sc
     )
 
 
-def _not_at_each_step(scene: Scene, model: str) -> Scene:
-    """Return the scene with two steps of five bodies between samples where there would be one.
+def _fewer_than_steps(interval: float, step: float) -> int:
+    """Return how many samples an interval may have so that five bodies have two steps between them, or more.
 
-    With a sample at each step, these would be short in flight too, and take ten times as long.
+    With a sample at each step all would be as short as in contacts, and the run take ten times as long; with
+    fewer they are those of the base run.
     """
-    solver = scene.data["solver"]["exudyn"]
-    interval = scene.period / scene.data["output"]["samples_per_cycle"]
-    if model != "exudyn" or solver.get("formulation") != "full" or interval > solver["step"]:
-        return scene
-    return scene.with_values({"solver.exudyn.step": 0.5 * interval})
+    steps = ceil(interval / step * (1.0 - 1e-12))
+    return next((steps // n for n in range(2, steps) if steps % n == 0), 1)
 
 
 def drawable(contacts: Iterable[Mapping[str, Any]], events: pd.DataFrame, window: float) -> list[Pulse]:

@@ -20,7 +20,7 @@ from exudyn_model.five_bodies.settings import (
     fixed_steps,
     jacobian_uses,
     newton_tolerance,
-    samples_between_states,
+    steps_between_states,
 )
 from exudyn_model.five_bodies.solver import solve
 from exudyn_model.five_bodies.step_choice import LONGEST, LONGEST_INDEX2, StepChoice
@@ -37,9 +37,7 @@ def run_five_bodies(parameters: Parameters, progress: Callable[[float], None] | 
     longest = LONGEST_INDEX2 if method == "trapezoidal-index2" else LONGEST
     if fixed_steps(parameters):
         longest = 1
-    per_state = steps.per_sample
-    if samples_between_states(parameters, steps, longest):
-        per_state *= steps.samples
+    per_state = steps_between_states(parameters, steps)
     choice = StepChoice(model.constants, model.contacts, steps.size, steps.per_sample, longest, per_state)
     recorder = Recorder(model, choice, steps.samples, masses, Constraints(parameters))
     tolerance = newton_tolerance(parameters, steps.size)

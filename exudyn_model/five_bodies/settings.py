@@ -17,6 +17,9 @@ ROUND_OFF = 4e-15
 DIFFERENCE = 1e-7
 """Of a coordinate, at least 1e-2 m or rad: over which Exudyn differentiates forces for its Jacobian."""
 
+_MUCH = 5
+"""Times the shortest step."""
+
 
 @dataclass(frozen=True)
 class Steps:
@@ -58,17 +61,17 @@ def fixed_steps(parameters: Parameters) -> bool:
     return parameters.ideal or parameters.integration.formulation == "native"
 
 
-def samples_between_states(parameters: Parameters, steps: Steps, longest: int) -> bool:
-    """Return whether dense samples may lie inside steps, of at most ``longest`` times the shortest.
+def steps_between_states(parameters: Parameters, steps: Steps) -> int:
+    """Return after how many of the shortest steps there has to be a state.
 
-    Forces of joints and energies are not interpolated, and no step longer than a thousandth of a cycle. A
-    sample at each step still makes all steps equal.
+    At each sample; of samples so dense that steps in flight could not be much longer, only at one in each
+    thousandth of a cycle: there a run takes the steps of one with 1000 samples. Forces of joints and energies
+    are not interpolated. A sample at each step still makes all steps equal.
     """
-    return (
-        1 < steps.per_sample < longest
-        and longest * steps.size <= 1e-3 * parameters.drive.period
-        and parameters.integration.method == "generalized-alpha"
-    )
+    if not 1 < steps.per_sample < _MUCH or parameters.integration.method != "generalized-alpha":
+        return steps.per_sample
+    in_a_thousandth = max(1, parameters.integration.samples_per_cycle // 1000)
+    return steps.per_sample * math.gcd(in_a_thousandth, steps.samples)
 
 
 def newton_tolerance(parameters: Parameters, step: float) -> float:

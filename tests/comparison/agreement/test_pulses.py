@@ -51,7 +51,7 @@ def test_every_drawn_pulse_has_twenty_points_and_the_peak_of_the_event_table(mod
         scene = scene.with_values({"solver.exudyn.formulation": "tree"})
     base = run_one(scene, model)
     assert base.events is not None
-    closer = dense(scene.data, base.events)
+    closer = dense(scene.data, base.events, "reference")
     assert closer is not None
     row = measure(DenseRun(closer, model), lambda _: None)
     pulses = drawable(row["contacts"], base.events, WINDOW * scene.period)
@@ -71,7 +71,7 @@ def test_every_drawn_pulse_has_twenty_points_and_the_peak_of_the_event_table(mod
 
 def test_a_dense_run_differs_from_the_base_in_its_output_alone(events):
     scene = load_scene("300rpm-0.2mm")
-    closer = dense(scene.data, events)
+    closer = dense(scene.data, events, "reference")
     assert closer is not None
     changed = {"scene", "output", "drive"}
     assert {k: v for k, v in closer.data.items() if k not in changed} == {
@@ -84,15 +84,25 @@ def test_a_dense_run_differs_from_the_base_in_its_output_alone(events):
     assert 1000 % (closer.data["output"]["samples_per_cycle"] // 1000) == 0
 
 
+def test_five_bodies_take_the_steps_of_the_base_run(events):
+    """With two of them or more between samples, and a sample at each of the base run."""
+    scene = load_scene("300rpm-0.2mm", {"solver.exudyn.formulation": "full", "solver.exudyn.step": 4e-6})
+    closer = dense(scene.data, events.assign(end=events["start"] + 1e-5), "exudyn")
+    assert closer is not None
+    assert closer.data["solver"] == scene.data["solver"]
+    # 50 steps of 4e-6 s in an interval of 2e-4 s
+    assert closer.data["output"]["samples_per_cycle"] == 25 * 1000
+
+
 def test_a_long_run_is_cut_and_without_contacts_at_corners_there_is_none(events):
     long = load_scene("150rpm-0.2mm", {"drive.cycles": 100.0})
-    closer = dense(long.data, events)
+    closer = dense(long.data, events, "reference")
     assert closer is not None
     assert closer.data["drive"]["cycles"] * closer.data["output"]["samples_per_cycle"] <= 400_000
-    assert dense(long.data, events.iloc[:0]) is None
-    assert dense(long.data, events.assign(corner="pin")) is None
-    assert dense(None, events) is None
-    assert dense(long.data, None) is None
+    assert dense(long.data, events.iloc[:0], "exudyn") is None
+    assert dense(long.data, events.assign(corner="pin"), "exudyn") is None
+    assert dense(None, events, "exudyn") is None
+    assert dense(long.data, None, "exudyn") is None
 
 
 @pytest.mark.parametrize(

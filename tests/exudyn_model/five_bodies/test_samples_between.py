@@ -66,6 +66,18 @@ def test_samples_inside_steps_are_as_accurate_as_states(make_scene):
         assert errors[0] <= 1.5 * errors[1] + 1e-6 * span, (name, errors, span)
 
 
+def test_more_samples_change_no_step(make_scene):
+    """There are states at the samples of a thousandth of a cycle alone, whether or not there are others."""
+    usual, dense = (simulate(make_scene(FULL | {"output.samples_per_cycle": n})) for n in (1000, 50_000))
+    assert dense.provenance["settings"]["steps_per_sample"] == 2
+    assert dense.provenance["counters"] == usual.provenance["counters"]
+    for name, values in usual.events.items():
+        np.testing.assert_array_equal(dense.events[name], values)
+    for name, values in usual.columns.items():
+        if name != "time":
+            np.testing.assert_array_equal(dense.columns[name][::50], values)
+
+
 def test_extrema_enclose_all_samples(make_scene):
     result = simulate(make_scene(FULL | DENSE))
     assert set(result.extrema) == set(result.columns) - {"time"}
