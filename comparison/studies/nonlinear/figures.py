@@ -113,7 +113,7 @@ def draw_exponents(found: Mapping[str, tuple[Sequence[float], Sequence[Exponent]
         axes.margins(x=0.05)
         axes.axhline(0.0, color=svg.LIMIT, lw=0.8)
         axes.set(xscale="log", xlabel="distance of the perturbed run (m)", ylabel="exponent (1/cycle)")
-        svg.legend_above(axes)
+        svg.legend_above(axes, columns=2)
 
 
 def draw_growth(scatter: Array, orbit: PerturbedOrbits | None, path: Path) -> None:

@@ -97,7 +97,7 @@ def page(results: Results) -> dict[str, object]:
             believed, results.sections, results.long, {name: scatter[name] for name in config.scenes}
         ),
         "forgetting": tables.forgetting(believed, scatter),
-        "without_memory": tables.without_memory(believed),
+        "without_memory": tables.without_memory(believed, scatter),
         "memory": tables.memory(remembered(results.runs[main], results.long[main], TRANSIENT)),
         "distributions": tables.distributions(results.sections, results.long, config.scenes),
         "noise": quantity(float("nan") if orbit is None else float(np.median(orbit.noise)), "m", 2),
