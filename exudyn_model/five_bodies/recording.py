@@ -151,9 +151,9 @@ class Recorder:
     def _interpolate(
         self, start: float, step: float, times: NDArray[np.float64], samples: NDArray[np.float64]
     ) -> None:
-        guide_x = float(self._constants.linkage["guide_x"][0])
         ends = self._before, self._kept.values
-        interpolate(*ends, start, step, times, guide_x, self._constants.law[0], self._kept.extrema, samples)
+        linkage, law = self._constants.linkage[0], self._constants.law[0]
+        interpolate(*ends, start, step, times, linkage, law, self._kept.extrema, samples)
 
     def is_finite(self) -> bool:
         """Whether the last accepted state holds no infinity and no NaN."""

@@ -5,10 +5,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.channels import ACCELERATIONS, GAP, PER_CONTACT, SLIDER_ANGLE, SLIDER_X, STATE
+from exudyn_model.channels import (
+    ACCELERATIONS,
+    FRICTION,
+    GAP,
+    NORMAL,
+    PER_CONTACT,
+    SLIDER_ALPHA,
+    SLIDER_ANGLE,
+    SLIDER_X,
+    STATE,
+)
 from exudyn_model.compiled import kernel
 from exudyn_model.contact.gaps import corner_motion
-from exudyn_model.contact.states import CORNERS
+from exudyn_model.contact.states import ACROSS, CORNERS
 from exudyn_model.tables import update_extrema
 
 # The slider's coordinates and velocities among the channels; from each to its rate
@@ -22,7 +32,7 @@ def interpolate(
     start: float,
     step: float,
     times: NDArray[np.float64],
-    guide_x: float,
+    linkage: Any,
     law: Any,
     extrema: NDArray[np.void],
     samples: NDArray[np.float64],
@@ -31,7 +41,7 @@ def interpolate(
 
     Coordinates and velocities by cubic Hermite polynomials of the states and their rates, whose error is of
     fourth order in the step; gaps from these coordinates; all others linearly, with an error of second order,
-    as that of the method.
+    as that of the method, but the slider's angular acceleration: that follows from the corners' forces.
 
     Parameters
     ----------
@@ -41,8 +51,8 @@ def interpolate(
         Its beginning and length, s.
     times : ndarray, shape (n,)
         s.
-    guide_x : float
-        The guide's centre line, m.
+    linkage : record
+        See ``constants``.
     law : record
         Of the guide: see ``contact.gaps``.
     extrema : ndarray, shape (channels,)
@@ -60,7 +70,12 @@ def interpolate(
             leaves = step * before[channel + _TO_RATE] - change
             arrives = change - step * after[channel + _TO_RATE]
             values[channel] += s * r * (r * leaves + s * arrives)
-        x, angle = values[SLIDER_X] - guide_x, values[SLIDER_ANGLE]
+        x, angle, moment = values[SLIDER_X] - linkage.guide_x, values[SLIDER_ANGLE], 0.0
         for number in range(_CORNERS):
-            values[GAP + PER_CONTACT * number] = corner_motion(number, x, angle, 0.0, 0.0, 0.0, law).gap
+            corner = corner_motion(number, x, angle, 0.0, 0.0, 0.0, law)
+            values[GAP + PER_CONTACT * number] = corner.gap
+            normal = values[NORMAL + PER_CONTACT * number]
+            moment += corner.arm_y * ACROSS[number] * normal
+            moment += corner.arm_x * values[FRICTION + PER_CONTACT * number]
+        values[SLIDER_ALPHA] = moment / linkage.slider_inertia
         update_extrema(extrema, values, times[row])
