@@ -51,7 +51,7 @@ def test_every_drawn_pulse_has_twenty_points_and_the_peak_of_the_event_table(mod
         scene = scene.with_values({"solver.exudyn.formulation": "tree"})
     base = run_one(scene, model)
     assert base.events is not None
-    closer = dense(scene.data, base.events, "reference")
+    closer = dense(scene.data, base.events, model)
     assert closer is not None
     row = measure(DenseRun(closer, model), lambda _: None)
     pulses = drawable(row["contacts"], base.events, WINDOW * scene.period)
