@@ -189,8 +189,8 @@ class ExudynSolver(Section):
 
     For five bodies the step is that in a contact, and steps in flight are up to 32 times as long; with
     ``"native"`` contact, without clearance, or with a sample at each step all are equal. Samples two to
-    four steps apart are interpolated in longer ones. The tolerance is Newton's. For the tree, which has error control,
-    they are the largest step and the local error tolerance.
+    four steps apart are interpolated in longer ones. The tolerance is Newton's. For the tree, which has
+    error control, they are the largest step and the local error tolerance.
     """
 
     formulation: str = "auto"
