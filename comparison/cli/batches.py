@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 from comparison.accuracy.tiers import TIERS
@@ -10,6 +11,7 @@ from comparison.agreement.cross_check import Validation, family, validate
 from comparison.agreement.results import no_comparison
 from comparison.cli.console import described, is_refusal
 from comparison.cli.progress import Reporter
+from comparison.execution.worker_process import kept_workers
 from comparison.scene import Scene
 
 
@@ -55,7 +57,7 @@ def validate_batches(
     waiting = [scenes[first : first + size] for first in range(0, len(scenes), size)]
     total, done = sum(_cost(scene, models) for scene in scenes), 0.0
     results: list[Validation] = []
-    try:
+    with suppress(KeyboardInterrupt), kept_workers():
         while waiting:
             batch = waiting.pop(0)
             cost = sum(_cost(scene, models) for scene in batch)
@@ -78,8 +80,6 @@ def validate_batches(
             report.finished(
                 done / total, f"{len(results)} of {len(scenes)} scenes; {name}: {', '.join(verdicts)}"
             )
-    except KeyboardInterrupt:
-        pass
     return Validated(results, list(scenes[len(results) :]))
 
 

@@ -13,7 +13,8 @@ from comparison.engines.registry import fingerprint, load
 from comparison.execution.cache import fetch, keep, run_key
 from comparison.execution.job import Job, Outcome, Progress, successful
 from comparison.execution.task_order import execution_order
-from comparison.execution.workers import Died, Share, work
+from comparison.execution.worker_process import Share
+from comparison.execution.workers import Died, work
 from comparison.scene import Scene
 from comparison.tables.channels import expected
 from comparison.tables.check import check

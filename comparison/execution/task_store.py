@@ -28,7 +28,8 @@ from comparison.execution.cache import cache_folder
 from comparison.execution.job import Progress, RunError
 from comparison.execution.ledger import Row, append_row, read_rows
 from comparison.execution.task_order import Kernels, execution_order
-from comparison.execution.workers import Attempt, Died, Late, Share, work
+from comparison.execution.worker_process import Attempt, Share
+from comparison.execution.workers import Died, Late, work
 from comparison.scene import Scene, SceneError, digest
 
 SUCCESS, CRASHED, LATE = "success", "crashed", "work-limit"

@@ -8,36 +8,21 @@ limits and the signal masks would remain here.
 
 from __future__ import annotations
 
-import io
-import multiprocessing
 import os
 import signal
-import sys
 import time
-import warnings
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from math import inf
-from multiprocessing import resource_tracker
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import wait
 from typing import Any
 
 from comparison.execution.task_order import Compiling, Kernels
-
-Attempt = Callable[[Any, Callable[[float], None]], Any]
-"""What a worker does with a task: it gets the task and a function to report the finished share to."""
-
+from comparison.execution.worker_process import Attempt, Share, Worker, end, give_back, taken
 
 READY = 10.0
 """Times its limit that a task may take before its own work begins."""
-
-
-@dataclass(frozen=True)
-class Share:
-    """Finished share of a task, 0 to 1."""
-
-    value: float
 
 
 @dataclass(frozen=True)
@@ -77,7 +62,8 @@ def work(
 ) -> Generator[tuple[str, Any]]:
     """Distribute tasks to worker processes in the given order and yield their events as they occur.
 
-    Close the generator (`contextlib.closing`) to end the workers at once.
+    Close the generator (`contextlib.closing`) to end what its workers do at once; the processes end with it,
+    but for `comparison.execution.worker_process.kept_workers`.
 
     Parameters
     ----------
@@ -105,8 +91,9 @@ def work(
     """
     waiting = dict(tasks)
     compiling = Compiling(kernels or {})
-    idle: list[_Worker] = []
-    busy: dict[Any, tuple[_Worker, str]] = {}
+    variables = dict(environment or {})
+    idle = taken(variables)
+    busy: dict[Any, tuple[Worker, str]] = {}
     ends: dict[Any, float] = {}
     shares: dict[Any, float] = {}
     try:
@@ -118,12 +105,12 @@ def work(
             while len(busy) < n_workers and (name := compiling.first_free(waiting)) is not None:
                 task = waiting.pop(name)
                 compiling.begin(name)
-                worker = idle.pop() if idle else _Worker(attempt, environment or {})
+                worker = idle.pop() if idle else Worker(variables)
                 busy[worker.connection] = (worker, name)
                 ends[worker.connection] = min(until, time.monotonic() + READY * limit)
                 shares[worker.connection] = 0.0
                 with suppress(OSError):  # the worker is dead: its connection reads as ended below
-                    worker.connection.send(task)
+                    worker.connection.send((attempt, task))
             next_end = min(ends[connection] for connection in busy)
             ready = wait(list(busy), None if next_end == inf else max(0.0, next_end - time.monotonic()))
             for connection in [c for c in busy if c not in ready and ends[c] <= time.monotonic()]:
@@ -151,67 +138,5 @@ def work(
                         idle.append(worker)
                 yield name, event
     finally:
-        workers = [*idle, *(worker for worker, _ in busy.values())]
-        for worker in workers:
-            worker.process.terminate()
-        for worker in workers:
-            worker.process.join()
-
-
-class _Worker:
-    """A spawned process and our end of its pipe."""
-
-    def __init__(self, attempt: Attempt, environment: Mapping[str, str]) -> None:
-        context = multiprocessing.get_context("spawn")
-        self.connection, theirs = context.Pipe()
-        self.process = context.Process(target=_serve, args=(attempt, theirs), daemon=True)
-        with _inherited(environment):
-            self.process.start()
-        theirs.close()  # so that the end of the process ends the connection
-
-
-def _serve(attempt: Attempt, connection: Connection) -> None:
-    """Process tasks until the connection ends (in the worker)."""
-    if not sys.warnoptions:
-        warnings.simplefilter("ignore")  # numpy's, of numbers that the checks of the run report
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # for systems without a signal mask to inherit
-    os.dup2(2, 1)  # what a model prints must not stand between the lines that a script reads from stdout
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(line_buffering=True)  # and must not be lost with a process that is ended
-    with suppress(EOFError, OSError):
-        while True:
-            task = connection.recv()
-            connection.send(attempt(task, lambda share: connection.send(Share(_bounded(share)))))
-
-
-def _bounded(share: float) -> float:
-    """Return a share of 0 to 1, whatever a model reports; what is no number is its own error."""
-    return min(1.0, max(0.0, float(share)))
-
-
-@contextmanager
-def _inherited(environment: Mapping[str, str]) -> Iterator[None]:
-    """Set what a process that is started here inherits: variables, one thread for numpy, and no Ctrl-C.
-
-    A terminal sends Ctrl-C to all processes, but to end workers is their parent's business. The signal is
-    held back from the very start: while Python starts, it would end in a traceback.
-    """
-    one_thread = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    variables = {**environment, **one_thread}
-    before = {name: os.environ.get(name) for name in variables}
-    can_mask = hasattr(signal, "pthread_sigmask")
-    if can_mask:
-        # multiprocessing's own process first: whoever starts it has its mask cleared.
-        resource_tracker.ensure_running()
-    os.environ.update(variables)
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT]) if can_mask else set()
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-        if can_mask:
-            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        give_back(idle)
+        end([worker for worker, _ in busy.values()])

@@ -21,7 +21,8 @@ from comparison.accuracy.uncertainty import spread, window_samples
 from comparison.agreement.refinement.candidates import Candidate, Timed, attempt, candidates
 from comparison.agreement.refinement.estimate import CHANNEL, FLOOR
 from comparison.execution.job import MODELS, kernels
-from comparison.execution.workers import Died, Share, work
+from comparison.execution.worker_process import Share
+from comparison.execution.workers import Died, work
 from comparison.metrics.pareto import pareto
 from comparison.scene import Scene
 from comparison.tables.arrays import Array

@@ -10,7 +10,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from comparison.execution.task_store import Finished, Lost, Spread, Task
-from comparison.execution.workers import Attempt
+from comparison.execution.worker_process import Attempt
 from comparison.studies.sweep.points import SweepError
 
 PATIENCE = 10.0

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
+import signal
 import threading
 import time
 import warnings
 from contextlib import closing
 from pathlib import Path
 
-from comparison.execution.workers import Died, Late, Share, work
+from comparison.execution.worker_process import Share, kept_workers
+from comparison.execution.workers import Died, Late, work
 
 
 def warn(_task, _report):
@@ -76,3 +79,55 @@ def test_code_whose_compilation_died_is_not_waited_for():
         ended = dict(events)
     assert isinstance(ended["first"], Died)
     assert ended["second"] == "done"
+
+
+def process(task, _report):
+    """Return the process, and a variable of its environment; end it if so asked."""
+    if task == "die":
+        os._exit(1)
+    return os.getpid(), os.environ.get("SIXBAR_TEST_VARIABLE")
+
+
+def last_events(*tasks, environment=None):
+    named = [(str(n), task) for n, task in enumerate(tasks)]
+    with closing(work(process, named, 1, environment=environment)) as events:
+        return [event for _, event in events]
+
+
+def running(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_workers_live_on_where_they_are_kept_and_no_longer():
+    with kept_workers():
+        [(first, _)], [(second, _)] = last_events("one"), last_events("two")
+        assert first == second
+        assert running(first)
+    assert not running(first)
+    [(alone, _)] = last_events("three")
+    assert not running(alone)
+
+
+def test_a_kept_worker_is_taken_for_its_own_environment_alone():
+    with kept_workers():
+        [(usual, _)] = last_events("one")
+        [(other, value)] = last_events("two", environment={"SIXBAR_TEST_VARIABLE": "set"})
+        assert (other != usual, value) == (True, "set")
+        assert not running(usual)
+        [(again, value)] = last_events("three", environment={"SIXBAR_TEST_VARIABLE": "set"})
+        assert (again, value) == (other, "set")
+
+
+def test_a_worker_that_died_is_not_kept():
+    with kept_workers():
+        died, (after, _) = last_events("die", "one")
+        assert isinstance(died, Died)
+        os.kill(after, signal.SIGKILL)
+        while any(child.pid == after for child in multiprocessing.active_children()):
+            time.sleep(0.01)
+        [(another, _)] = last_events("two")
+        assert another != after
