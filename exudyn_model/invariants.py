@@ -22,6 +22,7 @@ UNITS = {
     "pull": "N",
     "driving-friction": "W",
     "leaving-start": "m/s",
+    "start-gap": "m",
     "overlap": "s",
     "energy": "1",
     "constraint-position": "m",
@@ -34,6 +35,7 @@ _SENTENCES = {
     "pull": "the wall pulls {place}",
     "driving-friction": "friction drives {place}",
     "leaving-start": "a contact of {place} begins while it leaves",
+    "start-gap": "a contact of {place} begins away from its wall",
     "overlap": "two contacts of {place} overlap",
     "energy": "the energy does not balance",
     "constraint-position": "{place} is violated",
@@ -83,6 +85,9 @@ BOUNDS = (
     # A gap that falls below 0 in a step approaches at its start or at its end, but for the Newton iteration's
     # error in positions over the step
     Bound("leaving-start", _FIXED, _ANY, 1.0, "rounded_speed"),
+    # Where touches are located a step ends there; else the wall is reached inside a step
+    Bound("start-gap", ("tree",), _ANY, 1e-11, "one"),
+    Bound("start-gap", _FIXED, _ANY, 1.0, "normal_path"),
     # A contact ends before the next one begins, both times rounded
     Bound("overlap", _ALL, _ANY, 1.0, "rounded_time"),
     # The trapezoidal rule's error in the contacts

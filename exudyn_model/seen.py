@@ -37,6 +37,7 @@ def seen_in_contacts(contacts: NDArray[np.void]) -> list[Seen]:
         ("pull", "pull"),
         ("driving-friction", "driving"),
         ("leaving-start", "leaving"),
+        ("start-gap", "start_gap"),
     ):
         number = int(np.argmax(contacts[field]))
         worst = contacts[number]

@@ -47,13 +47,16 @@ def watch_contact(
             leaving = min(state.known_rate, rate)
             if leaving > state.leaving:
                 state.leaving, state.leaving_time = leaving, time
+            away = min(abs(state.known_gap), abs(gap))
+            if away > state.start_gap:
+                state.start_gap, state.start_gap_time = away, time
     elif not closed and -gap > state.open_depth:
         state.open_depth, state.open_depth_time = -gap, time
     if -normal > state.pull:
         state.pull, state.pull_time = -normal, time
     if power > state.driving:
         state.driving, state.driving_time = power, time
-    state.known_rate = rate
+    state.known_gap, state.known_rate = gap, rate
     state.fastest = max(state.fastest, abs(rate))
     state.fastest_slip = max(state.fastest_slip, abs(slip))
     state.strongest = max(state.strongest, normal)

@@ -22,6 +22,7 @@ from reference_model.watch import (
     LEAVING_START,
     OPEN_DEPTH,
     PULL,
+    START_GAP,
     WORST,
 )
 
@@ -32,6 +33,7 @@ _WHAT = {
     "open-depth": "is inside its wall outside a contact",
     "pull": "is pulled by its wall",
     "driving-friction": "is driven by friction",
+    "start-gap": "begins a contact away from its wall",
     "leaving-start": "begins a contact while it leaves its wall",
     "overlap": "has two contacts at once",
     "energy": "spurious energy, relative to what was lost, moves or came from gravity",
@@ -99,6 +101,7 @@ def check(p: Parameters, watch: Array, events: Array, drift: dict[str, float] | 
         "pull": (PULL, force * c.C * excess / c.speed_floor, "N"),
         # Friction rises from zero at v0; beyond it, it would drive with that much force.
         "driving-friction": (DRIVING_FRICTION, ramp * (c.v0 + excess), "W"),
+        "start-gap": (START_GAP, max(1e-11, depth), "m"),
         "leaving-start": (LEAVING_START, np.sqrt(2.0 * LARGEST_ACCELERATION * depth), "m/s"),
     }
     # The paper's surface contact has no potential; scipy's solvers do not control the error of the works.

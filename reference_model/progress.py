@@ -147,7 +147,7 @@ def impulse(c: Constants, k: int, p: Progress) -> float:
 @kernel
 def start_contact(c: Constants, k: int, t: float, contacts: Array, p: Progress) -> None:
     """Freeze the impact speed of contact `k` and open its row of the event table."""
-    watch_start(contacts[RATE, k], t, k, p.watch)
+    watch_start(contacts[GAP, k], contacts[RATE, k], t, k, p.watch)
     rate, slip = contacts[RATE, k], contacts[SLIP, k]
     if of_side(c, k) and t == 0.0:  # later the corner touches alone: its own rate and slip are the side's
         _, rate, slip = side_motion(c, contacts, k)

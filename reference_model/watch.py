@@ -9,9 +9,9 @@ from reference_model.constants import PAPER_SWITCHING, Constants
 from reference_model.forces import CONTACTS, FRICTION, GAP, INSIDE, NORMAL, SLIP, Array
 from reference_model.journal import JOURNAL
 
-OPEN_DEPTH, PULL, DRIVING_FRICTION, LEAVING_START, ENERGY, LARGEST_FORCE, LARGEST_ENERGY = range(7)
+OPEN_DEPTH, PULL, DRIVING_FRICTION, LEAVING_START, START_GAP, ENERGY, LARGEST_FORCE, LARGEST_ENERGY = range(8)
 """Rows of the watch; the largest normal force and energy are no invariants, but the measures of others."""
-WATCHED = 7
+WATCHED = 8
 WORST, TIME, CONTACT = 0, 1, 2
 """Columns of the watch."""
 
@@ -56,9 +56,10 @@ def watch_contacts(modes: Array, contacts: Array, t: float, watch: Array) -> Non
 
 
 @kernel
-def watch_start(rate: float, t: float, contact: int, watch: Array) -> None:
-    """Note the rate (m/s) of the gap at which a contact begins; what is inside at t = 0 may leave."""
+def watch_start(gap: float, rate: float, t: float, contact: int, watch: Array) -> None:
+    """Note gap (m) and rate (m/s) at which a contact begins; what is inside at t = 0 may leave."""
     if t > 0.0:
+        _note(watch, START_GAP, abs(gap), t, contact)
         _note(watch, LEAVING_START, rate, t, contact)
 
 

@@ -43,6 +43,7 @@ _STATE = np.dtype(
             "depth",
             # Of `watch`: what it last saw, its scales, and the worst of each invariant
             "known_start",
+            "known_gap",
             "known_rate",
             "fastest",
             "fastest_slip",
@@ -55,6 +56,8 @@ _STATE = np.dtype(
             "driving_time",
             "leaving",
             "leaving_time",
+            "start_gap",
+            "start_gap_time",
         )
     ]
 )

@@ -26,7 +26,7 @@ USUAL = {
     "native": {"solver.exudyn.formulation": "native"},
     "index 2": {"solver.exudyn.method": "trapezoidal-index2", "output.groups": ["energy"]},
 }
-CONTACT = {"open-depth", "pull", "driving-friction", "leaving-start", "overlap"}
+CONTACT = {"open-depth", "pull", "driving-friction", "leaving-start", "start-gap", "overlap"}
 FIXED_STEPS = CONTACT | {"constraint-position", "constraint-velocity"}
 APPLIES = {"tree": CONTACT, "full": FIXED_STEPS, "native": FIXED_STEPS, "index 2": FIXED_STEPS | {"energy"}}
 
@@ -116,6 +116,7 @@ STATES = {
     "pull": {"normal": -1e-6},
     "driving-friction": {"friction": 1.0},
     "leaving-start": {"rate": 0.02},
+    "start-gap": {"known_gap": 1e-6},
 }
 
 
@@ -126,11 +127,8 @@ def test_a_watched_contact_shows_what_it_does_wrong(name):
     def watched(changes):
         contacts = contact_states()
         record, now = contacts[2], state | changes
-        record["impact_speed"], record["start"], record["known_rate"] = (
-            now.pop("impact_speed"),
-            0.5,
-            now["rate"],
-        )
+        record["impact_speed"], record["start"] = now.pop("impact_speed"), 0.5
+        record["known_gap"], record["known_rate"] = now.pop("known_gap", 0.0), now["rate"]
         friction, slip = now.pop("friction"), now["slip"]
         watch_contact(0.5, *now.values(), friction * slip, record["impact_speed"] > 0.0, record)
         return {seen.name: seen for seen in seen_in_contacts(contacts)}
@@ -240,7 +238,7 @@ def faulty(request, tmp_path_factory):
 def test_each_fault_breaks_its_invariant(make_scene, faulty, formulation):
     result = faulty(make_scene(USUAL[formulation] | {"drive.cycles": 0.1}))
     assert result.status == "invariant-violated"
-    expected = {"open-depth", "driving-friction", "overlap"}
+    expected = {"open-depth", "driving-friction", "overlap", "start-gap"}
     if formulation == "tree":
         expected.add("leaving-start")
     assert broken(result) == expected

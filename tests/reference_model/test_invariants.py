@@ -69,13 +69,25 @@ def test_friction_that_drives(parameters, contact, sign) -> None:
 def test_a_contact_that_begins_while_leaving(parameters) -> None:
     """What is inside its wall at t = 0 may leave."""
     watch = np.zeros((WATCHED, 3))
-    watch_start(0.1, 0.0, 3, watch)
+    watch_start(0.0, 0.1, 0.0, 3, watch)
     assert broken(parameters, watch) == ""
-    watch_start(0.1, 0.3, 3, watch)
+    watch_start(0.0, 0.1, 0.3, 3, watch)
     found = check(parameters, watch, np.empty((0, 7)), None)
     assert violation(found).startswith(
         "leaving-start: ur begins a contact while it leaves its wall: 0.1 m/s at"
     )
+
+
+@pytest.mark.parametrize("gap", [1.1e-3, -1.1e-3])
+def test_a_contact_that_begins_away_from_its_wall(parameters, gap) -> None:
+    """What is inside at t = 0 was not at its wall."""
+    watch = np.zeros((WATCHED, 3))
+    watch_start(gap, -0.1, 0.0, 3, watch)
+    watch_start(1e-12, -0.1, 0.2, 3, watch)
+    assert broken(parameters, watch) == ""
+    watch_start(gap, -0.1, 0.3, 3, watch)
+    found = check(parameters, watch, np.empty((0, 7)), None)
+    assert violation(found).startswith("start-gap: ur begins a contact away from its wall: 0.0011 m at")
 
 
 def test_contacts_of_one_corner_that_overlap(parameters) -> None:
