@@ -21,7 +21,8 @@ import numpy as np
 import pandas as pd
 
 from comparison.tables.channels import channels
-from comparison.tables.table import Table, write
+from comparison.tables.table import Table
+from comparison.tables.table_files import write
 
 PERIOD, CYCLES = 0.4, 25
 NAMES = [name for name, channel in channels().items() if channel.group in {"motion", "accelerations"}]

@@ -98,7 +98,8 @@ def _assert_agree(
 def _table(results: Results) -> Table:
     import pandas as pd
 
-    from comparison.tables.table import Table, read
+    from comparison.tables.table import Table
+    from comparison.tables.table_files import read
 
     if isinstance(results, pd.DataFrame):
         return Table(results)

@@ -40,7 +40,7 @@ def write_validation(
     from comparison.agreement.observed_order import observed_orders
     from comparison.files import replacing_in, write_json, write_text
     from comparison.report.text import as_mapping
-    from comparison.tables.table import write
+    from comparison.tables.table_files import write
 
     comparisons = [result.comparison for result in results]
     kept = []

@@ -103,7 +103,7 @@ def _read(paths: list[Path]) -> dict[str, Table]:
     typer.BadParameter
         If they are more.
     """
-    from comparison.tables.table import read
+    from comparison.tables.table_files import read
 
     if len(paths) > 2:
         raise typer.BadParameter(f"{len(paths)} tables: give one or two")

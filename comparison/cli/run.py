@@ -62,7 +62,7 @@ def run(
     from comparison.execution.quality_checks import quality_warnings
     from comparison.files import check_file
     from comparison.scene import load_scene, parse_set
-    from comparison.tables.table import check_format, write
+    from comparison.tables.table_files import check_format, write
 
     if uncertainty and check is False:
         raise typer.BadParameter("--uncertainty needs the further runs that --no-check leaves out")
@@ -140,7 +140,7 @@ def _kept(error: RunError, out: Path) -> RunError:
     from comparison.execution.job import VIOLATED
     from comparison.execution.job import RunError as Error
     from comparison.files import write_text
-    from comparison.tables.table import write
+    from comparison.tables.table_files import write
 
     outcome: Outcome = error.outcome
     job: Job = error.job

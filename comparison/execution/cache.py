@@ -29,7 +29,8 @@ from comparison.engines.source_hash import code_hash
 from comparison.files import FolderError, write_json
 from comparison.scene import Scene, digest
 from comparison.tables.check import check
-from comparison.tables.table import Table, TableError, read, write
+from comparison.tables.table import Table, TableError
+from comparison.tables.table_files import read, write
 
 KEEP_DAYS = 30
 RUNS, TABLE, SUMS = "runs", "run.csv", "sha256.json"

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from comparison.cli import main
-from comparison.tables.table import write
+from comparison.tables.table_files import write
 
 ROOT = Path(str(files("comparison"))).parent
 TEXT = (ROOT / "docs" / "ci.md").read_text("utf-8")

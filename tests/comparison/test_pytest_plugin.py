@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from comparison.tables.table import write
+from comparison.tables.table_files import write
 
 ROOT = Path(str(files("comparison"))).parent
 TESTS = """
@@ -18,7 +18,7 @@ import pandas as pd
 import pytest
 from pathlib import Path
 
-from comparison.tables.table import read
+from comparison.tables.table_files import read
 
 
 def test_equal(assert_agree):

@@ -17,7 +17,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from comparison.tables.imports.titles import names_and_units, numbered
-from comparison.tables.table import TableError, read_frame
+from comparison.tables.table import TableError
+from comparison.tables.table_files import read_frame
 
 _HEAD = 1 << 18  # bytes that must contain the first row of numbers
 _LONGEST_LINE, _LONGEST_NAME = 100_000, 1_000

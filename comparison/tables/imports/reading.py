@@ -13,7 +13,8 @@ from comparison.tables.imports.content import kind
 from comparison.tables.imports.excel import read_workbook
 from comparison.tables.imports.exports import Column, layout, read_columns
 from comparison.tables.imports.matlab import read_mat
-from comparison.tables.table import Table, TableError, read, read_events, read_frame
+from comparison.tables.table import Table, TableError
+from comparison.tables.table_files import read, read_events, read_frame
 
 _DEGREES = re.compile(r"^\s*inDegrees\s*=\s*(yes|no)\s*$", re.IGNORECASE | re.MULTILINE)
 _TAIL = 4096  # bytes at whose end comments may stand

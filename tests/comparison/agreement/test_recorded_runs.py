@@ -16,7 +16,8 @@ from comparison.agreement.cross_check import Validation, validate
 from comparison.agreement.recorded_runs import Recorded, compare_recorded
 from comparison.cli import main
 from comparison.scene import load_scene
-from comparison.tables.table import Table, TableError, read, write
+from comparison.tables.table import Table, TableError
+from comparison.tables.table_files import read, write
 
 pytestmark = pytest.mark.usefixtures("elsewhere")
 KINDS = {"finer": "finer", "coarser": "coarser", "perturbed": "perturbed", "other_perturbed": "perturbed"}

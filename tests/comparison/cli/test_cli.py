@@ -11,7 +11,7 @@ from comparison.accuracy.levels import expected
 from comparison.cli import main
 from comparison.report.text import exit_code
 from comparison.scene import load_scene
-from comparison.tables.table import read
+from comparison.tables.table_files import read
 
 pytestmark = pytest.mark.usefixtures("fake_models")
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from comparison.cli import main
-from comparison.tables.table import Table, read, write
+from comparison.tables.table import Table
+from comparison.tables.table_files import read, write
 
 
 @pytest.fixture

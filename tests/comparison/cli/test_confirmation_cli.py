@@ -13,7 +13,7 @@ import pytest
 from comparison.agreement.cross_check import validate
 from comparison.cli import main
 from comparison.scene import load_scene
-from comparison.tables.table import read
+from comparison.tables.table_files import read
 
 pytestmark = pytest.mark.usefixtures("fake_models")
 

@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 
 from comparison.cli import main
 from comparison.scene import load_scene, shipped_scenes
-from comparison.tables.table import write
+from comparison.tables.table_files import write
 
 pytestmark = pytest.mark.slow
 EXAMPLES = int(os.environ.get("HYPOTHESIS_EXAMPLES", "300"))

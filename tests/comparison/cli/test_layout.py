@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from comparison.cli import layout, main
-from comparison.tables.table import write
+from comparison.tables.table_files import write
 
 WIDTHS = (60, 80, 120, None)
 """Columns; None: a pipe."""

@@ -11,7 +11,7 @@ import pytest
 
 from comparison.cli import main
 from comparison.files import replacing_in
-from comparison.tables.table import read
+from comparison.tables.table_files import read
 
 pytestmark = pytest.mark.usefixtures("fake_models")
 

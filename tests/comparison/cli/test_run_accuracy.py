@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from comparison.cli import main
-from comparison.tables.table import read
+from comparison.tables.table_files import read
 
 pytestmark = pytest.mark.usefixtures("fake_models", "wide")
 

@@ -10,7 +10,7 @@ import pytest
 
 from comparison.agreement.refinement import work_precision
 from comparison.cli import main
-from comparison.tables.table import read
+from comparison.tables.table_files import read
 
 pytestmark = pytest.mark.usefixtures("fake_models", "wide")
 

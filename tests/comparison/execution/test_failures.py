@@ -13,7 +13,7 @@ from comparison.cli import main
 from comparison.execution.job import Job
 from comparison.execution.run import run_all, run_uncached
 from comparison.scene import load_scene
-from comparison.tables.table import read
+from comparison.tables.table_files import read
 
 SHORT = {"drive.cycles": 0.1}
 # Exudyn's reactions need constraints at velocity level, whose iteration has no relative tolerance: with a

@@ -12,7 +12,8 @@ import pandas as pd
 import pytest
 
 from comparison.tables.check import check
-from comparison.tables.table import Table, TableError, write
+from comparison.tables.table import Table, TableError
+from comparison.tables.table_files import write
 
 ROOT = Path(__file__).parents[3]
 EVENTS = ("start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")

@@ -9,7 +9,8 @@ import pytest
 from pyarrow import parquet
 
 from comparison.tables.imports.text import read_pair
-from comparison.tables.table import TableError, read, read_frame
+from comparison.tables.table import TableError
+from comparison.tables.table_files import read, read_frame
 
 
 def lines(table) -> list[str]:

@@ -10,7 +10,8 @@ import pytest
 
 from comparison.cli import main
 from comparison.tables.record import check_record
-from comparison.tables.table import Table, TableError, read, write
+from comparison.tables.table import Table, TableError
+from comparison.tables.table_files import read, write
 
 
 @pytest.mark.parametrize(

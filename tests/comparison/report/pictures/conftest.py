@@ -5,7 +5,7 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
-from comparison.tables.table import write
+from comparison.tables.table_files import write
 
 
 @pytest.fixture

@@ -12,7 +12,8 @@ from foreign_tables import FRAME, put, text
 from scipy.io import savemat
 
 from comparison.cli import main
-from comparison.tables.table import Table, write
+from comparison.tables.table import Table
+from comparison.tables.table_files import write
 
 GUIDE = (Path(__file__).parents[4] / "docs" / "foreign-tables.md").read_text("utf-8")
 

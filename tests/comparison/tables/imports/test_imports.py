@@ -13,7 +13,8 @@ from foreign_tables import FRAME, ROWS, put, text
 from comparison.tables.check import check
 from comparison.tables.imports.mapping import load_mapping
 from comparison.tables.imports.text import read_pair
-from comparison.tables.table import Table, TableError, write
+from comparison.tables.table import Table, TableError
+from comparison.tables.table_files import write
 
 
 def one(path: Path, mapping: str | None = None) -> Table:

@@ -12,7 +12,8 @@ from comparison.cli import main
 from comparison.scene import load_scene
 from comparison.tables.imports.mapping import Mapping
 from comparison.tables.imports.text import read_pair
-from comparison.tables.table import Table, write
+from comparison.tables.table import Table
+from comparison.tables.table_files import write
 
 # A multiple of the eighth of a revolution that the start is at has no rounding of its own.
 CHANGES = {"drive.speed_rpm": -120.0, "mechanism.crank_angle_deg": 45.0}
