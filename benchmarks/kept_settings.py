@@ -3,7 +3,7 @@
 Each recommended setting is held against runs that are more accurate than any it was chosen by: the reference
 at 1e-14 and Exudyn's tree at 1e-12, whichever is farther, where `sixbar settings` calls the motion known.
 
-    python benchmarks/kept_settings.py [--scenes 50] [--seconds 60] [--seed 1] [--jobs 2] [--campaign]
+    python benchmarks/kept_settings.py [--first 0] [--scenes 50] [--seconds 60] [--seed 1] [--campaign]
 """
 
 import argparse
@@ -44,6 +44,7 @@ def judged(scene: Scene, found: WorkPrecision, jobs: int) -> tuple[int, int, flo
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--first", type=int, default=0, help="Number of the first scene: to go on with.")
     parser.add_argument("--scenes", type=int, default=50)
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--seed", type=int, default=1)
@@ -52,7 +53,7 @@ def main() -> None:
     asked = parser.parse_args()
     rows: list[list[str]] = []
     outside = 0
-    for number in range(asked.scenes):
+    for number in range(asked.first, asked.first + asked.scenes):
         try:
             drawn = population(number, asked.seed, campaign=asked.campaign)
         except SceneError:
