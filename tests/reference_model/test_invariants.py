@@ -13,6 +13,7 @@ from reference_model.progress import begin
 from reference_model.reading import read_parameters
 from reference_model.recording import samples_of
 from reference_model.start import start
+from reference_model.step_bounds import LOCATED
 from reference_model.watch import DRIVING_FRICTION, PULL, WATCHED, WORST, watch_contacts, watch_start
 
 
@@ -88,6 +89,26 @@ def test_a_contact_that_begins_away_from_its_wall(parameters, gap) -> None:
     watch_start(gap, -0.1, 0.3, 3, watch)
     found = check(parameters, watch, np.empty((0, 7)), None)
     assert violation(found).startswith("start-gap: ur begins a contact away from its wall: 0.0011 m at")
+
+
+def test_a_light_part_may_leave_faster_when_it_is_met_late(scene) -> None:
+    """The same error of a location is more time, and more speed, where a contact's force accelerates more."""
+    contact = [[3, 0.1, 0.2, 0.05, 0.0, 50.0, 1e-6]]  # 50 N at most, though no step ended there
+    watch = np.zeros((WATCHED, 3))
+    watch_start(0.0, 0.01, 0.3, 3, watch)
+    assert broken(read_parameters(scene()), watch, contact) == "leaving-start"
+    light = scene({"mechanism.slider.inertia": 1e-9})
+    assert broken(read_parameters(light), watch, contact) == ""
+
+
+def test_a_surface_contact_ends_where_its_corner_is_located_outside(scene) -> None:
+    """Up to there the paper's surface (Eq. 8) pulls that corner: found in study extremes, by 3 mN."""
+    p = read_parameters(scene({"contact.law": "paper-switching"}))
+    watch = np.zeros((WATCHED, 3))
+    watch_contacts(*closed(2, normal=-p.constants.Ks * LOCATED / 3.0), 0.1, watch)
+    assert broken(p, watch) == ""
+    watch_contacts(*closed(2, normal=-p.constants.Ks * LOCATED), 0.2, watch)
+    assert broken(p, watch) == "pull"
 
 
 def test_contacts_of_one_corner_that_overlap(parameters) -> None:
