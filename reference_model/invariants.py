@@ -98,12 +98,12 @@ def check(p: Parameters, watch: Array, events: Array, drift: dict[str, float] | 
     # By which a contact is met too late: scipy's solvers locate it as accurately as they end their steps.
     depth = 10.0 * p.tolerance if scipy else LOCATED
     ramp = c.c_f * force * excess / (c.v1 - c.v0)
-    pull = force * c.C * excess / c.speed_floor
+    # The share of the force by which the damping factor 1 + C d'/v is then below zero; v + C d' is located.
+    pull = force * max(c.C * excess, 10.0 * LOCATED_SPEED) / c.speed_floor
     if c.law == PAPER_SWITCHING:  # its surface contact lasts until a corner is located outside: Eq. 8
         pull += 0.5 * c.Ks * depth
     bounds = {
         "open-depth": (OPEN_DEPTH, max(1e-11, depth), "m"),
-        # The share of the force by which the damping factor 1 + C d'/v is then below zero.
         "pull": (PULL, pull, "N"),
         # Friction rises from zero at v0; beyond it, it would drive with that much force.
         "driving-friction": (DRIVING_FRICTION, ramp * (c.v0 + excess), "W"),
