@@ -1,7 +1,8 @@
 r"""Numerical uncertainty of a run as a function of time.
 
 Five runs of one model give it: the run itself (S), one at a finer setting (S_f), one at a coarser (S_c), and
-two perturbed runs of the coarser one whose start is moved by a billionth of the clearance (S_t): the
+two perturbed runs of the coarser one whose start is moved by a billionth of the clearance, but by no less
+than x is rounded (S_t): the
 divergence of neighbouring trajectories is a property of the motion, and the coarser setting shows it at the
 least cost. One perturbed run has offset and angle moved with equal signs, the other with opposite ones, since
 a force may be insensitive to one of the two. A level changes the setting by the factor r and should change
@@ -45,6 +46,7 @@ ORDER_BAND = 0.25  # of the expected order, to either side
 ENSEMBLE_FACTOR = 1.5
 WINDOW = 0.01  # of a crank cycle, to either side
 PERTURBATION = 1e-9  # of the clearance, across the guide; of clearance / slider length in the angle
+LEAST_PERTURBATION = 1e-15  # m; x of half a metre is rounded to 1e-16 m: less would perturb nothing
 ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: storing it and a few operations
 # Of the run's duration: N additions of a step may add up to N eps / 2, i.e. 4e-11 for the 4e5 steps of two
 # cycles at 1e-6 s; measured there (slider_y of the ideal mechanism, known in closed form) is 4e-12.
@@ -52,7 +54,7 @@ TIME_ROUND_OFF = 1e-11
 
 
 def perturbed_scenes(scene: Scene, times: float = 1.0) -> dict[str, Scene]:
-    """Return the scenes with their start moved by 1e-9 of the clearance, or a multiple of it.
+    """Return the scenes with their start moved by `perturbation`, or a multiple of it.
 
     The slider in its guide, offset and angle with equal and with opposite signs; where only the crank pin has
     clearance, the crank, since the journal has no start of its own. None where there is no clearance.
@@ -78,7 +80,7 @@ def movable(scene: Scene) -> str | None:
 
 def perturbation(scene: Scene) -> float:
     """Return the shift of the start of a perturbed run, m; for a scene whose start is `movable`."""
-    return float(PERTURBATION * scene.data["clearance"][movable(scene)])
+    return max(LEAST_PERTURBATION, float(PERTURBATION * scene.data["clearance"][movable(scene)]))
 
 
 def moved(scene: Scene, across: float, turned: float) -> Scene:

@@ -16,7 +16,7 @@ and where that is less than the distance of the starts, the deviations of the me
 accordingly (`arrived`).
 
 Moved by less than the perturbed runs were, an ensemble would be narrower than what it is to correct: both are
-never less than a billionth of the clearance.
+never less than those (`comparison.accuracy.uncertainty.perturbation`).
 """
 
 from __future__ import annotations

@@ -127,6 +127,19 @@ def test_the_perturbed_runs_start_a_billionth_of_the_clearance_away(name, sign):
     assert perturbed_scenes(load_scene("ideal")) == {}
 
 
+@pytest.mark.parametrize("clearance", [1e-9, 1e-7, 1e-3])
+def test_a_start_moved_by_less_than_x_is_rounded_would_be_the_same_start(clearance):
+    """A run's x is that of the guide and the offset: of presses with nanometres a billionth is lost in it."""
+    scene = load_scene(
+        "150rpm-0.2mm", {"clearance.slider": clearance, "initial.slider_offset": 0.5 * clearance}
+    )
+    guide_x = scene.data["mechanism"]["guide_x"]
+    x = guide_x + scene.data["initial"]["slider_offset"]
+    assert all(
+        guide_x + each.data["initial"]["slider_offset"] != x for each in perturbed_scenes(scene).values()
+    )
+
+
 def test_what_one_perturbed_run_leaves_as_it_is_the_other_one_moves():
     """The gaps of two corners: one perturbed run moves a corner by half a shift, the other by one and a half.
 
