@@ -2,7 +2,8 @@
 
 import hashlib
 from collections.abc import Callable
-from typing import Any, ParamSpec, TypeVar
+from functools import cached_property, update_wrapper
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 
@@ -27,17 +28,49 @@ def _symbol_of_record(record: numba.types.Record) -> tuple[str, tuple[int]]:
 numba.types.Record.mangling_args = property(_symbol_of_record)
 
 
-def kernel(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile ``function`` with numba and cache the machine code.
+class Kernel:
+    """A function with its machine code: for calls from Python, and apart from that for calls by kernels.
 
-    numba's setting of its own folder is left alone: other packages of the process keep theirs.
+    The wrapper that takes arguments from Python takes longer to compile than many a function itself, and most
+    kernels are called by others alone. Each of both codes is made where it is first needed.
     """
-    # No callback of C is made of any.
-    compiled: Any = numba.njit(error_model="numpy", no_cfunc_wrapper=True)(function)
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.py_func = function
+        update_wrapper(self, function)
+
+    @cached_property
+    def entry(self) -> Any:
+        """What Python calls."""
+        return _compiled(self.py_func, entry=True)
+
+    @cached_property
+    def _inner(self) -> Any:
+        return _compiled(self.py_func, entry=False)
+
+    @property
+    def _numba_type_(self) -> Any:
+        # That is what numba looks up where it compiles a call of this kernel
+        return self._inner._numba_type_
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Run the machine code."""
+        return self.entry(*arguments)
+
+
+def _compiled(function: Callable[..., Any], *, entry: bool) -> Any:
+    """Return numba's dispatcher of a function; its setting of a folder for all packages is left alone."""
+    # No callback of C is made of any
+    wrappers = {"no_cpython_wrapper": not entry, "no_cfunc_wrapper": True}
+    compiled: Any = numba.njit(error_model="numpy", **wrappers)(function)
     if folder() is not None:
-        compiled._cache = KernelCache(function)
-    done: Callable[P, R] = compiled
-    return done
+        compiled._cache = KernelCache(function, "" if entry else "-inner")
+    return compiled
+
+
+def kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile ``function`` with numba when it is called, and cache the machine code."""
+    return cast(Callable[P, R], Kernel(function))
 
 
 def direct(function: Callable[..., R], *examples: Any) -> Callable[..., R]:
@@ -46,6 +79,6 @@ def direct(function: Callable[..., R], *examples: Any) -> Callable[..., R]:
     For what Exudyn calls in every step: a kernel itself first dispatches on the types of its arguments, which
     takes as long as the smaller kernels run. This does not: what is not of these types is read wrongly.
     """
-    compiled: Any = function
-    entry: Callable[..., R] = compiled.compile(tuple(numba.typeof(example) for example in examples))
-    return entry
+    types = tuple(numba.typeof(example) for example in examples)
+    machine_code: Callable[..., R] = cast(Kernel, function).entry.compile(types)
+    return machine_code

@@ -146,16 +146,17 @@ class _Placed(caching.CompileResultCacheImpl):  # type: ignore[misc]
 
 
 class KernelCache(caching.FunctionCache):  # type: ignore[misc]
-    """The cache of one function; what fails in it is as if nothing were stored."""
+    """The cache of one function; what fails in it is as if nothing were stored.
+
+    ``variant`` names the files of one of its machine codes.
+    """
 
     _impl_class = _Placed
 
-    def __init__(self, function: Any) -> None:
+    def __init__(self, function: Any, variant: str = "") -> None:
         super().__init__(function)
-        place = self._impl.locator
-        self._cache_file = _SealedFiles(
-            place.get_cache_path(), self._impl.filename_base, place.get_source_stamp()
-        )
+        place, name = self._impl.locator, self._impl.filename_base + variant
+        self._cache_file = _SealedFiles(place.get_cache_path(), name, place.get_source_stamp())
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store compiled code if the disk permits it."""

@@ -125,7 +125,8 @@ def equations_both(
     )
     M22, M23, M33, M34 = inertias(c, y[0], y[1], y[2])
     a3 = (Q3 - M23 * Q2 / M22 - M34 * Q4 / c.I4) / (M33 - M23 * M23 / M22 - M34 * M34 / c.I4)
-    dy[:4] = y[4:8]
+    for i in range(4):
+        dy[i] = y[4 + i]
     dy[4], dy[5], dy[6], dy[7] = (Q2 - M23 * a3) / M22, a3, (Q4 - M34 * a3) / c.I4, M / c.J5
     return power, damping + damping_A, friction + friction_A
 

@@ -25,6 +25,7 @@ def jacobian(c: Constants, t: float, y: Array, modes: Array) -> Array:
     for j in range(free(c)):
         moved[j] = y[j] + (_POSITION if j < coordinates(c) else _VELOCITY)
         right_hand_side(c, t, moved, modes, rate, contacts)
-        out[:, j] = (rate - reference) / (moved[j] - y[j])
+        for i in range(size):
+            out[i, j] = (rate[i] - reference[i]) / (moved[j] - y[j])
         moved[j] = y[j]
     return out

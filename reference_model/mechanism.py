@@ -57,7 +57,8 @@ def _select_bodies(c, t, y, dy, out) -> Kernel:  # type: ignore[no-untyped-def]
 def _from_bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
     bodies = np.empty((5, 9))
     _bodies(c, t, y, dy, bodies)
-    out[:9] = bodies[4]
+    for i in range(9):
+        out[i] = bodies[4, i]
 
 
 @overload(slider_row)

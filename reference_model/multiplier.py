@@ -10,16 +10,28 @@ The paper's print of rows 7-12 and of the driver is corrected: as printed the ro
 """
 
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from reference_model.compiled import kernel
+from reference_model.compiled import inlined, kernel
 from reference_model.constants import Constants
 from reference_model.forces import Array, slider_forces
 
 COORDINATES = 15
 ROWS_CLEARANCE, ROWS_IDEAL = 13, 15
 DRIVER_ROW = 12
+
+
+@inlined
+def assign(values: NDArray[Any], to: Array) -> None:
+    """Write `values` into the head of `to`.
+
+    For `to[:n] = values` numba compiles how to put a mismatch of shapes into words, for some seconds.
+    """
+    for i in range(values.size):
+        to[i] = values[i]
 
 
 @kernel
@@ -86,7 +98,7 @@ def constraints(
         phi[13], phi[14] = q[12] - c.line_x, q[14]
         jacobian[13, 12] = jacobian[14, 14] = 1.0
         gamma[13] = gamma[14] = 0.0
-    rate[:] = jacobian @ v
+    assign(jacobian @ v, rate)
     rate[DRIVER_ROW] -= c.omega
 
 
@@ -137,8 +149,8 @@ def multipliers(
     right = weighted @ applied - gamma + 2.0 * c.alpha * rate + c.beta * c.beta * phi
     solution = np.full(rows, np.nan)
     if np.isfinite(right).all():
-        solution[:] = np.linalg.solve(weighted @ jacobian.T, right)
-    acceleration[:] = inverse * (applied - jacobian.T @ solution)
+        assign(np.linalg.solve(weighted @ jacobian.T, right), solution)
+    assign(inverse * (applied - jacobian.T @ solution), acceleration)
     return solution
 
 
@@ -146,7 +158,9 @@ def multipliers(
 def weights(c: Constants) -> Array:
     """Return the bodies' weights as generalized forces, shape (15,)."""
     applied = np.zeros(COORDINATES)
-    applied[1::3] = -c.gravity * masses(c)[1::3]
+    mass = masses(c)
+    for i in range(1, COORDINATES, 3):
+        applied[i] = -c.gravity * mass[i]
     return applied
 
 
@@ -168,5 +182,5 @@ def equations(
         applied[13] += Fy
         applied[14] += M
     solution = multipliers(c, t, q, v, applied, rows, dy[COORDINATES : 2 * COORDINATES])
-    dy[:COORDINATES] = v
+    assign(v, dy)
     return -solution[DRIVER_ROW] * c.omega, damping, friction

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import bare
+from reference_model.compiled import bare, kernel
 from reference_model.constants import Constants
 from reference_model.dop853 import STAGES, dense, prepare_dense
 from reference_model.energy import ENERGIES
@@ -94,7 +94,7 @@ def note_step(
     # The integrals behind the coordinates are only read for the energies.
     size = p.y.size if samples.what & WITH_ENERGY else free(c)
     count = p.counters[SAMPLES]
-    times = samples.times
+    times, forces = samples.times, samples.what != MOTION_ONLY
     peak = has_peak(c, p.modes, h, before, after)
     if peak or (count < times.size and times[count] - t_cycle < t + h):
         prepare_dense(c, t, h, p.y, y1, p.modes, k, size, state, contacts, f)
@@ -102,7 +102,7 @@ def note_step(
     while count < times.size and times[count] - t_cycle < t + h:
         # A sample on a step's end belongs to the next step: the right limit at a jump.
         share = (times[count] - t_cycle - t) / h
-        note_inside(c, p, share, t, h, f, samples, False, size, state, dy, contacts, observed)
+        note_inside(c, p, share, t, h, f, samples, forces, size, state, dy, contacts, observed)
         keep(samples, count, observed)
         count += 1
     p.counters[SAMPLES] = count
@@ -111,12 +111,12 @@ def note_step(
             speed = p.modes[MEMORY, i]
             if p.modes[INSIDE, i] > 0.0 and before[RATE, i] < 0.0 < after[RATE, i]:
                 share = deepest(c, i, t, h, p.y, f, before, after, state)
-                note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
+                note_inside(c, p, share, t, h, f, samples, peak, size, state, dy, contacts, observed)
                 note_forces(c, p.modes, contacts, p.open_contacts)
             share = force_peak(c, i, speed, h, before, after) if speed > 0.0 else -1.0
             if share > 0.0:
                 share = strongest(c, p, i, share, t, h, f, state, dy, contacts)
-                note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
+                note_inside(c, p, share, t, h, f, samples, peak, size, state, dy, contacts, observed)
                 note_forces(c, p.modes, contacts, p.open_contacts)
     note_forces(c, p.modes, after, p.open_contacts)
     watch_contacts(p.modes, after, t_cycle + t + h, p.watch)
@@ -131,11 +131,11 @@ def note_inside(
 ) -> None:  # fmt: skip
     """Observe a state between the ends of a step, by its dense output, and widen the extrema.
 
-    `forces`: whether `contacts` is needed even where only the motion is asked for.
+    `forces`: whether `contacts` is needed.
     """
     at = t + share * h
     dense(p.y, f, share, size, state)
-    if forces or samples.what != MOTION_ONLY:
+    if forces:
         right_hand_side(c, at, state, p.modes, dy, contacts)
     observe(c, at, state, p.modes, dy, contacts, samples.what, p.start, observed)
     widen(p.extrema, samples.wanted, cycle_start(c, p) + at, observed)
@@ -143,12 +143,20 @@ def note_inside(
 
 def finish(c: Constants, p: Progress, samples: Samples) -> None:
     """Record the last sample and close the contacts that still touch."""
-    t, dy, contacts = p.clock[0], np.empty(state_size(c)), no_contacts()
-    last, observed = samples.times.size - 1, np.zeros(CHANNELS)
-    if p.counters[SAMPLES] == last and reached(cycle_time(c), p, samples.times[last]):
+    last = samples.times.size - 1
+    is_due = p.counters[SAMPLES] == last and reached(cycle_time(c), p, samples.times[last])
+    _finish(c, p, samples, bool(is_due))
+
+
+@kernel
+def _finish(c: Constants, p: Progress, samples: Samples, is_due: bool) -> None:
+    """Close them, record it if due. One kernel: those that it calls are not compiled for Python."""
+    t = p.clock[0]
+    if is_due:
+        dy, contacts, observed = np.empty(state_size(c)), no_contacts(), np.zeros(CHANNELS)
         right_hand_side(c, t, p.y, p.modes, dy, contacts)
         observe(c, t, p.y, p.modes, dy, contacts, samples.what, p.start, observed)
-        keep(samples, last, observed)
+        keep(samples, p.counters[SAMPLES], observed)
         p.counters[SAMPLES] += 1
     for k in range(CONTACTS):
         if p.modes[MEMORY, k] > 0.0:

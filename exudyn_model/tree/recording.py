@@ -11,12 +11,11 @@ from exudyn_model.contact.foundation import other_end, shares_contact, speed_at_
 from exudyn_model.contact.memory import EVENT
 from exudyn_model.contact.states import CONTACTS
 from exudyn_model.model import Model
-from exudyn_model.tables import event_table, extrema_table, new_extrema, update_extrema
-from exudyn_model.tree.forces import complete
+from exudyn_model.tables import event_table, extrema_table, new_extrema
 from exudyn_model.tree.isolation import GAP_TOLERANCE
 from exudyn_model.tree.motion import MOTION, contact_motion, has_clearance, state_at
-from exudyn_model.tree.observation import WIDTH, observe, watch
-from exudyn_model.tree.steps import Kept, accept_step, fill, judge_step
+from exudyn_model.tree.observation import WIDTH
+from exudyn_model.tree.steps import Kept, accept_step, fill, judge_step, record_start
 from exudyn_model.tree.switching import close
 
 
@@ -70,10 +69,7 @@ class TreeRecorder:
                         self._contacts[number]["impact_speed"] = speed_at_start(
                             lower["gap"], lower["rate"], upper["gap"], upper["rate"], law
                         )
-        complete(start, *self._constants, self._contacts)
-        observe(state_at(start), linkage, law, pin_law, self._contacts, first_sample)
-        update_extrema(self._kept.extrema, first_sample, 0.0)
-        watch(state_at(start), first_sample, linkage, law, pin_law, self._contacts)
+        record_start(self._start, self._constants, self._contacts, self._kept)
         for number, contact in enumerate(self._contacts):
             row = PER_CONTACT * number
             normal, gap = first_sample[NORMAL + row], first_sample[GAP + row]

@@ -47,6 +47,19 @@ class Kept(NamedTuple):
 
 
 @kernel
+def record_start(
+    start: NDArray[np.void], constants: Constants, contacts: NDArray[np.void], kept: Kept
+) -> None:
+    """Record the state at t = 0, shape (1,), as the first sample, and fill in its accelerations."""
+    linkage, law, pin_law = constants.linkage[0], constants.law[0], constants.pin_law[0]
+    complete(start[0], constants.linkage, constants.law, constants.pin_law, contacts)
+    state, sample = state_at(start[0]), kept.samples[0]
+    observe(state, linkage, law, pin_law, contacts, sample)
+    update_extrema(kept.extrema, sample, state.time)
+    watch(state, sample, linkage, law, pin_law, contacts)
+
+
+@kernel
 def update_contacts(
     start: Any,
     end: Any,
