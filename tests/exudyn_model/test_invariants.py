@@ -168,6 +168,15 @@ def test_a_sample_inside_a_wall_lies_in_a_contact_of_the_table(make_scene):
     assert result.events["start"][1] < seen.time < result.events["end"][1]
 
 
+def test_a_newton_iteration_that_ends_before_its_tolerance_breaks_none(make_scene):
+    """It ends at a part of what it begins with: two tolerances below that give the same run."""
+    changes = USUAL["full"] | {"drive.cycles": 0.6, "solver.exudyn.formulation": "full"}
+    runs = [simulate(make_scene(changes | {"solver.exudyn.tolerance": given})) for given in (1e-14, 1e-12)]
+    assert [run.status for run in runs] == ["success", "success"]
+    assert np.array_equal(runs[0].columns["slider_x"], runs[1].columns["slider_x"])
+    assert runs[0].provenance["invariants"]["constraint-position"]["value"] > 1e-12
+
+
 def test_a_joint_left_out_is_reported_and_the_table_kept(make_scene, monkeypatch):
     pins = mechanism.pins
     monkeypatch.setattr(mechanism, "pins", lambda of: [pin for pin in pins(of) if pin.name != "C"])

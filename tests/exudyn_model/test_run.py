@@ -127,6 +127,20 @@ def test_a_failing_solver_keeps_what_was_computed_and_says_what_to_try(
     assert not list(tmp_path.iterdir())
 
 
+def test_a_slider_that_starts_deep_in_its_wall_is_thrown_from_wall_to_wall(make_scene):
+    """By 9 MN at first, where Newton's method needs steps of less than 1/64 of the one asked for."""
+    changes = {"drive.cycles": 0.01, "solver.exudyn.formulation": "full", "initial.slider_offset": 0.01}
+    result = simulate(make_scene(changes))
+    assert result.status == "success", result.remedy
+    events = result.events
+    assert result.provenance["counters"]["rejected"] > 100
+    assert events["largest_depth"][0] == pytest.approx(9.8e-3, rel=1e-12)
+    assert events["end"][:2].max() < 3e-4
+    # Every impact loses energy: of each quarter of the contacts the fastest one is slower than that before
+    quarters = np.array_split(events["normal_speed"][2:], 4)
+    assert np.all(np.diff([speeds.max() for speeds in quarters]) < 0.0)
+
+
 def test_a_rod_that_the_newton_iteration_spins_is_no_success(make_scene):
     """A linear wall and steps a hundred times as long as a contact: rod 4 ends 1e5 revolutions further."""
     step, way = 1e-3, 5e-5  # s, and m in a step
