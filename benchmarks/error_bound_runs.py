@@ -22,7 +22,7 @@ EXACT = 1e-14
 MOST_STEPS = 400_000
 """A run of more is not timed: a step of it takes as long as one of the next coarser setting."""
 CLOCK_TICK = 1e-6
-"""s; a run is not shorter than its start by more than what cannot be measured."""
+"""s, by which a run takes longer than its start at least: of the closed form that difference is noise."""
 
 
 Found = dict[str, Any]

@@ -40,13 +40,13 @@ class Kernel:
         update_wrapper(self, function)
 
     @cached_property
-    def entry(self) -> Any:
+    def compiled(self) -> Any:
         """What Python calls."""
-        return _compiled(self.py_func, entry=True)
+        return _dispatcher(self.py_func, entry=True)
 
     @cached_property
     def _inner(self) -> Any:
-        return _compiled(self.py_func, entry=False)
+        return _dispatcher(self.py_func, entry=False)
 
     @property
     def _numba_type_(self) -> Any:
@@ -55,10 +55,10 @@ class Kernel:
 
     def __call__(self, *arguments: Any) -> Any:
         """Run the machine code."""
-        return self.entry(*arguments)
+        return self.compiled(*arguments)
 
 
-def _compiled(function: Callable[..., Any], *, entry: bool) -> Any:
+def _dispatcher(function: Callable[..., Any], *, entry: bool) -> Any:
     """Return numba's dispatcher of a function; its setting of a folder for all packages is left alone."""
     # No callback of C is made of any
     wrappers = {"no_cpython_wrapper": not entry, "no_cfunc_wrapper": True}
@@ -80,5 +80,5 @@ def direct(function: Callable[..., R], *examples: Any) -> Callable[..., R]:
     takes as long as the smaller kernels run. This does not: what is not of these types is read wrongly.
     """
     types = tuple(numba.typeof(example) for example in examples)
-    machine_code: Callable[..., R] = cast(Kernel, function).entry.compile(types)
+    machine_code: Callable[..., R] = cast(Kernel, function).compiled.compile(types)
     return machine_code

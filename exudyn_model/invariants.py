@@ -97,7 +97,7 @@ BOUNDS = (
     # The trapezoidal rule's error in the contacts
     Bound("energy", _FIXED, ("trapezoidal-index2",), 1.0, "energy_order"),
     # Part of the residual of the Newton iteration, of which the norm is a mean over up to 30 rows
-    Bound("constraint-position", _FIXED, ("generalized-alpha",), 10.0, "newton_relative"),
+    Bound("constraint-position", _FIXED, ("generalized-alpha",), 10.0, "newton_end"),
     Bound("constraint-velocity", _FIXED, ("trapezoidal-index2",), 10.0, "newton"),
     # Not enforced: an error of second order in the step
     Bound("constraint-velocity", _FIXED, ("generalized-alpha",), 1.0, "crank_speed_order"),
@@ -133,7 +133,7 @@ def scales(
     found = {
         "one": 1.0,
         "newton": tolerance,
-        "newton_relative": max(tolerance, _RELATIVE_END),
+        "newton_end": max(tolerance, _RELATIVE_END),
         "normal_path": float(np.max(contacts["fastest"])) * step,
         "force": force,
         "power": force * slip,

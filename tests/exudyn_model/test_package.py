@@ -49,7 +49,7 @@ def test_an_edit_of_a_called_kernel_is_noticed(tmp_path):
     cache.mkdir()
     code = """
 from exudyn_model.caller import call
-print(call(2.0), sum(call.entry.stats.cache_hits.values()))
+print(call(2.0), sum(call.compiled.stats.cache_hits.values()))
 """
     callee = copy / "contact" / "callee.py"
     header = "from exudyn_model.compiled import kernel\n"

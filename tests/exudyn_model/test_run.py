@@ -134,8 +134,10 @@ def test_a_slider_that_starts_deep_in_its_wall_is_thrown_from_wall_to_wall(make_
     assert result.status == "success", result.remedy
     events = result.events
     assert result.provenance["counters"]["rejected"] > 100
+    # A start 10 mm off, less the clearance; x near 0.55 m is rounded to 1e-16 m
     assert events["largest_depth"][0] == pytest.approx(9.8e-3, rel=1e-12)
-    assert events["end"][:2].max() < 3e-4
+    # 9.8 mm at more than 30 m/s
+    assert events["end"][:2].max() < 9.8e-3 / 30.0
     # Every impact loses energy: of each quarter of the contacts the fastest one is slower than that before
     quarters = np.array_split(events["normal_speed"][2:], 4)
     assert np.all(np.diff([speeds.max() for speeds in quarters]) < 0.0)

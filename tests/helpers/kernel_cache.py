@@ -17,7 +17,7 @@ from {package}.compiled import kernel
 def triple(x):
     return 3.0 * x
 
-print(triple(2.0), sum(getattr(triple, "entry", triple).stats.cache_hits.values()))
+print(triple(2.0), sum(triple.compiled.stats.cache_hits.values()))
 """
 DAMAGES = """
 from pathlib import Path
@@ -37,7 +37,7 @@ damages = {{
 def hit():
     again = kernel(triple.py_func)
     assert again(2.0) == 6.0
-    return bool(sum(getattr(again, "entry", again).stats.cache_hits.values()))
+    return bool(sum(again.compiled.stats.cache_hits.values()))
 
 for suffix in ("nbi", "nbc"):
     for name, damage in damages.items():
