@@ -3,13 +3,25 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.bodies import ANGLE, CRANK, FRAME, PER_BODY, SLIDER, SLIDER_ANGLE, SLIDER_X, Pin, X, pins
+from exudyn_model.bodies import (
+    ANGLE,
+    COORDINATES,
+    CRANK,
+    FRAME,
+    PER_BODY,
+    SLIDER,
+    SLIDER_ANGLE,
+    SLIDER_X,
+    Pin,
+    X,
+    pins,
+)
 from exudyn_model.parameters import Parameters
 
 CONSTRAINTS = ("position", "velocity")
 
-# m, and its rate, m/s
-_PointAndRate = tuple[NDArray[np.float64], NDArray[np.float64]]
+_BODIES = COORDINATES // PER_BODY
+_COSINE, _SINE, _TERMS = 2, 3, 4
 
 
 class Constraints:
@@ -23,7 +35,9 @@ class Constraints:
 
     def __init__(self, parameters: Parameters) -> None:
         self._mechanism, self._drive = parameters.mechanism, parameters.drive
-        self._pins = joints(parameters)
+        self._rows, self._fixed = _distances(joints(parameters))
+        # x, y, cosine and sine of the angle of each body; their rates
+        self._places, self._rates = np.zeros((2, _BODIES, _TERMS))
 
     def violation(self, time: float, q: NDArray[np.float64], v: NDArray[np.float64]) -> tuple[float, float]:
         """Return the largest violation, m and rad alike, and that of a rate, m/s and rad/s alike.
@@ -35,21 +49,23 @@ class Constraints:
         q, v : ndarray, shape (15,)
             Coordinates of the five bodies, the slider's x from the guide's centre line, and their rates.
         """
-        places = q.reshape(-1, PER_BODY).copy()
+        places, rates = self._places, self._rates
+        coordinates, velocities = q.reshape(_BODIES, PER_BODY), v.reshape(_BODIES, PER_BODY)
+        angles, speeds = coordinates[:, ANGLE], velocities[:, ANGLE]
+        cosines, sines = np.cos(angles), np.sin(angles)
+        places[:, :ANGLE], rates[:, :ANGLE] = coordinates[:, :ANGLE], velocities[:, :ANGLE]
         places[SLIDER, X] += self._mechanism.guide_x
-        rates = v.reshape(-1, PER_BODY)
-        gaps, speeds = [], []
-        for pin in self._pins:
-            first, first_rate = _point(places, rates, pin.first, pin.first_point)
-            second, second_rate = _point(places, rates, pin.second, pin.second_point)
-            gaps.append(np.abs(second - first).max())
-            speeds.append(np.abs(second_rate - first_rate).max())
-        gaps.append(abs(places[CRANK, ANGLE] - self._mechanism.crank_angle - self._drive.omega * time))
-        speeds.append(abs(rates[CRANK, ANGLE] - self._drive.omega))
+        places[:, _COSINE], places[:, _SINE] = cosines, sines
+        rates[:, _COSINE], rates[:, _SINE] = -speeds * sines, speeds * cosines
+        gaps = [
+            np.abs(self._rows @ places.ravel() - self._fixed).max(),
+            abs(angles[CRANK] - self._mechanism.crank_angle - self._drive.omega * time),
+        ]
+        opening = [np.abs(self._rows @ rates.ravel()).max(), abs(speeds[CRANK] - self._drive.omega)]
         if self._mechanism.ideal_slider:
             gaps += [abs(q[SLIDER_X] - self._mechanism.reference_offset), abs(q[SLIDER_ANGLE])]
-            speeds += [abs(v[SLIDER_X]), abs(v[SLIDER_ANGLE])]
-        return float(max(gaps)), float(max(speeds))
+            opening += [abs(v[SLIDER_X]), abs(v[SLIDER_ANGLE])]
+        return float(max(gaps)), float(max(opening))
 
 
 def joints(parameters: Parameters) -> list[Pin]:
@@ -63,13 +79,21 @@ def arm(angle: float, point: tuple[float, float]) -> tuple[float, float]:
     return cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
 
 
-def _point(
-    places: NDArray[np.float64], rates: NDArray[np.float64], body: int, point: tuple[float, float]
-) -> _PointAndRate:
-    """Return place and velocity of a body's point."""
-    if body == FRAME:
-        return np.array(point), np.zeros(2)
-    x, y, angle = places[body]
-    vx, vy, omega = rates[body]
-    along, across = arm(angle, point)
-    return np.array([x + along, y + across]), np.array([vx - omega * across, vy + omega * along])
+def _distances(found: list[Pin]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the matrix that makes the pins' distances of the bodies' terms, and what these have to be.
+
+    A point is linear in x, y, cosine and sine of its body: two rows a pin, shape (2 n, 20) and (2 n,).
+    """
+    rows, fixed = np.zeros((len(found), 2, _BODIES, _TERMS)), np.zeros((len(found), 2))
+    for number, pin in enumerate(found):
+        for body, (along, across), sign in (
+            (pin.first, pin.first_point, -1.0),
+            (pin.second, pin.second_point, 1.0),
+        ):
+            if body == FRAME:
+                fixed[number] = -sign * along, -sign * across
+            else:
+                rows[number, :, body] = sign * np.array(
+                    [[1.0, 0.0, along, -across], [0.0, 1.0, across, along]]
+                )
+    return rows.reshape(2 * len(found), -1), fixed.ravel()

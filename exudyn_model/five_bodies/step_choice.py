@@ -26,6 +26,9 @@ from exudyn_model.five_bodies.foresight import BEFORE, PART, RIPPLE, first_chang
 LONGEST = 32
 # With constraints at velocity level, where joints drift by what steps in flight add up to
 LONGEST_INDEX2 = 8
+# Before the first contact there is no other error: with 32 ticks the smallest change of mass or gravity that
+# a comparison detects is 18 times as large. First flights are short
+LONGEST_BEFORE_CONTACT = 4
 
 
 class StepChoice:
@@ -68,6 +71,7 @@ class StepChoice:
         self._constants, self._contacts = constants, contacts
         self._laws = constants.law[0], constants.pin_law[0]
         self._before = np.zeros(contacts.size, BEFORE)
+        self._touched = False
         known = constants, contacts
         vector = np.zeros(1)
         if longest > 1:
@@ -96,7 +100,9 @@ class StepChoice:
         ticks = 1.0
         if self.longest > 1:
             known = self._constants, self._contacts, self._before
-            wanted = self._foresee(self.ticks, self.size, self.longest, RIPPLE, *known)
+            self._touched = self._touched or bool(self._contacts["closed"].any())
+            longest = self.longest if self._touched else min(self.longest, LONGEST_BEFORE_CONTACT)
+            wanted = self._foresee(self.ticks, self.size, longest, RIPPLE, *known)
             if self._tick % 1.0:
                 ticks = min(2.0 * self.ticks, 1.0 - self._tick % 1.0)
             else:

@@ -119,8 +119,8 @@ def test_finer_touches_its_own_model_only():
         1e-11, rel=1e-15
     )
     assert finer("reference", scene).data["solver"]["exudyn"] == scene.data["solver"]["exudyn"]
-    assert finer("exudyn", scene).data["solver"]["exudyn"]["step"] == 1e-6
-    assert coarser("exudyn", scene).data["solver"]["exudyn"]["step"] == 4e-6
+    assert finer("exudyn", scene).data["solver"]["exudyn"]["step"] == 4e-6
+    assert coarser("exudyn", scene).data["solver"]["exudyn"]["step"] == 1.6e-5
     assert coarser("reference", scene).data["solver"]["reference"]["tolerance"] == pytest.approx(1e-9)
     assert finer("exudyn", scene).data["solver"]["reference"] == scene.data["solver"]["reference"]
 

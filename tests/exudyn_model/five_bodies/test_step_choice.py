@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exudyn_model import simulate
-from exudyn_model.five_bodies import run
+from exudyn_model.five_bodies import run, step_choice
 from exudyn_model.five_bodies.foresight import time_to_zero, zero_within
 from exudyn_model.five_bodies.step_choice import LONGEST, StepChoice
 
@@ -152,6 +152,15 @@ def test_contacts_are_those_of_fixed_steps(make_scene, method):
         assert errors[0] < 1.2 * errors[1] + floor, (name, errors)
 
 
+def test_before_the_first_contact_the_error_is_that_of_short_steps(make_scene):
+    scene = {"drive.cycles": 0.025}
+    exact = simulate(make_scene(TREE | scene))
+    assert not len(exact.events["start"])
+    result = simulate(make_scene(FULL | scene | {"solver.exudyn.step": 2e-6}))
+    # Of second order: 3.3e-13 m at 8e-6 s, 1.2e-11 m at the 6.4e-5 s of later flights
+    np.testing.assert_allclose(result.columns["slider_x"], exact.columns["slider_x"], rtol=0.0, atol=1e-12)
+
+
 def test_the_error_is_of_second_order_and_no_larger_than_that_of_fixed_steps(make_scene):
     exact = simulate(make_scene(TREE | {"drive.cycles": 0.1})).columns["slider_x"]
     steps, errors = [8e-6, 4e-6, 2e-6, 1e-6], []
@@ -179,6 +188,7 @@ def test_extrema_between_states_are_interpolated(make_scene):
 
 def test_a_failure_of_newtons_method_in_a_long_step_leaves_no_trace(make_scene, monkeypatch):
     """The step is tried again, shorter; Exudyn does not restore what its method keeps of the last one."""
+    monkeypatch.setattr(step_choice, "LONGEST_BEFORE_CONTACT", LONGEST)
     scene = FULL | {"drive.cycles": 0.01}
     usual = simulate(make_scene(scene)).columns
     models, build, shorten, choose = [], run.build, StepChoice.shorten, StepChoice.choose
