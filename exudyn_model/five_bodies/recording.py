@@ -1,5 +1,6 @@
 """What is kept of a run of five bodies: samples, contacts and extrema, collected from accepted states."""
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -48,8 +49,8 @@ class Recorder:
     accepted : int
         States so far.
     drift : dict
-        For each of ``constraints.CONSTRAINTS`` the largest violation at a sample (m, rad; m/s, rad/s) and its
-        time (s).
+        For each of ``constraints.CONSTRAINTS`` the largest violation (m, rad; m/s, rad/s) and its time (s) in
+        the states that there have to be (``settings.steps_between_states``).
     """
 
     def __init__(
@@ -80,13 +81,15 @@ class Recorder:
         self._event_count, self._sample_count = 0, 0
         self._time = 0.0
         self._followed: tuple[int, ...] = ()
+        self._fill: Callable[..., None] | None = None
 
     def follow(
         self, q: NDArray[np.float64], v: NDArray[np.float64], multipliers: NDArray[np.float64]
     ) -> None:
         """Take the states to come from Exudyn's own vectors, which it fills anew in every step.
 
-        To ask for them takes longer than to read them: once a sample is enough to notice if they moved.
+        To ask for them takes longer than to read them: at the states that there have to be is often enough to
+        notice if they moved.
 
         Parameters
         ----------
@@ -134,6 +137,7 @@ class Recorder:
         if is_sample:
             self._samples[self._sample_count] = self._kept.values
             self._sample_count += 1
+        if self._choice.at_required_state:
             for name, amount in zip(
                 CONSTRAINTS, self._constraints.violation(time, self._q, self._v), strict=True
             ):
@@ -151,9 +155,11 @@ class Recorder:
     def _interpolate(
         self, start: float, step: float, times: NDArray[np.float64], samples: NDArray[np.float64]
     ) -> None:
-        ends = self._before, self._kept.values
-        linkage, law = self._constants.linkage[0], self._constants.law[0]
-        interpolate(*ends, start, step, times, linkage, law, self._kept.extrema, samples)
+        fixed = self._constants.linkage[0], self._constants.law[0], self._kept.extrema, samples
+        arguments = self._before, self._kept.values, start, step, times, *fixed
+        if self._fill is None:
+            self._fill = direct(interpolate, *arguments)
+        self._fill(*arguments)
 
     def is_finite(self) -> bool:
         """Whether the last accepted state holds no infinity and no NaN."""

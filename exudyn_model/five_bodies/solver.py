@@ -91,7 +91,7 @@ def solve(
                 set_step()
                 dynamic.conv.jacobianUpdateRequested = True
                 return True
-            if choice.at_sample:
+            if choice.at_required_state:
                 recorder.follow(
                     data.GetODE2Coordinates(copy=False),
                     data.GetODE2Coordinates_t(copy=False),

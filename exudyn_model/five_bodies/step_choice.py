@@ -89,6 +89,11 @@ class StepChoice:
         return self._tick % self.per_sample == 0
 
     @property
+    def at_required_state(self) -> bool:
+        """Whether the step ends where there has to be a state."""
+        return self._tick % self._per_state == 0
+
+    @property
     def samples_inside(self) -> range:
         """Ticks of the samples inside the step, without those at its ends."""
         first = int((self._tick - self.ticks) // self.per_sample) + 1
