@@ -67,22 +67,26 @@ class Search(Comparison):
         return self.halvings * self.sides[1].cost + 0.1 * self.a.cost
 
     def find(self) -> Found:
-        """Return ``found`` and ``missed``, relative changes; None where all or none are found."""
+        """Return ``found`` and ``missed``, relative changes; None where all or none are found.
+
+        ``shown`` is the smallest that five runs a side show, before anything is confirmed.
+        """
         missed = None
         low, high = LEAST, MOST
         if not self.shows(high):
-            return {"found": None, "missed": high}
+            return {"found": None, "missed": high, "shown": None}
         for _ in range(self.halvings):
             middle = (low * high) ** 0.5
             if self.shows(middle):
                 high = middle
             else:
                 missed = low = middle
+        shown = high
         while not self.confirmed(high):
             missed, high = high, high * self.step
             if high > MOST * self.step**0.5:
-                return {"found": None, "missed": missed}
-        return {"found": high, "missed": missed}
+                return {"found": None, "missed": missed, "shown": shown}
+        return {"found": high, "missed": missed, "shown": shown}
 
     def pair(self, change: float) -> Pair:
         """Return the comparison with this relative change."""

@@ -24,10 +24,7 @@ WORDS = {"differ": "**differs**", "cannot compare": "**refused**", "agree": "agr
 
 def page(results: Results) -> dict[str, object]:
     """Return what stands in the page."""
-    smallest = [
-        [name, *(MISSING if value is None else number(value, 2) for value in row)]
-        for name, row in results.smallest.items()
-    ]
+    smallest = [[name, *map(_change, row)] for name, row in results.smallest.items()]
     healthy = Counter(result["verdict"] for result in results.healthy)
     return {
         "finding": finding(results),
@@ -133,7 +130,8 @@ def misses(faults: Tried) -> str:
 def draw(results: Results, folder: Path) -> None:
     """Draw the smallest detectable change of each number, from the top; none where nothing was detected."""
     names = list(results.smallest)
-    changes = np.array(list(results.smallest.values()), dtype=np.float64).T
+    rows = [[found["found"] for found in row] for row in results.smallest.values()]
+    changes = np.array(rows, dtype=np.float64).T
     marks = (("o", svg.FIRST), ("x", svg.SECOND), ("s", svg.DIFFERENCE))
     with svg.panels(folder / "smallest.svg", height=0.9 + 0.26 * len(names)) as (axes,):
         axes.set(xscale="log", xlim=(limits.LEAST, 2.0 * limits.MOST), ylim=(len(names) - 0.5, -0.5))
@@ -143,6 +141,12 @@ def draw(results: Results, folder: Path) -> None:
             label = ", ".join(place)
             axes.plot(x, range(x.size), mark, color=colour, mfc="none", ms=5, label=label)
         svg.legend_above(axes)
+
+
+def _change(found: Found) -> str:
+    """Return the smallest change that is detected; in brackets the one that is shown, if that is smaller."""
+    detected, shown = (MISSING if found[key] is None else number(found[key], 2) for key in ("found", "shown"))
+    return detected if detected == shown else f"{detected} ({shown})"
 
 
 def _place(model: str, tier: str) -> str:

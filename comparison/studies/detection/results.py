@@ -29,8 +29,8 @@ class Results:
     healthy: Sequence[Found]
     """Of the catalogue's scenes without a fault."""
     faults: Sequence[tuple[Trial, Found]]
-    smallest: Mapping[str, Sequence[float | None]]
-    """Smallest detected relative changes of each parameter, one a place of `limits`."""
+    smallest: Mapping[str, Sequence[Found]]
+    """What the searches for the smallest change of each parameter found, one a place of `limits`."""
 
     @property
     def without_fault(self) -> list[tuple[str, list[Found]]]:
@@ -93,8 +93,8 @@ def record(results: Results) -> dict[str, Any]:
         ],
         "smallest_change": {
             name: {
-                ", ".join(place): None if value is None else float(f"{value:.2g}")
-                for place, value in zip(limits.PLACES, row, strict=True)
+                ", ".join(place): None if found["found"] is None else float(f"{found['found']:.2g}")
+                for place, found in zip(limits.PLACES, row, strict=True)
             }
             for name, row in results.smallest.items()
         },

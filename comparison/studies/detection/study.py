@@ -61,10 +61,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
         bits=bits,
         healthy=_next(found, healthy),
         faults=list(zip(faults, _next(found, faults), strict=True)),
-        smallest={
-            name: [each.get("found") for each in _next(found, limits.PLACES)]
-            for name, _, _ in config.parameters
-        },
+        smallest={name: _next(found, limits.PLACES) for name, _, _ in config.parameters},
     )
 
 

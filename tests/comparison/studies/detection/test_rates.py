@@ -91,11 +91,12 @@ def test_a_change_that_is_not_confirmed_is_a_miss_and_the_next_larger_one_is_tri
     assert found["found"] / found["missed"] == pytest.approx(limits.searches()[0].step, rel=1e-9)
     assert asked == sorted(asked)
     assert asked[-2:] == [found["missed"], found["found"]]
+    assert asked[0] == found["shown"]
 
 
 def test_a_search_without_an_end_says_so(monkeypatch):
     monkeypatch.setattr(limits.Search, "shows", lambda *_: False)
-    assert limits.searches()[0].find() == {"found": None, "missed": limits.MOST}
+    assert limits.searches()[0].find() == {"found": None, "missed": limits.MOST, "shown": None}
     monkeypatch.setattr(limits.Search, "shows", lambda *_: True)
     monkeypatch.setattr(limits.Search, "confirmed", lambda *_: True)
     assert limits.searches()[0].find()["missed"] is None
@@ -103,6 +104,7 @@ def test_a_search_without_an_end_says_so(monkeypatch):
     found = limits.searches()[0].find()
     assert found["found"] is None
     assert found["missed"] == pytest.approx(limits.MOST, rel=1e-9)
+    assert found["shown"] == pytest.approx(limits.LEAST * limits.searches()[0].step, rel=1e-9)
 
 
 def test_what_the_study_writes_is_what_a_baseline_reads(tmp_path):
@@ -116,7 +118,10 @@ def test_what_the_study_writes_is_what_a_baseline_reads(tmp_path):
         bits=bits,
         healthy=[agree],
         faults=[(trial, alarm) for trial in trials(catalogue())],
-        smallest={name: [None] + [1.23456e-7] * (len(limits.PLACES) - 1) for name, _, _ in limits.PARAMETERS},
+        smallest={
+            name: [{"found": None, "shown": 1e-8}] + [{"found": 1.23456e-7, "shown": 1.23456e-7}] * 2
+            for name, _, _ in limits.PARAMETERS
+        },
     )
     path = tmp_path / "detection.json"
     write_json(record(results), path)
