@@ -10,21 +10,27 @@ from pathlib import Path
 
 # The C mathematical library and numba's compiler select code paths with different rounding by these features.
 _FEATURES = ("avx2", "avx512f", "fma", "asimd", "sve")
+# Variables that make them select others. Where glibc's say something else, stored results are computed again.
+_CHOSEN = {
+    "OPENBLAS_CORETYPE": "OpenBLAS for",
+    "GLIBC_TUNABLES": "glibc with",
+    "NUMBA_CPU_NAME": "numba for",
+    "NUMBA_CPU_FEATURES": "numba with",
+}
 
 
 @cache
 def platform_name() -> str:
     """Return system, C library and processor: ``"Linux x86_64, glibc 2.36, AMD EPYC 25/1 avx2 fma"``.
 
-    Followed by the processor type set for OpenBLAS, if any.
+    Followed by what the environment makes OpenBLAS, the C library and numba take it for, if anything.
     """
     library = " ".join(platform.libc_ver()).strip()
-    core_type = os.environ.get("OPENBLAS_CORETYPE", "")
     parts = (
         f"{platform.system()} {platform.machine()}",
         library,
         _processor(Path("/proc/cpuinfo")),
-        core_type and f"OpenBLAS for {core_type}",
+        *(f"{words} {chosen}" for name, words in _CHOSEN.items() if (chosen := os.environ.get(name))),
     )
     return ", ".join(part for part in parts if part)
 
