@@ -27,7 +27,7 @@ def test_slider_crank_follows_its_closed_form(
     model: ModuleType, bounds: dict[str, float], speed: float
 ) -> None:
     own = {"drive.speed_rpm": speed, "drive.cycles": 0.3, "output.samples_per_cycle": 100}
-    scene = load_scene("ideal", CHANGES | own).data
+    scene = load_scene("ideal", CHANGES | own | {"solver.exudyn.step": 2e-6}).data
     result = model.simulate(scene)
     assert result.status == "success", result.remedy
     for name, exact in closed_form(scene, result.columns["time"]).items():
