@@ -1,5 +1,6 @@
 """The checker of located contacts, `benchmarks/corner_depths.py`, and a small share of its runs."""
 
+import corner_depth_runs as runs
 import corner_depth_steps as steps
 import corner_depths as depths
 import numpy as np
@@ -13,13 +14,13 @@ from reference_model.reading import read_parameters
 from reference_model.start import formulation, start
 
 SHORT = {"drive.cycles": 0.05, "initial.slider_omega": 0.2, "initial.slider_angle": 1e-4}
-VARIANTS = pytest.mark.parametrize("variant", depths.FORMULATIONS)
+VARIANTS = pytest.mark.parametrize("variant", runs.FORMULATIONS)
 
 
 @VARIANTS
 def test_gaps_are_those_of_the_equations_of_motion(variant) -> None:
     """In random states near the start, 1e-4 rad and m apart; of coordinates of 0.5 m, rounded at 1e-16 m."""
-    scene = load_scene("paper", depths.FORMULATIONS[variant])
+    scene = load_scene("paper", runs.FORMULATIONS[variant])
     p = read_parameters(scene.data)
     c, y0 = start(p, formulation(p))
     g, y, dy, own = (
@@ -48,7 +49,7 @@ def test_depths_in_a_table_are_its_gaps() -> None:
 @VARIANTS
 def test_one_attempt_at_a_time_is_the_same_run(variant) -> None:
     """Up to rounding, which a few contacts magnify by a thousand; a step less would be off by 1e-10."""
-    scene = load_scene("paper", {**SHORT, **depths.FORMULATIONS[variant], "output.groups": ["joints"]})
+    scene = load_scene("paper", {**SHORT, **runs.FORMULATIONS[variant], "output.groups": ["joints"]})
     whole = simulate(scene.data)
     followed = steps.check(scene, 1e-11, 10**6)
     counters = whole.provenance["counters"]
@@ -64,7 +65,7 @@ def test_one_attempt_at_a_time_is_the_same_run(variant) -> None:
 @VARIANTS
 def test_what_sinks_into_a_wall_is_seen(variant) -> None:
     """Judged by a guide, or a bearing, that is narrower than the one of the run by a micrometre."""
-    values = {**SHORT, **depths.FORMULATIONS[variant]}
+    values = {**SHORT, **runs.FORMULATIONS[variant]}
     scene = load_scene("paper", values)
     narrow = {
         f"clearance.{joint}": scene.data["clearance"][joint] - 1e-6 for joint in ("slider", "crank_pin")
@@ -92,9 +93,9 @@ def test_samples_within_a_contact(starts, ends, expected) -> None:
 @pytest.mark.parametrize(
     ("draws", "judge"),
     [
-        (depths.grazing_runs(60, seed=1), depths.followed),
-        (depths.random_runs(60, seed=1), depths.followed),
-        (depths.scipy_runs(4, seed=1), depths.tabulated),
+        (runs.grazing_runs(60, seed=1), depths.followed),
+        (runs.random_runs(60, seed=1), depths.followed),
+        (runs.scipy_runs(4, seed=1), depths.tabulated),
     ],
     ids=["grazing", "random", "scipy"],
 )

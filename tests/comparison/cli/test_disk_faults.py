@@ -118,16 +118,20 @@ def held(code: int, old, new, capsys, what: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "code"),
-    # The one that takes longest has two of them: what it does with the others is up to the same lines.
-    [(name, code) for name in COMMANDS for code in (CODES[:2] if name == "validate" else CODES)],
+    ("name", "codes"),
+    # The one that takes longest has all in turn: what it does with the others is up to the same lines.
+    [
+        pytest.param(name, codes, id="-".join([name, *(errno.errorcode[code] for code in codes)]))
+        for name in COMMANDS
+        for codes in ([CODES] if name == "validate" else [[code] for code in CODES])
+    ],
 )
-def test_each_change_of_a_file_fails_in_turn(name, code, command, capsys):
+def test_each_change_of_a_file_fails_in_turn(name, codes, command, capsys):
     old, new = prepared(command, name, capsys)
     faults = 0
     for number in itertools.count(1):
         restore(old)
-        with failing(number, code, Path.cwd() / "out") as seen:
+        with failing(number, codes[number % len(codes)], Path.cwd() / "out") as seen:
             status = command(name, "new")
         held(status, old, new, capsys, f"{name}: {seen[number - 1 : number]}")
         if len(seen) < number:
