@@ -44,9 +44,11 @@ def compare_channel(
     and a force that is missing altogether would agree with 99 % of the samples. The share of explained
     samples is therefore taken over the predictable samples at which at least one of the two is not zero.
 
-    Where too few samples are predictable, a position or a velocity still differs if even the largest
-    uncertainty of all times explains too few samples. A channel in a wrong unit has an uncertainty in that
-    unit, which may be too large for any sample to be predictable and yet negligible against the difference.
+    Where too few samples are predictable, a channel still differs if too few are explained even with all
+    unpredictable ones counted as explained: a model's error may be what makes its motion unpredictable. So
+    does a position or a velocity if even the largest uncertainty of all times explains too few samples. A
+    channel in a wrong unit has an uncertainty in that unit, which may be too large for any sample to be
+    predictable and yet negligible against the difference.
 
     Parameters
     ----------
@@ -167,7 +169,7 @@ def _judge(
         return _Judgement("unexcited", reason, *numbers)
     if threshold is None:
         reason = "there is neither an uncertainty nor a tolerance"
-    elif coverage < limits.coverage:
+    elif coverage < limits.coverage and outside <= (1.0 - limits.share) * happens.sum():
         reason = f"{coverage:.1%} of the samples are predictable, required: at least {limits.coverage:.0%}"
     elif not judged.any():
         reason = "no predictable sample is non-zero"
@@ -183,6 +185,8 @@ def _judge(
         if explained < limits.share:
             if limits.share < 1.0:
                 text += f"; {explained:.1%} are within, required: at least {100 * limits.share:g}%"
+            if coverage < limits.coverage:
+                text += f"; that is decided although only {coverage:.1%} of the samples are predictable"
             return _Judgement("differ", text, *numbers)
         return _Judgement("agree", text, *numbers)
     return _Judgement("indeterminate", reason, *numbers)

@@ -66,6 +66,21 @@ def test_half_of_the_samples_must_be_predictable(predictable, verdict):
     assert result.predictable.sum() == predictable
 
 
+@pytest.mark.parametrize(("unexplained", "verdict"), [(10, "indeterminate"), (11, "differ")])
+def test_a_difference_shows_where_little_is_predictable_if_no_other_sample_could_undo_it(
+    unexplained, verdict
+):
+    """A fault after which a motion is chaotic hides in its own uncertainty, but not before."""
+    u = np.where(np.arange(N) < 150, 1e-6, 1.0)
+    a = WAVE + 1e-9  # no sample is zero in both
+    b = WAVE + np.where((np.arange(N) >= 100) & (np.arange(N) < 100 + unexplained), 1e-3, 0.0)
+    result = judge(a, b, u)
+    assert result.coverage == 0.15
+    assert result.verdict == verdict
+    assert result.outside == unexplained
+    assert "15.0% of the samples are predictable" in result.reason
+
+
 def test_the_unpredictable_part_neither_helps_nor_hurts():
     u = np.where(TIME < 0.3, 1e-6, 1.0)
     b = WAVE + np.where(TIME < 0.3, 0.0, 0.7)
@@ -259,7 +274,6 @@ def test_a_unit_that_leaves_nothing_predictable_differs_and_a_motion_that_does_s
     assert scene_verdict({channel: result, "other": judge(WAVE, WAVE, 1e-6)}, 0.5)[0] == "differ"
     # Neighbours that have spread by as much as the motion itself: its largest uncertainty explains them.
     spread = np.where(TIME < 0.1, small, 3 * np.ptp(position))
-    unknown = compare_channel(
-        channels()[channel], TIME, position, position[::-1] + small, u=(spread, spread), **options
-    )
+    apart = np.where(TIME < 0.1, position, position[::-1]) + small
+    unknown = compare_channel(channels()[channel], TIME, position, apart, u=(spread, spread), **options)
     assert unknown.verdict == "indeterminate"
