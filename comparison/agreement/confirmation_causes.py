@@ -24,12 +24,12 @@ Ensembles = Mapping[int, Sequence[Table]]
 def judged_samples(channel: ChannelComparison) -> tuple[BoolArray, Array]:
     """Return the samples of a channel that decide, shape (n,), and u on these; it has an uncertainty.
 
-    Where a channel differs although too few of its samples are predictable, all of them decide and the
-    largest u of all times counts, as in `comparison.agreement.verdict`.
+    Where a channel differs although its predictable samples, too few, do not show it, all samples decide and
+    the largest u of all times counts, as in `comparison.agreement.verdict`.
     """
     u = _u(channel)
     happens = (channel.a != 0) | (channel.b != 0)
-    if channel.verdict == "differ" and channel.coverage < channel.limits.coverage:
+    if channel.verdict == "differ" and np.isnan(channel.explained):
         return happens, np.full(int(happens.sum()), u.max())
     mask = happens & channel.predictable
     return mask, u[mask]

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from comparison.accuracy.thresholds import thresholds
+from comparison.agreement.confirmation_causes import judged_samples
 from comparison.agreement.results import scene_coverage
 from comparison.agreement.verdict import compare_channel, scene_verdict
 from comparison.scene import load_scene
@@ -79,6 +80,10 @@ def test_a_difference_shows_where_little_is_predictable_if_no_other_sample_could
     assert result.verdict == verdict
     assert result.outside == unexplained
     assert "15.0% of the samples are predictable" in result.reason
+    # Ensembles are held against what decided, not against the largest u.
+    mask, of = judged_samples(result)
+    assert np.flatnonzero(mask).tolist() == list(range(150))
+    assert of.max() == pytest.approx(np.sqrt(2) * 1e-6)
 
 
 def test_the_unpredictable_part_neither_helps_nor_hurts():
