@@ -11,7 +11,6 @@ from comparison.agreement.cross_check import Validation, family, validate
 from comparison.agreement.results import no_comparison
 from comparison.cli.console import described, is_refusal
 from comparison.cli.progress import Reporter
-from comparison.execution.worker_process import kept_workers
 from comparison.scene import Scene
 
 
@@ -57,7 +56,7 @@ def validate_batches(
     waiting = [scenes[first : first + size] for first in range(0, len(scenes), size)]
     total, done = sum(_cost(scene, models) for scene in scenes), 0.0
     results: list[Validation] = []
-    with suppress(KeyboardInterrupt), kept_workers():
+    with suppress(KeyboardInterrupt):
         while waiting:
             batch = waiting.pop(0)
             cost = sum(_cost(scene, models) for scene in batch)

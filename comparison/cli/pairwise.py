@@ -20,17 +20,19 @@ def validate_pairs(models: Sequence[str], folder: Path, command: str, one: OnePa
     The runs of a model are the same in each of its pairs: all but the first time they come from the cache.
     """
     from comparison.agreement.standing import pairs
+    from comparison.execution.worker_process import kept_workers
     from comparison.files import check_folder, write_json
     from comparison.report.pairwise import write_pairwise
     from comparison.report.text import exit_code
 
     folder = check_folder(folder)
     codes, found = [], {}
-    for pair in pairs(models):
-        say(f"{pair[0]} and {pair[1]}:")
-        own = folder / "-".join(pair)
-        codes.append(one(",".join(pair), own))
-        found[pair] = json.loads((own / "summary.json").read_text("utf-8"))["scenes"]
+    with kept_workers():
+        for pair in pairs(models):
+            say(f"{pair[0]} and {pair[1]}:")
+            own = folder / "-".join(pair)
+            codes.append(one(",".join(pair), own))
+            found[pair] = json.loads((own / "summary.json").read_text("utf-8"))["scenes"]
     rows = _rows(models, found)
     code = exit_code(codes)
     page = write_pairwise(rows, folder, models=models, command=command)

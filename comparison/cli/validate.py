@@ -80,6 +80,7 @@ def validate(
     from comparison.cli.batches import validate_batches
     from comparison.cli.verdicts import verdict_lines
     from comparison.engines.registry import pair
+    from comparison.execution.worker_process import kept_workers
     from comparison.execution.workers import cpus
     from comparison.files import check_folder
     from comparison.report.summary import sentence
@@ -94,33 +95,34 @@ def validate(
     _check(loaded, both, accuracy)
     folder = check_folder(out or REPORTS / (loaded[0].name if len(loaded) == 1 else "validate"))
     warn_about_the_cache()
-    with progress(f"{len(loaded)} scenes" if len(loaded) > 1 else loaded[0].name, quiet=quiet) as report:
-        found = validate_batches(
-            loaded,
-            models=both,
-            n_jobs=jobs or cpus(),
-            accuracy=accuracy,
-            tiers=TIERS[:1] if quick else TIERS,
-            report=report,
-        )
-    results, missing = found.results, [scene.name for scene in found.missing]
-    if not results:
-        return INTERRUPTED
-    comparisons = [_with_command(result.comparison, options) for result in results]
-    codes = [
-        70 if result.crashed else EXIT_CODES[tier.verdict]
-        for result in results
-        for tier in result.comparison.tiers
-    ]
-    code = INTERRUPTED if missing else exit_code(codes, allow_indeterminate=allow_indeterminate)
-    command = shlex.join(["sixbar", "validate", *(scenes or []), *options])
-    lines = [] if quiet else verdict_lines(comparisons, verbose=verbose)
-    said = [sentence(comparisons), incomplete(comparisons, missing)]
-    if both == MODELS and accuracy is None:
-        said.append(departures(loaded[: len(results)], comparisons))
-    for line in (*lines, *(line for each in said for line in wrapped(each))):
-        typer.echo(line)
-    pulses = {} if missing or quick else _resolved(results, jobs or cpus(), quiet=quiet)
+    with kept_workers():
+        with progress(f"{len(loaded)} scenes" if len(loaded) > 1 else loaded[0].name, quiet=quiet) as report:
+            found = validate_batches(
+                loaded,
+                models=both,
+                n_jobs=jobs or cpus(),
+                accuracy=accuracy,
+                tiers=TIERS[:1] if quick else TIERS,
+                report=report,
+            )
+        results, missing = found.results, [scene.name for scene in found.missing]
+        if not results:
+            return INTERRUPTED
+        comparisons = [_with_command(result.comparison, options) for result in results]
+        codes = [
+            70 if result.crashed else EXIT_CODES[tier.verdict]
+            for result in results
+            for tier in result.comparison.tiers
+        ]
+        code = INTERRUPTED if missing else exit_code(codes, allow_indeterminate=allow_indeterminate)
+        command = shlex.join(["sixbar", "validate", *(scenes or []), *options])
+        lines = [] if quiet else verdict_lines(comparisons, verbose=verbose)
+        said = [sentence(comparisons), incomplete(comparisons, missing)]
+        if both == MODELS and accuracy is None:
+            said.append(departures(loaded[: len(results)], comparisons))
+        for line in (*lines, *(line for each in said for line in wrapped(each))):
+            typer.echo(line)
+        pulses = {} if missing or quick else _resolved(results, jobs or cpus(), quiet=quiet)
     results = [replace(one, comparison=of) for one, of in zip(results, comparisons, strict=True)]
     page, kept = saved(
         lambda folder: write_validation(results, folder, command, code, missing, pulses), folder

@@ -6,6 +6,7 @@ import importlib.util
 import shutil
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -99,22 +100,35 @@ def make_table(central_case: Scene) -> Callable[..., Table]:
     return make
 
 
-@pytest.fixture
-def fake_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """Let worker processes find fake models; the path of the log to which each run adds a line."""
+@contextmanager
+def _fakes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Let worker processes find fake models in a folder that holds their cache too; the log, a line a run."""
     for name in ("reference_model", "exudyn_model"):
-        (tmp_path / "fakes" / name).mkdir(parents=True)
-        shutil.copy(FAKE, tmp_path / "fakes" / name / "__init__.py")
+        (folder / "fakes" / name).mkdir(parents=True, exist_ok=True)
+        shutil.copy(FAKE, folder / "fakes" / name / "__init__.py")
         # Another test may have imported the real one, whose sources would then stand for the fake's.
         monkeypatch.delitem(sys.modules, name, raising=False)
-    monkeypatch.syspath_prepend(str(tmp_path / "fakes"))
-    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
-    log = tmp_path / "log"
+    monkeypatch.syspath_prepend(str(folder / "fakes"))
+    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(folder / "cache"))
+    log = folder / "log"
     monkeypatch.setenv("SIXBAR_TEST_LOG", str(log))
     log.touch()
     yield log
     for name in ("reference_model", "exudyn_model"):
         sys.modules.pop(name, None)  # this process may have imported the fake; the real one is put back
+
+
+@pytest.fixture(scope="session")
+def fakes() -> Callable[[Path, pytest.MonkeyPatch], AbstractContextManager[Path]]:
+    """Context of fake models with a folder of their own: for what several tests share."""
+    return _fakes
+
+
+@pytest.fixture
+def fake_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Fake models, and an empty cache; the log of what ran."""
+    with _fakes(tmp_path, monkeypatch) as log:
+        yield log
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from comparison.agreement.compare import Runs, compare
 from comparison.cli import main, reports
 from comparison.engines.platform import platform_name
 from comparison.execution.job import Outcome
+from comparison.execution.worker_process import kept_workers
 from comparison.formatting import table
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
@@ -23,6 +24,29 @@ from comparison.studies.crank_pin.peaks import Case, met, peaks_table, powers
 from comparison.studies.shared.errors import Peak
 from comparison.studies.verdicts import study as verdicts
 from comparison.tables.table import Table
+
+OTHER_FILES = {"detection": {"detection.json"}, "paper": {"report.html"}, "extremes": {"cells.csv"}}
+
+
+@pytest.fixture(scope="module")
+def folder(fakes, tmp_path_factory):
+    """Where `make reports` wrote all studies of fake models, small."""
+    folder = tmp_path_factory.mktemp("studies")
+    (folder / "README.md").write_text(f"before {reports.BEGIN} formerly {reports.END} after", "utf-8")
+    (folder / "comparison" / "agreement").mkdir(parents=True)
+    # Most of the time processes would start; nothing that they import changes meanwhile.
+    with pytest.MonkeyPatch.context() as monkeypatch, fakes(folder, monkeypatch), kept_workers():
+        monkeypatch.chdir(folder)
+        reports.main(small=True)
+    return folder
+
+
+@pytest.fixture
+def again(folder, fakes, monkeypatch):
+    """The same fake models and folder, whose runs are cached; the log of what ran."""
+    with fakes(folder, monkeypatch) as log:
+        monkeypatch.chdir(folder)
+        yield log
 
 
 @pytest.mark.parametrize(
@@ -37,53 +61,50 @@ from comparison.tables.table import Table
         "nonlinear",
         "random-inputs",
         "detection",
+        "extremes",
     ],
 )  # fmt: skip
-def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, here, capsys):
-    assert main(["study", name, "--small", "--jobs", "2"]) == 0
+def test_a_study_writes_a_page_with_its_figures_and_a_second_call_runs_nothing(name, again, capsys):
+    runs = again.read_text()
+    assert runs.count("\n") > 1000
+    assert main(["study", name, "--small"]) == 0
+    assert again.read_text() == runs
     (printed,) = capsys.readouterr().out.splitlines()
     assert printed == f"reports/out/{name}/README.md"
     text = Path(printed).read_text("utf-8")
+    assert text == Path(f"reports/{name}/README.md").read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     pictures = re.findall(r"\]\(([\w-]+\.svg)\)", text)
-    numbers = {"detection": {"detection.json"}, "paper": {"report.html"}}.get(name, set())
-    assert {path.name for path in Path(printed).parent.iterdir()} == {"README.md", *numbers, *pictures}
+    assert {path.name for path in Path(printed).parent.iterdir()} == {
+        "README.md", *OTHER_FILES.get(name, set()), *pictures
+    }  # fmt: skip
     for picture in pictures:
         drawn = (Path(printed).parent / picture).read_text("utf-8")
         assert drawn.count("<path") > 10
         assert re.search(r"var\(--(first|series-1)\)", drawn)
         assert "--first:" in drawn
-    runs = here.read_text().count("\n")
-    assert runs > 10
-    assert main(["study", name, "--small"]) == 0
-    assert here.read_text().count("\n") == runs
-    assert Path(printed).read_text("utf-8") == text
 
 
-@pytest.mark.usefixtures("here")
-def test_all_studies_their_list_and_the_table_of_the_readme(tmp_path):
-    (tmp_path / "README.md").write_text(f"before {reports.BEGIN} formerly {reports.END} after", "utf-8")
-    (tmp_path / "comparison" / "agreement").mkdir(parents=True)
-    reports.main(small=True)
-    listed = (tmp_path / "reports" / "README.md").read_text("utf-8")
+def test_all_studies_their_list_and_the_table_of_the_readme(folder):
+    listed = (folder / "reports" / "README.md").read_text("utf-8")
     sections = listed.split("\n## ")[1:]
     for section in sections:
         heading, finding, *picture = section.strip().split("\n\n")
         assert re.fullmatch(r"\[.+\]\(.+\)", heading)
         assert finding.endswith(".")
-        assert all((tmp_path / "reports" / re.findall(r"\]\((.+)\)$", each)[0]).is_file() for each in picture)
+        assert all((folder / "reports" / re.findall(r"\]\((.+)\)$", each)[0]).is_file() for each in picture)
     links = re.findall(r"^## \[.+\]\((.+)\)$", listed, re.MULTILINE)
     assert links == [f"{name}/README.md" for name in NAMES]
-    assert all((tmp_path / "reports" / link).is_file() for link in links)
-    readme = (tmp_path / "README.md").read_text("utf-8")
+    assert all((folder / "reports" / link).is_file() for link in links)
+    readme = (folder / "README.md").read_text("utf-8")
     assert "| 150 rpm, 0.2 mm clearance | **agree** | 100\u00a0% |" in readme
     assert "formerly" not in readme
     # Machine, versions and date stand below the table in both, and with the verdicts on record.
     made = next(line for line in readme.splitlines() if line.startswith("Made on "))
-    assert made in (tmp_path / "reports" / "verdicts" / "README.md").read_text("utf-8")
+    assert made in (folder / "reports" / "verdicts" / "README.md").read_text("utf-8")
     assert platform_name() in made
     assert f"numpy {np.__version__}" in made
-    recorded = tomllib.loads((tmp_path / "comparison" / "agreement" / "verdicts.toml").read_text("utf-8"))
+    recorded = tomllib.loads((folder / "comparison" / "agreement" / "verdicts.toml").read_text("utf-8"))
     assert made == f"Made on {recorded['made']['machine']}; {recorded['made']['date']}."
     known = recorded["scenes"]["150rpm-0.2mm"]
     assert known == {"hash": load_scene("150rpm-0.2mm").hash, "standard": "agree", "tight": "agree"}
@@ -192,36 +213,18 @@ def test_a_bar_in_a_cell_does_not_end_it():
     assert table(("a", "b"), [("1|2", "3")]) == "| a | b |\n|---|---|\n| 1\\|2 | 3 |"
 
 
-@pytest.mark.usefixtures("here")
-def test_speed_against_accuracy_has_its_tables_and_drawings(capsys):
-    assert main(["study", "tradeoff", "--small"]) == 0
-    (printed,) = capsys.readouterr().out.splitlines()
-    text = Path(printed).read_text("utf-8")
+def test_speed_against_accuracy_has_its_tables_and_drawings(folder):
+    written = folder / "reports" / "tradeoff"
+    text = (written / "README.md").read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     pictures = re.findall(r"\]\(([\w.-]+\.svg)\)", text)
     assert len(pictures) == 6
-    assert {path.name for path in Path(printed).parent.iterdir()} == {
-        "README.md",
-        "tradeoff.json",
-        *pictures,
-    }
+    assert {path.name for path in written.iterdir()} == {"README.md", "tradeoff.json", *pictures}
 
 
-def test_extremes_have_every_run_in_a_class_and_a_second_call_runs_nothing(here, capsys):
-    assert main(["study", "extremes", "--small", "--jobs", "2"]) == 0
-    (printed,) = capsys.readouterr().out.splitlines()
-    text, folder = Path(printed).read_text("utf-8"), Path(printed).parent
-    assert not re.search(r"\{\w*\}|\bnan\b", text)
-    assert {path.name for path in folder.iterdir()} == {
-        "README.md", "cells.csv", "axes.svg", "hypercube.svg", "errors.svg"
-    }  # fmt: skip
-    rows = pd.read_csv(folder / "cells.csv")
+def test_extremes_have_every_run_in_a_class(folder):
+    rows = pd.read_csv(folder / "reports" / "extremes" / "cells.csv")
     assert set(rows["class"]) <= {"converged", "announced", "unconfirmed", "stopped", "refused"}
     assert (rows["axis"] == "hypercube").sum() == 12 * 4
     # The fakes err by what their settings say: no larger error is without its number.
     assert rows.loc[rows["class"] == "announced", "error_m"].notna().all()
-    runs = here.read_text().count("\n")
-    assert runs > 100
-    assert main(["study", "extremes", "--small"]) == 0
-    assert here.read_text().count("\n") == runs
-    assert Path(printed).read_text("utf-8") == text
