@@ -9,33 +9,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil, log10
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from comparison.agreement.cross_check import Validation
-from comparison.execution.job import Job, Progress, kernels
-from comparison.execution.run import run_one
-from comparison.execution.task_order import Kernels
-from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
+from comparison.agreement.dense_run import DenseRun, dense, measure
+from comparison.execution.job import Progress
+from comparison.execution.task_store import SUCCESS, measure_all, on_processes
 from comparison.metrics.impacts import WINDOW, match
-from comparison.scene import Scene, scene_from_mapping
 from comparison.tables.arrays import Array
-from comparison.tables.channels import CORNERS, touching
-from comparison.tables.table import Table
 
 POINTS = 20
 """Points of a drawn pulse at least."""
 PEAK = 0.01
 """Relative distance of a drawn pulse's peak from that of the event table at most."""
-_AIMED = 25  # samples of a short contact: a sine's largest one is then 0.2 % below its peak at most
-_SHORT = 0.02  # share of the contacts that may be shorter
-_MOST = 400_000  # samples of a run, about 100 MB; a longer run is cut
-_KEPT = 32  # samples of a contact; of one with more the envelope in half as many columns
-_LONG = 400  # samples from which on a contact's first _KEPT are kept too, and six times the columns
 
 
 @dataclass(frozen=True)
@@ -59,35 +48,6 @@ class Pulse:
 
 Pulses = Mapping[tuple[str, str], tuple[Sequence[Pulse], Sequence[Pulse]]]
 """By scene and tier, of either model."""
-
-
-@dataclass(frozen=True)
-class DenseRun(Task):
-    """Run of a scene with dense output by a model."""
-
-    scene: Scene
-    model: str
-
-    @property
-    def models(self) -> Sequence[str]:
-        """The one model."""
-        return (self.model,)
-
-    @property
-    def cost(self) -> float:
-        """Expected time, s."""
-        return Job(self.scene, self.model).cost
-
-    @property
-    def kernels(self) -> frozenset[Kernels]:
-        """Code that the model compiles at its first run."""
-        return frozenset([kernels(self.scene, self.model)])
-
-
-def measure(task: DenseRun, progress: Progress) -> dict[str, Any]:
-    """Run, and return the contacts by start: event and thinned samples of each."""
-    table = run_one(task.scene, task.model, progress)
-    return {"contacts": list(_contacts(table))}
 
 
 def resolved(results: Sequence[Validation], n_jobs: int, on_progress: Progress | None = None) -> Pulses:
@@ -131,48 +91,6 @@ def resolved(results: Sequence[Validation], n_jobs: int, on_progress: Progress |
     return pulses
 
 
-def dense(recorded: Mapping[str, Any] | None, events: pd.DataFrame | None, model: str) -> Scene | None:
-    """Return the scene of a model's base run with output that resolves the slider's contacts, if it has any.
-
-    The crank pin's forces are no channels. A run of too many samples is cut: its later contacts are not
-    resolved.
-    """
-    if recorded is None or events is None:
-        return None
-    at_corners = events[events["corner"].isin(CORNERS)] if len(events) else events
-    if at_corners.empty:
-        return None
-    scene = scene_from_mapping(recorded)
-    per_cycle = int(scene.data["output"]["samples_per_cycle"])
-    interval = scene.period / per_cycle
-    shortest = float(np.quantile(at_corners["end"] - at_corners["start"], _SHORT))
-    if not shortest > 0.0:
-        return None
-    # Round numbers divide the steps between samples, where there are as many
-    finer = _round_up(_AIMED * interval / shortest)
-    if model == "exudyn" and (solver := scene.data["solver"]["exudyn"])["formulation"] == "full":
-        finer = min(finer, _fewer_than_steps(interval, solver["step"]))
-    cycles = min(float(scene.data["drive"]["cycles"]), _MOST / (per_cycle * finer))
-    groups = dict.fromkeys([*scene.data["output"]["groups"], "corners"])
-    return scene.with_values(
-        {
-            "output.samples_per_cycle": per_cycle * finer,
-            "output.groups": list(groups),
-            "drive.cycles": cycles,
-        }
-    )
-
-
-def _fewer_than_steps(interval: float, step: float) -> int:
-    """Return how many samples an interval may have so that five bodies have two steps between them, or more.
-
-    With a sample at each step all would be as short as in contacts, and the run take ten times as long; with
-    fewer they are those of the base run.
-    """
-    steps = ceil(interval / step * (1.0 - 1e-12))
-    return next((steps // n for n in range(2, steps) if steps % n == 0), 1)
-
-
 def drawable(contacts: Iterable[Mapping[str, Any]], events: pd.DataFrame, window: float) -> list[Pulse]:
     """Return the contacts of a dense run that the base run has too, with enough points and the same peak.
 
@@ -196,43 +114,3 @@ def drawable(contacts: Iterable[Mapping[str, Any]], events: pd.DataFrame, window
         if time.size >= POINTS and abs(force.max() - peaks[row]) <= PEAK * peaks[row] > 0.0:
             pulses.append(Pulse(row, time, force))
     return pulses
-
-
-def thinned(force: Array) -> NDArray[np.intp]:
-    """Return the samples of a contact to keep, increasing: all of a short one, else its envelope.
-
-    Of a long contact the first samples are kept as well: there its impact is.
-    """
-    count = force.size
-    if count <= _KEPT:
-        return np.arange(count)
-    columns, first = (3 * _KEPT, _KEPT) if count >= _LONG else (_KEPT // 2, 0)
-    edges = (np.arange(columns + 1) * count) // columns
-    kept = {0, count - 1, *range(first)}
-    for start, stop in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-        kept |= {start + int(force[start:stop].argmin()), start + int(force[start:stop].argmax())}
-    return np.array(sorted(kept))
-
-
-def _contacts(table: Table) -> Iterable[dict[str, Any]]:
-    if table.events is None or table.events.empty:
-        return
-    time = table.time
-    events = table.events[table.events["corner"].isin(CORNERS)]
-    for corner, start, end in events[["corner", "start", "end"]].itertuples(index=False):
-        part = slice(*np.searchsorted(time, [start, end], side="right").tolist())
-        sharing = touching(corner, table.provenance.get("scene", {}))
-        force = np.sum([table.values(f"corner_{name}_normal")[part] for name in sharing], axis=0)
-        kept = thinned(force)
-        yield {
-            "corner": corner,
-            "start": start,
-            "time": [float(f"{t:.6g}") for t in (time[part] - start)[kept]],
-            "force": [float(f"{n:.6g}") for n in force[kept]],
-        }
-
-
-def _round_up(factor: float) -> int:
-    """Return the next larger of 1, 2, 5, 10, 20, ..."""
-    decade: int = 10 ** max(0, ceil(log10(max(factor, 1.0))) - 1)
-    return next(n * decade for n in (1, 2, 5, 10) if n * decade >= factor)

@@ -9,16 +9,8 @@ import pandas as pd
 import pytest
 
 from comparison.agreement.cross_check import validate
-from comparison.agreement.pulses import (
-    PEAK,
-    POINTS,
-    DenseRun,
-    dense,
-    drawable,
-    measure,
-    resolved,
-    thinned,
-)
+from comparison.agreement.dense_run import DenseRun, dense, measure, thinned
+from comparison.agreement.pulses import PEAK, POINTS, drawable, resolved
 from comparison.execution.job import MODELS
 from comparison.execution.run import run_one
 from comparison.metrics.impacts import WINDOW
