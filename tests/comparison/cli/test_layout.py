@@ -50,7 +50,20 @@ def test_commands_that_run_nothing(arguments, columns, capsys):
     assert err == ""
 
 
-@pytest.mark.usefixtures("fake_models")
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory) -> Path:
+    """A folder for what runs once for all widths."""
+    return tmp_path_factory.mktemp("shared")
+
+
+@pytest.fixture
+def runs_of_all_widths(shared, fakes, monkeypatch):
+    """Fake models whose runs are kept from one width to the next."""
+    with fakes(shared, monkeypatch):
+        yield
+
+
+@pytest.mark.usefixtures("runs_of_all_widths")
 def test_validate_and_the_sweep(columns, scene_file, gravity, capsys):
     good, bad = scene_file("a-scene-of-a-long-name"), scene_file("bad", gravity.fail)
     assert main(["validate", good, bad, "--out", "v", "--set", "drive.cycles=1", "-v"]) == 2

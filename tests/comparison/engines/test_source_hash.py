@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from comparison.engines import source_hash
 from comparison.engines.source_hash import ROOT, closure, file_hash, hash_of
 from comparison.execution.cache import _WRITES
 from comparison.execution.task_store import Task
@@ -124,30 +125,39 @@ def reworded(source: str) -> str:
     return ast.unparse(tree)
 
 
+def test_a_file_counts_by_its_code_and_by_its_data(root):
+    files = {path for module in MEASURES for path in closure.__wrapped__(module, root)}
+    assert {path.suffix for path in files} >= {".py", ".toml"}
+    for path in files:
+        before, content = file_hash(path), path.read_bytes()
+        if path.suffix == ".py":
+            path.write_text(reworded(content.decode()), "utf-8")
+            assert file_hash(path) == before, path
+            path.write_text(edited(content.decode()), "utf-8")
+        else:
+            path.write_bytes(content + b"\n# read like the rest")
+        assert file_hash(path) != before, path
+        path.write_bytes(content)
+
+
 @pytest.mark.parametrize("module", MEASURES)
-def test_rows_are_stale_after_an_edit_of_any_module_they_depend_on_and_of_no_other(module, root):
+def test_rows_are_stale_after_an_edit_of_any_module_they_depend_on_and_of_no_other(module, root, monkeypatch):
     files = closure.__wrapped__(module, root)
     before = hash_of(files, root)
-    mine = [path for path in files if path.suffix == ".py"]
-    assert root.joinpath(*module.split(".")).with_suffix(".py") in mine
-    for path in mine:
-        source = path.read_text("utf-8")
-        path.write_text(edited(source), "utf-8")
-        assert hash_of(files, root) != before, path
-        path.write_text(reworded(source), "utf-8")
-        assert hash_of(files, root) == before, path
-        path.write_text(source, "utf-8")
-    for path in (path for path in files if path.suffix == ".toml"):
-        content = path.read_bytes()
-        path.write_bytes(content + b"\n# read like the rest")
-        assert hash_of(files, root) != before, path
-        path.write_bytes(content)
+    assert root.joinpath(*module.split(".")).with_suffix(".py") in files
     outside = root / "comparison" / "report" / "page.py"
     assert outside not in files
     source = outside.read_text("utf-8")
     outside.write_text(edited(source), "utf-8")
     assert hash_of(closure.__wrapped__(module, root), root) == before
     outside.write_text(source, "utf-8")
+    hashes = {path: file_hash(path) for path in files}
+    monkeypatch.setattr(source_hash, "file_hash", lambda path: hashes[path])
+    assert hash_of(files, root) == before
+    for path in files:
+        hashes[path] += "edited"
+        assert hash_of(files, root) != before, path
+        hashes[path] = hashes[path].removesuffix("edited")
 
 
 @pytest.mark.parametrize(
