@@ -84,6 +84,8 @@ def confirm(
     if movable(scene) is None:
         return _reported(result, found, "no joint has clearance, so no start can be moved")
     errors = ensemble_errors(result, runs, scene, models)
+    if not errors:
+        return _reported(result, found, "both models are too slow for an ensemble")
     ensembles = {}
     for side, error in errors.items():
         base = runs[side].base

@@ -82,13 +82,16 @@ def ensemble_errors(
     """
     before = _predictable_samples(result)
     errors = [starting_error(of, scene, before) for of in runs]
-    slow = [
-        model == "exudyn" and scene.data["solver"]["exudyn"]["formulation"] in FIVE_BODIES for model in models
-    ]
+    slow = [too_slow(scene, model) for model in models]
     if any(slow):
         larger = StartingError(max(e.shift for e in errors), np.maximum(*(e.until for e in errors)))
         errors = [larger, larger]
     return {side: errors[side] for side in (0, 1) if not slow[side]}
+
+
+def too_slow(scene: Scene, model: str) -> bool:
+    """Return whether a model is too slow for an ensemble at the settings of a scene."""
+    return model == "exudyn" and scene.data["solver"]["exudyn"]["formulation"] in FIVE_BODIES
 
 
 def starting_error(of: Runs, scene: Scene, before: int) -> StartingError:

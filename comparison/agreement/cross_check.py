@@ -1,7 +1,8 @@
 """The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them.
 
-A verdict "differ" is confirmed by ensembles (`comparison.agreement.confirmation`) once all scenes are judged;
-where the models agree no run is added.
+A verdict "differ" is confirmed by ensembles, for five bodies also by finer runs
+(`comparison.agreement.confirmation_refined`), once all scenes are judged; where the models agree no run is
+added.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.tiers import TIERS, tight
 from comparison.accuracy.uncertainty import perturbed_scenes
 from comparison.agreement.compare import Runs, compare
-from comparison.agreement.confirmation import Run, confirm
+from comparison.agreement.confirmation import Run
+from comparison.agreement.confirmation_refined import RunFamilies, confirm_refined
 from comparison.agreement.results import SceneComparison, no_comparison
 from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
 from comparison.execution.run import run_all
@@ -117,9 +119,17 @@ def validate(
         ran = run_all([Job(start, model) for start in starts], n_jobs, on_progress)
         return [outcome.table for outcome in ran if outcome.table is not None]
 
+    def run_families(scene: Scene) -> tuple[Runs, Runs] | None:
+        plan = _Plan(scene, "", models, "")
+        ran = dict(zip(plan.jobs, run_all(list(plan.jobs.values()), n_jobs, on_progress), strict=True))
+        if any(outcome.table is None for outcome in ran.values()):
+            return None
+        runs = _runs(plan, ran)
+        return runs[models[0]], runs[models[1]]
+
     results: list[Validation] = []
     for plan, unconfirmed in zip(planned, judged, strict=True):
-        result = _confirmed(unconfirmed, plan, run)
+        result = _confirmed(unconfirmed, plan, run, run_families)
         if result.comparison.tier == "standard":
             results.append(result)
         else:
@@ -138,7 +148,7 @@ def _with_tight(usual: Validation, closer: Validation) -> Validation:
     )
 
 
-def _confirmed(result: Validation, plan: _Plan, run: Run) -> Validation:
+def _confirmed(result: Validation, plan: _Plan, run: Run, run_families: RunFamilies) -> Validation:
     """Confirm a difference, or withdraw it."""
     if not result.runs:
         return result
@@ -146,7 +156,14 @@ def _confirmed(result: Validation, plan: _Plan, run: Run) -> Validation:
     pair = result.runs[a], result.runs[b]
     return replace(
         result,
-        comparison=confirm(result.comparison, pair, scene=plan.scene, models=plan.models, run=run),
+        comparison=confirm_refined(
+            result.comparison,
+            pair,
+            scene=plan.scene,
+            models=plan.models,
+            run=run,
+            run_families=run_families,
+        ),
     )
 
 

@@ -141,6 +141,8 @@ class Confirmation:
     """Whether an ensemble splits into clusters farther apart than they are wide, and than the uncertainty."""
     contact: str = ""
     """First contact that occurs in some runs only and separates them."""
+    refined: str = ""
+    """Verdict of finer runs of both models, where they were asked; see `agreement.confirmation_refined`."""
     sentence: str = ""
     """Summary sentences."""
 

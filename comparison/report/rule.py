@@ -55,7 +55,8 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
             "every member left out. Otherwise the uncertainty was underestimated: "
             f"{ENSEMBLE_FACTOR:g} times the largest distance in the ensemble replaces it, and the runs are "
             "judged again. Exudyn's run of five bodies is ranked in an ensemble of the other "
-            "model. With fewer than "
+            "model; where that explains the difference, both run again two levels finer, and what is "
+            "confirmed there is a difference of models. With fewer than "
             f"{ENOUGH} runs the difference stays unconfirmed."
         )
     if any(tier.attribution and tier.attribution.cause for scene in comparisons for tier in scene.tiers):

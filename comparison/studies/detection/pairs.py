@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from comparison.agreement.compare import Runs, compare
-from comparison.agreement.confirmation import confirm
+from comparison.agreement.confirmation_refined import confirm_refined
 from comparison.agreement.results import SceneComparison
 from comparison.execution.job import RunError
 from comparison.execution.run import runner
@@ -66,11 +66,26 @@ class Pair(Comparison):
         result = compare(*runs, scene=self.scene, labels=labels, tier=self.tier)
         if result.verdict != "differ":
             return result
-        return confirm(result, runs, scene=self.scene, models=models, run=self.ensemble)
+        return confirm_refined(
+            result,
+            runs,
+            scene=self.scene,
+            models=models,
+            run=self.ensemble,
+            run_families=self.families,
+        )
 
     def spoiled(self, a: Runs, b: Runs) -> tuple[Runs, Runs]:
         """Return the runs of both sides with what happens to their tables."""
         return SPOILS[self.spoil](a, b) if self.spoil else (a, b)
+
+    def families(self, scene: Scene) -> tuple[Runs, Runs] | None:
+        """Run both sides at the settings of a scene; None if a run does not succeed."""
+        sides = [replace(side, scene=_change(self.scene, side.scene)(scene)) for side in self.sides]
+        try:
+            return self.spoiled(cached_runs(sides[0]), cached_runs(sides[1]))
+        except (RunError, SceneError, TableError):
+            return None
 
     def ensemble(self, scenes: Sequence[Scene], model: str) -> list[Table]:
         """Run an ensemble of a model as its side of this pair runs it; those that succeed.

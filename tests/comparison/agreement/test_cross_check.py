@@ -7,6 +7,7 @@ import pytest
 from comparison.accuracy.levels import AccuracyError
 from comparison.agreement import cross_check
 from comparison.agreement.compare import Runs, compare
+from comparison.agreement.confirmation_refined import refined
 from comparison.agreement.cross_check import validate
 from comparison.execution.job import MODELS, Job
 from comparison.execution.run import run_all
@@ -78,6 +79,25 @@ def test_where_the_ideal_mechanism_cannot_be_run_the_verdict_stands(scene, gravi
     assert result.comparison.reliability.quantities == {}
     assert "newton-failed; try a smaller step" in result.comparison.reliability.missing
     assert dict(reasons(result.comparison))["reliability"].startswith("not available: ")
+
+
+@pytest.mark.usefixtures("fake_models")
+def test_the_confirmation_is_given_finer_runs_of_both_models_or_none(scene, gravity, monkeypatch):
+    given = []
+
+    def confirm_refined(result, _, *, scene, run_families, **__):
+        finer = refined(scene, MODELS)
+        given.append((run_families(finer), run_families(finer.with_values({fails: gravity.fail}))))
+        return result
+
+    fails = "environment.gravity"
+    monkeypatch.setattr(cross_check, "confirm_refined", confirm_refined)
+    validate([scene], tiers=("standard",))
+    ((finer, failed),) = given
+    assert failed is None
+    settings = [of.base.provenance["scene"]["solver"][model] for model, of in zip(MODELS, finer, strict=True)]
+    assert (settings[0]["tolerance"], settings[1]["step"]) == (1e-12, 5e-7)
+    assert all(of.finer and of.coarser and len(of.perturbed_runs) == 2 for of in finer)
 
 
 @pytest.mark.slow

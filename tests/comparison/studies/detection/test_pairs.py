@@ -118,14 +118,14 @@ def two():
 def test_a_difference_that_is_not_confirmed_is_a_miss(two, monkeypatch):
     pair, both = two
 
-    def confirm(result, of, *, scene, models, run):
+    def confirm(result, of, *, scene, models, run, run_families):
         assert result.verdict == "differ"
         assert (of, scene, models) == (both, pair.scene, ("exudyn", "reference"))
-        assert run == pair.ensemble
+        assert (run, run_families) == (pair.ensemble, pair.families)
         made = Confirmation("underestimated", (99, 30), factor=7.0, sentence="too small by 7")
         return replace(result, verdict="agree", confirmation=made)
 
-    monkeypatch.setattr(pairs, "confirm", confirm)
+    monkeypatch.setattr(pairs, "confirm_refined", confirm)
     found = pairs.summary(pair.judged(both))
     assert found["verdict"] == "agree"
     assert found["confirmation"]["outcome"] == "underestimated"
@@ -134,9 +134,24 @@ def test_a_difference_that_is_not_confirmed_is_a_miss(two, monkeypatch):
     assert not limits.searches()[0].confirmed(1e-3)
 
 
+def test_finer_runs_of_both_sides_keep_their_difference(two):
+    pair, (_, faulty) = two
+    closer = pair.scene.with_values({"solver.reference.tolerance": 1e-13, "solver.exudyn.tolerance": 1e-12})
+    finer = pair.families(closer)
+    assert finer is not None
+    for runs_of, model, key in zip(finer, ("exudyn", "reference"), (1e-12, 1e-13), strict=True):
+        assert runs_of.base.provenance["settings"]["tolerance"] == key, model
+    # Only the second side has the wrong gravity: its run is that of before, but for rounding.
+    wrong, right = (of.base.values("slider_ay")[0] for of in (finer[1], finer[0]))
+    assert wrong == pytest.approx(faulty.base.values("slider_ay")[0], abs=1e-9)
+    # Of 0.81 m/s^2 the share tan^2 of rod 4's inclination, 0.045, since the rocker's tip is driven.
+    assert abs(wrong - right) > 0.01
+    assert pair.families(pair.scene.with_values({"solver.reference.tolerance": 1e-30})) is None
+
+
 def test_models_that_agree_run_nothing_more(two, monkeypatch):
     pair, (a, _) = two
-    monkeypatch.setattr(pairs, "confirm", lambda *_, **__: pytest.fail("was asked"))
+    monkeypatch.setattr(pairs, "confirm_refined", lambda *_, **__: pytest.fail("was asked"))
     found = pairs.summary(pair.judged((a, a)))
     assert (found["verdict"], found["confirmation"]) == ("agree", None)
 
