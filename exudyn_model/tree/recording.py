@@ -54,7 +54,7 @@ class TreeRecorder:
         linkage, law, pin_law = (record[0] for record in self._constants)
         start, first_sample = self._start[0], self._kept.samples[0]
         fill(start, 0.0, q, v, linkage)
-        state = state_at(start)
+        state = state_at(start, linkage)
         for number, contact in enumerate(self._contacts):
             if has_clearance(number, linkage):
                 contact["gap"], contact["rate"] = contact_motion(number, state, linkage, law, pin_law)

@@ -53,7 +53,7 @@ def record_start(
     """Record the state at t = 0, shape (1,), as the first sample, and fill in its accelerations."""
     linkage, law, pin_law = constants.linkage[0], constants.law[0], constants.pin_law[0]
     complete(start[0], constants.linkage, constants.law, constants.pin_law, contacts)
-    state, sample = state_at(start[0]), kept.samples[0]
+    state, sample = state_at(start[0], linkage), kept.samples[0]
     observe(state, linkage, law, pin_law, contacts, sample)
     update_extrema(kept.extrema, sample, state.time)
     watch(state, sample, linkage, law, pin_law, contacts)
@@ -71,7 +71,7 @@ def update_contacts(
     event_count: int,
 ) -> int:
     """End the contacts that have opened, begin those that touch; return the count of events."""
-    state = state_at(end)
+    state = state_at(end, linkage)
     for number in range(_COUNT):
         if not has_clearance(number, linkage):
             continue
@@ -159,14 +159,14 @@ def accept_step(
     shared = law.kind == FOUNDATION
     while next_sample < len(samples) and next_sample * sample_interval <= known_until:
         fraction = (next_sample * sample_interval - start.time) / step
-        state = interpolate(start, end, fraction)
+        state = interpolate(start, end, fraction, linkage)
         observe(state, linkage, law, pin_law, contacts, samples[next_sample])
         update_extrema(extrema, samples[next_sample], state.time)
         next_sample += 1
     for number in range(_COUNT):
         contacts[number].impulse += step / (3 * _POINTS) * contacts[number].normal
     for point in range(1, _POINTS + 1):
-        state = interpolate(start, end, point / _POINTS)
+        state = interpolate(start, end, point / _POINTS, linkage)
         observe(state, linkage, law, pin_law, contacts, values)
         update_extrema(extrema, values, state.time)
         weight = step / (3 * _POINTS) * (1 if point == _POINTS else 4 if point % 2 == 1 else 2)
