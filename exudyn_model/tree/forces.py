@@ -17,7 +17,6 @@ from exudyn_model.contact.journal import CrankAndRod2, pin_load, pin_motion
 from exudyn_model.contact.point import damped, elastic_force
 from exudyn_model.contact.states import PIN
 from exudyn_model.free_rocker import FreeAngles, free_angular_accelerations
-from exudyn_model.linkage import rocker_tip
 from exudyn_model.tree.motion import TreeState, crank_and_rod2_at, slider_motion, state_at
 
 
@@ -63,7 +62,7 @@ def angular_accelerations(
     """Return those of rod 2, rocker, rod 4 and slider (rad/s^2) by balance of forces; 0 where driven."""
     alpha5 = 0.0 if linkage.ideal_slider else forces.moment / linkage.slider_inertia
     if linkage.ideal_pin:
-        tip = rocker_tip(state.time, linkage)
+        tip = state.tip
         alpha4 = rod4_acceleration(state.theta4, tip.ax, tip.ay, forces.fx, forces.fy, linkage)
         return 0.0, 0.0, alpha4, alpha5
     angles = FreeAngles(state.theta2, state.w2, state.theta3, state.w3, state.theta4, state.w4)
@@ -77,8 +76,7 @@ def slider_centre_acceleration(
 ) -> tuple[float, float]:
     """Return the slider's ax and ay (m/s^2) from the angular accelerations of rocker and rod 4."""
     if linkage.ideal_pin:
-        tip = rocker_tip(state.time, linkage)
-        tip_ax, tip_ay = tip.ax, tip.ay
+        tip_ax, tip_ay = state.tip.ax, state.tip.ay
     else:
         arm_x = linkage.rocker_length * np.cos(state.theta3)
         arm_y = linkage.rocker_length * np.sin(state.theta3)
@@ -101,6 +99,6 @@ def complete(
     contacts: NDArray[np.void],
 ) -> None:
     """Fill in the angular accelerations of ``motion`` by balance of forces."""
-    state = state_at(motion)
+    state = state_at(motion, linkage[0])
     forces = frozen_forces(state, linkage, law, pin_law, contacts)
     motion.a2, motion.a3, motion.a4, motion.a5 = angular_accelerations(state, forces, linkage[0])

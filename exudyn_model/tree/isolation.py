@@ -31,7 +31,7 @@ def gap_within(
     number: int, start: Any, end: Any, fraction: float, linkage: Any, law: Any, pin_law: Any
 ) -> tuple[float, float]:
     """Return the gap (m) of one of ``CONTACTS`` and its rate (m/s) at a fraction of the step."""
-    return contact_motion(number, interpolate(start, end, fraction), linkage, law, pin_law)
+    return contact_motion(number, interpolate(start, end, fraction, linkage), linkage, law, pin_law)
 
 
 @kernel

@@ -13,7 +13,7 @@ from exudyn_model.compiled import kernel
 from exudyn_model.contact.gaps import corner_motion
 from exudyn_model.contact.journal import CrankAndRod2, pin_motion
 from exudyn_model.contact.states import PIN
-from exudyn_model.linkage import carried_tip, rocker_tip
+from exudyn_model.linkage import TipMotion, carried_tip, rocker_tip
 
 # End of a step: s, rad, rad/s, rad/s^2. Rod 2 and rocker stay 0 where the crank pin is ideal, the slider's
 # angle where the slider is
@@ -27,7 +27,11 @@ _ROUNDING = 4e-15
 
 
 class TreeState(NamedTuple):
-    """Angles (rad) of rod 2, rocker, rod 4 and slider and their rates (rad/s) at a time (s)."""
+    """Angles (rad) of rod 2, rocker, rod 4 and slider and their rates (rad/s) at a time (s).
+
+    ``tip`` is the motion of joint C, from :func:`tip_motion`: all that follows from a state needs it, and the
+    closed form of the driven linkage costs more than the rest.
+    """
 
     time: float
     theta2: float
@@ -38,10 +42,23 @@ class TreeState(NamedTuple):
     w4: float
     theta5: float
     w5: float
+    tip: TipMotion
 
 
 @kernel
-def state_at(motion: Any) -> TreeState:
+def tip_motion(time: float, theta3: float, w3: float, linkage: Any) -> TipMotion:
+    """Return the motion of joint C; its acceleration, where the crank pin has clearance, as 0: not known yet.
+
+    Arguments: time (s), the rocker's angle and its rate (rad, rad/s).
+    """
+    if linkage.ideal_pin:
+        return rocker_tip(time, linkage)
+    x, y, vx, vy = carried_tip(theta3, w3, linkage)
+    return TipMotion(x, y, vx, vy, 0.0, 0.0)
+
+
+@kernel
+def state_at(motion: Any, linkage: Any) -> TreeState:
     """Return the state at the end of a step."""
     return TreeState(
         motion.time,
@@ -53,23 +70,21 @@ def state_at(motion: Any) -> TreeState:
         motion.w4,
         motion.theta5,
         motion.w5,
+        tip_motion(motion.time, motion.theta3, motion.w3, linkage),
     )
 
 
 @kernel
 def slider_motion(state: TreeState, linkage: Any) -> tuple[float, float, float, float]:
     """Return the slider's x from the guide's centre line, y, vx and vy (m, s)."""
-    if linkage.ideal_pin:
-        tip_x, tip_y, tip_vx, tip_vy, _, _ = rocker_tip(state.time, linkage)
-    else:
-        tip_x, tip_y, tip_vx, tip_vy = carried_tip(state.theta3, state.w3, linkage)
+    tip = state.tip
     along_x = linkage.rod4_length * np.cos(state.theta4)
     along_y = linkage.rod4_length * np.sin(state.theta4)
     return (
-        tip_x + along_x - linkage.guide_x,
-        tip_y + along_y,
-        tip_vx - state.w4 * along_y,
-        tip_vy + state.w4 * along_x,
+        tip.x + along_x - linkage.guide_x,
+        tip.y + along_y,
+        tip.vx - state.w4 * along_y,
+        tip.vy + state.w4 * along_x,
     )
 
 
@@ -141,11 +156,13 @@ def quintic(
 
 
 @kernel
-def interpolate(start: Any, end: Any, fraction: float) -> TreeState:
+def interpolate(start: Any, end: Any, fraction: float, linkage: Any) -> TreeState:
     """Return the state at a fraction of the step between two ``MOTION`` records."""
     step = end.time - start.time
     theta2, w2 = quintic(start.theta2, start.w2, start.a2, end.theta2, end.w2, end.a2, step, fraction)
     theta3, w3 = quintic(start.theta3, start.w3, start.a3, end.theta3, end.w3, end.a3, step, fraction)
     theta4, w4 = quintic(start.theta4, start.w4, start.a4, end.theta4, end.w4, end.a4, step, fraction)
     theta5, w5 = quintic(start.theta5, start.w5, start.a5, end.theta5, end.w5, end.a5, step, fraction)
-    return TreeState(start.time + fraction * step, theta2, w2, theta3, w3, theta4, w4, theta5, w5)
+    time = start.time + fraction * step
+    tip = tip_motion(time, theta3, w3, linkage)
+    return TreeState(time, theta2, w2, theta3, w3, theta4, w4, theta5, w5, tip)

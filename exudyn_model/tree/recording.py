@@ -1,5 +1,6 @@
 """What is kept of a run of a tree: samples, contacts and extrema of its accepted steps."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,10 @@ from exudyn_model.tables import event_table, extrema_table, new_extrema
 from exudyn_model.tree.isolation import GAP_TOLERANCE
 from exudyn_model.tree.motion import MOTION, contact_motion, has_clearance, state_at
 from exudyn_model.tree.observation import WIDTH
-from exudyn_model.tree.steps import Kept, accept_step, fill, judge_step, record_start
+from exudyn_model.tree.steps import Kept, fill, record_start, take_step
 from exudyn_model.tree.switching import close
+
+_COUNT = len(CONTACTS)
 
 
 class TreeRecorder:
@@ -39,22 +42,21 @@ class TreeRecorder:
         self.time = 0.0
         """Time of the last accepted state, s."""
         self._constants, self._contacts = model.constants, model.contacts
-        self._sample_interval, self._least = sample_interval, least
         self._start, self._end = np.zeros(1, MOTION), np.zeros(1, MOTION)
         self._kept = Kept(np.zeros(WIDTH), new_extrema(WIDTH), np.zeros((samples + 1, WIDTH)))
         self._events = np.zeros(64, EVENT)
         self._event_count, self._sample_count = 0, 0
-        ends, read = (self._start, self._end), (self._constants, self._contacts)
+        fixed = self._constants, self._contacts, self._kept, sample_interval, least
         coordinates = np.zeros(2)
-        self._judge = direct(judge_step, *ends, 0.0, coordinates, coordinates, *read, 0.0)
-        self._accept = direct(accept_step, *ends, *read, self._events, 0, self._kept, 0, 0.0, 0.0)
+        step = self._start, self._end, 0.0, coordinates, coordinates
+        self._take = partial(direct(take_step, *fixed, *step, self._events, 0, 0, False), *fixed)
 
     def begin(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> None:
         """Take the initial state (see :meth:`judge`): what penetrates is in contact from t = 0."""
         linkage, law, pin_law = (record[0] for record in self._constants)
         start, first_sample = self._start[0], self._kept.samples[0]
         fill(start, 0.0, q, v, linkage)
-        state = state_at(start)
+        state = state_at(start, linkage)
         for number, contact in enumerate(self._contacts):
             if has_clearance(number, linkage):
                 contact["gap"], contact["rate"] = contact_motion(number, state, linkage, law, pin_law)
@@ -98,28 +100,17 @@ class TreeRecorder:
             1 if the step is accepted, else the fraction of it after which a contact begins or ends; nan if
             the coordinates are not finite.
         """
-        start, end = self._start, self._end
-        fraction = self._judge(start, end, time, q, v, self._constants, self._contacts, self._least)
-        if not fraction >= 1.0:
-            return fraction
-        if self._event_count + len(CONTACTS) > len(self._events):
+        start, end, count = self._start, self._end, self._event_count
+        if count + _COUNT > len(self._events):
             self._events = np.concatenate([self._events, np.zeros_like(self._events)])
-        self._event_count, self._sample_count = self._accept(
-            start,
-            end,
-            self._constants,
-            self._contacts,
-            self._events,
-            self._event_count,
-            self._kept,
-            self._sample_count,
-            self._sample_interval,
-            np.inf if last else time,
+        fraction, self._event_count, self._sample_count = self._take(
+            start, end, time, q, v, self._events, count, self._sample_count, last
         )
-        self._start, self._end = end, start
-        self.time = time
-        self.steps += 1
-        return 1.0
+        if fraction >= 1.0:
+            self._start, self._end = end, start
+            self.time = time
+            self.steps += 1
+        return fraction
 
     def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
         """Return sampled channels by name, as far as the run came."""

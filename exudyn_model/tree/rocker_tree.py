@@ -24,7 +24,7 @@ from exudyn_model.model import Model
 from exudyn_model.parameters import Mechanism, Parameters
 from exudyn_model.tree.building import Link, build_tree
 from exudyn_model.tree.forces import frozen_forces
-from exudyn_model.tree.motion import TreeState
+from exudyn_model.tree.motion import TreeState, tip_motion
 
 # Coordinates of the tree, or their rates; that of an ideal slider, which the tree has not got, is 0
 _FourAngles = tuple[float, float, float, float]
@@ -62,6 +62,7 @@ def rocker_tree_force(
         w4,
         theta4 + from_rod4,
         w4 + from_rod_w4,
+        tip_motion(time, theta3, w3, constants),
     )
     forces = frozen_forces(state, linkage, law, pin_law, contacts)
     fx = forces.fx

@@ -23,24 +23,25 @@ from exudyn_model.parameters import Parameters
 from exudyn_model.tree.building import Link, build_tree
 from exudyn_model.tree.motion import TreeState, slider_motion
 
-# Coordinates of the tree, or their rates
-_TwoAngles = tuple[float, float]
-
 
 @kernel
 def slider_tree_force(
     time: float,
-    q: _TwoAngles,
-    v: _TwoAngles,
+    theta4: float,
+    from_rod4: float,
+    w4: float,
+    from_rod_w4: float,
     linkage: NDArray[np.void],
     law: NDArray[np.void],
     corners: NDArray[np.void],
 ) -> tuple[float, float]:
-    """Return the moments (N m) of inertia and contact on rod 4's angle and on the slider's from rod 4."""
+    """Return the moments (N m) of inertia and contact on rod 4's angle and on the slider's from rod 4.
+
+    Arguments: time (s), both coordinates (rad), their rates (rad/s).
+    """
     constants = linkage[0]
-    (theta4, from_rod4), (w4, from_rod_w4) = q, v
-    state = TreeState(time, 0.0, 0.0, 0.0, 0.0, theta4, w4, theta4 + from_rod4, w4 + from_rod_w4)
     tip = rocker_tip(time, constants)
+    state = TreeState(time, 0.0, 0.0, 0.0, 0.0, theta4, w4, theta4 + from_rod4, w4 + from_rod_w4, tip)
     x, _, vx, vy = slider_motion(state, constants)
     fx, fy, moment = frozen_slider_force(x, state.theta5, vx, vy, state.w5, law, corners)
     first_moment = (
@@ -77,11 +78,11 @@ def build_slider_tree(parameters: Parameters, state: InitialState) -> Model:
 def force_user_function(constants: Constants, corners: NDArray[np.void]) -> ForceUserFunction:
     """Make the ``forceUserFunction`` of the tree; the time that Exudyn passes is that of the stage."""
     linkage, law = constants.linkage, constants.law
-    two = (0.0,) * 2
-    moments = direct(slider_tree_force, 0.0, two, two, linkage, law, corners)
+    moments = direct(slider_tree_force, 0.0, 0.0, 0.0, 0.0, 0.0, linkage, law, corners)
 
     def force(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
         del mbs, number
-        return moments(t, tuple(q), tuple(v), linkage, law, corners)
+        (theta4, from_rod4), (w4, from_rod_w4) = q, v
+        return moments(t, theta4, from_rod4, w4, from_rod_w4, linkage, law, corners)
 
     return force

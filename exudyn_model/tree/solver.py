@@ -6,6 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 import exudyn as exu
+import numpy as np
+from numpy.typing import NDArray
 
 from exudyn_model.parameters import Integration
 from exudyn_model.run import PROGRESS_INTERVAL, Outcome
@@ -69,6 +71,12 @@ def settings(duration: float, tolerance: float, largest_step: float) -> Any:
     return values
 
 
+def _coordinates(mbs: Any) -> list[NDArray[np.float64]]:
+    """Return Exudyn's own memory of the coordinates and of their rates."""
+    data = mbs.systemData
+    return [data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)]
+
+
 def solve(
     mbs: Any,
     duration: float,
@@ -101,30 +109,30 @@ def solve(
     def after_step(mbs: Any, t: float) -> list[float]:
         """Exudyn's post-Newton function: [error above 1, wanted step], or [0, -1] to go on."""
         nonlocal last_call, located, trials
+        del mbs
         trials = 0
-        data = mbs.systemData
-        step, before = t - recorder.time, recorder.steps
+        step = t - recorder.time
         last = t >= duration - 1e-10  # Exudyn's own rule
         if step < 0.5 * least and not last:
             raise _StopError("step-too-small")
-        fraction = recorder.judge(
-            t, data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False), last
-        )
-        if math.isnan(fraction):
-            raise _StopError("non-finite")
+        fraction = recorder.judge(t, q, v, last)
         if recorder.steps + located >= most:
             raise _StopError("work-limit")
-        if recorder.steps == before:
+        if not fraction >= 1.0:
+            if math.isnan(fraction):
+                raise _StopError("non-finite")
             located += 1
             # Exudyn shortens a step to three quarters at most; it would ignore a longer wish
             return [2.0, min(fraction, 0.75) * step]
         if progress is not None and time.monotonic() - last_call > PROGRESS_INTERVAL:
             last_call = time.monotonic()
             progress(t / duration)
-        return [0.0, -1.0]
+        return go_on
 
-    data = mbs.systemData
-    recorder.begin(data.GetODE2Coordinates(), data.GetODE2Coordinates_t())
+    go_on = [0.0, -1.0]
+    # Views, made once: to ask for them takes 1 us a step each
+    q, v = _coordinates(mbs)
+    recorder.begin(q, v)
     mbs.SetPreStepUserFunction(before_trial)
     mbs.SetPostNewtonUserFunction(after_step)
     status = "success"
@@ -146,6 +154,8 @@ def solve(
         exu.config.printToConsole = console
         mbs.SetPreStepUserFunction(0)
         mbs.SetPostNewtonUserFunction(0)
+    if [view.ctypes.data for view in (q, v)] != [view.ctypes.data for view in _coordinates(mbs)]:
+        raise AssertionError("Exudyn has moved its coordinates")
     if progress is not None and status == "success":
         progress(1.0)
     rejected = mbs.sys["dynamicSolver"].it.rejectedAutomaticStepSizeSteps

@@ -78,14 +78,12 @@ def point_acceleration_bounds(
 
 @kernel
 def slider_acceleration_bounds(
-    tip_ax: float, step: float, state: TreeState, rotation3: Rotation, rotation4: Rotation, linkage: Any
+    step: float, state: TreeState, rotation3: Rotation, rotation4: Rotation, linkage: Any
 ) -> tuple[float, float]:
     """Bound the acceleration (m/s^2) of the slider's centre along x: least and greatest.
 
     Parameters
     ----------
-    tip_ax : float
-        Acceleration of joint C at the step's end where the drive makes it a function of time, else unused.
     step : float
         s.
     state : TreeState
@@ -96,7 +94,8 @@ def slider_acceleration_bounds(
         From ``constants.linkage_record``.
     """
     if linkage.ideal_pin:
-        tip_least, tip_greatest = tip_ax - linkage.tip_jerk * step, tip_ax + linkage.tip_jerk * step
+        tip_ax, change = state.tip.ax, linkage.tip_jerk * step
+        tip_least, tip_greatest = tip_ax - change, tip_ax + change
     else:
         tip_least, tip_greatest = point_acceleration_bounds(
             linkage.rocker_length, 0.0, state.theta3, rotation3

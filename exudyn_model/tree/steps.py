@@ -53,7 +53,7 @@ def record_start(
     """Record the state at t = 0, shape (1,), as the first sample, and fill in its accelerations."""
     linkage, law, pin_law = constants.linkage[0], constants.law[0], constants.pin_law[0]
     complete(start[0], constants.linkage, constants.law, constants.pin_law, contacts)
-    state, sample = state_at(start[0]), kept.samples[0]
+    state, sample = state_at(start[0], linkage), kept.samples[0]
     observe(state, linkage, law, pin_law, contacts, sample)
     update_extrema(kept.extrema, sample, state.time)
     watch(state, sample, linkage, law, pin_law, contacts)
@@ -71,7 +71,7 @@ def update_contacts(
     event_count: int,
 ) -> int:
     """End the contacts that have opened, begin those that touch; return the count of events."""
-    state = state_at(end)
+    state = state_at(end, linkage)
     for number in range(_COUNT):
         if not has_clearance(number, linkage):
             continue
@@ -117,8 +117,8 @@ def separate(
 
 @kernel
 def accept_step(
-    start_of_step: NDArray[np.void],
-    end_of_step: NDArray[np.void],
+    start: Any,
+    end: Any,
     constants: Constants,
     contacts: NDArray[np.void],
     events: NDArray[np.void],
@@ -132,7 +132,7 @@ def accept_step(
 
     Parameters
     ----------
-    start_of_step, end_of_step : ndarray, shape (1,)
+    start, end : record
         ``motion.MOTION``.
     constants : Constants
     contacts : ndarray, shape (5,)
@@ -152,21 +152,20 @@ def accept_step(
     -------
     event_count, next_sample : int
     """
-    start, end = start_of_step[0], end_of_step[0]
     step = end.time - start.time
     linkage, law, pin_law = constants.linkage[0], constants.law[0], constants.pin_law[0]
     values, extrema, samples = kept.values, kept.extrema, kept.samples
     shared = law.kind == FOUNDATION
     while next_sample < len(samples) and next_sample * sample_interval <= known_until:
         fraction = (next_sample * sample_interval - start.time) / step
-        state = interpolate(start, end, fraction)
+        state = interpolate(start, end, fraction, linkage)
         observe(state, linkage, law, pin_law, contacts, samples[next_sample])
         update_extrema(extrema, samples[next_sample], state.time)
         next_sample += 1
     for number in range(_COUNT):
         contacts[number].impulse += step / (3 * _POINTS) * contacts[number].normal
     for point in range(1, _POINTS + 1):
-        state = interpolate(start, end, point / _POINTS)
+        state = interpolate(start, end, point / _POINTS, linkage)
         observe(state, linkage, law, pin_law, contacts, values)
         update_extrema(extrema, values, state.time)
         weight = step / (3 * _POINTS) * (1 if point == _POINTS else 4 if point % 2 == 1 else 2)
@@ -202,35 +201,75 @@ def fill(motion: Any, time: float, q: NDArray[np.float64], v: NDArray[np.float64
 
 
 @kernel
-def judge_step(
+def take_step(
+    constants: Constants,
+    contacts: NDArray[np.void],
+    kept: Kept,
+    sample_interval: float,
+    least: float,
     start_of_step: NDArray[np.void],
     end_of_step: NDArray[np.void],
     time: float,
     q: NDArray[np.float64],
     v: NDArray[np.float64],
-    constants: Constants,
-    contacts: NDArray[np.void],
-    least: float,
-) -> float:
-    """Fill in the step's end from the tree's coordinates; return what :func:`locate` says, or nan.
+    events: NDArray[np.void],
+    event_count: int,
+    next_sample: int,
+    last: bool,
+) -> tuple[float, int, int]:
+    """Fill in the step's end from the tree's coordinates; judge the step, and record it if it is accepted.
+
+    One call from Python a step: each takes as long to read its arguments as a state takes to observe.
 
     Parameters
     ----------
+    constants : Constants
+    contacts : ndarray, shape (5,)
+        Changed in place.
+    kept : Kept
+    sample_interval : float
+        s.
+    least : float
+        Shortest step that ends at a touch, s.
     start_of_step, end_of_step : ndarray, shape (1,)
         ``motion.MOTION``.
     time : float
         Of the end, s.
     q, v : ndarray, shape (n,)
         Coordinates of the tree at the end, and their rates.
-    constants : Constants
-    contacts : ndarray, shape (5,)
-    least : float
-        Shortest step that ends at a touch, s.
+    events : ndarray, shape (n,)
+        With room for a row of each contact from ``event_count`` on.
+    event_count : int
+    next_sample : int
+        Number of the first sample that is not yet taken.
+    last : bool
+        Whether the run ends here: the samples that are left are extrapolated.
+
+    Returns
+    -------
+    fraction : float
+        What :func:`locate` says, 1 for a step that is accepted; nan where the coordinates are not finite.
+    event_count, next_sample : int
     """
     if not np.isfinite(np.sum(q) + np.sum(v)):
-        return np.nan
+        return np.nan, event_count, next_sample
     start, end = start_of_step[0], end_of_step[0]
     linkage, law, pin_law = constants.linkage, constants.law, constants.pin_law
     fill(end, time, q, v, linkage[0])
     complete(end, linkage, law, pin_law, contacts)
-    return locate(start, end, linkage, law, pin_law, contacts, least)
+    fraction = locate(start, end, linkage, law, pin_law, contacts, least)
+    if fraction >= 1.0:
+        known_until = np.inf if last else time
+        event_count, next_sample = accept_step(
+            start,
+            end,
+            constants,
+            contacts,
+            events,
+            event_count,
+            kept,
+            next_sample,
+            sample_interval,
+            known_until,
+        )
+    return fraction, event_count, next_sample

@@ -10,7 +10,6 @@ from exudyn_model.contact.foundation import in_contact
 from exudyn_model.contact.gaps import corner_motion
 from exudyn_model.contact.journal import pin_motion
 from exudyn_model.contact.states import CORNERS, PIN
-from exudyn_model.linkage import rocker_tip
 from exudyn_model.tree.isolation import GAP_TOLERANCE, change_within
 from exudyn_model.tree.motion import crank_and_rod2_at, interpolate, slider_motion
 from exudyn_model.tree.step_bounds import (
@@ -44,14 +43,13 @@ def locate(
     """
     constants, step = linkage[0], end.time - start.time
     laws = constants, law[0], pin_law[0]
-    state = interpolate(start, end, 1.0)
+    state = interpolate(start, end, 1.0, constants)
     rotation3 = rotation_bounds(start.theta3, start.w3, start.a3, end.theta3, end.w3, end.a3, step)
     first = 1.0
     if not constants.ideal_slider:
         rotation4 = rotation_bounds(start.theta4, start.w4, start.a4, end.theta4, end.w4, end.a4, step)
         rotation5 = rotation_bounds(start.theta5, start.w5, start.a5, end.theta5, end.w5, end.a5, step)
-        tip_ax = rocker_tip(state.time, constants).ax if constants.ideal_pin else 0.0
-        x_least, x_greatest = slider_acceleration_bounds(tip_ax, step, state, rotation3, rotation4, constants)
+        x_least, x_greatest = slider_acceleration_bounds(step, state, rotation3, rotation4, constants)
         x, _, vx, vy = slider_motion(state, constants)
         for number in range(_CORNERS):
             gap = corner_motion(number, x, state.theta5, vx, vy, state.w5, law[0]).gap

@@ -51,7 +51,7 @@ def test_a_trial_that_went_astray_begins_no_contact(make_scene):
     ends, laws, _ = pin_step(make_scene, -1.99e-4j * cmath.exp(0.3j), -4e-6)
     contacts = contact_states()
     contacts["gap"], contacts["rate"] = 1e-3, -1e-3
-    contacts[PIN]["gap"], contacts[PIN]["rate"] = contact_motion(PIN, interpolate(*ends, 0.0), *laws)
+    contacts[PIN]["gap"], contacts[PIN]["rate"] = contact_motion(PIN, interpolate(*ends, 0.0, laws[0]), *laws)
     assert contacts[PIN]["rate"] < 0.0
     for angle in "2345":
         ends[f"theta{angle}"][1], ends[f"w{angle}"][1], ends[f"a{angle}"][1] = -3e13, 4e30, 3e60
@@ -63,7 +63,7 @@ def test_a_trial_that_went_astray_begins_no_contact(make_scene):
 def test_gap_of_the_pin_and_its_rate(make_scene):
     eccentricity = 1.2e-4 * cmath.exp(1j)
     ends, laws, theta2 = pin_step(make_scene, eccentricity, 5e-5)
-    gap, rate = contact_motion(PIN, interpolate(*ends, 0.0), *laws)
+    gap, rate = contact_motion(PIN, interpolate(*ends, 0.0, laws[0]), *laws)
     # Sums of lengths near 0.5 m
     assert gap == pytest.approx(2e-4 - 1.2e-4, abs=1e-15)
     # The bearing moves along -1j exp(i theta2), towards which the eccentricity is lost
@@ -72,8 +72,10 @@ def test_gap_of_the_pin_and_its_rate(make_scene):
     assert rate == pytest.approx((velocity * outward).real, rel=1e-9)
     fractions = np.linspace(0.1, 0.9, 9)
     for fraction in fractions:
-        gaps = [contact_motion(PIN, interpolate(*ends, fraction + s), *laws)[0] for s in (-1e-4, 1e-4)]
-        rate = contact_motion(PIN, interpolate(*ends, fraction), *laws)[1]
+        gaps = [
+            contact_motion(PIN, interpolate(*ends, fraction + s, laws[0]), *laws)[0] for s in (-1e-4, 1e-4)
+        ]
+        rate = contact_motion(PIN, interpolate(*ends, fraction, laws[0]), *laws)[1]
         # Round-off of 1e-16 m over 2e-9 s
         assert rate == pytest.approx((gaps[1] - gaps[0]) / 2e-9, abs=1e-6 * 20)
 
@@ -86,7 +88,7 @@ def test_a_journal_that_touches_and_leaves_inside_a_step_is_located(make_scene):
         laws[0]["ideal_slider"] = True  # the pin alone
         contacts = contact_states()
         contact = contacts[PIN]
-        contact["gap"], contact["rate"] = contact_motion(PIN, interpolate(*ends, 0.0), *laws)
+        contact["gap"], contact["rate"] = contact_motion(PIN, interpolate(*ends, 0.0, laws[0]), *laws)
         assert contact["gap"] == pytest.approx(1e-6, rel=1e-6)
         fraction = locate(*ends, *(np.array([law]) for law in laws), contacts, 1e-12)
         # 16 s (1 - s) = 1, and a bearing that rotates on an arm of 0.29 m
@@ -103,13 +105,13 @@ def test_the_bound_of_the_pins_acceleration_is_met_where_the_bearing_moves_along
         rotation_bounds(*(side[part + body] for side in ends for part in ("theta", "w", "a")), end["time"])
         for body in "23"
     )
-    journal = pin_motion(crank_and_rod2_at(interpolate(*ends, 1.0), *laws[::2]), laws[2])
+    journal = pin_motion(crank_and_rod2_at(interpolate(*ends, 1.0, laws[0]), *laws[::2]), laws[2])
     least, greatest = pin_acceleration_bounds(
         journal, end["time"], rotation2, rotation3, end["w2"], laws[0], laws[2]
     )
     fractions = np.linspace(0.0, 1.0, 33)
     gaps = np.array(
-        [contact_motion(PIN, interpolate(start, end, fraction), *laws)[0] for fraction in fractions]
+        [contact_motion(PIN, interpolate(start, end, fraction, laws[0]), *laws)[0] for fraction in fractions]
     )
     bends = np.diff(gaps - 0.5 * gaps**2 / 2e-4, 2) * 32**2 / end["time"] ** 2
     assert np.min(gaps) > 0.0

@@ -11,7 +11,6 @@ from exudyn_model.constants import linkage_record
 from exudyn_model.contact.gaps import contact_law
 from exudyn_model.contact.journal import journal_law, pin_motion
 from exudyn_model.contact.states import CONTACTS, PIN, contact_states
-from exudyn_model.linkage import rocker_tip
 from exudyn_model.reading import read_scene
 from exudyn_model.tree.isolation import GAP_TOLERANCE, gap_within, smooth_distance
 from exudyn_model.tree.motion import MOTION, crank_and_rod2_at, has_clearance, interpolate
@@ -187,13 +186,12 @@ def test_gaps_bend_within_the_bounds(presses, pin, exponent, numbers):
     ends, linkage, law, pin_law = random_step(presses, pin, step, numbers)
     laws = linkage[0], law[0], pin_law[0]
     first, last = ends
-    state = interpolate(first, last, 1.0)
+    state = interpolate(first, last, 1.0, linkage[0])
     rotations = {
         body: rotation_bounds(*(end[part + body] for end in ends for part in ("theta", "w", "a")), step)
         for body in "2345"
     }
-    tip_ax = rocker_tip(last["time"], linkage[0]).ax if pin == "ideal" else 0.0
-    x_bounds = slider_acceleration_bounds(tip_ax, step, state, rotations["3"], rotations["4"], linkage[0])
+    x_bounds = slider_acceleration_bounds(step, state, rotations["3"], rotations["4"], linkage[0])
     fractions = np.linspace(0.0, 1.0, 33)
     for number in range(5):
         if not has_clearance(number, linkage[0]):
