@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from exudyn_model import simulate
@@ -90,18 +90,24 @@ def thrown(offset, vx, left, omega, rpm):
 
 
 def missed(result: Any, exact: Any, slack: float) -> list[float]:
-    """Times of contacts of ``exact`` while ``result`` has none of that corner."""
-    found = []
+    """Times of contacts of ``exact`` while ``result`` has none of that corner.
+
+    Not of those that begin so late that in ``result`` they may lie behind the end of the run.
+    """
+    found, last = [], exact.columns["time"][-1] - slack
     for corner, start, end in zip(*(exact.events[name] for name in ("corner", "start", "end")), strict=True):
         own = result.events["corner"] == corner
         during = (result.events["start"] < end + slack) & (result.events["end"] > start - slack)
-        if not np.any(own & during):
+        if start < last and not np.any(own & during):
             found.append(float(start))
     return found
 
 
 @settings(max_examples=12, deadline=None)
 @given(**RANDOM)
+@example(
+    offset=-0.534312704367848, vx=0.1906545125638462, left=True, omega=1.845703125, rpm=150.0
+)  # one at 4.996 ms
 def test_no_touch_is_stepped_over(make_scene, offset, vx, left, omega, rpm):
     scene = thrown(offset, vx, left, omega, rpm)
     exact = simulate(make_scene(TREE | scene))
