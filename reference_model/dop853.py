@@ -7,7 +7,7 @@ weights give at the same order without further evaluations.
 
 import math
 
-from reference_model.compiled import bare, kernel
+from reference_model.compiled import bare, inlined, kernel
 from reference_model.constants import Constants
 from reference_model.dop853_coefficients import A_EXTRA, C_EXTRA, E3, E5, STAGE_SHARES, A, D
 from reference_model.forces import Array
@@ -50,7 +50,7 @@ def take_step(
         derivative(c, t + STAGE_SHARES[i] * h, driven_of(c, table, i - 1), y1, modes, k[i], stages[i])
 
 
-@bare
+@inlined
 def error_norm(h: float, k: Array, weights: Array) -> float:
     """Return the local error of a step in units of the tolerance (Hairer's combination of orders 5 and 3).
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import bare, kernel
+from reference_model.compiled import bare, inlined, kernel
 from reference_model.constants import Constants
 from reference_model.contact import CORNERS
 from reference_model.energy import ENERGIES, balance, starting_energies
@@ -131,7 +131,7 @@ def note_start(c: Constants, y: Array, modes: Array, dy: Array, contacts: Array,
     starting_energies(c, bodies, modes, contacts, driven_bodies(c), start)
 
 
-@bare
+@inlined
 def widen(extrema: Array, wanted: NDArray[np.int64], t: float, values: Array) -> None:
     """Update minimum, its time, maximum, its time of the wanted channels, and of the drift behind them.
 
@@ -146,7 +146,7 @@ def widen(extrema: Array, wanted: NDArray[np.int64], t: float, values: Array) ->
             extrema[i, 2], extrema[i, 3] = value, t
 
 
-@bare
+@inlined
 def note_forces(c: Constants, modes: Array, contacts: Array, open_contacts: Array) -> None:
     """Update peak force and largest depth of the closed contacts, columns 3 and 4 of `open_contacts`."""
     for k in range(CONTACTS):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import bare, kernel
+from reference_model.compiled import bare, inlined, kernel
 from reference_model.constants import Constants
 from reference_model.dop853 import STAGES, dense, prepare_dense
 from reference_model.energy import ENERGIES
@@ -81,7 +81,7 @@ def keep(samples: Samples, i: int, channels: Array) -> None:
         samples.values[k, i] = channels[samples.wanted[k]]
 
 
-@bare
+@inlined
 def note_step(
     c: Constants, p: Progress, t: float, h: float, y1: Array, k: Array, f: Array, before: Array, after: Array,
     samples: Samples, state: Array, dy: Array, contacts: Array, observed: Array,
