@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from reference_model.compiled import bare, inlined, kernel
+from reference_model.compiled import bare, inlined
 from reference_model.constants import Constants
 from reference_model.dop853_coefficients import A_EXTRA, C_EXTRA, E3, E5, STAGE_SHARES, A, D
 from reference_model.forces import Array
@@ -25,7 +25,7 @@ AT_END, AT_EXTRA = STAGES - 1, STAGES
 """Columns of that table: the step's end; the first stage of the dense output."""
 
 
-@kernel
+@bare
 def take_step(
     c: Constants, t: float, h: float, y: Array, modes: Array, k: Array, y1: Array, stages: Array,
     table: Array,

@@ -6,7 +6,7 @@ Chosen when the kernels are compiled, by stubs and overloads as in `reference_mo
 import numpy as np
 
 from reference_model import bodies, minimal, multiplier
-from reference_model.compiled import inlined, kernel, overload
+from reference_model.compiled import kernel, overload
 from reference_model.constants import Constants, Formulation
 from reference_model.forces import Array
 from reference_model.formulations import Driven, Kernel, formulation_of
@@ -56,7 +56,7 @@ def _select_bodies(c, t, y, dy, out) -> Kernel:  # type: ignore[no-untyped-def]
     return table[formulation_of(c)]
 
 
-@inlined
+@kernel
 def _from_bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
     bodies = np.empty((5, 9))
     _bodies(c, t, y, dy, bodies)
