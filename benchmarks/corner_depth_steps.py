@@ -16,9 +16,9 @@ from scipy.integrate import DOP853
 
 from comparison.scene import Scene
 from reference_model.constants import Formulation
-from reference_model.dop853 import ROWS, STAGES, dense, prepare_dense
+from reference_model.dop853 import NODES, ROWS, STAGES, dense, prepare_dense
 from reference_model.forces import CONTACTS, INSIDE, no_contacts
-from reference_model.formulations import free, right_hand_side, state_size
+from reference_model.formulations import DRIVEN, free, right_hand_side, state_size, tabulate_driven
 from reference_model.integrate import CHATTER, NOT_FINITE, REACHED, STEP_LIMIT, SWITCHES_AT_ONCE, advance
 from reference_model.progress import (
     BUFFERED,
@@ -171,6 +171,7 @@ def follow(
     size = state_size(c)
     y0, y1, state, scratch = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
     k, f = np.zeros((ROWS, size)), np.empty((7, size))
+    table = np.empty((DRIVEN, NODES.size))
     contacts, modes, gap = no_contacts(), p.modes.copy(), np.empty(CONTACTS)
     broken = np.zeros(3)
     switched = p.counters[SWITCHES]
@@ -198,7 +199,8 @@ def follow(
                     return NOT_FINITE
             h = p.clock[0] - t
             step(c, t, h, y0, modes, k, y1, contacts)
-            prepare_dense(c, t, h, y0, y1, modes, k, free(c), scratch, contacts, f)
+            tabulate_driven(c, t, h, NODES, table)
+            prepare_dense(c, t, h, y0, y1, modes, k, table, free(c), scratch, contacts, f)
             slack = 0.0
             for i in range(free(c) // 2):
                 slack = max(slack, abs(y1[i] - p.y[i]))

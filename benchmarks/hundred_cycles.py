@@ -22,7 +22,7 @@ import numpy as np
 from comparison.scene import load_scene
 from reference_model import simulate
 from reference_model.constants import Formulation
-from reference_model.dop853 import ROWS, STAGES, prepare_dense, take_step
+from reference_model.dop853 import NODES, ROWS, STAGES, prepare_dense, take_step
 from reference_model.forces import MEMORY, REGIME, no_contacts, slider_forces
 from reference_model.formulations import DRIVEN, right_hand_side, state_size
 from reference_model.linkage import rocker_tip
@@ -132,10 +132,10 @@ def _steps(
 @numba.njit(error_model="numpy")
 def _interpolants(
     n: int, c: Any, t: float, y: np.ndarray, y1: np.ndarray, modes: np.ndarray, k: np.ndarray,
-    scratch: np.ndarray, contacts: np.ndarray, f: np.ndarray,
+    table: np.ndarray, scratch: np.ndarray, contacts: np.ndarray, f: np.ndarray,
 ) -> None:  # fmt: skip
     for i in range(n):
-        prepare_dense(c, t + 1e-9 * i, 1e-6, y, y1, modes, k, 4, scratch, contacts, f)
+        prepare_dense(c, t + 1e-9 * i, 1e-6, y, y1, modes, k, table, 4, scratch, contacts, f)
         y[0] += 1e-30 * f[6, 0]
 
 
@@ -175,8 +175,9 @@ def profile(total: float) -> None:
     contact = nanoseconds(_contacts, c, modes, contacts)
     equations = nanoseconds(_equations, c, t, y, modes, dy, contacts)
     stages = np.zeros((STAGES + 1, *contacts.shape))
-    step = nanoseconds(_steps, c, t, y, modes, k, y1, stages, np.empty((DRIVEN, STAGES)))
-    interpolant = nanoseconds(_interpolants, c, t, y, y1, modes, k, scratch, contacts, f)
+    table = np.empty((DRIVEN, NODES.size))
+    step = nanoseconds(_steps, c, t, y, modes, k, y1, stages, table)
+    interpolant = nanoseconds(_interpolants, c, t, y, y1, modes, k, table, scratch, contacts, f)
     observing = nanoseconds(
         _observations, c, t, y, modes, dy, contacts, progress.start, out, progress.extrema,
         np.arange(len(MOTION)),

@@ -74,8 +74,11 @@ def bare(function: F) -> F:
 
 
 def inlined(function: F) -> F:
-    """Compile a small function into its callers: the constants are many, and passing them on costs more."""
-    return cast(F, Kernel(function, inline=True, counts=True))
+    """Compile a small function into its callers: the constants are many, and passing them on costs more.
+
+    Like `bare` it allocates nothing and counts nothing.
+    """
+    return cast(F, Kernel(function, inline=True, counts=False))
 
 
 def overload(stub: Callable[..., Any]) -> Callable[[F], F]:

@@ -49,5 +49,6 @@ def dispatcher(function: Callable[..., object], *, inline: bool, counts: bool, e
 
 def implement(stub: Callable[..., object], chosen: Callable[..., object]) -> None:
     """Have `chosen` choose the implementation of a stub by the types it is compiled for."""
-    options = {"forceinline": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+    uncounted = {"_nrt": False} if _COUNTING_IS_OPTIONAL else {}
+    options = {"forceinline": True, "error_model": "numpy", "no_cfunc_wrapper": True, **uncounted}
     numba.extending.overload(stub, jit_options=options)(chosen)

@@ -2,7 +2,7 @@
 
 import math
 
-from reference_model.compiled import kernel
+from reference_model.compiled import inlined, kernel
 from reference_model.constants import Constants
 from reference_model.forces import CLIPPED, CONTACTS, GAP, INSIDE, RATE, Array, of_side, other_corner
 from reference_model.journal import JOURNAL
@@ -45,7 +45,7 @@ def first_step_in_contact(
     return min(_FIRST_SHARE * longest, _FIRST_ERROR * resolved)
 
 
-@kernel
+@inlined
 def step_before_separation(c: Constants, modes: Array, contacts: Array, h: float, tolerance: float) -> float:
     """Return the step to take instead of `h` (s) where a contact will open within it.
 

@@ -7,18 +7,25 @@ weights give at the same order without further evaluations.
 
 import math
 
-from reference_model.compiled import bare, kernel
+import numpy as np
+
+from reference_model.compiled import bare, inlined
 from reference_model.constants import Constants
 from reference_model.dop853_coefficients import A_EXTRA, C_EXTRA, E3, E5, STAGE_SHARES, A, D
 from reference_model.forces import Array
-from reference_model.formulations import derivative, driven_of, free, right_hand_side, tabulate_driven
+from reference_model.formulations import derivative, driven_of, free, tabulate_driven
 
 STAGES = 12
 """Of the step; row 12 of the stage array is the derivative at its end, rows 13-15 serve the dense output."""
 ROWS = 16
+NODES = np.concatenate((STAGE_SHARES[1:], C_EXTRA, STAGE_SHARES[-1:]))
+"""Shares of a step at which what is driven is tabulated: stages, its end, the dense output's stages. The last
+one is there twice, for a number that goes into the processor's vectors without a rest."""
+AT_END, AT_EXTRA = STAGES - 1, STAGES
+"""Columns of that table: the step's end; the first stage of the dense output."""
 
 
-@kernel
+@bare
 def take_step(
     c: Constants, t: float, h: float, y: Array, modes: Array, k: Array, y1: Array, stages: Array,
     table: Array,
@@ -37,10 +44,10 @@ def take_step(
         Written but for row 0: states of the contacts at the stages, at t + h in the last row, shape
         (STAGES + 1, 5, CONTACTS).
     table
-        Overwritten, shape (DRIVEN, STAGES).
+        Written: what is driven at the step's `NODES`, shape (DRIVEN, NODES.size).
     """
     n = free(c)
-    tabulate_driven(c, t, h, STAGE_SHARES[1:], table)
+    tabulate_driven(c, t, h, NODES, table)
     for i in range(1, STAGES + 1):
         for m in range(n if i < STAGES else y.size):
             s = 0.0
@@ -50,7 +57,7 @@ def take_step(
         derivative(c, t + STAGE_SHARES[i] * h, driven_of(c, table, i - 1), y1, modes, k[i], stages[i])
 
 
-@bare
+@inlined
 def error_norm(h: float, k: Array, weights: Array) -> float:
     """Return the local error of a step in units of the tolerance (Hairer's combination of orders 5 and 3).
 
@@ -81,6 +88,7 @@ def prepare_dense(
     y1: Array,
     modes: Array,
     k: Array,
+    table: Array,
     count: int,
     scratch: Array,
     contacts: Array,
@@ -88,8 +96,8 @@ def prepare_dense(
 ) -> None:
     """Compute the coefficients `f`, shape (7, state_size), of the dense output over [t, t + h].
 
-    Only those of the first `count` states. Costs three evaluations. `scratch` (state_size,) and `contacts`
-    (5, CONTACTS) are overwritten.
+    Only those of the first `count` states. Costs three evaluations; `table` is what `take_step` has written.
+    `scratch` (state_size,) and `contacts` (5, CONTACTS) are overwritten.
     """
     n = free(c)
     for i in range(3):
@@ -98,7 +106,8 @@ def prepare_dense(
             for j in range(STAGES + 1 + i):
                 s += A_EXTRA[i, j] * k[j, m]
             scratch[m] = y[m] + h * s
-        right_hand_side(c, t + C_EXTRA[i] * h, scratch, modes, k[STAGES + 1 + i], contacts)
+        at = driven_of(c, table, AT_EXTRA + i)
+        derivative(c, t + C_EXTRA[i] * h, at, scratch, modes, k[STAGES + 1 + i], contacts)
     for m in range(count):
         change = y1[m] - y[m]
         f[0, m] = change

@@ -57,8 +57,8 @@ def _equations(
     raise NotImplementedError
 
 
-def slider_motion(c: Constants, t: float, y: Array) -> _Slider:
-    """Return x, y, angle of the slider and their rates."""
+def slider_at(c: Constants, at: Driven, y: Array) -> _Slider:
+    """Return x, y, angle of the slider and their rates; `at` is what `driven` says of the time."""
     raise NotImplementedError
 
 
@@ -135,14 +135,14 @@ def _select_equations(c, t, at, y, modes, dy, contacts) -> Kernel:  # type: igno
     return table[formulation_of(c)]
 
 
-@overload(slider_motion)
-def _select_slider(c, t, y) -> Kernel:  # type: ignore[no-untyped-def]
+@overload(slider_at)
+def _select_slider(c, at, y) -> Kernel:  # type: ignore[no-untyped-def]
     table: dict[Formulation, Kernel] = {
-        Formulation.SLIDER: lambda c, t, y: minimal.slider_motion(c, t, y),
-        Formulation.PIN: lambda c, t, y: chain.ideal_slider_motion(c, y[1], y[3]),
-        Formulation.BOTH: lambda c, t, y: chain.slider_motion(c, y[1], y[2], y[3], y[5], y[6], y[7]),
-        Formulation.MULTIPLIER: lambda c, t, y: (y[12], y[13], y[14], y[27], y[28], y[29]),
-        Formulation.MULTIPLIER_IDEAL: lambda c, t, y: (y[12], y[13], y[14], y[27], y[28], y[29]),
+        Formulation.SLIDER: lambda c, at, y: minimal.slider_motion(c, at, y),
+        Formulation.PIN: lambda c, at, y: chain.ideal_slider_motion(c, y[1], y[3]),
+        Formulation.BOTH: lambda c, at, y: chain.slider_motion(c, y[1], y[2], y[3], y[5], y[6], y[7]),
+        Formulation.MULTIPLIER: lambda c, at, y: (y[12], y[13], y[14], y[27], y[28], y[29]),
+        Formulation.MULTIPLIER_IDEAL: lambda c, at, y: (y[12], y[13], y[14], y[27], y[28], y[29]),
     }
     return table[formulation_of(c)]
 
@@ -154,6 +154,12 @@ def _select_bearing(c, t, y) -> Kernel:  # type: ignore[no-untyped-def]
         Formulation.BOTH: lambda c, t, y: chain.bearing_motion(c, t, y[0], y[1], y[4], y[5]),
     }
     return table.get(formulation_of(c), _no_bearing)
+
+
+@inlined
+def slider_motion(c: Constants, t: float, y: Array) -> _Slider:
+    """Return x, y, angle of the slider and their rates."""
+    return slider_at(c, driven(c, t), y)
 
 
 @inlined

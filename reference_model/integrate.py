@@ -11,7 +11,7 @@ import numpy as np
 from reference_model.compiled import kernel
 from reference_model.constants import Constants
 from reference_model.contact_steps import first_step_in_contact, step_before_separation
-from reference_model.dop853 import ROWS, STAGES, error_norm, prepare_dense, take_step
+from reference_model.dop853 import NODES, ROWS, STAGES, error_norm, prepare_dense, take_step
 from reference_model.energy import ENERGIES
 from reference_model.events import first_switch
 from reference_model.forces import (
@@ -90,7 +90,7 @@ def advance(
     size = state_size(c)
     k, f = np.zeros((ROWS, size)), np.empty((7, size))
     y1, state, dy = np.empty(size), np.empty(size), np.empty(size)
-    table = np.empty((DRIVEN, STAGES))
+    table = np.empty((DRIVEN, NODES.size))
     before, contacts = no_contacts(), no_contacts()
     stages = np.zeros((STAGES + 1, *contacts.shape))
     stages[:, GAP] = np.inf
@@ -134,7 +134,7 @@ def advance(
         for _ in range(_LOCATIONS):
             if not step_may_switch(c, p.modes, h, before, stages, deviations):
                 break
-            prepare_dense(c, t, h, p.y, y1, p.modes, k, free(c), state, contacts, f)
+            prepare_dense(c, t, h, p.y, y1, p.modes, k, table, free(c), state, contacts, f)
             p.counters[EVALUATIONS] += 3
             share, ends, by = first_switch(
                 c, t, h, p.y, f, p.modes, before, stages, deviations, state, values
@@ -167,7 +167,9 @@ def advance(
                 contact = NONE
                 next_h = min(next_h, h)
             p.counters[STEPS] += 1
-            note_step(c, p, t, h, y1, k, f, before, after, samples, state, dy, contacts, observed)
+            note_step(
+                c, p, t, h, y1, k, table, f, before, after, samples, state, dy, contacts, observed
+            )
             t = t_end if final else t + h
             switched = p.counters[SWITCHES]
             # In loops: for an array that it assigns numba first allocates a copy.

@@ -6,18 +6,21 @@ Chosen when the kernels are compiled, by stubs and overloads as in `reference_mo
 import numpy as np
 
 from reference_model import bodies, minimal, multiplier
-from reference_model.compiled import inlined, kernel, overload
+from reference_model.compiled import kernel, overload
 from reference_model.constants import Constants, Formulation
 from reference_model.forces import Array
-from reference_model.formulations import Kernel, formulation_of
+from reference_model.formulations import Driven, Kernel, formulation_of
 
 
 def _bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
     raise NotImplementedError
 
 
-def slider_row(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
-    """Write x, y, angle of the slider, their rates and their second derivatives into out[:9]."""
+def slider_row(c: Constants, t: float, at: Driven, y: Array, dy: Array, out: Array) -> None:
+    """Write x, y, angle of the slider, their rates and their second derivatives into out[:9].
+
+    `at` is what `driven` says of the time `t`.
+    """
     raise NotImplementedError
 
 
@@ -53,7 +56,7 @@ def _select_bodies(c, t, y, dy, out) -> Kernel:  # type: ignore[no-untyped-def]
     return table[formulation_of(c)]
 
 
-@inlined
+@kernel
 def _from_bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
     bodies = np.empty((5, 9))
     _bodies(c, t, y, dy, bodies)
@@ -62,10 +65,10 @@ def _from_bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> Non
 
 
 @overload(slider_row)
-def _select_slider_row(c, t, y, dy, out) -> Kernel:  # type: ignore[no-untyped-def]
+def _select_slider_row(c, t, at, y, dy, out) -> Kernel:  # type: ignore[no-untyped-def]
     if formulation_of(c) is Formulation.SLIDER:
-        return lambda c, t, y, dy, out: minimal.slider_row(c, t, y, dy, out)
-    return lambda c, t, y, dy, out: _from_bodies(c, t, y, dy, out)
+        return lambda c, t, at, y, dy, out: minimal.slider_row(c, at, y, dy, out)
+    return lambda c, t, at, y, dy, out: _from_bodies(c, t, y, dy, out)
 
 
 @overload(constraint_drift)

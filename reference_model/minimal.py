@@ -15,13 +15,13 @@ import math
 from reference_model.compiled import inlined
 from reference_model.constants import Constants
 from reference_model.forces import Array, slider_forces
-from reference_model.linkage import Tip, rocker_tip
+from reference_model.linkage import Tip
 
 
 @inlined
-def slider_motion(c: Constants, t: float, y: Array) -> tuple[float, float, float, float, float, float]:
+def slider_motion(c: Constants, tip: Tip, y: Array) -> tuple[float, float, float, float, float, float]:
     """Return x, y, angle of the slider and their rates; `y` starts with theta_4, theta_5 and their rates."""
-    Cx, Cy, vCx, vCy, _, _ = rocker_tip(c, t)
+    Cx, Cy, vCx, vCy, _, _ = tip
     c4, s4 = math.cos(y[0]), math.sin(y[0])
     return (
         Cx + c.L4 * c4,
@@ -34,9 +34,9 @@ def slider_motion(c: Constants, t: float, y: Array) -> tuple[float, float, float
 
 
 @inlined
-def slider_row(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
+def slider_row(c: Constants, tip: Tip, y: Array, dy: Array, out: Array) -> None:
     """Write x, y, angle of the slider, their rates and their second derivatives into out[:9]."""
-    Cx, Cy, vCx, vCy, aCx, aCy = rocker_tip(c, t)
+    Cx, Cy, vCx, vCy, aCx, aCy = tip
     c4, s4 = math.cos(y[0]), math.sin(y[0])
     w4, a4 = y[2], dy[2]
     out[0], out[1], out[2] = Cx + c.L4 * c4, Cy + c.L4 * s4, y[1]

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import bare, kernel
+from reference_model.compiled import bare, inlined, kernel
 from reference_model.constants import Constants
 from reference_model.contact import CORNERS
 from reference_model.energy import ENERGIES, balance, starting_energies
@@ -19,7 +19,7 @@ from reference_model.forces import (
     of_side,
     other_corner,
 )
-from reference_model.formulations import bearing_motion, free, slider_motion
+from reference_model.formulations import Driven, bearing_motion, driven, free, slider_at
 from reference_model.journal import JOURNAL
 from reference_model.mechanism import (
     constraint_drift,
@@ -53,8 +53,18 @@ WITH_FORCES: the slider's accelerations and its corners.
 
 @bare
 def observe(
+    c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array, what: int, start: Array,
+    out: Array,
+) -> None:  # fmt: skip
+    """Write the channels as `observe_driven` does, where nobody knows yet what is driven."""
+    observe_driven(c, t, driven(c, t), y, modes, dy, contacts, what, start, out)
+
+
+@inlined
+def observe_driven(
     c: Constants,
     t: float,
+    at: Driven,
     y: Array,
     modes: Array,
     dy: Array,
@@ -67,8 +77,8 @@ def observe(
 
     Parameters
     ----------
-    c, t, y, modes
-        Constants, time (s), state, modes.
+    c, t, at, y, modes
+        Constants, time (s), what `driven` says of it, state, modes.
     dy, contacts
         What `right_hand_side` gives in that state: accelerations and forces come from the balance of forces,
         never from differences. Not read where only the motion is asked for.
@@ -81,13 +91,13 @@ def observe(
     """
     out[DRIFT], out[DRIFT + 1] = constraint_drift(c, t, y)
     if what & WITH_FORCES:
-        slider_row(c, t, y, dy, out)
+        slider_row(c, t, at, y, dy, out)
         for k in range(4):
             i = CORNERS_FROM + 3 * k
             normal = max(0.0, contacts[NORMAL, k])
             out[i], out[i + 1], out[i + 2] = contacts[GAP, k], normal, contacts[FRICTION, k]
     else:
-        out[0], out[1], out[2], out[3], out[4], out[5] = slider_motion(c, t, y)
+        out[0], out[1], out[2], out[3], out[4], out[5] = slider_at(c, at, y)
     if what & (WITH_JOINTS | WITH_ENERGY):
         _observe_bodies(c, t, y, modes, dy, contacts, what, start, out)
 
@@ -131,7 +141,7 @@ def note_start(c: Constants, y: Array, modes: Array, dy: Array, contacts: Array,
     starting_energies(c, bodies, modes, contacts, driven_bodies(c), start)
 
 
-@bare
+@inlined
 def widen(extrema: Array, wanted: NDArray[np.int64], t: float, values: Array) -> None:
     """Update minimum, its time, maximum, its time of the wanted channels, and of the drift behind them.
 
@@ -146,7 +156,7 @@ def widen(extrema: Array, wanted: NDArray[np.int64], t: float, values: Array) ->
             extrema[i, 2], extrema[i, 3] = value, t
 
 
-@bare
+@inlined
 def note_forces(c: Constants, modes: Array, contacts: Array, open_contacts: Array) -> None:
     """Update peak force and largest depth of the closed contacts, columns 3 and 4 of `open_contacts`."""
     for k in range(CONTACTS):

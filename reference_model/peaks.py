@@ -130,7 +130,7 @@ def strongest(
     return share
 
 
-@bare
+@inlined
 def has_peak(c: Constants, modes: Array, h: float, before: Array, after: Array) -> bool:
     """Return whether the depth or the force of some closed contact peaks within a step."""
     for i in range(CONTACTS):

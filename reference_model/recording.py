@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import bare, kernel
+from reference_model.compiled import bare, inlined, kernel
 from reference_model.constants import Constants
-from reference_model.dop853 import STAGES, dense, prepare_dense
+from reference_model.dop853 import AT_END, STAGES, dense, prepare_dense
 from reference_model.energy import ENERGIES
 from reference_model.forces import (
     CONTACTS,
@@ -21,7 +21,7 @@ from reference_model.forces import (
     Array,
     no_contacts,
 )
-from reference_model.formulations import free, right_hand_side, state_size
+from reference_model.formulations import derivative, driven, driven_of, free, right_hand_side, state_size
 from reference_model.observation import (
     ACCELERATIONS,
     CHANNELS,
@@ -33,6 +33,7 @@ from reference_model.observation import (
     WITH_JOINTS,
     note_forces,
     observe,
+    observe_driven,
     widen,
 )
 from reference_model.peaks import deepest, force_peak, has_peak, strongest
@@ -81,10 +82,10 @@ def keep(samples: Samples, i: int, channels: Array) -> None:
         samples.values[k, i] = channels[samples.wanted[k]]
 
 
-@bare
+@inlined
 def note_step(
-    c: Constants, p: Progress, t: float, h: float, y1: Array, k: Array, f: Array, before: Array, after: Array,
-    samples: Samples, state: Array, dy: Array, contacts: Array, observed: Array,
+    c: Constants, p: Progress, t: float, h: float, y1: Array, k: Array, table: Array, f: Array, before: Array,
+    after: Array, samples: Samples, state: Array, dy: Array, contacts: Array, observed: Array,
 ) -> None:  # fmt: skip
     """Record samples, extrema and contact peaks of the step from `t` to t + h, just before it is accepted.
 
@@ -97,7 +98,7 @@ def note_step(
     times, forces = samples.times, samples.what != MOTION_ONLY
     peak = has_peak(c, p.modes, h, before, after)
     if peak or (count < times.size and times[count] - t_cycle < t + h):
-        prepare_dense(c, t, h, p.y, y1, p.modes, k, size, state, contacts, f)
+        prepare_dense(c, t, h, p.y, y1, p.modes, k, table, size, state, contacts, f)
         p.counters[EVALUATIONS] += 3
     while count < times.size and times[count] - t_cycle < t + h:
         # A sample on a step's end belongs to the next step: the right limit at a jump.
@@ -120,7 +121,8 @@ def note_step(
                 note_forces(c, p.modes, contacts, p.open_contacts)
     note_forces(c, p.modes, after, p.open_contacts)
     watch_contacts(p.modes, after, t_cycle + t + h, p.watch)
-    observe(c, t + h, y1, p.modes, k[STAGES], after, samples.what, p.start, observed)
+    at = driven_of(c, table, AT_END)
+    observe_driven(c, t + h, at, y1, p.modes, k[STAGES], after, samples.what, p.start, observed)
     widen(p.extrema, samples.wanted, t_cycle + t + h, observed)
 
 
@@ -133,12 +135,13 @@ def note_inside(
 
     `forces`: whether `contacts` is needed.
     """
-    at = t + share * h
+    now = t + share * h
+    at = driven(c, now)
     dense(p.y, f, share, size, state)
     if forces:
-        right_hand_side(c, at, state, p.modes, dy, contacts)
-    observe(c, at, state, p.modes, dy, contacts, samples.what, p.start, observed)
-    widen(p.extrema, samples.wanted, cycle_start(c, p) + at, observed)
+        derivative(c, now, at, state, p.modes, dy, contacts)
+    observe_driven(c, now, at, state, p.modes, dy, contacts, samples.what, p.start, observed)
+    widen(p.extrema, samples.wanted, cycle_start(c, p) + now, observed)
 
 
 def finish(c: Constants, p: Progress, samples: Samples) -> None:

@@ -34,7 +34,7 @@ _CUBIC_WEIGHT = 1.0 / (16.0 * (_X * (1.0 - _X)) ** 2)
 _LINEAR_WEIGHT = 1.0 / (4.0 * _X * (1.0 - _X))
 
 
-@bare
+@inlined
 def note_deviations(c: Constants, h: float, before: Array, stages: Array, deviations: Array) -> None:
     """Estimate by how much each contact's gap deviates from its cubic Hermite polynomial within a step, m.
 
@@ -130,7 +130,7 @@ def has_ended(c: Constants, modes: Array, k: int, number: int, contacts: Array) 
     return left <= (LOCATED if kind == GAP else LOCATED_SPEED)
 
 
-@bare
+@inlined
 def step_may_switch(
     c: Constants, modes: Array, h: float, before: Array, stages: Array, deviations: Array
 ) -> bool:

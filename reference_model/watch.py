@@ -4,7 +4,7 @@ The values are taken from the contacts' states at the ends of accepted steps, no
 events. A run in which one is outside its bound gets the status `invariant-violated`.
 """
 
-from reference_model.compiled import bare, kernel
+from reference_model.compiled import bare, inlined, kernel
 from reference_model.constants import PAPER_SWITCHING, Constants
 from reference_model.forces import CONTACTS, FRICTION, GAP, INSIDE, NORMAL, SLIP, Array
 from reference_model.journal import JOURNAL
@@ -22,7 +22,7 @@ def _note(watch: Array, row: int, value: float, t: float, contact: int) -> None:
         watch[row, WORST], watch[row, TIME], watch[row, CONTACT] = value, t, contact
 
 
-@bare
+@inlined
 def watch_contacts(modes: Array, contacts: Array, t: float, watch: Array) -> None:
     """Note depths outside contacts, pulls and driving friction of one state.
 

@@ -9,7 +9,7 @@ import pytest
 
 from reference_model import integrate, simulate
 from reference_model.constants import Formulation
-from reference_model.dop853 import ROWS, STAGES, dense, error_norm, prepare_dense, take_step
+from reference_model.dop853 import NODES, ROWS, STAGES, dense, error_norm, prepare_dense, take_step
 from reference_model.forces import CONTACTS, MODES, no_contacts
 from reference_model.formulations import DRIVEN, right_hand_side, state_size
 from reference_model.integrate import CHATTER, REACHED, advance
@@ -41,11 +41,11 @@ def free_flight(scene, steps):
         no_contacts(),
     )
     ends, middles = np.empty((2, steps, 4))
-    table, stages = np.empty((DRIVEN, STAGES)), np.zeros((STAGES + 1, *contacts.shape))
+    table, stages = np.empty((DRIVEN, NODES.size)), np.zeros((STAGES + 1, *contacts.shape))
     for i in range(steps):
         right_hand_side(c, i * h, y, modes, k[0], contacts)
         take_step(c, i * h, h, y, modes, k, y1, stages, table)
-        prepare_dense(c, i * h, h, y, y1, modes, k, 4, scratch, contacts, f)
+        prepare_dense(c, i * h, h, y, y1, modes, k, table, 4, scratch, contacts, f)
         dense(y, f, 0.5, 4, state)
         ends[i], middles[i] = y1[:4], state[:4]
         y[:] = y1
