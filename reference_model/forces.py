@@ -7,7 +7,6 @@ and kept by the corner that touched first. Within one mode the forces are smooth
 finds where a mode ends.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -28,6 +27,7 @@ from reference_model.foundation import resultant
 from reference_model.friction import friction_force
 from reference_model.journal import JOURNAL, Bearing
 from reference_model.marks import touches_with_sides
+from reference_model.trigonometry import cos_sin
 
 Array = NDArray[np.float64]
 
@@ -144,7 +144,7 @@ def slider_forces(
         Force (N) and moment about the centre (N m) on the slider; power lost by damping and friction (W).
     """
     x5, _, angle, vx5, vy5, w5 = slider
-    c5, s5 = math.cos(angle), math.sin(angle)
+    c5, s5 = cos_sin(angle)
     for k in range(4):
         rx, ry = corner_arm(c, k, c5, s5)
         contacts[GAP, k] = corner_gap(c, k, x5 + rx)

@@ -167,9 +167,7 @@ def advance(
                 contact = NONE
                 next_h = min(next_h, h)
             p.counters[STEPS] += 1
-            note_step(
-                c, p, t, h, y1, k, table, f, before, after, samples, state, dy, contacts, observed
-            )
+            note_step(c, p, t, h, y1, k, table, f, before, after, samples, state, dy, contacts, observed)
             t = t_end if final else t + h
             switched = p.counters[SWITCHES]
             # In loops: for an array that it assigns numba first allocates a copy.

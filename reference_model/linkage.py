@@ -11,6 +11,7 @@ from typing import NamedTuple
 from reference_model.compiled import bare, inlined, kernel
 from reference_model.constants import Constants
 from reference_model.forces import Array
+from reference_model.trigonometry import cos_sin
 
 Tip = tuple[float, float, float, float, float, float]
 TIP_ROWS = 8
@@ -83,7 +84,8 @@ def four_bar_at(c: Constants | Links, c1: float, s1: float) -> FourBar:
 def rocker_tip(c: Constants, t: float) -> Tip:
     """Return the rocker's tip C: position (m), velocity (m/s), acceleration (m/s^2), each x and y."""
     theta1 = c.theta0 + c.omega * t
-    return rocker_tip_at(c, math.cos(theta1), math.sin(theta1))
+    c1, s1 = cos_sin(theta1)
+    return rocker_tip_at(c, c1, s1)
 
 
 @inlined
@@ -119,7 +121,7 @@ def rocker_tips(c: Constants, t: float, h: float, shares: Array, out: Array) -> 
     links = Links(c.omega, c.L1, c.L2, c.L3, c.Ls3, c.Hx, c.Hy, c.rocker_branch)
     for i in range(shares.size):
         theta1 = c.theta0 + c.omega * (t + shares[i] * h)
-        cosine[i], sine[i] = math.cos(theta1), math.sin(theta1)
+        cosine[i], sine[i] = cos_sin(theta1)
     for i in range(shares.size):
         Cx[i], Cy[i], vCx[i], vCy[i], aCx[i], aCy[i] = rocker_tip_at(links, cosine[i], sine[i])
 

@@ -10,19 +10,18 @@ F and M are force and moment of all corners on the slider; I = J4 + m4 Ls4^2 + m
 of Eqs. 14-21 onto their constraints.
 """
 
-import math
-
 from reference_model.compiled import inlined
 from reference_model.constants import Constants
 from reference_model.forces import Array, slider_forces
 from reference_model.linkage import Tip
+from reference_model.trigonometry import cos_sin
 
 
 @inlined
 def slider_motion(c: Constants, tip: Tip, y: Array) -> tuple[float, float, float, float, float, float]:
     """Return x, y, angle of the slider and their rates; `y` starts with theta_4, theta_5 and their rates."""
     Cx, Cy, vCx, vCy, _, _ = tip
-    c4, s4 = math.cos(y[0]), math.sin(y[0])
+    c4, s4 = cos_sin(y[0])
     return (
         Cx + c.L4 * c4,
         Cy + c.L4 * s4,
@@ -37,7 +36,7 @@ def slider_motion(c: Constants, tip: Tip, y: Array) -> tuple[float, float, float
 def slider_row(c: Constants, tip: Tip, y: Array, dy: Array, out: Array) -> None:
     """Write x, y, angle of the slider, their rates and their second derivatives into out[:9]."""
     Cx, Cy, vCx, vCy, aCx, aCy = tip
-    c4, s4 = math.cos(y[0]), math.sin(y[0])
+    c4, s4 = cos_sin(y[0])
     w4, a4 = y[2], dy[2]
     out[0], out[1], out[2] = Cx + c.L4 * c4, Cy + c.L4 * s4, y[1]
     out[3], out[4], out[5] = vCx - c.L4 * w4 * s4, vCy + c.L4 * w4 * c4, y[3]
@@ -55,7 +54,7 @@ def equations(
     damping and by friction, W.
     """
     Cx, Cy, vCx, vCy, aCx, aCy = tip
-    c4, s4 = math.cos(y[0]), math.sin(y[0])
+    c4, s4 = cos_sin(y[0])
     w4 = y[2]
     slider = (
         Cx + c.L4 * c4,

@@ -40,6 +40,7 @@ from reference_model.foundation import resultant
 from reference_model.friction import regime_bounds
 from reference_model.journal import JOURNAL
 from reference_model.marks import without_memory
+from reference_model.trigonometry import cos_sin
 
 PULL = 5
 """Kind of switching function, beside GAP and SLIP; RATE serves to find the extremum of a gap."""
@@ -58,7 +59,8 @@ def contact_state(c: Constants, k: int, t: float, y: Array) -> tuple[float, floa
         bearing = bearing_motion(c, t, y)
         return bearing.gap, bearing.rate, bearing.slip
     x5, _, angle, vx5, vy5, w5 = slider_motion(c, t, y)
-    rx, ry = corner_arm(c, k, math.cos(angle), math.sin(angle))
+    c5, s5 = cos_sin(angle)
+    rx, ry = corner_arm(c, k, c5, s5)
     return corner_gap(c, k, x5 + rx), inward(k) * (vx5 - w5 * ry), vy5 + w5 * rx
 
 
