@@ -8,6 +8,7 @@ import platform
 import pytest
 
 from comparison.engines.platform import platform_name
+from comparison.execution.job import MODELS
 from comparison.studies.detection import rounding
 from comparison.studies.detection.copies import changed, installed, package
 from comparison.studies.detection.rounding import PLACES, REARRANGED, ROUNDINGS, effective, hashes
@@ -67,11 +68,11 @@ def test_an_environment_changes_bits_where_its_library_has_other_code(tmp_path, 
     assert dict(os.environ) == before
     plain, libm = bits[ROUNDINGS[0]], bits[ROUNDINGS[2]]
     assert ROUNDINGS[2].environment[0][0] == "GLIBC_TUNABLES"
-    # glibc's sines and cosines, of which a run takes thousands, round differently without a fused
-    # multiply-add.
-    applies = platform.libc_ver()[0] == "glibc" and "fma" in platform_name()
-    if applies and "GLIBC_TUNABLES" not in before:
-        assert all(one != other for one, other in zip(plain, libm, strict=True))
+    # glibc's sines and cosines round differently without a fused multiply-add. The Exudyn model takes thousands
+    # of them in a run; the reference computes its own where the slider alone has clearance.
+    exudyn = MODELS.index("exudyn")
+    if platform.libc_ver()[0] == "glibc" and "fma" in platform_name() and "GLIBC_TUNABLES" not in before:
+        assert plain[exudyn] != libm[exudyn]
     # The rule by which a variant counts, on what was measured here.
     measured = {variant: ("", "", *own) for variant, own in bits.items()}
     copies = [variant for variant in ROUNDINGS if variant not in bits]
