@@ -68,8 +68,8 @@ def test_an_environment_changes_bits_where_its_library_has_other_code(tmp_path, 
     assert dict(os.environ) == before
     plain, libm = bits[ROUNDINGS[0]], bits[ROUNDINGS[2]]
     assert ROUNDINGS[2].environment[0][0] == "GLIBC_TUNABLES"
-    # glibc's sines and cosines round differently without a fused multiply-add. The Exudyn model takes thousands
-    # of them in a run; the reference computes its own where the slider alone has clearance.
+    # glibc's sines and cosines round differently without a fused multiply-add. The Exudyn model takes
+    # thousands of them in a run; the reference computes its own where the slider alone has clearance.
     exudyn = MODELS.index("exudyn")
     if platform.libc_ver()[0] == "glibc" and "fma" in platform_name() and "GLIBC_TUNABLES" not in before:
         assert plain[exudyn] != libm[exudyn]
