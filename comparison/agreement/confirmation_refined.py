@@ -21,7 +21,7 @@ from comparison.agreement.results import SceneComparison
 from comparison.scene import Scene
 
 LEVELS = 2
-"""How much finer: the third level of the runs that were judged, and one more."""
+"""How many levels finer; the finer run that the uncertainty rests on is one."""
 
 RunFamilies = Callable[[Scene], tuple[Runs, Runs] | None]
 """Runs the families of both models at the settings of a scene; None if a run did not succeed."""

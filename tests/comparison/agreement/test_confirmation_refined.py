@@ -77,7 +77,10 @@ def test_what_goes_with_finer_runs_was_numerical(fake, five_bodies):
 def test_finer_runs_whose_difference_their_ensemble_explains_decide_nothing(fake, five_bodies):
     model = Fake(fake(wide).signals, five_bodies, wide)
     _, after = judged(model, lambda _: (model.family(0), model.family(1, FAULT)))
-    assert (after.verdict, after.confirmation.outcome) == ("agree", "underestimated")
+    found = after.confirmation
+    assert (after.verdict, found.outcome, found.refined) == ("agree", "underestimated", "agree")
+    # Two ensembles: one at the scene's settings, one at the finer ones, which explains the difference too.
+    assert model.asked == [("reference", 99)] * 2
 
 
 def test_finer_runs_without_a_result_change_nothing(fake, five_bodies):
