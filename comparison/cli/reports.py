@@ -1,4 +1,4 @@
-"""Generation of ``reports/``: all studies, their index, and the verdict table of the README.
+"""Generation of ``reports/``: all studies, their index, and the verdicts and rates of the README.
 
     python -m comparison.cli.reports
 
@@ -31,6 +31,8 @@ SHOWN = (
     "largest difference of x, tight, predictable samples",
 )
 """Columns of the verdict table shown in the README; the others are in the report."""
+OF_THE_VERDICT = ("detection", "campaign")
+"""Studies that test the verdict itself; their findings follow the table in the README."""
 
 
 def index(readmes: dict[str, str]) -> str:
@@ -72,8 +74,14 @@ def table_of(text: str) -> str:
     return "\n".join([shown, *lines[of_table[-1] + 1 :]])
 
 
-def with_table(readme: str, verdicts: str) -> str:
-    """Return a README with the table between its markers replaced.
+def generated(readmes: dict[str, str]) -> str:
+    """Return what the README has between its markers, from those of the studies, by name."""
+    rates = [f"- [{name}](reports/{name}/README.md): {finding(readmes[name])}" for name in OF_THE_VERDICT]
+    return "\n".join([table_of(readmes["verdicts"]), "", "The verdict itself, tested:", "", *rates])
+
+
+def with_generated(readme: str, text: str) -> str:
+    """Return a README with the text between its markers replaced.
 
     Raises
     ------
@@ -84,18 +92,18 @@ def with_table(readme: str, verdicts: str) -> str:
     _, end, after = rest.partition(END)
     if not begin or not end:
         raise ValueError(f"README.md: the markers {BEGIN!r} and {END!r} are missing")
-    return f"{before}{BEGIN}\n\n{verdicts}\n\n{END}{after}"
+    return f"{before}{BEGIN}\n\n{text}\n\n{END}{after}"
 
 
 def main(*, small: bool = False) -> None:
-    """Write all studies (cached runs are used), then the index and the README's table."""
+    """Write all studies (cached runs are used), then the index and what the README has of them."""
     written = {}
     for name in NAMES:
         with progress(name) as report:
             written[name] = write_study(name, REPORTS / name, cpus(), report, small=small).read_text("utf-8")
     readme = Path("README.md")
     _write(index(written), REPORTS / "README.md")
-    _write(with_table(readme.read_text("utf-8"), table_of(written["verdicts"])), readme)
+    _write(with_generated(readme.read_text("utf-8"), generated(written)), readme)
     _write((REPORTS / "verdicts" / RECORD).read_text("utf-8"), PACKAGE / RECORD)
 
 

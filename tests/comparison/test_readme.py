@@ -11,7 +11,7 @@ import pytest
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.tiers import TIERS
 from comparison.accuracy.uncertainty import PERTURBATION
-from comparison.cli.reports import BEGIN, END, index, table_of, with_table
+from comparison.cli.reports import BEGIN, END, generated, index, with_generated
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
 
@@ -31,10 +31,11 @@ def test_the_five_lines_of_python_run(capsys):
     assert -0.5503 < float(largest) < -0.5497  # within the guide
 
 
-def test_the_verdicts_are_those_of_the_reports():
-    verdicts = table_of((REPORTS / "verdicts" / "README.md").read_text("utf-8"))
-    assert sum(line[:1] == "|" for line in verdicts.splitlines()) == 2 + len(shipped_scenes())
-    assert with_table(README, verdicts) == README
+def test_the_verdicts_and_rates_are_those_of_the_reports():
+    text = generated({name: (REPORTS / name / "README.md").read_text("utf-8") for name in NAMES})
+    assert sum(line[:1] == "|" for line in text.splitlines()) == 2 + len(shipped_scenes())
+    assert re.search(r"\d+ false alarms in \d{3,} decided comparisons", text)
+    assert with_generated(README, text) == README
 
 
 def test_the_verdicts_on_record_are_those_of_the_reports():
@@ -77,9 +78,9 @@ def test_the_numbers_in_its_sentences_are_those_of_the_code():
 
 
 def test_a_readme_without_marks_is_refused():
-    assert with_table(f"a {BEGIN} old {END} b", "new") == f"a {BEGIN}\n\nnew\n\n{END} b"
+    assert with_generated(f"a {BEGIN} old {END} b", "new") == f"a {BEGIN}\n\nnew\n\n{END} b"
     with pytest.raises(ValueError, match="markers"):
-        with_table("no marks", "new")
+        with_generated("no marks", "new")
 
 
 def test_every_file_that_the_readme_names_exists():
