@@ -12,18 +12,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from comparison.accuracy.levels import coarser, finer, refinement, solver_values, with_declared
+from comparison.accuracy.levels import solver_values, with_declared
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.tiers import TIERS, tight
-from comparison.accuracy.uncertainty import perturbed_scenes
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.confirmation import Run
 from comparison.agreement.confirmation_refined import RunFamilies, confirm_refined
+from comparison.agreement.planned_runs import Plan, sorted_runs
 from comparison.agreement.results import SceneComparison, no_comparison
 from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
 from comparison.execution.run import run_all
 from comparison.reliability.difference import ReliabilityComparison, compare_reliability
-from comparison.reliability.ideal import ideal_scenes
 from comparison.scene import Scene
 from comparison.tables.table import Table, TableError
 
@@ -103,7 +102,7 @@ def validate(
     if accuracy is not None:
         scenes = [_at(scene, models, accuracy) for scene in scenes]
     planned = [
-        _Plan(scene, tier, models, command)
+        Plan(scene, tier, models, command)
         for usual, closer, command in zip(scenes, strict, commands, strict=True)
         for tier, scene in (("standard", usual), ("tight", closer))
         if scene is not None
@@ -120,11 +119,11 @@ def validate(
         return [outcome.table for outcome in ran if outcome.table is not None]
 
     def run_families(scene: Scene) -> tuple[Runs, Runs] | None:
-        plan = _Plan(scene, "", models, "")
+        plan = Plan(scene, "", models, "")
         ran = dict(zip(plan.jobs, run_all(list(plan.jobs.values()), n_jobs, on_progress), strict=True))
         if any(outcome.table is None for outcome in ran.values()):
             return None
-        runs = _runs(plan, ran)
+        runs = sorted_runs(plan, ran)
         return runs[models[0]], runs[models[1]]
 
     results: list[Validation] = []
@@ -148,7 +147,7 @@ def _with_tight(usual: Validation, closer: Validation) -> Validation:
     )
 
 
-def _confirmed(result: Validation, plan: _Plan, run: Run, run_families: RunFamilies) -> Validation:
+def _confirmed(result: Validation, plan: Plan, run: Run, run_families: RunFamilies) -> Validation:
     """Confirm a difference, or withdraw it."""
     if not result.runs:
         return result
@@ -167,19 +166,6 @@ def _confirmed(result: Validation, plan: _Plan, run: Run, run_families: RunFamil
     )
 
 
-class _Plan:
-    """Runs of a comparison, and those of the ideal mechanism for the reliability."""
-
-    def __init__(self, scene: Scene, tier: str, models: tuple[str, str], command: str) -> None:
-        self.scene, self.tier, self.models, self.command = scene, tier, models, command
-        self.jobs = {(model, kind): job for model in models for kind, job in family(scene, model)}
-        self.ideals = {
-            (model, kind): Job(ideal, model)
-            for model in models
-            for kind, ideal in ideal_scenes(scene, model).items()
-        }
-
-
 def _at(scene: Scene, models: tuple[str, str], accuracy: str | float) -> Scene:
     values: dict[str, object] = {}
     for model in models:
@@ -195,20 +181,7 @@ def _command(scene: Scene, models: tuple[str, str], accuracy: str | float | None
     )
 
 
-def family(scene: Scene, model: str) -> list[tuple[str, Job]]:
-    """Return the runs that give a model's uncertainty, by their names in `accuracy.uncertainty.Runs`."""
-    return [(kind, Job(level, model)) for kind, level in levels(scene, model).items()]
-
-
-def levels(scene: Scene, model: str) -> dict[str, Scene]:
-    """Return the scenes of these runs: base, finer, coarser, perturbed; as available."""
-    coarse = coarser(model, scene)
-    variants = {"base": scene, "finer": finer(model, scene), "coarser": coarse}
-    there = {kind: variant for kind, variant in variants.items() if variant is not None}
-    return there if coarse is None else there | perturbed_scenes(coarse)
-
-
-def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
+def _judge(plan: Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
     scene, models = plan.scene, plan.models
 
     def refused(reason: str, **more: Any) -> Validation:
@@ -226,7 +199,7 @@ def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
             partial={} if outcome.partial is None else {name: outcome.partial},
             tracebacks={name: outcome.traceback} if outcome.traceback else {},
         )
-    runs = _runs(plan, outcomes)
+    runs = sorted_runs(plan, outcomes)
     try:
         comparison = compare(
             runs[models[0]],
@@ -242,24 +215,7 @@ def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
     return Validation(comparison, runs)
 
 
-def _runs(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> dict[str, Runs]:
-    """Sort the tables of runs that all succeeded by model."""
-    return {
-        model: Runs(
-            refinement=refinement(model, plan.scene),
-            **{
-                kind: outcome.table
-                for (of, kind), outcome in outcomes.items()
-                if of == model and outcome.table
-            },
-        )
-        for model in plan.models
-    }
-
-
-def _with_reliability(
-    result: Validation, plan: _Plan, outcomes: dict[tuple[str, str], Outcome]
-) -> Validation:
+def _with_reliability(result: Validation, plan: Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
     """Add the reliability where both models ran; a failed run of the ideal mechanism is only reported.
 
     Not where an installed model does not run it at all: it refuses the scene, or lacks channels.
@@ -276,7 +232,7 @@ def _with_reliability(
     if failed:
         found = ReliabilityComparison(scene.reliability, missing=f"the ideal mechanism: {failed[0]}")
     else:
-        ideals, runs = _runs(plan, outcomes), result.runs
+        ideals, runs = sorted_runs(plan, outcomes), result.runs
         try:
             quantities = compare_reliability(
                 (runs[a], runs[b]),

@@ -7,7 +7,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from comparison.accuracy.tiers import TIERS
-from comparison.agreement.cross_check import Validation, family, validate
+from comparison.agreement.cross_check import Validation, validate
+from comparison.agreement.planned_runs import family
 from comparison.agreement.results import no_comparison
 from comparison.cli.console import described, is_refusal
 from comparison.cli.progress import Reporter

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 from comparison.accuracy.levels import refinement
 from comparison.accuracy.thresholds import thresholds_record
 from comparison.agreement.compare import Runs
-from comparison.agreement.cross_check import family
+from comparison.agreement.planned_runs import family
 from comparison.engines.platform import platform_name, versions
 from comparison.execution.job import Job, Outcome, Progress, RunError
 from comparison.execution.run import run_all

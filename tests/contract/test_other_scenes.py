@@ -7,7 +7,7 @@ import exudyn_model
 import reference_model
 from comparison.accuracy.levels import refinement
 from comparison.agreement.compare import Runs, compare
-from comparison.agreement.cross_check import levels
+from comparison.agreement.planned_runs import levels
 from comparison.agreement.results import SceneComparison
 from comparison.scene import load_scene
 from comparison.tables.table import Table

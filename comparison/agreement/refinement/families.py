@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from comparison.accuracy.levels import refinement
 from comparison.accuracy.uncertainty import Runs, perturbed_scenes
-from comparison.agreement.cross_check import levels
+from comparison.agreement.planned_runs import levels
 from comparison.agreement.refinement.estimate import Estimate, estimate
 from comparison.execution.job import Outcome
 from comparison.scene import Scene

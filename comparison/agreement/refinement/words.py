@@ -6,7 +6,7 @@ from math import inf, isfinite
 
 from comparison.accuracy.levels import expected
 from comparison.accuracy.uncertainty import SAFETY_FACTOR, movable, perturbation
-from comparison.agreement.cross_check import levels
+from comparison.agreement.planned_runs import levels
 from comparison.agreement.refinement.accurate_run import AccurateRun, Limit
 from comparison.agreement.refinement.estimate import FLOOR, Estimate
 from comparison.agreement.refinement.steps import settings

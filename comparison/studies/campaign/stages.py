@@ -13,7 +13,7 @@ from dataclasses import asdict
 from comparison.accuracy.levels import refinement
 from comparison.accuracy.thresholds import thresholds
 from comparison.agreement.compare import Runs, compare
-from comparison.agreement.cross_check import levels
+from comparison.agreement.planned_runs import levels
 from comparison.agreement.results import SceneComparison
 from comparison.execution.job import MODELS, VIOLATED, Outcome
 from comparison.execution.ledger import Row

@@ -9,7 +9,7 @@ from typing import Any
 
 from comparison.accuracy.levels import refinement
 from comparison.agreement.compare import Runs
-from comparison.agreement.cross_check import levels
+from comparison.agreement.planned_runs import levels
 from comparison.execution.job import Progress, kernels
 from comparison.execution.run import run_one
 from comparison.execution.task_order import Kernels

@@ -10,7 +10,7 @@ import numpy as np
 from comparison.accuracy.levels import refinement
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.uncertainty import Runs
-from comparison.agreement.cross_check import levels
+from comparison.agreement.planned_runs import levels
 from comparison.execution.job import MODELS, Job, Progress, successful
 from comparison.execution.run import run_all
 from comparison.formatting import number, percent, quantity

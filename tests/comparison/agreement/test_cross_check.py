@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from comparison.accuracy.levels import AccuracyError
-from comparison.agreement import cross_check
+from comparison.agreement import cross_check, planned_runs
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.confirmation_refined import refined
 from comparison.agreement.cross_check import validate
@@ -64,9 +64,9 @@ def test_the_reliability_is_a_finding_of_its_own_and_a_failed_ideal_run_only_rep
 
 @pytest.mark.usefixtures("fake_models")
 def test_where_the_ideal_mechanism_cannot_be_run_the_verdict_stands(scene, gravity, monkeypatch):
-    usual = cross_check.ideal_scenes
+    usual = planned_runs.ideal_scenes
     monkeypatch.setattr(
-        cross_check,
+        planned_runs,
         "ideal_scenes",
         lambda scene, model: {
             kind: ideal.with_values({"environment.gravity": gravity.fail})
