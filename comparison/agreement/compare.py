@@ -12,8 +12,9 @@ from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.uncertainty import Levels, Runs, round_off, uncertainty, window_samples
 from comparison.agreement.attribution import attribute
 from comparison.agreement.results import ChannelComparison, SceneComparison
+from comparison.agreement.scene_verdict import scene_verdict
 from comparison.agreement.time_checks import between, check_holes, check_times, kinds, too_late
-from comparison.agreement.verdict import compare_channel, scene_verdict
+from comparison.agreement.verdict import compare_channel
 from comparison.execution.quality_checks import contact_warnings
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.align import align

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from comparison.accuracy.thresholds import thresholds
 from comparison.agreement.confirmation_causes import judged_samples
 from comparison.agreement.results import scene_coverage
-from comparison.agreement.verdict import compare_channel, scene_verdict
+from comparison.agreement.scene_verdict import scene_verdict
+from comparison.agreement.verdict import compare_channel
 from comparison.scene import load_scene
 from comparison.tables.channels import Channel, channels
 

@@ -13,7 +13,8 @@ from outline import page
 
 from comparison.accuracy.thresholds import thresholds
 from comparison.agreement.results import Attribution, SceneComparison
-from comparison.agreement.verdict import compare_channel, scene_verdict
+from comparison.agreement.scene_verdict import scene_verdict
+from comparison.agreement.verdict import compare_channel
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
 
