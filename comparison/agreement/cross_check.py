@@ -18,7 +18,7 @@ from comparison.accuracy.tiers import TIERS, tight
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.confirmation import Run
 from comparison.agreement.confirmation_refined import RunFamilies, confirm_refined
-from comparison.agreement.planned_runs import Plan, sorted_runs
+from comparison.agreement.planned_runs import families, ideal_runs, sorted_runs
 from comparison.agreement.results import SceneComparison, no_comparison
 from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
 from comparison.execution.run import run_all
@@ -102,7 +102,7 @@ def validate(
     if accuracy is not None:
         scenes = [_at(scene, models, accuracy) for scene in scenes]
     planned = [
-        Plan(scene, tier, models, command)
+        _Plan(scene, tier, models, command)
         for usual, closer, command in zip(scenes, strict, commands, strict=True)
         for tier, scene in (("standard", usual), ("tight", closer))
         if scene is not None
@@ -119,11 +119,11 @@ def validate(
         return [outcome.table for outcome in ran if outcome.table is not None]
 
     def run_families(scene: Scene) -> tuple[Runs, Runs] | None:
-        plan = Plan(scene, "", models, "")
-        ran = dict(zip(plan.jobs, run_all(list(plan.jobs.values()), n_jobs, on_progress), strict=True))
+        jobs = families(scene, models)
+        ran = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
         if any(outcome.table is None for outcome in ran.values()):
             return None
-        runs = sorted_runs(plan, ran)
+        runs = sorted_runs(scene, models, ran)
         return runs[models[0]], runs[models[1]]
 
     results: list[Validation] = []
@@ -147,23 +147,24 @@ def _with_tight(usual: Validation, closer: Validation) -> Validation:
     )
 
 
-def _confirmed(result: Validation, plan: Plan, run: Run, run_families: RunFamilies) -> Validation:
+def _confirmed(result: Validation, plan: _Plan, run: Run, run_families: RunFamilies) -> Validation:
     """Confirm a difference, or withdraw it."""
     if not result.runs:
         return result
     a, b = plan.models
     pair = result.runs[a], result.runs[b]
-    return replace(
-        result,
-        comparison=confirm_refined(
-            result.comparison,
-            pair,
-            scene=plan.scene,
-            models=plan.models,
-            run=run,
-            run_families=run_families,
-        ),
+    confirmed = confirm_refined(
+        result.comparison, pair, scene=plan.scene, models=plan.models, run=run, run_families=run_families
     )
+    return replace(result, comparison=confirmed)
+
+
+class _Plan:
+    """A comparison to be made, with its runs."""
+
+    def __init__(self, scene: Scene, tier: str, models: tuple[str, str], command: str) -> None:
+        self.scene, self.tier, self.models, self.command = scene, tier, models, command
+        self.jobs, self.ideals = families(scene, models), ideal_runs(scene, models)
 
 
 def _at(scene: Scene, models: tuple[str, str], accuracy: str | float) -> Scene:
@@ -181,7 +182,7 @@ def _command(scene: Scene, models: tuple[str, str], accuracy: str | float | None
     )
 
 
-def _judge(plan: Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
+def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
     scene, models = plan.scene, plan.models
 
     def refused(reason: str, **more: Any) -> Validation:
@@ -199,7 +200,7 @@ def _judge(plan: Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
             partial={} if outcome.partial is None else {name: outcome.partial},
             tracebacks={name: outcome.traceback} if outcome.traceback else {},
         )
-    runs = sorted_runs(plan, outcomes)
+    runs = sorted_runs(scene, models, outcomes)
     try:
         comparison = compare(
             runs[models[0]],
@@ -215,7 +216,9 @@ def _judge(plan: Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
     return Validation(comparison, runs)
 
 
-def _with_reliability(result: Validation, plan: Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
+def _with_reliability(
+    result: Validation, plan: _Plan, outcomes: dict[tuple[str, str], Outcome]
+) -> Validation:
     """Add the reliability where both models ran; a failed run of the ideal mechanism is only reported.
 
     Not where an installed model does not run it at all: it refuses the scene, or lacks channels.
@@ -232,7 +235,7 @@ def _with_reliability(result: Validation, plan: Plan, outcomes: dict[tuple[str, 
     if failed:
         found = ReliabilityComparison(scene.reliability, missing=f"the ideal mechanism: {failed[0]}")
     else:
-        ideals, runs = sorted_runs(plan, outcomes), result.runs
+        ideals, runs = sorted_runs(scene, plan.models, outcomes), result.runs
         try:
             quantities = compare_reliability(
                 (runs[a], runs[b]),

@@ -23,29 +23,32 @@ def levels(scene: Scene, model: str) -> dict[str, Scene]:
     return there if coarse is None else there | perturbed_scenes(coarse)
 
 
-class Plan:
-    """Runs of a comparison, and those of the ideal mechanism for the reliability."""
-
-    def __init__(self, scene: Scene, tier: str, models: tuple[str, str], command: str) -> None:
-        self.scene, self.tier, self.models, self.command = scene, tier, models, command
-        self.jobs = {(model, kind): job for model in models for kind, job in family(scene, model)}
-        self.ideals = {
-            (model, kind): Job(ideal, model)
-            for model in models
-            for kind, ideal in ideal_scenes(scene, model).items()
-        }
+def families(scene: Scene, models: tuple[str, str]) -> dict[tuple[str, str], Job]:
+    """Return the runs of both models by model and name."""
+    return {(model, kind): job for model in models for kind, job in family(scene, model)}
 
 
-def sorted_runs(plan: Plan, outcomes: dict[tuple[str, str], Outcome]) -> dict[str, Runs]:
+def ideal_runs(scene: Scene, models: tuple[str, str]) -> dict[tuple[str, str], Job]:
+    """Return those of the ideal mechanism, by which the reliability is judged, in the same way."""
+    return {
+        (model, kind): Job(ideal, model)
+        for model in models
+        for kind, ideal in ideal_scenes(scene, model).items()
+    }
+
+
+def sorted_runs(
+    scene: Scene, models: tuple[str, str], outcomes: dict[tuple[str, str], Outcome]
+) -> dict[str, Runs]:
     """Sort the tables of runs that all succeeded by model."""
     return {
         model: Runs(
-            refinement=refinement(model, plan.scene),
+            refinement=refinement(model, scene),
             **{
                 kind: outcome.table
                 for (of, kind), outcome in outcomes.items()
                 if of == model and outcome.table
             },
         )
-        for model in plan.models
+        for model in models
     }
