@@ -46,7 +46,7 @@ SCIPY_LIMIT = 30_000
 """Steps and switches of a run by scipy, some 0.5 ms each."""
 OF_SIDES = "foundation"
 """The law whose contacts are of both corners of a side."""
-FINISHED, STOPPED = "finished", "stopped by the checker"
+FINISHED, STOPPED, REFUSED = "finished", "stopped by the checker", "refused"
 JUDGED = (FINISHED, STOPPED)
 """Runs that the reference itself stops have no result to check."""
 STATUS = {
@@ -101,8 +101,11 @@ def followed(draw: Draw, limit: int = LIMIT) -> Found:
 def tabulated(draw: Draw) -> Found:
     """Check a run by its table: corners from the slider's x and angle, contacts from its events."""
     scene = load_scene(draw.scene, draw.values)
-    with patch.object(simulation, "SCIPY_STEPS_PER_CYCLE_LIMIT", SCIPY_LIMIT):
-        result = simulation.simulate(scene.data)
+    try:
+        with patch.object(simulation, "SCIPY_STEPS_PER_CYCLE_LIMIT", SCIPY_LIMIT):
+            result = simulation.simulate(scene.data)
+    except ValueError:  # a tolerance too coarse for the clearance
+        return Found(REFUSED, 0, Worst())
     times, events = result.columns["time"], result.events
     deepest, when, violations = 0.0, 0.0, 0
     for corner, depth in depths(scene, result.columns).items():

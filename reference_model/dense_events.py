@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from reference_model.compiled import kernel
 from reference_model.constants import Constants
-from reference_model.events import MOST_INTERVALS, ROUNDING
+from reference_model.events import DEEPEST, MOST_INTERVALS, ROUNDING
 from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array
 from reference_model.integrate import VELOCITY_TIME
 from reference_model.isolation import (
@@ -26,6 +26,7 @@ from reference_model.isolation import (
     SETTLED,
     UNCLEAR,
     classify,
+    dips,
     last_positive,
 )
 from reference_model.switching import MARGINS, NONE, margin_at, margin_of, margin_state, margin_value
@@ -50,6 +51,12 @@ def _margin_in(
 
 
 @kernel
+def _deepest(kind: int, sign: float, tolerance: float) -> float:
+    """Return how far below zero a margin may start, m or m/s: an open contact's gap as far as it is known."""
+    return max(DEEPEST, tolerance) if kind == GAP and sign > 0.0 else np.inf
+
+
+@kernel
 def _unsettled(
     c: Constants, modes: Array, after: Array, times: Array, states: Array, tolerance: float
 ) -> Array:
@@ -67,7 +74,8 @@ def _unsettled(
                 values[j] = _margin_in(c, modes, k, kind, sign, bound, times[j], states[j])
             end = margin_at(c, modes, k, kind, sign, bound, after)
             resolution = tolerance if kind == GAP else tolerance / VELOCITY_TIME
-            if end < 0.0 or classify(values, values[0] <= ROUNDING, resolution) != SETTLED:
+            starting = values[0] <= ROUNDING and not dips(values, _deepest(kind, sign, tolerance))
+            if end < 0.0 or classify(values, starting, resolution) != SETTLED:
                 found[count, 0], found[count, 1] = k, number
                 count += 1
     return found[:count]
@@ -110,15 +118,21 @@ def departure(value: Margin, start: float, reach: float) -> float:
     return start
 
 
-def end_of_mode(value: Margin, start: float, end: float, resolution: float) -> float | None:
-    """Return the time (s) at which `value` first turns negative, by the rule of `events.end_of_mode`."""
+def end_of_mode(
+    value: Margin, start: float, end: float, resolution: float, deepest: float = np.inf
+) -> float | None:
+    """Return the time (s) at which `value` first turns negative, by the rule of `events.end_of_mode`.
+
+    `deepest`: how far below zero it may start, m or m/s.
+    """
     lo, width = 0.0, 1.0
     length = end - start
     for _ in range(MOST_INTERVALS):
         hi = min(1.0, lo + width)
         times = start + (lo + (hi - lo) * NODES) * length
         values = np.array([value(t) for t in times])
-        found = classify(values, lo == 0.0 and values[0] <= ROUNDING, resolution)
+        starting = lo == 0.0 and values[0] <= ROUNDING and not dips(values, deepest)
+        found = classify(values, starting, resolution)
         if found == CROSSES:
             return zero(value, times[last_positive(values, resolution)], times[-1])
         if found == BELOW:
@@ -155,7 +169,8 @@ def first_switch(
     for contact, number in _unsettled(c, modes, after, times, states, tolerance).astype(int):
         kind, sign, bound = margin_of(c, modes, contact, number)
         value = margin(c, modes, dense, kind, contact, sign, bound)
-        at = end_of_mode(value, t0, t1, tolerance if kind == GAP else tolerance / VELOCITY_TIME)
+        resolution = tolerance if kind == GAP else tolerance / VELOCITY_TIME
+        at = end_of_mode(value, t0, t1, resolution, _deepest(kind, sign, tolerance))
         if at is None and margin_at(c, modes, contact, kind, sign, bound, after) < 0.0:
             at = departure(value, t0, t1)
         if at is not None:

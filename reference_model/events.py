@@ -24,12 +24,15 @@ from reference_model.isolation import (
     UNCLEAR,
     classify,
     crossing,
+    dips,
 )
-from reference_model.step_bounds import is_settled
+from reference_model.step_bounds import LOCATED, is_settled
 from reference_model.switching import MARGINS, NONE, margin_at, margin_of, margin_state, margin_value
 
 ROUNDING = 1.0e-15
 """m or m/s; gaps are differences of coordinates near 0.55 m and round at 1e-16 m, slips of some m/s too."""
+DEEPEST = 2.0 * LOCATED
+"""m; an open contact is no deeper in its wall where it begins, by both what it ended at and its rounding."""
 MOST_INTERVALS = 1000
 """A margin that is still not settled then is nothing but rounding: its mode ends. Usual are 1 to 10."""
 
@@ -55,7 +58,9 @@ def end_of_mode(
     `at_start`, `at_end`: its values there.
 
     A mode that has just begun starts at zero but for rounding, and can turn right before it ends; where it
-    does not, it ends at once, at 0.0. `state` and `values`, shape (POINTS,), are overwritten.
+    does not, it ends at once, at 0.0. So does that of an open contact which goes deeper into its wall than it
+    is located to, whether or not it comes out again within the step: it starts at its wall and approaches.
+    `state` and `values`, shape (POINTS,), are overwritten.
     """
     lo, width = 0.0, 1.0
     for _ in range(MOST_INTERVALS):
@@ -69,7 +74,10 @@ def end_of_mode(
             else:
                 values[j] = margin_within(c, modes, k, kind, sign, bound, x, t, h, y, f, state)
         # What a mode that begins within rounding does first is no matter of sign.
-        found = classify(values, lo == 0.0 and values[0] <= ROUNDING, RESOLUTION)
+        starting = lo == 0.0 and values[0] <= ROUNDING
+        if kind == GAP and sign > 0.0 and dips(values, DEEPEST):
+            starting = False
+        found = classify(values, starting, RESOLUTION)
         if found == CROSSES:
             return lo + (hi - lo) * crossing(values, RESOLUTION)
         if found == BELOW:

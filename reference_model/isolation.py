@@ -82,6 +82,15 @@ def classify(values: Array, starting: bool, resolution: float) -> int:
 
 
 @bare
+def dips(values: Array, depth: float) -> bool:
+    """Return whether a function at `NODES` is anywhere more than `depth` below zero."""
+    for j in range(POINTS):
+        if values[j] < -depth:
+            return True
+    return False
+
+
+@bare
 def last_positive(values: Array, resolution: float) -> int:
     """Return the last point at which a function is certainly positive; -1: there is none.
 

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
 from reference_model.dense_events import end_of_mode
+from reference_model.events import DEEPEST
 from reference_model.isolation import (
     BELOW,
     CROSSES,
@@ -39,6 +40,15 @@ def test_two_zeros_close_together_between_open_ends_are_found(at, depth) -> None
 @pytest.mark.parametrize("height", [1e-12, 1e-9])
 def test_a_minimum_above_zero_is_no_end(height) -> None:
     assert end_of_mode(lambda x: (x - 0.4142) ** 2 + height, 0.0, 1.0, RESOLUTION) is None
+
+
+@pytest.mark.parametrize("depth", [1e-6, 1e-10, 1e-11])
+def test_what_starts_at_zero_and_goes_below_ends_at_once(depth) -> None:
+    """Unless it may: a mode located a little too early comes right."""
+    dip = lambda x: 16.0 * depth * x * (x - 0.5)  # noqa: E731  deepest at a quarter of the step, open at its end
+    assert end_of_mode(dip, 0.0, 1.0, RESOLUTION, DEEPEST) == 0.0
+    assert end_of_mode(dip, 0.0, 1.0, RESOLUTION) is None
+    assert end_of_mode(lambda x: x - 1e-12, 0.0, 1.0, RESOLUTION, DEEPEST) is None
 
 
 def test_a_dip_within_the_resolution_is_no_end() -> None:

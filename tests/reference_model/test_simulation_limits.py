@@ -25,6 +25,23 @@ def test_start_exactly_on_a_wall_runs(scene) -> None:
     assert result.columns["slider_x"].min() > -0.5502 - 1e-5
 
 
+@pytest.mark.parametrize("speed", [1e-5, 1e-3])
+@pytest.mark.parametrize("clearance", [2e-4, 2e-4 * (1.0 + 1e-12)], ids=["on it", "2e-16 m off"])
+def test_a_start_on_a_wall_and_into_it_is_a_contact_from_the_start(scene, clearance, speed) -> None:
+    """The slider turns within the first step: its gap is open at both ends, and in the wall between.
+
+    Before, at 1e-5 m/s there was no contact. Undamped at so low a force it comes back at almost its speed v,
+    and is in the wall for 2 v / a = 4.66e-6 s at its acceleration of 4.29 m/s^2.
+    """
+    changes = {"initial.slider_offset": 2e-4, "initial.slider_vx": speed, "clearance.slider": clearance}
+    result = simulate(scene({**changes, "drive.cycles": 0.01}))
+    assert set(result.events["corner"][:2]) == {"lr", "ur"}
+    assert result.events["start"][:2] == pytest.approx(0.0, abs=1e-10)
+    assert result.events["normal_speed"][:2] == pytest.approx(max(speed, 1e-4), rel=1e-6)
+    if speed == 1e-5:
+        assert result.events["end"][:2] == pytest.approx(2.0 * speed / 4.29, rel=1e-3)
+
+
 def test_grazing_touch_within_one_step_is_seen(scene) -> None:
     """A dip into the wall far shallower than a step sees at its ends is found at the extremum in between.
 
