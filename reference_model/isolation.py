@@ -84,10 +84,10 @@ def classify(values: Array, starting: bool, resolution: float) -> int:
 @bare
 def dips(values: Array, depth: float) -> bool:
     """Return whether a function at `NODES` is anywhere more than `depth` below zero."""
+    least = 0.0
     for j in range(POINTS):
-        if values[j] < -depth:
-            return True
-    return False
+        least = min(least, values[j])
+    return least < -depth
 
 
 @bare
