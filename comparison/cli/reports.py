@@ -7,6 +7,7 @@ is called by ``make reports`` in the folder of the README.
 
 from __future__ import annotations
 
+import argparse
 import re
 from pathlib import Path
 
@@ -113,4 +114,5 @@ def _write(text: str, path: Path) -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()  # an argument is a mistake
     main()

@@ -137,9 +137,9 @@ def _poincare(runs: Runs, path: Path) -> None:
     """Draw sections of x at the start's angle and where widest, and of the error of y (Fig. 14b, f)."""
     width = np.ptp(of_x(runs, MODELS[0])[0][1:], axis=0)
     sections = (
-        (of_x, 0, 1e3, "slider x (µm)", 1.0, "velocity of x (mm/s)"),
+        (of_x, 0, 1e6, "slider x (nm)", 1e3, "velocity of x (µm/s)"),
         (of_x, int(width.argmax()), 1e3, "slider x (µm)", 1.0, "velocity of x (mm/s)"),
-        (of_error, 0, 1.0, "error of y (µm)", 1.0, "its rate (mm/s)"),
+        (of_error, 0, 1e3, "error of y (nm)", 1e3, "its rate (µm/s)"),
     )
     with grid(path, len(sections), MODELS, 6.6, sharex="row", sharey="row") as axes:
         for row, (plane, at, scale, across, scale_v, up) in zip(axes, sections, strict=True):
