@@ -32,7 +32,7 @@ from reference_model.switching import MARGINS, NONE, margin_at, margin_of, margi
 ROUNDING = 1.0e-15
 """m or m/s; gaps are differences of coordinates near 0.55 m and round at 1e-16 m, slips of some m/s too."""
 DEEPEST = 2.0 * LOCATED
-"""m; an open contact is no deeper in its wall where it begins, by both what it ended at and its rounding."""
+"""m; twice what an open contact may begin with, where the one before was located a little too early."""
 MOST_INTERVALS = 1000
 """A margin that is still not settled then is nothing but rounding: its mode ends. Usual are 1 to 10."""
 
