@@ -30,8 +30,8 @@ def test_start_exactly_on_a_wall_runs(scene) -> None:
 def test_a_start_on_a_wall_and_into_it_is_a_contact_from_the_start(scene, clearance, speed) -> None:
     """The slider turns within the first step: its gap is open at both ends, and in the wall between.
 
-    Before, at 1e-5 m/s there was no contact. Undamped at so low a force it comes back at almost its speed v,
-    and is in the wall for 2 v / a = 4.66e-6 s at its acceleration of 4.29 m/s^2.
+    At 1e-5 m/s it is 1.2e-11 m deep: the wall's force is negligible there beside what the drive makes of its
+    acceleration a, 4.29 m/s^2, and it is in the wall for 2 v / a = 4.66e-6 s.
     """
     changes = {"initial.slider_offset": 2e-4, "initial.slider_vx": speed, "clearance.slider": clearance}
     result = simulate(scene({**changes, "drive.cycles": 0.01}))
@@ -39,7 +39,7 @@ def test_a_start_on_a_wall_and_into_it_is_a_contact_from_the_start(scene, cleara
     # 2e-16 m are passed in 2e-11 s, and change the speed by less than the acceleration times that.
     assert result.events["start"][:2] == pytest.approx(0.0, abs=1e-10)
     assert result.events["normal_speed"][:2] == pytest.approx(max(speed, 1e-4), rel=1e-6)
-    if speed == 1e-5:  # two digits and a half of the acceleration
+    if speed == 1e-5:  # as exact as the acceleration is given
         assert result.events["end"][:2] == pytest.approx(2.0 * speed / 4.29, rel=1e-3)
 
 
