@@ -47,7 +47,7 @@ from reference_model.progress import (
     reached,
 )
 from reference_model.reactions import REACTIONS
-from reference_model.watch import watch_contacts
+from reference_model.watch import watch_contacts, watch_open
 
 
 class Samples(NamedTuple):
@@ -105,6 +105,9 @@ def note_step(
         share = (times[count] - t_cycle - t) / h
         note_inside(c, p, share, t, h, f, samples, forces, size, state, dy, contacts, observed)
         keep(samples, count, observed)
+        if forces:
+            # Not the forces: in stiff contacts those of the dense output are less accurate than the steps'.
+            watch_open(p.modes, contacts, times[count], p.watch)
         count += 1
     p.counters[SAMPLES] = count
     if peak:

@@ -34,7 +34,7 @@ from reference_model.parameters import SCIPY_METHODS
 from reference_model.peaks import force_peak, has_peak
 from reference_model.progress import BUFFERED, ENDED, EVENT_BUFFER, SAMPLES, STEPS, SWITCHES, Progress, switch
 from reference_model.recording import Samples, keep
-from reference_model.watch import watch_contacts, watch_energy
+from reference_model.watch import watch_contacts, watch_energy, watch_open
 
 SOLVERS: dict[str, type[OdeSolver]] = dict(zip(SCIPY_METHODS, (BDF, Radau, LSODA, DOP853), strict=True))
 """By the name of the method in a scene."""
@@ -180,6 +180,7 @@ class ScipySolver:
             # A sample on a step's end belongs to the next step: the right limit at a jump.
             self._observe(times[count], dense(times[count]), self._contacts, self._observed)
             keep(samples, count, self._observed)
+            watch_open(p.modes, self._contacts, times[count], p.watch)
             count += 1
         p.counters[SAMPLES] = count
         self._observe(end, y, self._after, self._observed)

@@ -1,7 +1,9 @@
 """What no correct run can show, watched in every run: each invariant's worst value, its time and its bound.
 
 The values are taken from the contacts' states at the ends of accepted steps, not from what located the
-events. A run in which one is outside its bound gets the status `invariant-violated`.
+events. How deep an open contact is inside its wall is taken from the samples too, where they have forces:
+within a step they show a contact that was stepped over. A run in which one is outside its bound gets the
+status `invariant-violated`.
 """
 
 from reference_model.compiled import bare, inlined, kernel
@@ -23,6 +25,14 @@ def _note(watch: Array, row: int, value: float, t: float, contact: int) -> None:
 
 
 @inlined
+def watch_open(modes: Array, contacts: Array, t: float, watch: Array) -> None:
+    """Note depths outside contacts; parameters as of `watch_contacts`."""
+    for k in range(CONTACTS):
+        if modes[INSIDE, k] == 0.0 and -contacts[GAP, k] > watch[OPEN_DEPTH, WORST]:
+            _note(watch, OPEN_DEPTH, -contacts[GAP, k], t, k)
+
+
+@inlined
 def watch_contacts(modes: Array, contacts: Array, t: float, watch: Array) -> None:
     """Note depths outside contacts, pulls and driving friction of one state.
 
@@ -35,12 +45,10 @@ def watch_contacts(modes: Array, contacts: Array, t: float, watch: Array) -> Non
     watch
         Updated, shape (WATCHED, 3): worst value, time (s) and contact of each invariant.
     """
+    watch_open(modes, contacts, t, watch)
     for k in range(CONTACTS):
-        if modes[INSIDE, k] == 0.0:
-            if -contacts[GAP, k] > watch[OPEN_DEPTH, WORST]:
-                _note(watch, OPEN_DEPTH, -contacts[GAP, k], t, k)
-            if contacts[NORMAL, k] == 0.0:
-                continue
+        if modes[INSIDE, k] == 0.0 and contacts[NORMAL, k] == 0.0:
+            continue
         normal = contacts[NORMAL, k]
         if normal > watch[LARGEST_FORCE, WORST]:
             _note(watch, LARGEST_FORCE, normal, t, k)
