@@ -13,8 +13,17 @@ from reference_model.progress import begin
 from reference_model.reading import read_parameters
 from reference_model.recording import samples_of
 from reference_model.start import start
-from reference_model.step_bounds import LOCATED, LOCATED_SPEED
-from reference_model.watch import DRIVING_FRICTION, PULL, WATCHED, WORST, watch_contacts, watch_start
+from reference_model.step_bounds import LOCATED, LOCATED_SPEED, step_may_switch
+from reference_model.watch import (
+    DRIVING_FRICTION,
+    OPEN_DEPTH,
+    PULL,
+    TIME,
+    WATCHED,
+    WORST,
+    watch_contacts,
+    watch_start,
+)
 
 
 @pytest.fixture
@@ -47,6 +56,26 @@ def test_a_step_that_is_not_searched_flies_through_the_wall(scene, monkeypatch) 
     monkeypatch.setattr(integrate, "step_may_switch", lambda *_: False)
     integrate.advance.py_func(c, progress, 0.05, 0.05, 1e-9, p.period / 50, 10**5, nothing)
     assert broken(p, progress.watch) == "open-depth"
+
+
+def test_a_contact_within_a_step_that_is_not_searched_shows_in_the_samples(scene, monkeypatch) -> None:
+    """Both ends of the step are open and moving away: two corners' contacts at 0.2454 s lie between."""
+    grazing = {"drive.speed_rpm": 300.0, "initial.slider_offset": 4.624471986426843e-05}
+    p = read_parameters(scene(grazing))
+    c, y0 = start(p, Formulation.SLIDER)
+    progress = begin(c, y0, 1e-6)
+    samples = samples_of(("corner_ul_gap",), np.arange(0.0, 0.25, p.period / 500))
+
+    def at_the_end(c, modes, h, before, stages, deviations) -> bool:
+        searched = step_may_switch(c, modes, h, before, stages, deviations)
+        return searched and bool(modes[INSIDE].any() or (stages[-1, GAP] < 0.0).any())
+
+    monkeypatch.setattr(integrate, "step_may_switch", at_the_end)
+    for t_stop in (0.1, 0.2, 0.249):
+        integrate.advance.py_func(c, progress, t_stop, 0.25, 1e-9, p.period / 50, 10**5, samples)
+    assert broken(p, progress.watch) == "open-depth"
+    assert 1e-7 < progress.watch[OPEN_DEPTH, WORST] < 1e-6
+    assert 0.2454 < progress.watch[OPEN_DEPTH, TIME] < 0.2487
 
 
 def test_a_wall_that_pulls(parameters) -> None:
@@ -195,7 +224,6 @@ def test_random_scenes_keep_all_invariants(
         "contact.restitution": restitution,
         "friction.coefficient": friction,
         "solver.reference.tolerance": tolerance,
-        "output.groups": [],
     }
     result = simulate(scene(changes))
     assert result.status == "success", result.remedy
