@@ -209,7 +209,7 @@ def scheduler(fake_models, tmp_path):
 def test_a_cluster_gives_the_same_table(scheduler, here, tmp_path):
     axis = ["--latin", "drive.speed_rpm=100:200", "--points", "12", "--model", "reference,exudyn"]
     env = environment(tmp_path)
-    for more in (["--out", "processes"], ["--out", "cluster", "--scheduler", scheduler]):
+    for more in (["--out", "processes", "--jobs", "2"], ["--out", "cluster", "--scheduler", scheduler]):
         subprocess.run(command(*axis, *more), env=env, cwd=tmp_path, check=True, timeout=PATIENCE)
     ours, theirs = (Path(tmp_path, name, "sweep.csv").read_bytes() for name in ("processes", "cluster"))
     assert ours == theirs
