@@ -57,7 +57,13 @@ def called(checkout: Path, command: Command, cache: Path) -> tuple[float, float]
     """Call a command; return its processor time and wall time, s."""
     with tempfile.TemporaryDirectory() as folder:
         arguments = [each.replace("OUT", folder) for each in command.arguments]
-        environment = os.environ | {"PYTHONPATH": str(checkout), "SIXBAR_CACHE_DIR": str(cache)}
+        # Also with bytecode kept, as for a user, whatever this machine's setting.
+        environment = os.environ | {
+            "PYTHONPATH": str(checkout),
+            "SIXBAR_CACHE_DIR": str(cache),
+            "PYTHONDONTWRITEBYTECODE": "",
+            "PYTHONPYCACHEPREFIX": str(cache.with_suffix(".bytecode")),
+        }
         before, begun = _children(), time.perf_counter()
         ended = subprocess.run(
             [sys.executable, "-m", "comparison", *arguments],

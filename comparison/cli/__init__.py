@@ -2,6 +2,9 @@
 
 import sys
 
+from comparison.garbage import collect_rarely
+
+collect_rarely()  # importing makes most objects
 try:
     from comparison.cli.main import main
 except KeyboardInterrupt:  # importing takes long enough for a Ctrl-C

@@ -15,6 +15,8 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from typing import Any
 
+from comparison.garbage import collect_rarely
+
 Attempt = Callable[[Any, Callable[[float], None]], Any]
 """What a worker does with a task: it gets the task and a function to report the finished share to."""
 
@@ -89,6 +91,7 @@ def end(workers: Sequence[Worker]) -> None:
 
 def _serve(connection: Connection) -> None:
     """Process tasks until the connection ends (in the worker)."""
+    collect_rarely()
     if not sys.warnoptions:
         warnings.simplefilter("ignore")  # numpy's, of numbers that the checks of the run report
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # for systems without a signal mask to inherit
