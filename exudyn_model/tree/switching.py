@@ -10,7 +10,7 @@ from exudyn_model.contact.foundation import in_contact
 from exudyn_model.contact.gaps import corner_motion
 from exudyn_model.contact.journal import pin_motion
 from exudyn_model.contact.states import CORNERS, PIN
-from exudyn_model.tree.isolation import GAP_TOLERANCE, change_within
+from exudyn_model.tree.isolation import GAP_TOLERANCE, NEVER, change_within
 from exudyn_model.tree.motion import crank_and_rod2_at, interpolate, slider_motion
 from exudyn_model.tree.step_bounds import (
     corner_acceleration_bounds,
@@ -85,7 +85,7 @@ def accepted_fraction(
     contact = contacts[number]
     if np.isnan(fraction):
         return 0.5
-    if fraction * step >= least:
+    if fraction == NEVER or fraction * step >= least:
         return min(fraction, 1.0)
     if contact.closed > 0.0:
         # It separates at once. What comes back is another contact: the step must end before

@@ -233,3 +233,26 @@ def test_a_corner_that_starts_inside_its_wall_has_its_own_impact_speed_or_the_fl
         )  # 2e-6 s, 0.02 m/s
     assert not found.contacts("ll")
     assert not found.contacts("ul")
+
+
+@pytest.mark.parametrize("variant", ["reference-minimal", "reference-multiplier", "exudyn-tree"])
+def test_what_starts_far_inside_its_wall_leaves_where_damping_has_taken_the_force_away(run, variant) -> None:
+    """Its force of 9 MN accelerates it outwards until 1 + C d'/v = 0, within some 1e-11 s.
+
+    On the way nothing else moves it, so the impulse is mass times v / C; the mass is that which the force
+    accelerates at t = 0. Samples are 4e-9 s apart.
+    """
+    changes = {"initial.slider_offset": 0.01, "initial.slider_vx": 0.0, "friction.coefficient": 0.0}
+    found = run(
+        variant,
+        "150rpm-0.2mm",
+        {**changes, "drive.cycles": 1e-7, "output.samples_per_cycle": 100_000_000},
+    )
+    contact = found.scene["contact"]
+    force = sum(found.columns[f"corner_{corner}_normal"][0] for corner in ("lr", "ur"))
+    mass = -force / found.columns["slider_ax"][0]
+    speed = contact["impact_speed_floor"] / (0.75 * (1.0 - contact["restitution"] ** 2))
+    impulse = sum(found.contacts(corner)[0]["impulse"] for corner in ("lr", "ur"))
+    # The linkage's own 3 m/s^2 give 1e-6 of v / C until the force is gone; measured 1.1e-6 and 1.6e-6.
+    assert impulse == pytest.approx(mass * speed, rel=1e-5)
+    assert np.all(found.columns["corner_lr_normal"][1:] == 0.0)
