@@ -57,7 +57,7 @@ def called(checkout: Path, command: Command, cache: Path) -> tuple[float, float]
     """Call a command; return its processor time and wall time, s."""
     with tempfile.TemporaryDirectory() as folder:
         arguments = [each.replace("OUT", folder) for each in command.arguments]
-        # Also with bytecode kept, as for a user, whatever this machine's setting.
+        # Bytecode is kept, as by a user's Python, whatever this machine's setting.
         environment = os.environ | {
             "PYTHONPATH": str(checkout),
             "SIXBAR_CACHE_DIR": str(cache),

@@ -22,7 +22,7 @@ _COUNTING_IS_OPTIONAL = hasattr(_OPTIONS, "_nrt")
 
 
 def _import_without_blas() -> None:
-    """Import numba's functions of arrays, but not scipy's BLAS: a tenth of a run of 100 cycles went there.
+    """Import numba's functions of arrays, but not scipy's BLAS, which takes some 0.2 s.
 
     They import it only to know that it is there. Code that calls it imports it, by numba's own means.
     """

@@ -15,7 +15,7 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from typing import Any
 
-from comparison.garbage import collect_rarely
+from comparison.execution.garbage import collect_rarely
 
 Attempt = Callable[[Any, Callable[[float], None]], Any]
 """What a worker does with a task: it gets the task and a function to report the finished share to."""

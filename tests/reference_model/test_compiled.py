@@ -61,6 +61,24 @@ def test_a_numba_that_always_counts_references_gives_the_same(tmp_path: Path) ->
     assert run(SOURCES.parent, tmp_path, dropped) == run(SOURCES.parent, tmp_path / "other")
 
 
+def test_numba_still_imports_blas_where_code_needs_it() -> None:
+    """The kernels' compiler leaves out numba's look for it."""
+    code = """
+import sys
+from reference_model import compiler
+import numba, numpy as np
+assert "scipy.linalg" not in sys.modules
+
+@numba.njit
+def total(a, b):
+    return np.dot(a, b) + np.correlate(a, b)[0] + np.linalg.solve(np.eye(3), b)[0]
+
+print(total(np.arange(3.0), np.ones(3)))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert float(done.stdout) == 7.0
+
+
 def test_what_two_processes_compiled_for_two_formulations_has_no_symbol_in_common() -> None:
     """A process that loads both ran the one's code in place of the other's, where the symbols were equal.
 

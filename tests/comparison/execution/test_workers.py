@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -25,6 +26,17 @@ def test_warnings_of_python_do_not_reach_the_terminal(capfd, monkeypatch):
     with closing(work(warn, [("one", None)], 1)) as events:
         assert list(events) == [("one", "done")]
     assert capfd.readouterr() == ("", "")
+
+
+def threshold(_task, _report):
+    return gc.get_threshold()[0]
+
+
+def test_a_worker_looks_for_garbage_rarely_and_the_process_that_starts_it_as_before():
+    before = gc.get_threshold()
+    with closing(work(threshold, [("one", None)], 1)) as events:
+        assert dict(events)["one"] >= 10_000
+    assert gc.get_threshold() == before
 
 
 def forever(_task, report):

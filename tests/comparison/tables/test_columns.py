@@ -97,7 +97,8 @@ def test_what_is_no_array_of_doubles_is_a_frame_as_before(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("scene", "unused"), [("ideal", {"pandas", "numba", "scipy"}), ("150rpm-0.2mm", {"pandas"})]
+    ("scene", "unused"),
+    [("ideal", {"pandas", "numba", "scipy"}), ("150rpm-0.2mm", {"pandas", "scipy.linalg"})],
 )
 def test_a_run_imports_nothing_heavy_that_it_does_not_need(tmp_path, scene, unused):
     """Each takes longer than such a run."""
