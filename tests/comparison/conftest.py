@@ -14,6 +14,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from comparison.cli.progress import Lines
 from comparison.engines.registry import GROUP
 from comparison.scene import Scene, load_scene
 from comparison.tables.table import Table
@@ -31,6 +32,12 @@ def _load() -> ModuleType:
 
 
 MODEL = _load()
+
+
+@pytest.fixture(autouse=True)
+def _progress_without_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the clock of progress stand still: what a command prints is the same however long its runs take."""
+    monkeypatch.setattr(Lines.__init__, "__defaults__", (lambda: 0.0,))
 
 
 @pytest.fixture
