@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import closing
 from copy import deepcopy
 from dataclasses import replace
@@ -20,8 +20,6 @@ from comparison.tables.channels import expected
 from comparison.tables.check import check
 from comparison.tables.result import Result
 from comparison.tables.table import Table, TableError
-
-Simulate = Callable[..., Any]
 
 
 def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table:
@@ -64,23 +62,6 @@ def run_uncached(job: Job, on_progress: Progress | None = None) -> Outcome:
             if on_progress:
                 on_progress(event.value)
     raise AssertionError("a worker's last event is an outcome or its death")
-
-
-def runner(model: str) -> Callable[[Scene], Table]:
-    """Return `run_one` of a model for many short runs: it is looked up once, which takes as long as one.
-
-    Raises
-    ------
-    EngineError
-        If there is no such model, or it cannot be imported.
-    """
-    simulate = load(model)
-
-    def run(scene: Scene) -> Table:
-        job = Job(scene, model)
-        return _of_scene(successful(_attempt(job, None, simulate), job), scene)
-
-    return run
 
 
 def run_all(
@@ -153,13 +134,10 @@ def _in_turn(tasks: Sequence[tuple[str, Job]]) -> Generator[tuple[str, Outcome]]
         yield key, _attempt(job, None)
 
 
-def _attempt(job: Job, progress: Progress | None, simulate: Simulate | None = None) -> Outcome:
+def _attempt(job: Job, progress: Progress | None) -> Outcome:
     """Run and check; any exception of a model becomes an outcome."""
     try:
-        if simulate is None:
-            result = _simulate(job.model, job.scene.data, progress)
-        else:
-            result = _started(simulate, job.scene.data, progress)
+        result = _simulate(job.model, job.scene.data, progress)
         table = Table.from_result(result)
         if result.status != "success":
             return Outcome(result.status, result.remedy, partial=table)
@@ -176,12 +154,8 @@ def _attempt(job: Job, progress: Progress | None, simulate: Simulate | None = No
 
 def _simulate(model: str, scene: dict[str, Any], progress: Progress | None) -> Result:
     """Start a model; imported here, so that reading tables and scenes requires none."""
-    return _started(load(model), scene, progress)
-
-
-def _started(simulate: Simulate, scene: dict[str, Any], progress: Progress | None) -> Result:
     # A copy: modifications of the scene by a model must not enter the table's record.
-    result: Result = simulate(deepcopy(scene), progress=progress)
+    result: Result = load(model)(deepcopy(scene), progress=progress)
     return result
 
 

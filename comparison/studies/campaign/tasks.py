@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
 from comparison.agreement.compare import Runs
 from comparison.agreement.confirmation import confirm as confirm_by_ensembles
 from comparison.agreement.results import SceneComparison
 from comparison.execution.job import MODELS, Job, Outcome, Progress, RunError, kernels
 from comparison.execution.ledger import Row
-from comparison.execution.run import runner
+from comparison.execution.run import run_one
 from comparison.execution.task_order import Kernels
 from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
 from comparison.scene import Scene, SceneError
@@ -23,7 +22,6 @@ from comparison.tables.table import Table
 LIMIT = 3600.0
 """s after which a scene is broken off. A model ends each of its runs at a limit of work of its own; this is
 for what hangs: ten times what the dearest scene took that came to the last stage."""
-_runner = cache(runner)
 
 
 @dataclass(frozen=True)
@@ -60,9 +58,9 @@ def examine_case(task: CaseTask, progress: Progress) -> Row:
 
 
 def run_here(scene: Scene, model: str) -> Outcome:
-    """Run a scene in this process; the model is looked up once."""
+    """Run a scene in this process."""
     try:
-        return Outcome("success", table=_runner(model)(scene))
+        return Outcome("success", table=run_one(scene, model))
     except RunError as error:
         return error.outcome
     except SceneError as error:

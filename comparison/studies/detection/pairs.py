@@ -12,7 +12,7 @@ from comparison.agreement.compare import Runs, compare
 from comparison.agreement.confirmation_refined import confirm_refined
 from comparison.agreement.results import SceneComparison
 from comparison.execution.job import RunError
-from comparison.execution.run import runner
+from comparison.execution.run import run_one
 from comparison.files import plain
 from comparison.scene import Scene, SceneError
 from comparison.studies.detection.copies import load_copy
@@ -96,11 +96,11 @@ class Pair(Comparison):
         side = self.a if first else self.b
         if side.engine:
             load_copy(side.engine)
-        run, given = runner(side.runs_by), _change(self.scene, side.scene)
+        given = _change(self.scene, side.scene)
         tables = []
         for scene in scenes:
             try:
-                table = run(given(scene))
+                table = run_one(given(scene), side.runs_by)
                 spoiled = self.spoiled(Runs(table), Runs(table))[0 if first else 1].base
             except (RunError, SceneError, TableError):
                 continue

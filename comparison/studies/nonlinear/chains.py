@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, fields
+from functools import partial
 
 import numpy as np
 
 from comparison.execution.job import Progress
 from comparison.execution.ledger import Row
-from comparison.execution.run import runner
+from comparison.execution.run import run_one
 from comparison.execution.task_store import SUCCESS, Task
 from comparison.scene import Scene
 from comparison.studies.nonlinear.methods.perturbed_orbits import PerturbedOrbits, follow
@@ -60,7 +61,7 @@ def perturbed_orbits_of(row: Row) -> PerturbedOrbits | None:
 
 def follow_press(chain: Chain) -> PerturbedOrbits:
     """Run the scene until its start is forgotten, and follow perturbed runs from there."""
-    run = runner(chain.model)
+    run = partial(run_one, model=chain.model)
     scene = chain.scene.with_values({"output.groups": ["corners"], "output.samples_per_cycle": SAMPLES})
     before = scene.with_values({"drive.cycles": float(TRANSIENT + 1)})
     when, state = _in_flight(before, run)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import partial
 from itertools import chain, islice
 
 import numpy as np
@@ -12,7 +12,7 @@ import pandas as pd
 
 from comparison.execution.job import Progress, RunError
 from comparison.execution.ledger import Row
-from comparison.execution.run import runner
+from comparison.execution.run import run_one
 from comparison.execution.task_store import Task, measure_all, on_processes
 from comparison.scene import Scene, SceneError
 from comparison.scene.criteria import RandomInput
@@ -32,7 +32,6 @@ RESPONSES = {
 """Largest errors of the second cycle and their units; against the ideal mechanism with the same numbers, or
 against that with none of them drawn, at equal crank angle."""
 _CHANNELS = ("slider_y", "slider_vy", "slider_ay")
-_runner = cache(runner)
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def run_draws(
 def measure(draws: Draws, progress: Progress) -> Row:
     """Run a chunk; a run that fails leaves its reason."""
     del progress
-    run = _runner("reference")
+    run = partial(run_one, model="reference")
     nominal = run(draws.scene.with_values(IDEAL))
     numbers, responses, failures = [], [], []
     for number in range(draws.first, draws.first + draws.count):

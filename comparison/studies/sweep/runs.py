@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import pandas as pd
 
 from comparison.execution.job import Progress
 from comparison.execution.ledger import Row
-from comparison.execution.run import runner
+from comparison.execution.run import run_one
 from comparison.execution.task_store import Task
 from comparison.scene import Scene, digest
 from comparison.studies.sweep.outputs import measure, needs_ideal
 from comparison.studies.sweep.points import Point
 
 IDEAL: Point = {"joints.slider": "ideal", "joints.crank_pin": "ideal", "output.groups": ["accelerations"]}
-_runner = cache(runner)
 
 
 @dataclass(frozen=True)
@@ -39,9 +37,9 @@ def run_point(task: SweepRun, progress: Progress) -> Row:
     """Run and measure."""
     del progress
     scene = task.base.with_values(task.point)
-    run = _runner(task.model)(scene)
+    run = run_one(scene, task.model)
     # Its closed form is the reference model's, whoever runs the scene: all motion is the drive's.
-    ideal = _runner("reference")(scene.with_values(IDEAL)) if needs_ideal(task.asked) else None
+    ideal = run_one(scene.with_values(IDEAL), "reference") if needs_ideal(task.asked) else None
     return {"values": measure(run, ideal, scene.period, task.asked)}
 
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
 from comparison.execution.job import Job, Progress, RunError, successful
 from comparison.execution.ledger import Row
-from comparison.execution.run import run_all, run_one, runner
+from comparison.execution.run import run_all, run_one
 from comparison.execution.task_store import Task
 from comparison.scene import Scene, SceneError
 from comparison.studies.shared.formulations import MINIMAL, TREE
@@ -76,7 +76,7 @@ def measure(task: Timed, progress: Progress) -> Row:
 
 def timed(task: Timed) -> tuple[float, Table]:
     """Return the least processor time of some runs, s, and a result; raises as `run_one`."""
-    run = runner(task.model)
+    run = partial(run_one, model=task.model)
     run(task.scene.with_values({"drive.cycles": WARM}))
     times: list[float] = []
     while len(times) < task.rounds or sum(times) < task.busy:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import shutil
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -228,7 +229,7 @@ def test_settings_of_an_installed_model_are_single_values():
 def test_a_table_is_compared_where_its_model_is_not_installed(odd):
     scene = load_scene("ideal", GROUPS | {"solver.odd.tolerance": 1e-8})
     (outcome,) = run_all([Job(scene, "odd")], 1)
-    (odd.parent / "odd_press.dist-info" / "entry_points.txt").unlink()
+    shutil.rmtree(odd.parent / "odd_press.dist-info")
     assert "odd" not in engine_names()
     found, warnings = recorded_scene(outcome.table, outcome.table)
     assert warnings == ()

@@ -24,14 +24,11 @@ def asked(monkeypatch):
     """What is run in an ensemble: engine and scene; each run comes to its scene."""
     scenes_of = []
 
-    def runner(engine):
-        def run(scene):
-            scenes_of.append((engine, scene))
-            return scene
+    def run_one(scene, engine):
+        scenes_of.append((engine, scene))
+        return scene
 
-        return run
-
-    monkeypatch.setattr(pairs, "runner", runner)
+    monkeypatch.setattr(pairs, "run_one", run_one)
     monkeypatch.setattr(pairs, "load_copy", lambda _: None)
     return scenes_of
 
@@ -78,13 +75,10 @@ def test_wrong_code_runs_its_ensemble_itself_and_runs_that_fail_are_left_out(ask
     pair.ensemble(starts(pair), "reference")
     assert [engine for engine, _ in asked] == ["reference_fault_corner"] * 2
 
-    def runner(_):
-        def run(_):
-            raise RunError(Outcome("chatter"), None)
+    def run_one(*_):
+        raise RunError(Outcome("chatter"), None)
 
-        return run
-
-    monkeypatch.setattr(pairs, "runner", runner)
+    monkeypatch.setattr(pairs, "run_one", run_one)
     monkeypatch.setattr("comparison.execution.job.describe", lambda *_: "chatter")
     assert pair.ensemble(starts(pair), "reference") == []
 
@@ -96,7 +90,7 @@ def table():
 
 @pytest.mark.parametrize("spoil", ["zero force", "sign", "both constant"])
 def test_the_ensemble_of_a_spoiled_table_is_spoiled_alike(spoil, table, monkeypatch):
-    monkeypatch.setattr(pairs, "runner", lambda _: lambda _: table)
+    monkeypatch.setattr(pairs, "run_one", lambda *_: table)
     fault = next(fault for fault in FAULTS.values() if fault.spoil == spoil)
     pair = Trial(fault, "exudyn", "tight").pair
     expected = [side.base.frame for side in SPOILS[spoil](Runs(table), Runs(table))]

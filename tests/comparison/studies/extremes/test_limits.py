@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import pandas as pd
 import pytest
 
 from comparison.execution.job import MODELS, Outcome
-from comparison.execution.run import runner
+from comparison.execution.run import run_one
 from comparison.studies.extremes.impact import restitution
 from comparison.studies.extremes.limits import clearance, lossless, speed, stiffness
 from comparison.studies.extremes.limits.convergence import Limit, jobs, orders, runs, values
@@ -28,7 +29,7 @@ def test_rate_leaves_out_what_has_no_logarithm() -> None:
 
 def by_the_reference(limit: Limit) -> pd.DataFrame:
     """Run those of the reference; Exudyn's, which take longer, are said to have crashed."""
-    run = runner("reference")
+    run = partial(run_one, model="reference")
     return runs(
         limit,
         [

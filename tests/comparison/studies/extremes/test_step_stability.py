@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import DOP853
 
-from comparison.execution.run import runner
+from comparison.execution.run import run_one
 from comparison.studies.extremes.step_stability import explicit
 from comparison.studies.extremes.step_stability.baumgarte import scene as gains_scene
 from comparison.studies.extremes.step_stability.contacts import Impact
@@ -57,7 +57,7 @@ def test_the_reference_takes_the_steps_that_stability_allows() -> None:
     """Loose tolerance, stiff error equation: the error control has nothing else to follow."""
     alpha = STUDY.full.gains[-1]
     scene = gains_scene("ideal slider", alpha, alpha, STUDY.full.tolerances[0], 0.2)
-    mean = scene.duration / runner("reference")(scene).provenance["counters"]["steps"]
+    mean = scene.duration / run_one(scene, "reference").provenance["counters"]["steps"]
     assert 0.9 < mean / explicit.longest_step(alpha, alpha) < 1.0
 
 
@@ -105,7 +105,7 @@ def test_a_rigid_wall_throws_back_what_two_steps_by_hand_say() -> None:
 def test_five_bodies_rebound_as_one_mass_does(name, step, young) -> None:
     impact = Impact(name, step, young, 0.375)
     scene = impact.scene()
-    ran = runner("exudyn")(scene)
+    ran = run_one(scene, "exudyn")
     rebound = ran.values("slider_vx")[-1] / -scene.data["initial"]["slider_vx"]
     expected = rebounds(METHODS[name], impact.wh, np.array([0.375]))[0]
     # Rod 4 turns by some 1e-4 rad in the few steps in which it moves a micrometre each.

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.execution.run import run_one, runner
+from comparison.execution.run import run_one
 from comparison.scene import load_scene
 from comparison.studies.nonlinear.memory import LATER, RESTING, remembered
 from comparison.studies.nonlinear.press import (
@@ -36,7 +38,7 @@ def run(scene):
 
 
 def test_stages_from_flight_to_flight_are_the_run(scene, run):
-    press = Press(scene, runner("reference"))
+    press = Press(scene, partial(run_one, model="reference"))
     whole, gap = states(run, scene), gaps(run)
     when, stages = int(np.argmax(gap > CLEAR_OF_WALLS * 2e-4)), 0
     while when < PER_CYCLE:
@@ -57,7 +59,7 @@ def test_a_stage_in_free_flight_is_the_run_to_rounding(scene, run):
     free = np.flatnonzero(
         (gap[:-4] > 0) & (gap[1:-3] > 0) & (gap[2:-2] > 0) & (gap[3:-1] > 0) & (gap[4:] > 0)
     )
-    press = Press(scene, runner("reference"))
+    press = Press(scene, partial(run_one, model="reference"))
     # Just after the rest: the slider crosses its clearance and meets nothing.
     begin = int(free[np.argmax(free > 0.82 * PER_CYCLE)])
     apart = (press.perturbed(whole[begin], begin, begin + 4) - whole[begin + 4]) * scale(scene)
