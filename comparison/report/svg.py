@@ -76,14 +76,10 @@ def style(colours: Mapping[str, str] | None = None) -> Iterator[None]:
 
 def light_colours() -> dict[str, str]:
     """Return the colours of the roles on a light page, ``#rrggbb`` each."""
-    defined: dict[str, str] = dict(re.findall(r"(--[\w-]+): (#[0-9a-f]{6})", _light_rule()))
+    # The first rule of the style sheet is that of the light page.
+    css, _, _ = STYLE.with_name("report.css").read_text("utf-8").partition("}")
+    defined: dict[str, str] = dict(re.findall(r"(--[\w-]+): (#[0-9a-f]{6})", css))
     return {role: defined.get(name[4:-1], defined["--ink"]) for role, name in _ROLES.items()}
-
-
-def _light_rule() -> str:
-    """Return the first rule of the page's style sheet, which defines the colours of the light page."""
-    css = STYLE.with_name("report.css").read_text("utf-8")
-    return css[css.index(":root") : css.index("}") + 1]
 
 
 @contextmanager
@@ -141,10 +137,15 @@ def _rounded(match: re.Match[str]) -> str:
 
 
 def standalone(svg: str) -> str:
-    """Return an inline figure as a standalone file on white, with the colours of the light page."""
-    block = f"<style>{_light_rule()} svg{{color:#222;background:#fff}}</style>"
+    """Return an inline figure as a standalone file on white, with the colours of the light page.
+
+    Written out, since programs other than browsers draw nothing in the colour of a variable.
+    """
     head = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
-    return str(svg).replace("<svg ", head, 1).replace(">", f">{block}", 1) + "\n"
+    text = str(svg).replace("<svg ", f'{head}style="background:#fff" ', 1) + "\n"
+    for role, colour in light_colours().items():
+        text = text.replace(_ROLES[role], colour)
+    return text
 
 
 def inline_svg(figure: Figure, key: str) -> str:

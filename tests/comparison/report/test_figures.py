@@ -101,6 +101,14 @@ def test_every_colour_is_one_of_the_page() -> None:
     assert not re.findall(r"#[0-9a-f]{6}\b", drawing)
 
 
+def test_the_colours_of_a_file_are_written_out_as_not_every_program_knows_variables() -> None:
+    drawing = ChannelFigure(("one", "two"), "2 u").svg(curves(), "k")
+    alone = svg.standalone(drawing)
+    assert alone.count("#") > drawing.count("var(") > 10
+    assert not re.search(r"var\(|currentColor|--", alone)
+    assert not set(re.findall(r"#[0-9a-f]{6}", alone)) - set(svg.light_colours().values())
+
+
 def test_text_is_text_and_escaped_never_mathematics() -> None:
     drawing = ChannelFigure(("<b>", "$x"), "2 u").svg(curves(50, label="$a & b$"), "k")
     assert "&lt;b&gt;" in drawing
