@@ -169,7 +169,7 @@ def _read(_installed: tuple[tuple[str, int], ...]) -> tuple[EntryPoint, ...]:
 
 def _changed(folder: str) -> int:
     try:
-        return Path(folder).stat().st_mtime_ns
+        return os.stat(folder or ".").st_mtime_ns  # noqa: PTH116 (before every run; a Path takes twice the time)
     except OSError:
         return 0
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 import shutil
@@ -16,7 +17,7 @@ from comparison.agreement.compare import recorded_scene
 from comparison.agreement.cross_check import validate
 from comparison.cli import main
 from comparison.engines import registry
-from comparison.engines.registry import EngineError, engine_names, fingerprint
+from comparison.engines.registry import EngineError, engine_names, find, fingerprint
 from comparison.execution.cache import run_key
 from comparison.execution.job import Job
 from comparison.execution.run import run_all
@@ -242,6 +243,19 @@ def test_nobody_has_measured_the_accuracy_of_an_installed_model(capsys):
         solver_values("odd", "strict", load_scene("ideal"))
     assert main(["validate", "ideal", "--models", "reference,odd", "--accuracy", "strict"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_packages_are_searched_for_models_again_only_where_one_came_or_went(install, monkeypatch):
+    searches = []
+    search = registry.entry_points
+    monkeypatch.setattr(registry, "entry_points", lambda **group: searches.append(group) or search(**group))
+    site = install("one_press", ODD, {"one": "one_press:simulate"}).parent
+    assert [find(name).name for name in ("reference", "one", "one")] == ["reference", "one", "one"]
+    assert len(searches) == 1
+    install("two_press", ODD, {"two": "two_press:simulate"})
+    os.utime(site, ns=(1, 1))  # the clock of the disk may not have ticked since the first came
+    assert [find(name).name for name in ("two", "one")] == ["two", "one"]
+    assert len(searches) == 2
 
 
 def test_an_unknown_model_is_refused_in_python_too():
