@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from comparison.cli import main
+from comparison.report import svg
 from comparison.report.pictures.plot import picture
 from comparison.tables.table import TableError
 
@@ -50,8 +51,7 @@ def test_the_command_writes_every_format(ending, magic, capsys):
     content = Path(f"deep/p.{ending}").read_bytes()
     assert content.startswith(magic)
     if ending == "svg":
-        assert b"var(--first)" in content
-        assert b"var(--second)" in content
+        assert all(svg.light_colours()[role].encode() in content for role in (svg.FIRST, svg.SECOND))
     assert [path.name for path in Path("deep").iterdir()] == [f"p.{ending}"]
 
 
