@@ -24,7 +24,8 @@ def basis(found: WorkPrecision) -> str:
     if found.exact is None or found.confirming is None:
         return "no two runs have a result: errors are unknown"
     exact, other = title(found.exact), title(found.confirming)
-    line = f"errors of slider_x against {exact}, where {other} is within {found.resolution / 3:.1g} m of it"
+    within = f"{other} and neighbouring starts are" if found.neighbours else f"{other} is"
+    line = f"errors of slider_x against {exact}, where {within} within {found.resolution / 3:.1g} m of it"
     line += f": {found.coverage(found.resolution):.1%} of the run"
     return line if found.confirmed else f"{line}; no run of the other model confirms it"
 

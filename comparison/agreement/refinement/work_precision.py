@@ -1,8 +1,10 @@
 """Error and processor time of the settings of both models on one scene, within a stated time.
 
-The most accurate runs of the two models are held against each other; three times their distance, the largest
-in a window (`comparison.accuracy.uncertainty.spread`), is how well the motion is known. The error of a
-setting is its distance from the most accurate run and that of the two, where the motion is known well enough.
+The most accurate runs of the two models are held against each other, and against the reference's from two
+neighbouring starts: two runs alone may be close by chance where the motion magnifies errors. Three times
+their distance from the most accurate one, the largest in a window (`comparison.accuracy.uncertainty.spread`),
+is how well the motion is known. The error of a setting is its distance from the most accurate run and that of
+these, where the motion is known well enough.
 """
 
 from __future__ import annotations
@@ -10,14 +12,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
 
 import numpy as np
 
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.tiers import TIERS
-from comparison.accuracy.uncertainty import spread, window_samples
+from comparison.accuracy.uncertainty import perturbed_scenes, spread, window_samples
 from comparison.agreement.refinement.candidates import Candidate, Timed, attempt, candidates
 from comparison.agreement.refinement.estimate import CHANNEL, FLOOR
 from comparison.execution.job import MODELS, kernels
@@ -48,6 +50,8 @@ class WorkPrecision:
         without any.
     known
         How well the motion is known, m, shape (n,); empty where there are no two runs.
+    neighbours
+        Number of the runs from neighbouring starts that count in it.
     interrupted
         Whether it was stopped before its time.
     """
@@ -57,6 +61,7 @@ class WorkPrecision:
     exact: Timed | None
     confirming: Timed | None
     known: Array
+    neighbours: int = 0
     interrupted: bool = False
 
     def coverage(self, error: float) -> float:
@@ -145,6 +150,9 @@ def work_precision(
     begun = time.monotonic()
     asked = candidates(scene)
     affordable = {str(n): each for n, each in enumerate(asked) if n < 2 or each.cost <= seconds * n_jobs}
+    moved = perturbed_scenes(asked[0].scene)
+    first = {name: affordable.pop(name) for name in ("0", "1")}
+    affordable = first | {name: replace(asked[0], scene=of) for name, of in moved.items()} | affordable
     rows = {str(n): Timed(each, WAITING, nan) for n, each in enumerate(asked)}
     interrupted = False
     try:
@@ -155,25 +163,31 @@ def work_precision(
                 if isinstance(event, Share):
                     continue
                 rows[name] = _row(affordable[name], event)
-                if on_finished:
+                if on_finished and name not in moved:
                     on_finished(min(1.0, (time.monotonic() - begun) / seconds), rows[name])
     except KeyboardInterrupt:
         interrupted = True
-    return held_against_each_other(scene, tuple(rows.values()), interrupted=interrupted)
+    neighbours = [rows.pop(name) for name in moved if name in rows]
+    return held_against_each_other(scene, tuple(rows.values()), neighbours, interrupted=interrupted)
 
 
 def held_against_each_other(
-    scene: Scene, rows: Sequence[Timed], *, interrupted: bool = False
+    scene: Scene, rows: Sequence[Timed], neighbours: Sequence[Timed] = (), *, interrupted: bool = False
 ) -> WorkPrecision:
-    """Choose the most accurate of finished runs, and find out how well they know the motion."""
+    """Choose the most accurate of finished runs, and find out how well they know the motion.
+
+    ``neighbours``: runs from neighbouring starts at the setting of the first row; they count if that is the
+    most accurate.
+    """
     reference, exudyn = (_most_accurate(rows, model) for model in MODELS)
     pair = [reference[0], exudyn[0]] if reference and exudyn else (reference or exudyn)[:2]
     exact, confirming = [*pair, None, None][:2]
     known = np.empty(0)
+    beside = [row.x for row in neighbours if row.x is not None] if exact is rows[0] else []
     if exact is not None and confirming is not None and exact.x is not None and confirming.x is not None:
         half_width = window_samples(scene.period, scene.duration / (exact.x.size - 1))
-        known = spread(exact.x, [confirming.x], half_width)
-    return WorkPrecision(scene, tuple(rows), exact, confirming, known, interrupted)
+        known = spread(exact.x, [confirming.x, *beside], half_width)
+    return WorkPrecision(scene, tuple(rows), exact, confirming, known, len(beside), interrupted)
 
 
 def _row(candidate: Candidate, event: object) -> Timed:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -60,6 +62,20 @@ def test_what_neither_model_knows_is_not_promised():
     assert [found.cheapest(error) for error in (1e-6, 1e-9)] == [None, None]
     assert found.cheapest(1e-4).candidate.setting == 1e-6  # 3e-5 m is known everywhere
     assert measured().cheapest(1e-13) is None
+
+
+def test_runs_that_are_close_by_chance_do_not_hide_how_far_neighbouring_starts_part():
+    close = measured(unknown=1.1)
+    rows, first = close.rows, close.rows[0]
+    parted = [replace(first, x=first.x + 1e-7 * sign * (RIGHT > -0.55)) for sign in (1, -1)]
+    found = held_against_each_other(SCENE, rows, [*parted, replace(first, status="chatter", x=None)])
+    assert (close.coverage(1e-9), close.neighbours, found.neighbours) == (1.0, 0, 2)
+    assert FLOOR < found.coverage(1e-9) < 0.5
+    assert found.coverage(3.1e-7) == 1.0
+    assert "tolerance 1e-11 and neighbouring starts are within" in basis(found)
+    # Of another run's start they say nothing.
+    lost = [replace(first, status="time limit", x=None), *rows[1:]]
+    assert held_against_each_other(SCENE, lost, parted).coverage(1e-9) == 1.0
 
 
 def test_nothing_beats_a_setting_on_the_front():
