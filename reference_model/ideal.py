@@ -45,7 +45,8 @@ def observe_ideal(c: Constants, samples: Samples) -> Array:
     is a real check.
     """
     extrema = np.tile([np.inf, 0.0, -np.inf, 0.0], (CHANNELS, 1))
-    start = _stored(c, ideal_motion(c, np.zeros(1)))
+    at_rest = np.zeros(1)
+    start = _stored(c, ideal_motion(c, at_rest)) if samples.what & WITH_ENERGY else (at_rest, at_rest)
     work = 0.0
     for first in range(0, max(1, samples.times.size - 1), _PIECE):
         # The last sample of a piece is the first of the next: the drive's work goes on from there.
