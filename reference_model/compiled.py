@@ -7,8 +7,8 @@ needs some.
 import functools
 import math
 import threading
-from collections.abc import Callable
-from types import FunctionType, SimpleNamespace
+from collections.abc import Callable, Iterator
+from types import CodeType, FunctionType, SimpleNamespace
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -17,6 +17,8 @@ F = TypeVar("F", bound=Callable[..., object])
 
 _chosen_later: list[tuple[Callable[..., object], Callable[..., object]]] = []
 """Stubs, and what chooses their implementations, that the compiler does not know yet."""
+_by_law: dict[Callable[..., object], bool] = {}
+"""Stubs, and whether the contact law alone, not the formulation, decides what stands for them."""
 _one_at_a_time = threading.Lock()
 
 
@@ -43,7 +45,8 @@ class Kernel:
 
             while _chosen_later:
                 compiler.implement(*_chosen_later.pop(0))
-            return compiler.dispatcher(self.function, entry=entry, **self._options)
+            decided_by = _decisive(self.function)
+            return compiler.dispatcher(self.function, entry=entry, decided_by=decided_by, **self._options)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
         return self.compiled(*arguments)
@@ -81,8 +84,8 @@ def inlined(function: F) -> F:
     return cast(F, Kernel(function, inline=True, counts=False))
 
 
-def overload(stub: Callable[..., Any]) -> Callable[[F], F]:
-    """Choose the implementation of a stub by the types it is compiled for.
+def overload(stub: Callable[..., Any], *, by_law: bool = False) -> Callable[[F], F]:
+    """Choose the implementation of a stub by the types it is compiled for: the formulation, or `by_law`.
 
     Inlined like `inlined`: numba counts references to every array that it hands to a function which might
     fail, four atomic operations a call that cost a third of the equations themselves.
@@ -90,9 +93,34 @@ def overload(stub: Callable[..., Any]) -> Callable[[F], F]:
 
     def later(chosen: F) -> F:
         _chosen_later.append((stub, chosen))
+        _by_law[stub] = by_law
         return chosen
 
     return later
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _names(constant)
+
+
+def _decisive(function: Callable[..., object]) -> set[str]:
+    """Return what the code of a kernel and of all that it calls depends on: "formulation", "law", or neither.
+
+    What stands for a stub of the formulation may depend on the law, too; that is not said.
+    """
+    found, seen, left = set(), set(), [cast(Any, function)]
+    while left:
+        now = left.pop()
+        seen.add(now)
+        for called in map(now.__globals__.get, _names(now.__code__)):
+            if isinstance(called, Kernel):
+                left += {called.function} - seen
+            elif isinstance(called, FunctionType) and called in _by_law:
+                found.add("law" if _by_law[called] else "formulation")
+    return found
 
 
 def _atan2(y: Any, x: Any) -> Any:

@@ -4,6 +4,7 @@ Importing and preparing numba takes longer than most runs.
 """
 
 import contextlib
+import functools
 import hashlib
 from collections.abc import Callable
 from typing import Any
@@ -11,7 +12,9 @@ from typing import Any
 import numba
 import numba.extending
 import numba.np.linalg
+import numpy as np
 
+from reference_model.constants import less_marked
 from reference_model.kernel_cache import FOLDER, Cache
 
 # `_nrt` is internal to numba and could go without notice. numba refuses an option that it does not know, but
@@ -54,11 +57,29 @@ def _mangled(record: numba.types.Record) -> tuple[str, tuple[int]]:
 numba.types.Record.mangling_args = property(_mangled)
 
 
-def dispatcher(function: Callable[..., object], *, inline: bool, counts: bool, entry: bool) -> Any:
+@functools.cache
+def _less_marked(argument: numba.types.Type, *, with_law: bool) -> numba.types.Type:
+    """Return the type of an argument for kernels whose code does not depend on all marks of the constants."""
+    if not isinstance(argument, numba.types.Record):
+        return argument
+    names = less_marked(argument.fields, with_law=with_law)
+    return numba.from_dtype(np.dtype([(name, np.float64) for name in names]))
+
+
+@numba.extending.lower_cast(numba.types.Record, numba.types.Record)
+def _same_record(*arguments: Any) -> Any:
+    """Take a record for one with fewer marks: its memory, the last argument, is the same."""
+    return arguments[-1]
+
+
+def dispatcher(
+    function: Callable[..., object], *, inline: bool, counts: bool, entry: bool, decided_by: set[str]
+) -> Any:
     """Return what compiles a function at its first call, cached on disk between processes.
 
     Only an `entry` can be called from Python. What other kernels alone call needs no way in from there: to
-    compile those took longer than many a function itself.
+    compile those took longer than many a function itself. And it is compiled once for all records of
+    constants that differ in nothing that its code is `decided_by`.
     """
     # Also where it counts: what is compiled within a call of a bare function would take that one's option.
     counting = {"_nrt": counts} if _COUNTING_IS_OPTIONAL else {}
@@ -66,7 +87,19 @@ def dispatcher(function: Callable[..., object], *, inline: bool, counts: bool, e
     compiled: Any = numba.njit(error_model="numpy", forceinline=inline, **wrappers, **counting)(function)
     if FOLDER is not None:
         compiled._cache = Cache(function, entry=entry)
+    if not entry and "formulation" not in decided_by:
+        compiled.get_call_template = _for_less_marked(compiled.get_call_template, "law" in decided_by)
     return compiled
+
+
+def _for_less_marked(template: Callable[..., Any], with_law: bool) -> Callable[..., Any]:
+    """Return what numba asks for the types of a call, which it converts its arguments to."""
+
+    def of(arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+        fewer = tuple(_less_marked(each, with_law=with_law) for each in arguments)
+        return template(fewer, {name: _less_marked(each, with_law=with_law) for name, each in named.items()})
+
+    return of
 
 
 def implement(stub: Callable[..., object], chosen: Callable[..., object]) -> None:

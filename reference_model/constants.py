@@ -122,6 +122,8 @@ class Formulation(StrEnum):
 
 SIDES, MEMORYLESS = "with_contacts_of_sides", "without_memory"
 """Marks of the records under the law foundation, and with damping that has no memory of the impact speed."""
+_ANY = "for_any"
+"""In place of the formulation, or of the law's marks, for kernels whose code is the same for all of them."""
 
 
 def as_record(constants: Constants, formulation: Formulation) -> Constants:
@@ -139,6 +141,26 @@ def as_record(constants: Constants, formulation: Formulation) -> Constants:
     return cast(Constants, record)
 
 
-def marks_of(fields: Iterable[str]) -> list[str]:
-    """Return formulation and marks of a record, from the names of its fields."""
-    return list(fields)[-1].split("+")
+def formulation_of(fields: Iterable[str]) -> Formulation:
+    """Return the formulation that a record is marked with, from the names of its fields."""
+    return Formulation(list(fields)[-1].split("+")[0])
+
+
+def law_marks_of(fields: Iterable[str]) -> list[str]:
+    """Return the marks of the contact law of a record, from the names of its fields.
+
+    Raises
+    ------
+    ValueError
+        If they were left out.
+    """
+    marks = list(fields)[-1].split("+")[1:]
+    if _ANY in marks:
+        raise ValueError("the contact law is not known here")
+    return marks
+
+
+def less_marked(fields: Iterable[str], *, with_law: bool) -> list[str]:
+    """Return the names of a record's fields without its formulation, and without its law if not asked for."""
+    names = list(fields)
+    return [*names[:-1], "+".join([_ANY, *(names[-1].split("+")[1:] if with_law else [_ANY])])]

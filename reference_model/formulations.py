@@ -1,7 +1,8 @@
 """One interface to the equations of all formulations, resolved when the kernels are compiled.
 
 The type of the constants names the formulation (`reference_model.constants.as_record`); numba compiles
-the integrator once for each that is used, so a scene pays only for the coordinates that it leaves free.
+the integrator once for each that is used, so a scene pays only for the coordinates that it leaves free. What
+calls none of the functions below is compiled once for all.
 
 A body that raises `NotImplementedError` is a stub: it gives a function its name, arguments and types. Where a
 kernel calls it numba compiles what `overload` chose in its place, and so the stub itself never runs compiled;
@@ -15,7 +16,7 @@ import numpy as np
 
 from reference_model import chain, minimal, multiplier
 from reference_model.compiled import inlined, kernel, overload
-from reference_model.constants import Constants, Formulation, marks_of
+from reference_model.constants import Constants, Formulation, formulation_of
 from reference_model.forces import CONTACTS, NORMAL, Array
 from reference_model.journal import Bearing
 from reference_model.linkage import TIP_ROWS, rocker_tip, rocker_tips
@@ -76,37 +77,32 @@ _COORDINATES: dict[Formulation, int] = {
 }
 
 
-def formulation_of(c: Any) -> Formulation:
-    """Return the formulation that a record type is tagged with."""
-    return Formulation(marks_of(c.fields)[0])
-
-
 _no_bearing: Kernel = lambda c, t, y: Bearing(np.inf, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)  # noqa: E731
 
 
 @overload(coordinates)
 def _coordinates(c) -> Kernel:  # type: ignore[no-untyped-def]
-    count = _COORDINATES[formulation_of(c)]
+    count = _COORDINATES[formulation_of(c.fields)]
     return lambda c: count
 
 
 @overload(driven)
 def _select_driven(c, t) -> Kernel:  # type: ignore[no-untyped-def]
-    if formulation_of(c) is Formulation.SLIDER:
+    if formulation_of(c.fields) is Formulation.SLIDER:
         return lambda c, t: rocker_tip(c, t)
     return lambda c, t: ()
 
 
 @overload(tabulate_driven)
 def _select_tabulate(c, t, h, shares, table) -> Kernel:  # type: ignore[no-untyped-def]
-    if formulation_of(c) is Formulation.SLIDER:
+    if formulation_of(c.fields) is Formulation.SLIDER:
         return lambda c, t, h, shares, table: rocker_tips(c, t, h, shares, table)
     return lambda c, t, h, shares, table: None
 
 
 @overload(driven_of)
 def _select_driven_of(c, table, i) -> Kernel:  # type: ignore[no-untyped-def]
-    if formulation_of(c) is Formulation.SLIDER:
+    if formulation_of(c.fields) is Formulation.SLIDER:
         return lambda c, table, i: (
             table[0, i], table[1, i], table[2, i], table[3, i], table[4, i], table[5, i]
         )  # fmt: skip
@@ -132,7 +128,7 @@ def _select_equations(c, t, at, y, modes, dy, contacts) -> Kernel:  # type: igno
             c, t, y, modes, dy, contacts, multiplier.ROWS_IDEAL
         ),
     }
-    return table[formulation_of(c)]
+    return table[formulation_of(c.fields)]
 
 
 @overload(slider_at)
@@ -144,7 +140,7 @@ def _select_slider(c, at, y) -> Kernel:  # type: ignore[no-untyped-def]
         Formulation.MULTIPLIER: lambda c, at, y: (y[12], y[13], y[14], y[27], y[28], y[29]),
         Formulation.MULTIPLIER_IDEAL: lambda c, at, y: (y[12], y[13], y[14], y[27], y[28], y[29]),
     }
-    return table[formulation_of(c)]
+    return table[formulation_of(c.fields)]
 
 
 @overload(bearing_motion)
@@ -153,7 +149,7 @@ def _select_bearing(c, t, y) -> Kernel:  # type: ignore[no-untyped-def]
         Formulation.PIN: lambda c, t, y: chain.bearing_motion(c, t, y[0], y[1], y[2], y[3]),
         Formulation.BOTH: lambda c, t, y: chain.bearing_motion(c, t, y[0], y[1], y[4], y[5]),
     }
-    return table.get(formulation_of(c), _no_bearing)
+    return table.get(formulation_of(c.fields), _no_bearing)
 
 
 @inlined

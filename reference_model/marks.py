@@ -7,7 +7,7 @@ do not pay for what one of them asks.
 from typing import Any
 
 from reference_model.compiled import overload
-from reference_model.constants import MEMORYLESS, SIDES, Constants, marks_of
+from reference_model.constants import MEMORYLESS, SIDES, Constants, law_marks_of
 
 
 def touches_with_sides(c: Constants) -> bool:
@@ -20,13 +20,13 @@ def without_memory(c: Constants) -> bool:
     raise NotImplementedError
 
 
-@overload(touches_with_sides)
+@overload(touches_with_sides, by_law=True)
 def _touches_with_sides(c) -> Any:  # type: ignore[no-untyped-def]
-    marked = SIDES in marks_of(c.fields)
+    marked = SIDES in law_marks_of(c.fields)
     return lambda c: marked
 
 
-@overload(without_memory)
+@overload(without_memory, by_law=True)
 def _without_memory(c) -> Any:  # type: ignore[no-untyped-def]
-    marked = MEMORYLESS in marks_of(c.fields)
+    marked = MEMORYLESS in law_marks_of(c.fields)
     return lambda c: marked

@@ -7,9 +7,9 @@ import numpy as np
 
 from reference_model import bodies, minimal, multiplier
 from reference_model.compiled import kernel, overload
-from reference_model.constants import Constants, Formulation
+from reference_model.constants import Constants, Formulation, formulation_of
 from reference_model.forces import Array
-from reference_model.formulations import Driven, Kernel, formulation_of
+from reference_model.formulations import Driven, Kernel
 
 
 def _bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> None:
@@ -53,7 +53,7 @@ def _select_bodies(c, t, y, dy, out) -> Kernel:  # type: ignore[no-untyped-def]
         Formulation.MULTIPLIER: lambda c, t, y, dy, out: bodies.motion_multipliers(y, dy, out),
         Formulation.MULTIPLIER_IDEAL: lambda c, t, y, dy, out: bodies.motion_multipliers(y, dy, out),
     }
-    return table[formulation_of(c)]
+    return table[formulation_of(c.fields)]
 
 
 @kernel
@@ -66,7 +66,7 @@ def _from_bodies(c: Constants, t: float, y: Array, dy: Array, out: Array) -> Non
 
 @overload(slider_row)
 def _select_slider_row(c, t, at, y, dy, out) -> Kernel:  # type: ignore[no-untyped-def]
-    if formulation_of(c) is Formulation.SLIDER:
+    if formulation_of(c.fields) is Formulation.SLIDER:
         return lambda c, t, at, y, dy, out: minimal.slider_row(c, at, y, dy, out)
     return lambda c, t, at, y, dy, out: _from_bodies(c, t, y, dy, out)
 
@@ -77,24 +77,24 @@ def _select_drift(c, t, y) -> Kernel:  # type: ignore[no-untyped-def]
         Formulation.MULTIPLIER: lambda c, t, y: multiplier.drift(c, t, y, multiplier.ROWS_CLEARANCE),
         Formulation.MULTIPLIER_IDEAL: lambda c, t, y: multiplier.drift(c, t, y, multiplier.ROWS_IDEAL),
     }
-    return table.get(formulation_of(c), lambda c, t, y: (0.0, 0.0))
+    return table.get(formulation_of(c.fields), lambda c, t, y: (0.0, 0.0))
 
 
 @overload(driven_bodies)
 def _select_driven(c) -> Kernel:  # type: ignore[no-untyped-def]
-    count = 3 if formulation_of(c) is Formulation.SLIDER else 0
+    count = 3 if formulation_of(c.fields) is Formulation.SLIDER else 0
     return lambda c: count
 
 
 @overload(ideal_slider)
 def _select_ideal_slider(c) -> Kernel:  # type: ignore[no-untyped-def]
-    ideal = formulation_of(c) in (Formulation.PIN, Formulation.MULTIPLIER_IDEAL)
+    ideal = formulation_of(c.fields) in (Formulation.PIN, Formulation.MULTIPLIER_IDEAL)
     return lambda c: ideal
 
 
 @overload(ideal_pin)
 def _select_ideal_pin(c) -> Kernel:  # type: ignore[no-untyped-def]
-    ideal = formulation_of(c) not in (Formulation.PIN, Formulation.BOTH)
+    ideal = formulation_of(c.fields) not in (Formulation.PIN, Formulation.BOTH)
     return lambda c: ideal
 
 

@@ -6,8 +6,19 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import reference_model
-from reference_model.constants import Formulation
+from reference_model import compiled, contact, forces, formulations, peaks
+from reference_model.constants import (
+    MEMORYLESS,
+    SIDES,
+    Constants,
+    Formulation,
+    formulation_of,
+    law_marks_of,
+    less_marked,
+)
 
 SOURCES = Path(reference_model.__file__).parent
 RUN = """
@@ -102,3 +113,35 @@ for formulation in sys.argv[1:]:
     ]
     assert found[0] == found[1] > found[2]
     assert len({line.split(maxsplit=1)[1] for line in found[0]}) == len(names)
+
+
+@pytest.mark.parametrize(
+    ("kernel", "decides"),
+    [
+        (contact.elastic_force, set()),
+        (forces.slider_forces, {"law"}),
+        (peaks.deepest, {"formulation"}),
+        (formulations.right_hand_side, {"formulation"}),
+        (formulations.derivative, {"formulation"}),
+        (peaks.force_at, {"formulation", "law"}),
+    ],
+)
+def test_what_decides_a_kernel_s_code_is_what_it_calls_at_any_depth(kernel, decides) -> None:
+    assert compiled._decisive(kernel.function) == decides
+
+
+def test_a_kernel_for_all_formulations_cannot_ask_for_one() -> None:
+    """So that one whose dependence went unseen is not compiled: it would run the code of another law."""
+    full = [*Constants._fields, f"{Formulation.BOTH.value}+{SIDES}+{MEMORYLESS}"]
+    assert formulation_of(full) is Formulation.BOTH
+    of_law, of_none = less_marked(full, with_law=True), less_marked(full, with_law=False)
+    assert law_marks_of(full) == law_marks_of(of_law) == [SIDES, MEMORYLESS]
+    assert of_law == less_marked(
+        [*Constants._fields, f"{Formulation.PIN.value}+{SIDES}+{MEMORYLESS}"], with_law=True
+    )
+    assert of_none == less_marked([*Constants._fields, Formulation.SLIDER.value], with_law=False)
+    for fields in (of_law, of_none):
+        with pytest.raises(ValueError, match="for_any"):
+            formulation_of(fields)
+    with pytest.raises(ValueError, match="law"):
+        law_marks_of(of_none)
