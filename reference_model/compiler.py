@@ -66,10 +66,12 @@ def _less_marked(argument: numba.types.Type, *, with_law: bool) -> numba.types.T
     return numba.from_dtype(np.dtype([(name, np.float64) for name in names]))
 
 
-@numba.extending.lower_cast(numba.types.Record, numba.types.Record)
 def _same_record(*arguments: Any) -> Any:
     """Take a record for one with fewer marks: its memory, the last argument, is the same."""
     return arguments[-1]
+
+
+numba.extending.lower_cast(numba.types.Record, numba.types.Record)(_same_record)
 
 
 def dispatcher(
