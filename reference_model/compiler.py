@@ -17,6 +17,14 @@ import numpy as np
 from reference_model.constants import less_marked
 from reference_model.kernel_cache import FOLDER, Cache
 
+# It extends what is internal to numba; without it everything is compiled to its end, with the same results.
+try:
+    from reference_model.nested_code import NestedCompiler
+except (ImportError, AttributeError):
+    _NESTED = {}
+else:
+    _NESTED = {"pipeline_class": NestedCompiler}
+
 # `_nrt` is internal to numba and could go without notice. numba refuses an option that it does not know, but
 # only when a function is first compiled; so it is looked up where numba itself looks. Without it every
 # function counts, with the same results.
@@ -79,16 +87,17 @@ def dispatcher(
 ) -> Any:
     """Return what compiles a function at its first call, cached on disk between processes.
 
-    Only an `entry` can be called from Python. What other kernels alone call needs no way in from there: to
-    compile those took longer than many a function itself. And it is compiled once for all records of
-    constants that differ in nothing that its code is `decided_by`.
+    Only an `entry` can be called from Python, and is cached. What other kernels alone call needs no way in
+    from there: to compile those took longer than many a function itself. And it is compiled once for all
+    records of constants that differ in nothing that its code is `decided_by`.
     """
     # Also where it counts: what is compiled within a call of a bare function would take that one's option.
     counting = {"_nrt": counts} if _COUNTING_IS_OPTIONAL else {}
     wrappers = {"no_cpython_wrapper": not entry, "no_cfunc_wrapper": True}
-    compiled: Any = numba.njit(error_model="numpy", forceinline=inline, **wrappers, **counting)(function)
-    if FOLDER is not None:
-        compiled._cache = Cache(function, entry=entry)
+    options = {"error_model": "numpy", "forceinline": inline, **wrappers, **counting}
+    compiled: Any = numba.njit(**options, **({} if entry else _NESTED))(function)
+    if entry and FOLDER is not None:
+        compiled._cache = Cache(function)
     if not entry and "formulation" not in decided_by:
         compiled.get_call_template = _for_less_marked(compiled.get_call_template, "law" in decided_by)
     return compiled

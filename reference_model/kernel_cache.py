@@ -140,10 +140,10 @@ class Cache(FunctionCache):  # type: ignore[misc]
 
     _impl_class = _Results
 
-    def __init__(self, function: Any, *, entry: bool) -> None:
+    def __init__(self, function: Any) -> None:
         super().__init__(function)
-        name = self._impl.filename_base + ("" if entry else "-nested")
-        self._cache_file = _Files(self._cache_path, name, self._impl.locator.get_source_stamp())
+        stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = _Files(self._cache_path, self._impl.filename_base, stamp)
 
     def save_overload(self, signature: Any, data: Any) -> None:
         """Store compiled code if the disk permits it."""

@@ -72,6 +72,19 @@ def test_a_numba_that_always_counts_references_gives_the_same(tmp_path: Path) ->
     assert run(SOURCES.parent, tmp_path, dropped) == run(SOURCES.parent, tmp_path / "other")
 
 
+def test_a_numba_without_what_nested_code_extends_gives_the_same(tmp_path: Path) -> None:
+    missing = "import numba.core.codegen\ndel numba.core.codegen.JITCodeLibrary\n"
+    shown = "import reference_model.compiler as used\nassert bool(used._NESTED) is {}\n"
+    extended = run(SOURCES.parent, tmp_path, shown.format(True))
+    assert run(SOURCES.parent, tmp_path / "other", missing + shown.format(False)) == extended
+
+
+def test_only_what_python_calls_is_stored(tmp_path: Path) -> None:
+    run(SOURCES.parent, tmp_path)
+    stored = {path.name.partition("-")[0] for path in tmp_path.rglob("*.nbi")}
+    assert stored == {"formulations.right_hand_side", "formulations.state_size"}
+
+
 def test_numba_still_imports_blas_where_code_needs_it() -> None:
     """The kernels' compiler leaves out numba's look for it."""
     code = """
