@@ -45,13 +45,11 @@ def observe_ideal(c: Constants, samples: Samples) -> Array:
     is a real check.
     """
     extrema = np.tile([np.inf, 0.0, -np.inf, 0.0], (CHANNELS, 1))
-    at_rest = np.zeros(1)
-    start = _stored(c, ideal_motion(c, at_rest)) if samples.what & WITH_ENERGY else (at_rest, at_rest)
     work = 0.0
     for first in range(0, max(1, samples.times.size - 1), _PIECE):
         # The last sample of a piece is the first of the next: the drive's work goes on from there.
         times = samples.times[first : first + _PIECE + 1]
-        channels = _observe(c, times, samples.what, work, start)
+        channels = _observe(c, times, samples.what, work)
         work = channels[ENERGIES_FROM, -1]
         samples.values[:, first : first + times.size] = channels[samples.wanted]
         rows = np.arange(CHANNELS)
@@ -62,10 +60,10 @@ def observe_ideal(c: Constants, samples: Samples) -> Array:
     return extrema
 
 
-def _observe(c: Constants, times: Array, what: int, work: float, start: tuple[Array, Array]) -> Array:
+def _observe(c: Constants, times: Array, what: int, work: float) -> Array:
     """Return all channels, shape (CHANNELS, n); those not asked for are zero.
 
-    `work`: the drive's, J, up to the first of `times`; `start`: kinetic and potential energy at t = 0, J.
+    `work`: the drive's, J, up to the first of `times`.
     """
     motion = ideal_motion(c, times)
     out = np.zeros((CHANNELS, times.size))
@@ -80,8 +78,9 @@ def _observe(c: Constants, times: Array, what: int, work: float, start: tuple[Ar
         power = c.omega * forces[_TORQUE].reshape(nodes.shape)
         drive = work + np.concatenate([[0.0], np.cumsum(half * (power @ _WEIGHTS))])
         kinetic, height = _stored(c, motion)
-        gravity = start[1] - height
+        kinetic_at_start, height_at_start = _stored(c, ideal_motion(c, np.zeros(1)))
+        gravity = height_at_start - height
         energies = out[ENERGIES_FROM:]
         energies[0], energies[1], energies[2] = drive, gravity, kinetic
-        energies[6] = drive + gravity - (kinetic - start[0])
+        energies[6] = drive + gravity - (kinetic - kinetic_at_start)
     return out
