@@ -8,7 +8,7 @@ from reference_model.bodies import ideal_motion
 from reference_model.constants import Formulation, as_record
 from reference_model.formulations import state_size
 from reference_model.mechanism import fill_bodies
-from reference_model.multiplier import ROWS_IDEAL, drift
+from reference_model.multiplier import ROWS_IDEAL, drift, solve_definite
 from reference_model.reading import read_parameters
 from reference_model.start import start
 
@@ -99,3 +99,22 @@ def test_error_of_the_ideal_mechanism_is_that_of_its_constraints(scene) -> None:
 
 def test_only_the_multiplier_form_has_constraints_to_report(scene) -> None:
     assert "constraints" not in simulate(scene({"drive.cycles": 0.05})).provenance
+
+
+def test_a_definite_system_is_solved_within_its_rounding() -> None:
+    """Of random matrices A A^T: the error is at most n^2 rounding units times the condition number."""
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        factor, expected = rng.normal(size=(13, 13)), rng.normal(size=13)
+        matrix = factor @ factor.T
+        found = matrix @ expected
+        solve_definite(matrix.copy(), found)
+        error = np.linalg.norm(found - expected) / np.linalg.norm(expected)
+        assert error <= 13**2 * np.finfo(float).eps * np.linalg.cond(matrix)
+
+
+def test_of_dependent_constraints_no_solution_is_returned() -> None:
+    """Two equal rows of exact numbers: the last pivot is exactly zero."""
+    found = np.ones(2)
+    solve_definite(np.array([[4.0, 4.0], [4.0, 4.0]]), found)
+    assert not np.isfinite(found).any()
