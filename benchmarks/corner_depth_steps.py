@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from scipy.integrate import DOP853
 
 from comparison.scene import Scene
+from reference_model.compiled import kernel
 from reference_model.constants import Formulation
 from reference_model.dop853 import NODES, ROWS, STAGES, dense, prepare_dense
 from reference_model.forces import CONTACTS, INSIDE, no_contacts
@@ -110,7 +110,7 @@ def geometry(scene: Scene) -> Geometry:
     )
 
 
-@numba.njit(error_model="numpy")
+@kernel
 def gaps(g: Geometry, t: float, y: np.ndarray, out: np.ndarray) -> None:
     """Write the gaps (m) of ll, lr, ul, ur and journal in a state; infinite where there is no such contact.
 
@@ -144,7 +144,7 @@ def gaps(g: Geometry, t: float, y: np.ndarray, out: np.ndarray) -> None:
     out[3] = g.right - (x + across - along)
 
 
-@numba.njit(error_model="numpy")
+@kernel
 def step(
     c: Any, t: float, h: float, y0: np.ndarray, modes: np.ndarray, k: np.ndarray, y1: np.ndarray,
     contacts: np.ndarray,
@@ -159,7 +159,7 @@ def step(
         right_hand_side(c, t + SHARES[i] * h, y1, modes, k[i], contacts)
 
 
-@numba.njit(error_model="numpy")
+@kernel
 def follow(
     c: Any, g: Geometry, p: Progress, t_end: float, tolerance: float, max_step: float, limit: int,
     bound: float, samples: Samples, found: np.ndarray,
