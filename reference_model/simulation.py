@@ -140,7 +140,8 @@ def _simulated(
     period = cycle_time(c)
     while not reached(period, state, t_end):
         now = state.clock[3] * period + state.clock[0]
-        t_stop = min(t_end, max(now, t_stop) + min(0.02 * t_end, 0.5 * p.period))
+        # Often enough to report; each call takes as long as ten steps.
+        t_stop = min(t_end, max(now, t_stop) + p.period * min(max(0.02 * p.cycles, 0.1), 0.5))
         if scipy_solver is not None:
             code = scipy_solver.advance(t_stop, round(SCIPY_STEPS_PER_CYCLE_LIMIT * cycles))
         else:
