@@ -31,8 +31,8 @@ table numbers are those of Zuo et al., Lubricants 2025, 13(6), 246.
 
 The way of a run: `simulation` > `five_bodies.run` or `tree.run` > `solver` > `recording` of the same room,
 which keeps what `observation` fills of each accepted state. `channels` names the channels, `tables` makes the
-tables of extrema and contacts, `compiled` the machine code, which `kernel_files` keeps for this version of
-the package.
+tables of extrema and contacts, `pulses` that of their forces in time, `compiled` the machine code, which
+`kernel_files` keeps for this version of the package.
 """
 
 from exudyn_model.simulation import Result, simulate

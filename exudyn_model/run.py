@@ -31,6 +31,9 @@ class Recorded(Protocol):
     def events(self) -> dict[str, NDArray[Any]]:
         """Return the table of contacts."""
 
+    def pulses(self, events: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+        """Return the forces of the contacts at the corners in time, by row of that table."""
+
 
 @dataclass(frozen=True)
 class Run:

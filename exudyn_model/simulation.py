@@ -32,6 +32,9 @@ class Result:
     events : dict of ndarray
         One row a contact, sorted by start: corner, start, end (s), normal_speed (m/s), impulse (N s),
         peak_force (N), largest_depth (m).
+    pulses : dict of ndarray
+        Normal forces of the contacts at the slider's corners in the accepted states: row (in ``events``),
+        time (s), force (N), sorted by row and time. Of a very long run the first contacts alone have one.
     extrema : dict
         Channel to "min", "time_of_min", "max", "time_of_max" over all integration steps.
     provenance : dict
@@ -49,6 +52,7 @@ class Result:
     provenance: dict[str, Any]
     status: str
     remedy: str
+    pulses: dict[str, NDArray[Any]]
 
 
 def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | None = None) -> Result:
@@ -107,7 +111,9 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         status = "invariant-violated"
         remedy = f"{broken}; lower solver.exudyn.{'step' if run.constraints else 'tolerance'}"
     provenance["status"] = status
-    return Result({"time": times} | columns, events, extrema, provenance, status, remedy)
+    return Result(
+        {"time": times} | columns, events, extrema, provenance, status, remedy, recorder.pulses(events)
+    )
 
 
 def _channels(parameters: Parameters) -> tuple[str, ...]:

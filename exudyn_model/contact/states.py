@@ -41,6 +41,8 @@ _STATE = np.dtype(
             "impulse",
             "peak",
             "depth",
+            # How many samples of its normal force there are: see `pulses`
+            "noted",
             # Of `watch`: what it last saw, its scales, and the worst of each invariant
             "known_start",
             "known_gap",

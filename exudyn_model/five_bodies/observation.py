@@ -39,6 +39,7 @@ from exudyn_model.contact.states import CORNERS, PIN
 from exudyn_model.energy import audit_energy
 from exudyn_model.five_bodies.native_contact import update_native_corners
 from exudyn_model.free_rocker import slider_acceleration_with_pin_clearance
+from exudyn_model.pulses import note_corners
 from exudyn_model.tables import update_extrema, update_turning_points
 from exudyn_model.watch import Eccentricity, watch_corners, watch_pin
 
@@ -78,12 +79,15 @@ class Kept(NamedTuple):
         From ``energy.new_audit``.
     masses : ndarray, shape (15,) or (0,)
         From ``energy.mass_diagonal``; empty where no energies are asked for.
+    pulses : ndarray, shape (4, samples, 2)
+        From ``pulses.new_pulses``.
     """
 
     values: NDArray[np.float64]
     extrema: NDArray[np.void]
     audit: NDArray[np.void]
     masses: NDArray[np.float64]
+    pulses: NDArray[np.float64]
 
 
 @kernel
@@ -130,6 +134,7 @@ def observe(
         event_count, fx, fy, moment = update_corners(
             time, q[SLIDER_X:], v[SLIDER_X:], law, contacts, events, event_count
         )
+    note_corners(time, contacts, law[0], kept.pulses)
     values[channels.SLIDER_X] = linkage.guide_x + q[SLIDER_X]
     values[channels.SLIDER_Y], values[channels.SLIDER_ANGLE] = q[SLIDER_Y], q[SLIDER_ANGLE]
     values[SLIDER_VX], values[SLIDER_VY] = v[SLIDER_X], v[SLIDER_Y]

@@ -19,6 +19,7 @@ from exudyn_model.five_bodies.observation import Kept, Vectors, observe
 from exudyn_model.five_bodies.samples_between import interpolate
 from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.model import Model
+from exudyn_model.pulses import new_pulses, pulse_table
 from exudyn_model.tables import event_table, extrema_table, new_extrema
 
 _NOT_NATIVE = np.zeros((0, 4))
@@ -74,7 +75,7 @@ class Recorder:
         if len(masses):
             self._channels += ENERGIES
         count = len(self._channels)
-        self._kept = Kept(np.zeros(count), new_extrema(count), new_audit(), masses)
+        self._kept = Kept(np.zeros(count), new_extrema(count), new_audit(), masses, new_pulses())
         self._samples = np.zeros((samples + 1, count))
         self._before = np.zeros(count)
         self._events = np.zeros(0, EVENT)
@@ -178,3 +179,7 @@ class Recorder:
     def events(self) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
         return event_table(self._events[: self._event_count], self._contacts, self._time)
+
+    def pulses(self, events: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+        """Return the normal forces of the corners' contacts in time; ``events`` is from :meth:`events`."""
+        return pulse_table(self._kept.pulses, self._contacts, events)

@@ -12,6 +12,7 @@ from exudyn_model.contact.foundation import other_end, shares_contact, speed_at_
 from exudyn_model.contact.memory import EVENT
 from exudyn_model.contact.states import CONTACTS
 from exudyn_model.model import Model
+from exudyn_model.pulses import new_pulses, pulse_table
 from exudyn_model.tables import event_table, extrema_table, new_extrema
 from exudyn_model.tree.isolation import GAP_TOLERANCE
 from exudyn_model.tree.motion import MOTION, contact_motion, has_clearance, state_at
@@ -43,7 +44,7 @@ class TreeRecorder:
         """Time of the last accepted state, s."""
         self._constants, self._contacts = model.constants, model.contacts
         self._start, self._end = np.zeros(1, MOTION), np.zeros(1, MOTION)
-        self._kept = Kept(np.zeros(WIDTH), new_extrema(WIDTH), np.zeros((samples + 1, WIDTH)))
+        self._kept = Kept(np.zeros(WIDTH), new_extrema(WIDTH), np.zeros((samples + 1, WIDTH)), new_pulses())
         self._events = np.zeros(64, EVENT)
         self._event_count, self._sample_count = 0, 0
         fixed = self._constants, self._contacts, self._kept, sample_interval, least
@@ -123,3 +124,7 @@ class TreeRecorder:
     def events(self) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
         return event_table(self._events[: self._event_count], self._contacts, self.time)
+
+    def pulses(self, events: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+        """Return the normal forces of the corners' contacts in time; ``events`` is from :meth:`events`."""
+        return pulse_table(self._kept.pulses, self._contacts, events)

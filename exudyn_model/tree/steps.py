@@ -17,6 +17,7 @@ from exudyn_model.contact.foundation import other_end, shares_contact
 from exudyn_model.contact.laws import FOUNDATION
 from exudyn_model.contact.memory import write_event
 from exudyn_model.contact.states import CONTACTS, PIN
+from exudyn_model.pulses import note
 from exudyn_model.tables import update_extrema
 from exudyn_model.tree.forces import complete
 from exudyn_model.tree.isolation import GAP_TOLERANCE
@@ -26,6 +27,8 @@ from exudyn_model.tree.switching import close, locate
 
 # Parts of a step, an even number: Simpson's rule takes them in pairs
 _POINTS = 4
+# A contact of no more steps needs its force at these points too: loose tolerances get through with 6 steps
+_FEW = 20
 _COUNT = len(CONTACTS)
 
 
@@ -39,11 +42,14 @@ class Kept(NamedTuple):
     extrema : ndarray, shape (``observation.WIDTH``,)
         From ``tables.new_extrema``.
     samples : ndarray, shape (samples, ``observation.WIDTH``)
+    pulses : ndarray, shape (4, samples, 2)
+        From ``pulses.new_pulses``.
     """
 
     values: NDArray[np.float64]
     extrema: NDArray[np.void]
     samples: NDArray[np.float64]
+    pulses: NDArray[np.float64]
 
 
 @kernel
@@ -163,7 +169,10 @@ def accept_step(
         update_extrema(extrema, samples[next_sample], state.time)
         next_sample += 1
     for number in range(_COUNT):
-        contacts[number].impulse += step / (3 * _POINTS) * contacts[number].normal
+        contact = contacts[number]
+        contact.impulse += step / (3 * _POINTS) * contact.normal
+        if number != PIN and contact.impact_speed > 0.0 and contact.start == start.time:
+            note(start.time, contact.normal, contact, kept.pulses[number])
     for point in range(1, _POINTS + 1):
         state = interpolate(start, end, point / _POINTS, linkage)
         observe(state, linkage, law, pin_law, contacts, values)
@@ -179,6 +188,9 @@ def accept_step(
             contact.impulse += weight * normal
             contact.peak = max(contact.peak, normal)
             contact.depth = max(contact.depth, -gap)
+            is_noted = point == _POINTS or start.time - contact.start < _FEW * step
+            if is_noted and number != PIN and contact.impact_speed > 0.0:
+                note(state.time, normal, contact, kept.pulses[number])
         watch(state, values, linkage, law, pin_law, contacts)
     event_count = update_contacts(start, end, linkage, law, pin_law, contacts, events, event_count)
     return event_count, next_sample

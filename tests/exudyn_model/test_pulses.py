@@ -1,0 +1,138 @@
+"""Forces of the contacts in time: of every contact, from touch to separation, and those of its row."""
+
+import numpy as np
+import pytest
+
+from exudyn_model import pulses, simulate
+from exudyn_model.contact.states import contact_states
+
+CORNERS = ("ll", "lr", "ul", "ur")
+
+
+def by_contact(result):
+    """Times and forces of each contact at a corner, by row; all of them have some."""
+    rows = np.flatnonzero(np.isin(result.events["corner"], CORNERS))
+    assert np.unique(result.pulses["row"]).tolist() == rows.tolist()
+    assert result.pulses["row"].dtype == np.int64
+    edges = np.searchsorted(result.pulses["row"], [rows, rows + 1]).T
+    return {
+        row: tuple(result.pulses[name][slice(*edge)] for name in ("time", "force"))
+        for row, edge in zip(rows.tolist(), edges.tolist(), strict=True)
+    }
+
+
+@pytest.fixture(
+    scope="module",
+    params=["full", "native", "tree", "loose", "foundation", "foundation-tree", "strip", "pin"],
+)
+def result(request, make_scene, tree_scene):
+    """The first impacts by each formulation and under each law; "pin": with clearance there as well."""
+    short = {"drive.cycles": 0.15}
+    law = {"contact.law": "foundation"} if "foundation" in request.param else {}
+    match request.param:
+        case "tree" | "foundation-tree":
+            return simulate(tree_scene(1e-10, short | law))
+        case "loose":
+            return simulate(tree_scene(1e-6, short))
+        case "pin":
+            both = {"joints.crank_pin": "clearance", "clearance.crank_pin": 1e-4}
+            return simulate(tree_scene(1e-8, short | both))
+        case "native":
+            return simulate(make_scene(short | {"solver.exudyn.formulation": "native"}))
+        case "strip":
+            law = {"contact.law": "strip"}
+    # The impact of a whole side is twenty times as short
+    return simulate(make_scene(short | law | {"solver.exudyn.step": 1e-7 if law else 2e-6}))
+
+
+def test_every_contact_has_a_pulse_from_its_touch_to_its_separation(result):
+    assert result.status == "success"
+    found = by_contact(result)
+    assert len(found) >= 5
+    for row, (time, force) in found.items():
+        start, end = (result.events[name][row] for name in ("start", "end"))
+        assert np.all(np.diff(time) > 0.0)
+        assert np.all(force >= 0.0)
+        # The longest step in a contact, of the loose tree
+        reach = 0.15 * (end - start)
+        assert start <= time[0] < start + reach
+        assert end - reach < time[-1] <= end
+        assert time.size >= 10
+
+
+def test_its_largest_force_and_its_impulse_are_those_of_the_row(result):
+    for row, (time, force) in by_contact(result).items():
+        event = {name: column[row] for name, column in result.events.items()}
+        assert force.max() <= event["peak_force"]
+        assert force.max() == pytest.approx(event["peak_force"], rel=1e-3)
+        ends = [event["start"], *time, event["end"]]
+        impulse = np.trapezoid([0.0, *force, force[-1] if event["end"] == time[-1] else 0.0], ends)
+        assert impulse == pytest.approx(event["impulse"], rel=0.02)
+
+
+def test_it_is_the_sum_of_the_corners_forces_at_the_samples(make_scene):
+    """Under the law foundation a side is one contact: samples 1 us apart, of five bodies."""
+    changes = {"contact.law": "foundation", "drive.cycles": 0.06, "solver.exudyn.step": 5e-7}
+    dense = {"output.samples_per_cycle": 400_000, "output.groups": ["corners"]}
+    result = simulate(make_scene(changes | dense))
+    columns, shared = result.columns, 0
+    for row, (time, force) in by_contact(result).items():
+        corner = result.events["corner"][row]
+        normals = [columns[f"corner_{end}{corner[1]}_normal"] for end in "lu"]
+        inside = (columns["time"] > time[0]) & (columns["time"] < time[-1])
+        shared += np.any((normals[0][inside] > 0.0) & (normals[1][inside] > 0.0))
+        at_samples = np.interp(columns["time"][inside], time, force)
+        np.testing.assert_allclose(at_samples, sum(normals)[inside], rtol=0, atol=1e-6 * force.max())
+    assert shared > 0
+
+
+def test_a_corner_pressed_in_at_the_start_has_its_force_at_once(make_scene, tree_scene):
+    """5 um inside the right wall: the largest force of the run's first contacts is at t = 0."""
+    pressed = {"drive.cycles": 0.01, "initial.slider_offset": 2.05e-4}
+    for scene in (make_scene(pressed), tree_scene(1e-9, pressed)):
+        result = simulate(scene)
+        time, force = by_contact(result)[0]
+        assert time[0] == 0.0
+        assert force[0] == result.events["peak_force"][0] == force.max()
+
+
+def test_without_room_later_contacts_have_none_and_the_run_is_the_same(tree_scene, monkeypatch):
+    scene = tree_scene(1e-9, {"drive.cycles": 0.3})
+    whole = simulate(scene)
+    count = 300
+    monkeypatch.setattr(pulses, "_SAMPLES", count)
+    cut = simulate(scene)
+    for name, column in whole.events.items():
+        np.testing.assert_array_equal(cut.events[name], column)
+    lost = np.setdiff1d(whole.pulses["row"], cut.pulses["row"])
+    assert 0 < lost.size < len(whole.events["start"])
+    for corner in np.unique(whole.events["corner"][lost]):
+        rows = np.flatnonzero(whole.events["corner"] == corner)
+        have = np.isin(rows, cut.pulses["row"])
+        assert have.tolist() == sorted(have, reverse=True)  # the first ones
+        sizes = np.bincount(whole.pulses["row"])[rows]
+        assert sizes[have].sum() < count <= sizes[: have.sum() + 1].sum()
+    kept = np.isin(whole.pulses["row"], cut.pulses["row"])
+    for name, column in cut.pulses.items():
+        np.testing.assert_array_equal(column, whole.pulses[name][kept])
+
+
+def test_of_a_run_that_diverged_the_numbers_are_kept_and_nothing_after_a_contact():
+    contacts = contact_states()
+    contacts["noted"][1] = 4
+    samples = np.zeros((4, 10, 2))
+    samples[1, :4] = [[0.1, 1.0], [0.2, 2.0], [0.25, 0.0], [0.3, np.nan]]
+    events = {
+        "corner": np.array(["ul", "lr", "lr"]),
+        "start": np.array([0.05, 0.1, 0.3]),
+        "end": np.array([0.4, 0.2, 0.4]),
+    }
+    table = pulses.pulse_table(samples, contacts, events)
+    assert {name: column.tolist() for name, column in table.items()} == {
+        "row": [1, 1], "time": [0.1, 0.2], "force": [1.0, 2.0]
+    }  # fmt: skip
+
+
+def test_an_ideal_slider_has_none(make_scene):
+    result = simulate(make_scene({"drive.cycles": 0.01, "joints.slider": "ideal"}))
+    assert {name: column.size for name, column in result.pulses.items()} == {"row": 0, "time": 0, "force": 0}
