@@ -74,7 +74,8 @@ def write_validation(
         stale = [*(folder / "tables").glob(f"{escape(name)}.*.partial.*")]
         stale += folder.glob(f"{escape(name)}.*.traceback.txt")
         for model in comparisons[0].labels:
-            stale += [folder / "tables" / f"{name}-{model}{end}" for end in (".csv", ".events.csv", ".json")]
+            ends = (".csv", ".events.csv", ".pulses.csv", ".json")
+            stale += [folder / "tables" / f"{name}-{model}{end}" for end in ends]
         for path in stale:
             if path.name not in new:
                 path.unlink(missing_ok=True)

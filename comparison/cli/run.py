@@ -62,7 +62,7 @@ def run(
     from comparison.execution.quality_checks import quality_warnings
     from comparison.files import check_file
     from comparison.scene import load_scene, parse_set
-    from comparison.tables.table_files import check_format, write
+    from comparison.tables.table_files import check_format, companions, write
 
     if uncertainty and check is False:
         raise typer.BadParameter("--uncertainty needs the further runs that --no-check leaves out")
@@ -87,8 +87,7 @@ def run(
         say(f"sixbar: {note}", err=True)
     warn(quality_warnings(table))
     path = saved(lambda folder: write(table, folder / out.name), out.parent)
-    events = [] if table.contacts is None else [path.with_name(f"{path.stem}.events.csv")]
-    for each in (*events, path.with_name(f"{path.stem}.json"), path):
+    for each in (*companions(table, path), path):
         say(str(each))
     return code
 

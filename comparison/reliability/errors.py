@@ -91,7 +91,7 @@ def since(table: Table, start: float) -> Table:
         left = events.loc[events["end"] > time[first]]
         events = left.assign(start=left["start"] - time[first], end=left["end"] - time[first])
     later = table.frame.iloc[first:].reset_index(drop=True)
-    return replace(table, frame=later.assign(time=later["time"] - time[first]), events=events)
+    return replace(table, frame=later.assign(time=later["time"] - time[first]), events=events, pulses=None)
 
 
 def unit_of(quantity: str) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from comparison.tables.arrays import Array
 from comparison.tables.channels import CONTACTS
+from comparison.tables.pulses import check_pulses
 from comparison.tables.table import Table, TableError
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 LARGEST_NUMBER = 1e30
 """No quantity is larger in its unit. Its square does not overflow, nor does it in single precision."""
+_LONGER = 1e-3  # share of a contact's duration by which its pulse may be outside
 _EVENTS = ("corner", "start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
 
 
@@ -86,6 +88,8 @@ def check(
     contacts = table.contacts
     if contacts is not None and any(column.size for column in contacts.values()):
         _check_events(contacts, time, name)
+    if table.pulses is not None:
+        _check_pulses(table.pulses, contacts or {"start": np.zeros(0), "end": np.zeros(0)}, name)
 
 
 def _check_events(events: Mapping[str, NDArray[Any]], time: Array, name: str) -> None:
@@ -111,6 +115,24 @@ def _check_events(events: Mapping[str, NDArray[Any]], time: Array, name: str) ->
         raise TableError(
             f"{name}: contact {bad[0] + 1}, {start[bad[0]]:g} to {end[bad[0]]:g} s, is outside the times of "
             f"the table, {time[0]:g} to {time[-1]:g} s"
+        )
+
+
+def _check_pulses(pulses: Mapping[str, NDArray[Any]], events: Mapping[str, NDArray[Any]], name: str) -> None:
+    try:
+        check_pulses(pulses)
+    except ValueError as error:
+        raise TableError(f"{name}: its {error}") from None
+    row, time = pulses["row"], pulses["time"]
+    start, end = _numbers(events["start"]), _numbers(events["end"])
+    if (bad := np.flatnonzero((row < 0) | (row >= start.size))).size:
+        raise TableError(f"{name}: its pulses: row {row[bad[0]]} is none of {start.size} events")
+    slack = _LONGER * (end - start)[row]
+    if (bad := np.flatnonzero((time < start[row] - slack) | (time > end[row] + slack))).size:
+        contact = row[bad[0]]
+        raise TableError(
+            f"{name}: its pulses: {time[bad[0]]!s} s is outside contact {contact + 1}, "
+            f"{start[contact]!s} to {end[contact]!s} s"
         )
 
 

@@ -54,11 +54,16 @@ def write_numbers(columns: pd.DataFrame | Columns, path: Path) -> None:
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
 
-    if isinstance(columns, dict) and all(_is_finite(column) for column in columns.values()):
+    if isinstance(columns, dict) and all(map(_is_number, columns.values())):
         # Not by `pyarrow.array`, which imports pandas.
-        buffers = [pa.py_buffer(np.ascontiguousarray(column)) for column in columns.values()]
-        count = next(iter(columns.values())).size
-        parts = [pa.Array.from_buffers(pa.float64(), count, [None, buffer]) for buffer in buffers]
+        parts = [
+            pa.Array.from_buffers(
+                pa.from_numpy_dtype(column.dtype),
+                column.size,
+                [None, pa.py_buffer(np.ascontiguousarray(column))],
+            )
+            for column in columns.values()
+        ]
         rows = pa.Table.from_arrays(parts, names=list(columns))
     else:
         frame = framed(columns) if isinstance(columns, dict) else columns
@@ -75,6 +80,11 @@ def write_events(columns: Columns, path: Path) -> None:
         path.write_text(_lines([columns, *rows]), "utf-8")
     else:
         framed(columns).to_csv(path, index=False)
+
+
+def _is_number(column: NDArray[Any]) -> bool:
+    """Whether pyarrow writes a column as pandas does."""
+    return column.dtype == np.int64 or _is_finite(column)
 
 
 def _is_finite(column: NDArray[Any]) -> bool:

@@ -9,11 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comparison.files import plain
+from comparison.tables.pulses import check_pulses
 from comparison.tables.record import check_record
 
 
 class Result(Protocol):
-    """Interface of a model's result; each model has its own class."""
+    """Interface of a model's result; each model has its own class.
+
+    It may also have ``pulses``, a dict of arrays or None: see `comparison.tables.pulses`.
+    """
 
     @property
     def columns(self) -> dict[str, NDArray[np.float64]]: ...  # noqa: D102
@@ -46,6 +50,11 @@ def check_result(result: Result) -> None:
         part = getattr(result, name, None)
         if not isinstance(part, kind):
             raise TypeError(f"result: {name} must be a {kind.__name__}, not {type(part).__name__}")
+    pulses = getattr(result, "pulses", None)
+    if pulses is not None and not isinstance(pulses, dict):
+        raise TypeError(f"result: pulses must be a dict or None, not {type(pulses).__name__}")
+    if pulses:
+        check_pulses(pulses)
     record = {"extrema": result.extrema, "provenance": result.provenance}
     try:
         check_record({**result.provenance, "extrema": result.extrema})

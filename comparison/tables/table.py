@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from comparison.tables.channels import Channel, channels, is_uncertainty
 from comparison.tables.columns import Columns, are_plain, framed
+from comparison.tables.pulses import thinned
 from comparison.tables.result import Result, check_result
 
 # Pandas is imported only where it is used: with pyarrow it takes longer than a short run.
@@ -39,6 +40,8 @@ class Table:
         Model, settings and versions that produced the results.
     own
         Definitions of the channels that are not the press's, or have a scale of their own.
+    pulses
+        Normal forces of the events in time (`comparison.tables.pulses`), or None where the source has none.
     """
 
     frame: pd.DataFrame
@@ -46,6 +49,7 @@ class Table:
     extrema: dict[str, dict[str, float]] = field(default_factory=dict)
     provenance: dict[str, Any] = field(default_factory=dict)
     own: dict[str, Channel] = field(default_factory=dict)
+    pulses: Columns | None = None
 
     @classmethod
     def from_result(cls, result: Result) -> Self:
@@ -65,6 +69,8 @@ class Table:
             raise TableError(f"the model's {error}") from error
         provenance = {**result.provenance, "status": result.status, "remedy": result.remedy}
         vars(table).update(extrema=result.extrema, provenance=provenance, own={})
+        pulses = getattr(result, "pulses", None)
+        vars(table)["pulses"] = thinned(pulses) if pulses and pulses["row"].size else None
         return table
 
     if not TYPE_CHECKING:  # else any name would be an attribute
@@ -122,7 +128,8 @@ class Table:
     def only(self, names: Sequence[str]) -> Self:
         """Return the time and these channels alone; those that it lacks are left out, and so are events."""
         wanted = ("time", *dict.fromkeys(names))
-        return replace(self, frame=self.frame[[name for name in wanted if name in self.frame]], events=None)
+        frame = self.frame[[name for name in wanted if name in self.frame]]
+        return replace(self, frame=frame, events=None, pulses=None)
 
     def values(self, channel: str) -> NDArray[np.float64]:
         """Return one column, shape (n,)."""

@@ -1,7 +1,8 @@
 """Files of result tables: read, and written all or none.
 
-``run.csv`` (or ``run.parquet``) holds the channels, ``run.events.csv`` one row per contact, ``run.json`` the
-provenance and the extrema over integration steps. A comparison requires only the first.
+``run.csv`` (or ``run.parquet``) holds the channels, ``run.events.csv`` one row per contact,
+``run.pulses.csv`` the contacts' forces in time, ``run.json`` the provenance and the extrema over integration
+steps. A comparison requires only the first.
 """
 
 from __future__ import annotations
@@ -35,13 +36,22 @@ def read(path: str | Path) -> Table:
     path = Path(path)
     check_format(path)
     frame = read_frame(path)
-    _, record_path = _beside(path)
+    _, pulses_path, record_path = _beside(path)
     with _readable(record_path):
         record = read_record(record_path)
+    pulses = None
+    if pulses_path.is_file():
+        columns = read_frame(pulses_path)
+        # A force of whole numbers is no column of integers
+        whole = [name for name in columns if name != "row" and columns[name].dtype.kind in "iu"]
+        pulses = {
+            str(name): column.to_numpy()
+            for name, column in columns.astype(dict.fromkeys(whole, float)).items()
+        }
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
     frame.insert(0, "time", frame.pop("time"))
-    return Table(frame, read_events(path), record.pop("extrema", None) or {}, record)
+    return Table(frame, read_events(path), record.pop("extrema", None) or {}, record, pulses=pulses)
 
 
 def read_frame(path: Path, *, parquet: bool | None = None, **layout: Any) -> pd.DataFrame:
@@ -88,16 +98,16 @@ def read_events(path: Path) -> pd.DataFrame | None:
     TableError
         If they cannot be read.
     """
-    events_path, _ = _beside(path)
+    events_path, _, _ = _beside(path)
     return read_frame(events_path) if events_path.is_file() else None
 
 
 def write(table: Table, path: str | Path) -> Path:
-    """Write a table with its events and provenance: all of them or, if one cannot be written, none.
+    """Write a table with its events, pulses and provenance: all or, if one cannot be written, none.
 
     Doubles are written with full precision: reading them back gives the same bits, but for the sign of zeros
-    in a column of integers. Missing folders are created. Events of an earlier table of this name are deleted
-    where the new one has none.
+    in a column of integers. Missing folders are created. Events and pulses of an earlier table of this
+    name are deleted where the new one has none.
 
     Raises
     ------
@@ -106,11 +116,13 @@ def write(table: Table, path: str | Path) -> Path:
     """
     path = Path(path)
     check_format(path)
-    events_path, record_path = _beside(path)
+    events_path, pulses_path, record_path = _beside(path)
     try:
         with replacing_in(path.parent) as part:
             if table.contacts is not None:
                 write_events(table.contacts, part / events_path.name)
+            if table.pulses is not None:
+                write_numbers(table.pulses, part / pulses_path.name)
             write_json({**table.provenance, "extrema": table.extrema}, part / record_path.name)
             if path.suffix.lower() == ".csv":
                 write_numbers(table.columns, part / path.name)
@@ -118,9 +130,18 @@ def write(table: Table, path: str | Path) -> Path:
                 table.frame.to_parquet(part / path.name, index=False)
         if table.contacts is None:
             events_path.unlink(missing_ok=True)
+        if table.pulses is None:
+            pulses_path.unlink(missing_ok=True)
     except OSError as error:
         raise TableError(f"{path}: cannot be written: {error.strerror or error}") from error
     return path
+
+
+def companions(table: Table, path: Path) -> list[Path]:
+    """Return the files that `write` makes beside that of a table."""
+    events, pulses, record = _beside(path)
+    held = {events: table.contacts is not None, pulses: table.pulses is not None, record: True}
+    return [file for file, is_made in held.items() if is_made]
 
 
 def check_format(path: Path) -> None:
@@ -147,5 +168,9 @@ def _readable(path: Path) -> Iterator[None]:
         raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
 
 
-def _beside(path: Path) -> tuple[Path, Path]:
-    return path.with_name(f"{path.stem}.events.csv"), path.with_name(f"{path.stem}.json")
+def _beside(path: Path) -> tuple[Path, Path, Path]:
+    """Return the files of events, pulses and provenance."""
+    events, pulses, record = (
+        path.with_name(path.stem + end) for end in (".events.csv", ".pulses.csv", ".json")
+    )
+    return events, pulses, record

@@ -9,6 +9,7 @@ import stat
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from comparison.execution.cache import cache_folder, cache_warnings, fetch, keep
@@ -45,16 +46,20 @@ def stored(cache, make_table, scene):
             largest_depth=1e-6,
         )
     )
-    keep(KEY, type(table)(table.frame, events.drop(columns="time"), {}, {"model": "reference", "steps": 5}))
+    pulses = {"row": np.array([0, 0]), "time": np.array([0.11, 0.19]), "force": np.array([40.0, 0.1])}
+    record = {"model": "reference", "steps": 5}
+    keep(KEY, type(table)(table.frame, events.drop(columns="time"), {}, record, pulses=pulses))
     files = sorted((cache / "runs" / KEY).iterdir())
     return files, lambda: fetch(KEY, table.channels, (0.0, scene.duration))
 
 
 def test_a_run_is_found_as_it_was_stored(stored, make_table):
     files, found = stored
-    assert [path.name for path in files] == ["run.csv", "run.events.csv", "run.json", "sha256.json"]
+    names = ["run.csv", "run.events.csv", "run.json", "run.pulses.csv", "sha256.json"]
+    assert [path.name for path in files] == names
     assert found().frame.equals(make_table().frame)
     assert len(found().events) == 2
+    assert found().pulses["time"].tolist() == [0.11, 0.19]
     assert found().provenance == {"model": "reference", "steps": 5}
 
 

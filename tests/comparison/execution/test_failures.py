@@ -178,7 +178,7 @@ def test_a_run_that_ended_and_means_little_is_written_with_a_warning(capfd):
     """Contacts of 2e-4 s in steps of 5e-5 s."""
     assert main(command("exudyn", {"drive.cycles": 0.2, "solver.exudyn.step": 5e-5})) == 0
     out, err = capfd.readouterr()
-    assert out == "a.events.csv\na.json\na.csv\n"
+    assert out == "a.events.csv\na.pulses.csv\na.json\na.csv\n"
     assert "sixbar: warning: half of its contacts, weighted by force, last less than" in err
 
 
