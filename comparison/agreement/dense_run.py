@@ -1,4 +1,7 @@
-"""Runs with dense output, of which the contacts alone are kept. What a worker imports for them is here."""
+"""Runs with dense output, of which the contacts alone are kept: by models that do not note their forces.
+
+What a worker imports for them is here.
+"""
 
 from __future__ import annotations
 
@@ -9,22 +12,19 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from comparison.execution.job import Job, Progress, kernels
 from comparison.execution.run import run_one
 from comparison.execution.task_order import Kernels
 from comparison.execution.task_store import Task
 from comparison.scene import Scene, scene_from_mapping
-from comparison.tables.arrays import Array
 from comparison.tables.channels import CORNERS, touching
+from comparison.tables.pulses import envelope
 from comparison.tables.table import Table
 
 _AIMED = 25  # samples of a short contact: a sine's largest one is then 0.2 % below its peak at most
 _SHORT = 0.02  # share of the contacts that may be shorter
 _MOST = 400_000  # samples of a run, about 100 MB; a longer run is cut
-_KEPT = 32  # samples of a contact; of one with more the envelope in half as many columns
-_LONG = 400  # samples from which on a contact's first _KEPT are kept too, and six times the columns
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def measure(task: DenseRun, progress: Progress) -> dict[str, Any]:
     return {"contacts": list(_contacts(table))}
 
 
-def dense(recorded: Mapping[str, Any] | None, events: pd.DataFrame | None, model: str) -> Scene | None:
+def dense(recorded: Mapping[str, Any] | None, events: pd.DataFrame | None) -> Scene | None:
     """Return the scene of a model's base run with output that resolves the slider's contacts, if it has any.
 
     The crank pin's forces are no channels. A run of too many samples is cut: its later contacts are not
@@ -75,8 +75,6 @@ def dense(recorded: Mapping[str, Any] | None, events: pd.DataFrame | None, model
         return None
     # Round numbers divide the steps between samples, where there are as many
     finer = _round_up(_AIMED * interval / shortest)
-    if model == "exudyn" and (solver := scene.data["solver"]["exudyn"])["formulation"] == "full":
-        finer = min(finer, _fewer_than_steps(interval, solver["step"]))
     cycles = min(float(scene.data["drive"]["cycles"]), _MOST / (per_cycle * finer))
     groups = dict.fromkeys([*scene.data["output"]["groups"], "corners"])
     return scene.with_values(
@@ -88,32 +86,6 @@ def dense(recorded: Mapping[str, Any] | None, events: pd.DataFrame | None, model
     )
 
 
-def _fewer_than_steps(interval: float, step: float) -> int:
-    """Return how many samples an interval may have so that five bodies have two steps between them, or more.
-
-    With a sample at each step all would be as short as in contacts, and the run take ten times as long; with
-    fewer they are those of the base run.
-    """
-    steps = ceil(interval / step * (1.0 - 1e-12))
-    return next((steps // n for n in range(2, steps) if steps % n == 0), 1)
-
-
-def thinned(force: Array) -> NDArray[np.intp]:
-    """Return the samples of a contact to keep, increasing: all of a short one, else its envelope.
-
-    Of a long contact the first samples are kept as well: there its impact is.
-    """
-    count = force.size
-    if count <= _KEPT:
-        return np.arange(count)
-    columns, first = (3 * _KEPT, _KEPT) if count >= _LONG else (_KEPT // 2, 0)
-    edges = (np.arange(columns + 1) * count) // columns
-    kept = {0, count - 1, *range(first)}
-    for start, stop in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-        kept |= {start + int(force[start:stop].argmin()), start + int(force[start:stop].argmax())}
-    return np.array(sorted(kept))
-
-
 def _contacts(table: Table) -> Iterable[dict[str, Any]]:
     if table.events is None or table.events.empty:
         return
@@ -123,7 +95,7 @@ def _contacts(table: Table) -> Iterable[dict[str, Any]]:
         part = slice(*np.searchsorted(time, [start, end], side="right").tolist())
         sharing = touching(corner, table.provenance.get("scene", {}))
         force = np.sum([table.values(f"corner_{name}_normal")[part] for name in sharing], axis=0)
-        kept = thinned(force)
+        kept = envelope(np.zeros(force.size, np.int64), force)
         yield {
             "corner": corner,
             "start": start,

@@ -9,12 +9,13 @@ import pandas as pd
 import pytest
 
 from comparison.agreement.cross_check import validate
-from comparison.agreement.dense_run import DenseRun, dense, measure, thinned
-from comparison.agreement.pulses import PEAK, POINTS, drawable, resolved
+from comparison.agreement.dense_run import DenseRun, dense, measure
+from comparison.agreement.pulses import PEAK, POINTS, drawable, noted, resolved
 from comparison.execution.job import MODELS
 from comparison.execution.run import run_one
 from comparison.metrics.impacts import WINDOW
 from comparison.scene import load_scene
+from comparison.tables.table import Table
 
 
 def contact(
@@ -35,15 +36,12 @@ def events() -> pd.DataFrame:
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("tier", ["standard", "tight"])
-def test_every_drawn_pulse_has_twenty_points_and_the_peak_of_the_event_table(model, tier):
-    # The first impacts, some of them chatter; five bodies, whose steps end at samples, and the tree.
+def test_every_pulse_of_a_dense_run_has_twenty_points_and_the_peak_of_the_event_table(model):
+    # The first impacts, some of them chatter; of exudyn five bodies, whose steps end at samples.
     scene = load_scene("150rpm-0.2mm", {"drive.cycles": 0.1})
-    if tier == "tight" and model == "exudyn":
-        scene = scene.with_values({"solver.exudyn.formulation": "tree"})
     base = run_one(scene, model)
     assert base.events is not None
-    closer = dense(scene.data, base.events, model)
+    closer = dense(scene.data, base.events)
     assert closer is not None
     row = measure(DenseRun(closer, model), lambda _: None)
     pulses = drawable(row["contacts"], base.events, WINDOW * scene.period)
@@ -63,7 +61,7 @@ def test_every_drawn_pulse_has_twenty_points_and_the_peak_of_the_event_table(mod
 
 def test_a_dense_run_differs_from_the_base_in_its_output_alone(events):
     scene = load_scene("300rpm-0.2mm")
-    closer = dense(scene.data, events, "reference")
+    closer = dense(scene.data, events)
     assert closer is not None
     changed = {"scene", "output", "drive"}
     assert {k: v for k, v in closer.data.items() if k not in changed} == {
@@ -76,25 +74,15 @@ def test_a_dense_run_differs_from_the_base_in_its_output_alone(events):
     assert 1000 % (closer.data["output"]["samples_per_cycle"] // 1000) == 0
 
 
-def test_five_bodies_take_the_steps_of_the_base_run(events):
-    """With two of them or more between samples, and a sample at each of the base run."""
-    scene = load_scene("300rpm-0.2mm", {"solver.exudyn.formulation": "full", "solver.exudyn.step": 4e-6})
-    closer = dense(scene.data, events.assign(end=events["start"] + 1e-5), "exudyn")
-    assert closer is not None
-    assert closer.data["solver"] == scene.data["solver"]
-    # 50 steps of 4e-6 s in an interval of 2e-4 s
-    assert closer.data["output"]["samples_per_cycle"] == 25 * 1000
-
-
 def test_a_long_run_is_cut_and_without_contacts_at_corners_there_is_none(events):
     long = load_scene("150rpm-0.2mm", {"drive.cycles": 100.0})
-    closer = dense(long.data, events, "reference")
+    closer = dense(long.data, events)
     assert closer is not None
     assert closer.data["drive"]["cycles"] * closer.data["output"]["samples_per_cycle"] <= 400_000
-    assert dense(long.data, events.iloc[:0], "exudyn") is None
-    assert dense(long.data, events.assign(corner="pin"), "exudyn") is None
-    assert dense(None, events, "exudyn") is None
-    assert dense(long.data, None, "exudyn") is None
+    assert dense(long.data, events.iloc[:0]) is None
+    assert dense(long.data, events.assign(corner="pin")) is None
+    assert dense(None, events) is None
+    assert dense(long.data, None) is None
 
 
 @pytest.mark.parametrize(
@@ -117,18 +105,51 @@ def test_a_contact_is_drawn_where_both_runs_have_it_with_the_same_peak(events, f
     assert [pulse.row for pulse in drawable(found, events, window=8e-5)] == rows
 
 
-def test_thinning_keeps_the_ends_and_the_envelope_and_of_a_long_contact_the_impact():
-    for count in (2, 20, 32):
-        assert thinned(np.ones(count)).tolist() == list(range(count))
-    force = np.sin(np.linspace(0.0, np.pi, 301))
-    kept = thinned(force)
-    assert POINTS <= kept.size <= 34
-    assert {0, 150, 300} <= set(kept.tolist())
-    long = np.exp(-np.arange(50_000) / 200.0) * (1.0 + np.cos(np.arange(50_000) / 10.0)) + 1.0
-    long[30_000] = 9.0
-    kept = thinned(long)
-    assert kept.size <= 2 + 32 + 2 * 96
-    assert {*range(32), 30_000, 49_999} <= set(kept.tolist())
+def pulse_columns(of: dict[str, object], row: int) -> dict[str, np.ndarray]:
+    """The columns of one contact in a table."""
+    time, force = (np.array(of[name]) for name in ("time", "force"))
+    return {"row": np.full(time.size, row), "time": of["start"] + time, "force": force}
+
+
+@pytest.mark.parametrize(
+    ("count", "peak", "drawn"), [(30, 40.0, 1), (20, 40.3, 1), (19, 40.0, 0), (30, 40.5, 0), (30, 0.0, 0)]
+)
+def test_what_a_table_has_of_a_contact_is_drawn_with_enough_points_and_the_same_peak(
+    events, count, peak, drawn
+):
+    found = contact(start=0.02, count=count, peak=peak)
+    found["time"] = 1e-6 + np.array(found["time"])  # the touch is inside a step
+    frame = pd.DataFrame({"time": [0.0, 1.0]})
+    pulses = noted(Table(frame, events, pulses=pulse_columns(found, row=1)))
+    assert [pulse.row for pulse in pulses] == [1] * drawn
+    for pulse in pulses:
+        np.testing.assert_allclose(pulse.time, found["time"], rtol=0, atol=1e-15)
+        np.testing.assert_array_equal(pulse.force, found["force"])
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"solver.exudyn.formulation": "full"},
+        {"solver.exudyn.formulation": "tree", "solver.exudyn.tolerance": 1e-9},
+        # A side is one contact
+        {"solver.exudyn.formulation": "tree", "contact.law": "foundation"},
+    ],
+)
+def test_what_a_model_notes_is_what_dense_output_shows(changes):
+    scene = load_scene("150rpm-0.2mm", {"drive.cycles": 0.1, **changes})
+    base = run_one(scene, "exudyn")
+    closer = dense(scene.data, base.events)
+    assert closer is not None
+    row = measure(DenseRun(closer, "exudyn"), lambda _: None)
+    shown = {p.row: p for p in drawable(row["contacts"], base.events, WINDOW * scene.period)}
+    own = {pulse.row: pulse for pulse in noted(base)}
+    assert own.keys() == shown.keys()
+    assert len(own) >= 5
+    for number, pulse in own.items():
+        force = np.interp(shown[number].time, pulse.time, pulse.force)
+        # Of either the envelope: half its samples are a sixteenth of the contact apart
+        np.testing.assert_allclose(force, shown[number].force, rtol=0, atol=0.04 * pulse.force.max())
 
 
 @pytest.mark.usefixtures("fake_models")
@@ -142,3 +163,11 @@ def test_without_a_matching_or_a_successful_dense_run_nothing_is_drawn(scene, gr
     broken = replace(base, provenance=base.provenance | {"scene": failing.data})
     spoilt = replace(good, runs=good.runs | {"exudyn": replace(good.runs["exudyn"], base=broken)})
     assert resolved([spoilt], 2) == found
+    # With pulses in its table no run is needed.
+    assert base.events is not None
+    columns = pulse_columns(contact(start=float(base.events["start"][0])), row=0)
+    own = replace(
+        good, runs=good.runs | {"exudyn": replace(good.runs["exudyn"], base=replace(broken, pulses=columns))}
+    )
+    reference, exudyn = resolved([own], 2)[scene.name, "standard"]
+    assert (list(reference), [pulse.row for pulse in exudyn]) == ([], [0])
