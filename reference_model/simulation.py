@@ -134,14 +134,15 @@ def _simulated(
     state = begin(c, y0, 1.0e-3 * largest)
     cycles = max(1.0, p.cycles)
     scipy_solver = None if p.method not in SCIPY_METHODS else _scipy_solver(p, c, state, samples)
+    # In cycles, often enough to report; a call of the compiled integrator takes as long as ten steps.
+    stretch = 0.02 * p.cycles if scipy_solver is not None else max(0.02 * p.cycles, 0.1)
     events = []
     t_end, t_stop, t_reported = samples.times[-1], 0.0, 0.0
     code = integrate.REACHED
     period = cycle_time(c)
     while not reached(period, state, t_end):
         now = state.clock[3] * period + state.clock[0]
-        # Often enough to report; each call takes as long as ten steps.
-        t_stop = min(t_end, max(now, t_stop) + p.period * min(max(0.02 * p.cycles, 0.1), 0.5))
+        t_stop = min(t_end, max(now, t_stop) + p.period * min(stretch, 0.5))
         if scipy_solver is not None:
             code = scipy_solver.advance(t_stop, round(SCIPY_STEPS_PER_CYCLE_LIMIT * cycles))
         else:
