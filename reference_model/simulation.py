@@ -134,7 +134,7 @@ def _simulated(
     state = begin(c, y0, 1.0e-3 * largest)
     cycles = max(1.0, p.cycles)
     scipy_solver = None if p.method not in SCIPY_METHODS else _scipy_solver(p, c, state, samples)
-    # In cycles, often enough to report; a call of the compiled integrator takes as long as ten steps.
+    # In cycles, often enough to report; a call of the compiled integrator takes as long as six steps.
     stretch = 0.02 * p.cycles if scipy_solver is not None else max(0.02 * p.cycles, 0.1)
     events = []
     t_end, t_stop, t_reported = samples.times[-1], 0.0, 0.0

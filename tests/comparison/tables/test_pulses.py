@@ -15,12 +15,10 @@ from comparison.tables.pulses import envelope, thinned
 from comparison.tables.table import Table, TableError
 from comparison.tables.table_files import read, write
 
-RNG = np.random.default_rng(2)
-
 
 def pulses(*counts: int) -> dict[str, np.ndarray]:
     """Contacts from the times 1, 2, ... s on for 0.5 s, with so many samples each."""
-    force = RNG.uniform(0.0, 40.0, sum(counts))
+    force = np.random.default_rng(2).uniform(0.0, 40.0, sum(counts))
     row = np.repeat(np.arange(len(counts)), counts)
     times = [1.0 + number + np.linspace(0.0, 0.5, count) for number, count in enumerate(counts)]
     return {"row": row, "time": np.concatenate(times), "force": force}
@@ -83,7 +81,10 @@ def test_of_equal_samples_one_is_kept() -> None:
 
 def test_a_table_has_the_thinned_pulses_of_a_result(table) -> None:
     check(table, ["slider_x"])
-    assert np.bincount(table.pulses["row"]).tolist() == [20, pytest.approx(32, abs=2), 1]
+    short, long, single = np.bincount(table.pulses["row"])
+    assert (short, single) == (20, 1)
+    # Two extrema of each of 16 parts; the ends, where they are none of them
+    assert 32 <= long <= 34
     copied = pickle.loads(pickle.dumps(table.with_provenance({})))  # noqa: S301
     np.testing.assert_array_equal(copied.pulses["force"], table.pulses["force"])
     assert table.only(["slider_x"]).pulses is None
