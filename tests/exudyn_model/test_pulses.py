@@ -64,8 +64,8 @@ def test_its_largest_force_and_its_impulse_are_those_of_the_row(result):
     for row, (time, force) in by_contact(result).items():
         event = {name: column[row] for name, column in result.events.items()}
         assert force.max() <= event["peak_force"]
-        # Of a tree the row has it at quarters of steps, the pulse after 20 steps at their ends: it lies there in
-        # contacts of 40 steps and more, of which a half sine is 1 - cos(pi / 80) = 8e-4 below its peak
+        # Of a tree the row has it at quarters of steps, the pulse after 20 steps at their ends: it lies
+        # there in contacts of 40 steps and more, of which a half sine is 1 - cos(pi / 80) = 8e-4 below
         assert force.max() == pytest.approx(event["peak_force"], rel=1e-3)
         ends = [event["start"], *time, event["end"]]
         # Of a half sine the trapezoids of ten samples miss (pi / 10)^2 / 12 = 0.8 %, unequal ones more
