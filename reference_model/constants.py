@@ -120,23 +120,21 @@ class Formulation(StrEnum):
     """15 coordinates, 15 multipliers."""
 
 
-SIDES, MEMORYLESS = "with_contacts_of_sides", "without_memory"
-"""Marks of the records under the law foundation, and with damping that has no memory of the impact speed."""
+_SIDES = "with_contacts_of_sides"
+"""Mark of the records under the law foundation: other laws do not pay for what it asks."""
 _ANY = "for_any"
-"""In place of the formulation, or of the law's marks, for kernels whose code is the same for all of them."""
+"""In place of the formulation, or of the law's mark, for kernels whose code is the same for all of them."""
 
 
 def as_record(constants: Constants, formulation: Formulation) -> Constants:
     """Return the constants as the kernels take them: one record, passed by reference.
 
     An extra field named after the formulation makes its type another one, so that numba compiles the
-    integrator once for each formulation in use (`reference_model.formulations`), and for some contact laws
-    (`reference_model.marks`). It is one field: numba takes a record with further fields for one without.
+    integrator once for each formulation in use (`reference_model.formulations`), and once more for the law
+    foundation. It is one field: numba takes a record with further fields for one without.
     """
-    marks = [formulation.value]
-    marks += [SIDES] if constants.law == FOUNDATION else []
-    marks += [MEMORYLESS] if constants.memoryless else []
-    dtype = np.dtype([(name, np.float64) for name in (*Constants._fields, "+".join(marks))])
+    mark = f"{formulation.value}+{_SIDES}" if constants.law == FOUNDATION else formulation.value
+    dtype = np.dtype([(name, np.float64) for name in (*Constants._fields, mark)])
     record = np.array([(*constants, 0.0)], dtype=dtype).view(np.recarray)[0]
     return cast(Constants, record)
 
@@ -146,18 +144,18 @@ def formulation_of(fields: Iterable[str]) -> Formulation:
     return Formulation(list(fields)[-1].split("+")[0])
 
 
-def law_marks_of(fields: Iterable[str]) -> list[str]:
-    """Return the marks of the contact law of a record, from the names of its fields.
+def has_sides(fields: Iterable[str]) -> bool:
+    """Return whether a record is marked with the law foundation, from the names of its fields.
 
     Raises
     ------
     ValueError
-        If they were left out.
+        If the mark was left out.
     """
     marks = list(fields)[-1].split("+")[1:]
     if _ANY in marks:
         raise ValueError("the contact law is not known here")
-    return marks
+    return _SIDES in marks
 
 
 def less_marked(fields: Iterable[str], *, with_law: bool) -> list[str]:

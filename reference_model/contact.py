@@ -26,7 +26,6 @@ import math
 
 from reference_model.compiled import inlined, kernel
 from reference_model.constants import PAPER_SWITCHING, STRIP, Constants
-from reference_model.marks import without_memory
 
 CORNERS = ("ll", "lr", "ul", "ur")
 
@@ -57,6 +56,12 @@ def point_force(K: float, n: float, depth: float) -> float:
     if depth <= 0.0:
         return 0.0
     return K * (depth * math.sqrt(depth) if n == 1.5 else math.pow(depth, n))
+
+
+@inlined
+def without_memory(c: Constants) -> bool:
+    """Return whether the damping refers to the present depth rate, not to the impact speed of the touch."""
+    return c.memoryless > 0.0
 
 
 @inlined

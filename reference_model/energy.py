@@ -10,10 +10,9 @@ force times slip); gravity is the bodies' change of height.
 from reference_model.compiled import kernel
 from reference_model.constants import Constants
 from reference_model.contact import point_force, stored_energy
-from reference_model.forces import GAP, MEMORY, Array
+from reference_model.forces import GAP, MEMORY, Array, touches_with_sides
 from reference_model.foundation import foundation_energy
 from reference_model.journal import JOURNAL
-from reference_model.marks import touches_with_sides
 
 ENERGIES = tuple(
     f"energy_{part}" for part in ("drive", "gravity", "kinetic", "contact", "damping", "friction", "residual")

@@ -4,7 +4,7 @@ import math
 
 from reference_model.compiled import bare, inlined
 from reference_model.constants import Constants
-from reference_model.contact import damping_factor
+from reference_model.contact import damping_factor, without_memory
 from reference_model.dop853 import dense
 from reference_model.forces import (
     CONTACTS,
@@ -19,7 +19,6 @@ from reference_model.forces import (
 )
 from reference_model.formulations import free, right_hand_side
 from reference_model.foundation import resultant
-from reference_model.marks import without_memory
 from reference_model.progress import Progress
 from reference_model.switching import contact_state
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from reference_model.compiled import kernel
 from reference_model.constants import Constants
+from reference_model.contact import without_memory
 from reference_model.events import next_regime, touching
 from reference_model.forces import (
     CLIPPED,
@@ -26,7 +27,6 @@ from reference_model.forces import (
 )
 from reference_model.formulations import crank_coordinate, free, right_hand_side, state_size
 from reference_model.friction import friction_regime
-from reference_model.marks import without_memory
 from reference_model.observation import CHANNELS, note_forces, note_start
 from reference_model.switching import PULL
 from reference_model.watch import WATCHED, watch_start

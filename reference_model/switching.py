@@ -21,7 +21,7 @@ import math
 
 from reference_model.compiled import bare, inlined
 from reference_model.constants import Constants
-from reference_model.contact import corner_arm, corner_gap, inward
+from reference_model.contact import corner_arm, corner_gap, inward, without_memory
 from reference_model.forces import (
     CLIPPED,
     GAP,
@@ -39,7 +39,6 @@ from reference_model.formulations import bearing_motion, slider_motion
 from reference_model.foundation import resultant
 from reference_model.friction import regime_bounds
 from reference_model.journal import JOURNAL
-from reference_model.marks import without_memory
 from reference_model.trigonometry import cos_sin
 
 PULL = 5

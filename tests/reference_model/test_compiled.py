@@ -6,17 +6,18 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import reference_model
 from reference_model import compiled, contact, forces, formulations, peaks
 from reference_model.constants import (
-    MEMORYLESS,
-    SIDES,
+    FOUNDATION,
     Constants,
     Formulation,
+    as_record,
     formulation_of,
-    law_marks_of,
+    has_sides,
     less_marked,
 )
 
@@ -145,16 +146,22 @@ def test_what_decides_a_kernel_s_code_is_what_it_calls_at_any_depth(kernel, deci
 
 def test_a_kernel_for_all_formulations_cannot_ask_for_one() -> None:
     """So that one whose dependence went unseen is not compiled: it would run the code of another law."""
-    full = [*Constants._fields, f"{Formulation.BOTH.value}+{SIDES}+{MEMORYLESS}"]
+    sides = Constants(*np.zeros(len(Constants._fields)))._replace(law=FOUNDATION)
+
+    def fields(formulation: Formulation, constants: Constants = sides) -> list[str]:
+        return list(as_record(constants, formulation).dtype.names)
+
+    full = fields(Formulation.BOTH)
     assert formulation_of(full) is Formulation.BOTH
     of_law, of_none = less_marked(full, with_law=True), less_marked(full, with_law=False)
-    assert law_marks_of(full) == law_marks_of(of_law) == [SIDES, MEMORYLESS]
-    assert of_law == less_marked(
-        [*Constants._fields, f"{Formulation.PIN.value}+{SIDES}+{MEMORYLESS}"], with_law=True
-    )
-    assert of_none == less_marked([*Constants._fields, Formulation.SLIDER.value], with_law=False)
-    for fields in (of_law, of_none):
+    assert has_sides(full)
+    assert has_sides(of_law)
+    assert of_law == less_marked(fields(Formulation.PIN), with_law=True)
+    corners = fields(Formulation.SLIDER, sides._replace(law=0.0))
+    assert not has_sides(corners)
+    assert of_none == less_marked(corners, with_law=False)
+    for names in (of_law, of_none):
         with pytest.raises(ValueError, match="for_any"):
-            formulation_of(fields)
+            formulation_of(names)
     with pytest.raises(ValueError, match="law"):
-        law_marks_of(of_none)
+        has_sides(of_none)
