@@ -75,10 +75,14 @@ class Outcome:
 def kernels(scene: Scene, model: str, engine: str = "") -> Kernels:
     """Return the identifier of the code that a model, or an engine based on it, compiles for a scene."""
     formulation = str(scene.data["solver"].get(model, {}).get("formulation", "auto"))
-    # The reference has separate equations for each set of joints with clearance.
-    joints = scene.data["joints"].values() if model == "reference" else ()
     contact = scene.data["contact"]
-    return (engine or model, formulation, *joints, contact["law"], contact["impact_speed"])
+    if model == "reference":
+        # It has separate equations for each set of joints with clearance, and for the contacts of sides.
+        sides = "sides" if contact["law"] == "foundation" else "corners"
+        return (engine or model, formulation, *scene.data["joints"].values(), sides)
+    if model == "exudyn":
+        return (engine or model, formulation)
+    return (engine or model, formulation, contact["law"], contact["impact_speed"])
 
 
 class RunError(RuntimeError):
