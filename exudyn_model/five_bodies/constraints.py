@@ -36,36 +36,49 @@ class Constraints:
     def __init__(self, parameters: Parameters) -> None:
         self._mechanism, self._drive = parameters.mechanism, parameters.drive
         self._rows, self._fixed = _distances(joints(parameters))
-        # x, y, cosine and sine of the angle of each body; their rates
-        self._places, self._rates = np.zeros((2, _BODIES, _TERMS))
 
-    def violation(self, time: float, q: NDArray[np.float64], v: NDArray[np.float64]) -> tuple[float, float]:
-        """Return the largest violation, m and rad alike, and that of a rate, m/s and rad/s alike.
+    def violation(
+        self, times: NDArray[np.float64], q: NDArray[np.float64], v: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return at each time the largest violation (m and rad alike), and that of a rate (m/s and rad/s).
+
+        For many states at once: of a single one it takes as long as Exudyn's step.
 
         Parameters
         ----------
-        time : float
+        times : ndarray, shape (n,)
             s.
-        q, v : ndarray, shape (15,)
+        q, v : ndarray, shape (n, 15)
             Coordinates of the five bodies, the slider's x from the guide's centre line, and their rates.
+
+        Returns
+        -------
+        ndarray, shape (2, n)
+            In the order of `CONSTRAINTS`.
         """
-        places, rates = self._places, self._rates
-        coordinates, velocities = q.reshape(_BODIES, PER_BODY), v.reshape(_BODIES, PER_BODY)
-        angles, speeds = coordinates[:, ANGLE], velocities[:, ANGLE]
+        mechanism, omega = self._mechanism, self._drive.omega
+        bodies = len(times), _BODIES
+        coordinates, velocities = q.reshape(*bodies, PER_BODY), v.reshape(*bodies, PER_BODY)
+        angles, speeds = coordinates[..., ANGLE], velocities[..., ANGLE]
         cosines, sines = np.cos(angles), np.sin(angles)
-        places[:, :ANGLE], rates[:, :ANGLE] = coordinates[:, :ANGLE], velocities[:, :ANGLE]
-        places[SLIDER, X] += self._mechanism.guide_x
-        places[:, _COSINE], places[:, _SINE] = cosines, sines
-        rates[:, _COSINE], rates[:, _SINE] = -speeds * sines, speeds * cosines
+        # x, y, cosine and sine of the angle of each body; their rates
+        places, rates = np.empty((2, *bodies, _TERMS))
+        places[..., :ANGLE], rates[..., :ANGLE] = coordinates[..., :ANGLE], velocities[..., :ANGLE]
+        places[:, SLIDER, X] += mechanism.guide_x
+        places[..., _COSINE], places[..., _SINE] = cosines, sines
+        rates[..., _COSINE], rates[..., _SINE] = -speeds * sines, speeds * cosines
         gaps = [
-            np.abs(self._rows @ places.ravel() - self._fixed).max(),
-            abs(angles[CRANK] - self._mechanism.crank_angle - self._drive.omega * time),
+            *np.abs(self._rows @ places.reshape(len(times), -1).T - self._fixed[:, None]),
+            np.abs(angles[:, CRANK] - mechanism.crank_angle - omega * times),
         ]
-        opening = [np.abs(self._rows @ rates.ravel()).max(), abs(speeds[CRANK] - self._drive.omega)]
-        if self._mechanism.ideal_slider:
-            gaps += [abs(q[SLIDER_X] - self._mechanism.reference_offset), abs(q[SLIDER_ANGLE])]
-            opening += [abs(v[SLIDER_X]), abs(v[SLIDER_ANGLE])]
-        return float(max(gaps)), float(max(opening))
+        opening = [
+            *np.abs(self._rows @ rates.reshape(len(times), -1).T),
+            np.abs(speeds[:, CRANK] - omega),
+        ]
+        if mechanism.ideal_slider:
+            gaps += [np.abs(q[:, SLIDER_X] - mechanism.reference_offset), np.abs(q[:, SLIDER_ANGLE])]
+            opening += [np.abs(v[:, SLIDER_X]), np.abs(v[:, SLIDER_ANGLE])]
+        return np.array([np.max(gaps, axis=0), np.max(opening, axis=0)])
 
 
 def joints(parameters: Parameters) -> list[Pin]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.bodies import SLIDER_X
+from exudyn_model.bodies import COORDINATES, SLIDER_X
 from exudyn_model.channels import CHANNELS, ENERGIES
 from exudyn_model.compiled import direct
 from exudyn_model.contact.memory import EVENT
@@ -23,7 +23,7 @@ from exudyn_model.pulses import new_pulses, pulse_table
 from exudyn_model.tables import event_table, extrema_table, new_extrema
 
 _NOT_NATIVE = np.zeros((0, 4))
-# Rows of the events' table at first
+# Rows of the events' table at first; states whose constraints are judged at once
 _ROOM = 256
 
 
@@ -49,9 +49,6 @@ class Recorder:
     ----------
     accepted : int
         States so far.
-    drift : dict
-        For each of ``constraints.CONSTRAINTS`` the largest violation (m, rad; m/s, rad/s) and its time (s) in
-        the states that there have to be (``settings.steps_between_states``).
     """
 
     def __init__(
@@ -63,7 +60,7 @@ class Recorder:
         constraints: Constraints,
     ) -> None:
         self.accepted = 0
-        self.drift = dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
+        self._drift = dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
         self._constraints = constraints
         self._constants, self._contacts = model.constants, model.contacts
         self._choice = choice
@@ -81,6 +78,8 @@ class Recorder:
         self._events = np.zeros(0, EVENT)
         self._event_count, self._sample_count = 0, 0
         self._time = 0.0
+        self._required = np.zeros(_ROOM), *np.zeros((2, _ROOM, COORDINATES))
+        self._required_count = 0
         self._followed: tuple[int, ...] = ()
         self._fill: Callable[..., None] | None = None
 
@@ -121,32 +120,53 @@ class Recorder:
         bool
             Whether it is a sample.
         """
-        is_sample, time = self._choice.at_sample, self._choice.time
+        choice = self._choice
+        is_sample, time = choice.at_sample, choice.time
         # Each contact ends at most once a step
         if self._event_count + len(CONTACTS) > len(self._events):
             self._events = np.concatenate([self._events, np.zeros(len(self._events) + _ROOM, EVENT)])
         native = self._read_corners() if self._read_corners else _NOT_NATIVE
-        inside = self._choice.samples_inside
+        inside = choice.samples_inside()
         if inside:
             self._before[:] = self._kept.values
         self._event_count = self._observe(time, native, self._events, self._event_count)
         if inside:
             rows = self._samples[self._sample_count : self._sample_count + len(inside)]
-            times = np.array(inside) * self._choice.size
+            times = np.array(inside) * choice.size
             self._interpolate(self._time, time - self._time, times, rows)
             self._sample_count += len(inside)
         if is_sample:
             self._samples[self._sample_count] = self._kept.values
             self._sample_count += 1
-        if self._choice.at_required_state:
-            for name, amount in zip(
-                CONSTRAINTS, self._constraints.violation(time, self._q, self._v), strict=True
-            ):
-                if not amount <= self.drift[name][0]:  # also where it is not a number
-                    self.drift[name] = amount, time
+        if choice.at_required_state:
+            if self._required_count == _ROOM:
+                self._judge_required()
+            for kept, value in zip(self._required, (time, self._q, self._v), strict=True):
+                kept[self._required_count] = value
+            self._required_count += 1
         self._time = time
         self.accepted += 1
         return is_sample
+
+    def _judge_required(self) -> None:
+        """Take the violations of the constraints in the states that wait for it."""
+        times, q, v = (kept[: self._required_count] for kept in self._required)
+        self._required_count = 0
+        if not times.size:
+            return
+        for name, amounts in zip(CONSTRAINTS, self._constraints.violation(times, q, v), strict=True):
+            most = np.argmax(amounts)  # the first that is not a number, if one is not
+            if not amounts[most] <= self._drift[name][0]:
+                self._drift[name] = float(amounts[most]), float(times[most])
+
+    def drift(self) -> dict[str, tuple[float, float]]:
+        """Return of each of ``constraints.CONSTRAINTS`` the largest violation so far, and its time in s.
+
+        In m and rad, and in m/s and rad/s, of the states that there have to be
+        (``settings.steps_between_states``).
+        """
+        self._judge_required()
+        return dict(self._drift)
 
     @property
     def is_behind_a_wall(self) -> bool:

@@ -61,4 +61,4 @@ def run_five_bodies(parameters: Parameters, progress: Callable[[float], None] | 
     name = "five bodies"
     if parameters.integration.formulation == "native":
         name += ", native contact"
-    return Run(name, settings, recorder, model.contacts, outcome, recorder.drift)
+    return Run(name, settings, recorder, model.contacts, outcome, recorder.drift())

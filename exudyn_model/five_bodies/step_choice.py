@@ -13,6 +13,7 @@ kink of friction its iterates go round as long as friction can stop the slip sev
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +53,10 @@ class StepChoice:
     ----------
     ticks : float
         Of the step, a whole number of them or a part of one; 0 before the first one.
+    time : float
+        Of the step's end, s.
+    at_sample, at_required_state : bool
+        Whether the step ends at a sample; where there has to be a state.
     longest_taken : float
         Ticks of the longest step so far.
     """
@@ -66,36 +71,23 @@ class StepChoice:
         per_state: int = 0,
     ) -> None:
         self.ticks, self.longest_taken = 0.0, 1.0
+        self.time, self.at_sample, self.at_required_state = 0.0, True, True
         self.size, self.per_sample, self.longest = size, per_sample, longest
         self._tick, self._per_state = 0.0, per_state or per_sample
         self._constants, self._contacts = constants, contacts
         self._laws = constants.law[0], constants.pin_law[0]
         self._before = np.zeros(contacts.size, BEFORE)
-        self._touched = False
+        self._touched, self._closed = False, contacts["closed"]
         known = constants, contacts
         vector = np.zeros(1)
         if longest > 1:
             self._foresee = direct(foreseen_ticks, 0.0, size, longest, RIPPLE, *known, self._before)
             self._first_change = direct(first_change, size, vector, vector, *known)
 
-    @property
-    def time(self) -> float:
-        """Time of the step's end, s."""
-        return self._tick * self.size
-
-    @property
-    def at_sample(self) -> bool:
-        """Whether the step ends at a sample."""
-        return self._tick % self.per_sample == 0
-
-    @property
-    def at_required_state(self) -> bool:
-        """Whether the step ends where there has to be a state."""
-        return self._tick % self._per_state == 0
-
-    @property
-    def samples_inside(self) -> range:
-        """Ticks of the samples inside the step, without those at its ends."""
+    def samples_inside(self) -> Sequence[int]:
+        """Return the ticks of the samples inside the step, without those at its ends."""
+        if self.ticks <= 1.0 or self._per_state == self.per_sample:
+            return ()  # a step of one tick has no inside, and none goes beyond the next required state
         first = int((self._tick - self.ticks) // self.per_sample) + 1
         return range(first * self.per_sample, math.ceil(self._tick), self.per_sample)
 
@@ -105,7 +97,7 @@ class StepChoice:
         ticks = 1.0
         if self.longest > 1:
             known = self._constants, self._contacts, self._before
-            self._touched = self._touched or bool(self._contacts["closed"].any())
+            self._touched = self._touched or bool(self._closed.any())
             longest = self.longest if self._touched else min(self.longest, LONGEST_BEFORE_CONTACT)
             wanted = self._foresee(self.ticks, self.size, longest, RIPPLE, *known)
             if self._tick % 1.0:
@@ -125,7 +117,10 @@ class StepChoice:
             self._take(0.5 * self.ticks)
 
     def _take(self, ticks: float) -> None:
-        self._tick += ticks
+        self._tick = tick = self._tick + ticks
+        self.time = tick * self.size
+        self.at_sample = tick % self.per_sample == 0
+        self.at_required_state = tick % self._per_state == 0
         if ticks != self.ticks:
             self.ticks = ticks
             for law in self._laws:

@@ -6,6 +6,9 @@ import pytest
 from exudyn_model import simulate
 from exudyn_model.assembly import assemble
 from exudyn_model.five_bodies.constraints import Constraints
+from exudyn_model.five_bodies.mechanism import build
+from exudyn_model.five_bodies.recording import Recorder
+from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.reading import read_scene
 
 
@@ -17,7 +20,7 @@ def assembled(make_scene, changes):
     constraints = Constraints(parameters)
 
     def violation(time, q, off=0.0):
-        return constraints.violation(time, q, v + off)
+        return constraints.violation(np.array([time]), q[np.newaxis], (v + off)[np.newaxis])[:, 0]
 
     return violation, q, parameters
 
@@ -69,6 +72,41 @@ def test_a_pin_with_clearance_is_no_constraint(make_scene, pin):
     opened = rod2.length * rotation * np.abs([along[1], along[0]]).max()
     # The rotation is taken as small: its square is 1e-12 of half a length
     assert violation(0.0, q)[0] == pytest.approx(0.0 if pin == "clearance" else opened, abs=3e-13)
+
+
+@pytest.mark.parametrize("slider", ["clearance", "ideal"])
+def test_states_together_violate_what_each_does(make_scene, slider):
+    parameters = read_scene(make_scene({"joints.slider": slider}))
+    constraints, random = Constraints(parameters), np.random.default_rng(1)
+    times, q, v = random.random(7), *random.standard_normal((2, 7, 15))
+    together = constraints.violation(times, q, v)
+    assert together.shape == (2, 7)
+    for n in range(7):
+        one = slice(n, n + 1)
+        # Sums of seven numbers of some 1, in another order
+        np.testing.assert_allclose(
+            together[:, one], constraints.violation(times[one], q[one], v[one]), rtol=1e-14
+        )
+
+
+@pytest.mark.parametrize("worst", [0, 255, 256, 700, 799])
+def test_no_state_is_left_out(make_scene, worst):
+    """Neither at the ends of a run nor where the recorder judges those that it has kept."""
+    parameters = read_scene(make_scene({}))
+    state = assemble(parameters)
+    model = build(parameters, state, 1e-9)
+    choice = StepChoice(model.constants, model.contacts, 1e-9, 1, 1)
+    recorder = Recorder(model, choice, 800, np.zeros(0), Constraints(parameters))
+    q, v = state.positions.ravel(), state.velocities.ravel()
+    q[12] -= parameters.mechanism.guide_x
+    recorder.follow(q, v, np.zeros(13))
+    for number in range(800):
+        q[3] += 1e-3 * (number == worst)
+        recorder.accept()
+        q[3] -= 1e-3 * (number == worst)
+        choice.choose()
+    # While the state is held the drive goes on, by 1e-5 rad in 800 ns
+    assert recorder.drift()["position"] == (pytest.approx(1e-3, rel=1e-9), worst * 1e-9)
 
 
 @pytest.mark.parametrize("method", ["generalized-alpha", "trapezoidal-index2"])

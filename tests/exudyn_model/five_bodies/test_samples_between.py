@@ -102,5 +102,5 @@ def test_what_is_not_interpolated_has_a_state_at_each_sample(make_scene, groups)
 )
 def test_samples_at_the_ends_of_a_step_are_not_inside(before, after, inside):
     choice = StepChoice.__new__(StepChoice)
-    choice.per_sample, choice._tick, choice.ticks = 2, after, after - before
-    assert list(choice.samples_inside) == inside
+    choice.per_sample, choice._per_state, choice._tick, choice.ticks = 2, 6, after, after - before
+    assert list(choice.samples_inside()) == inside
