@@ -42,9 +42,7 @@ from reference_model.progress import (
     SAMPLES,
     Progress,
     cycle_start,
-    cycle_time,
     end_contact,
-    reached,
 )
 from reference_model.reactions import REACTIONS
 from reference_model.watch import watch_contacts, watch_open
@@ -147,18 +145,11 @@ def note_inside(
     widen(p.extrema, samples.wanted, cycle_start(c, p) + now, observed)
 
 
-def finish(c: Constants, p: Progress, samples: Samples) -> None:
-    """Record the last sample and close the contacts that still touch."""
-    last = samples.times.size - 1
-    is_due = p.counters[SAMPLES] == last and reached(cycle_time(c), p, samples.times[last])
-    _finish(c, p, samples, bool(is_due))
-
-
 @kernel
-def _finish(c: Constants, p: Progress, samples: Samples, is_due: bool) -> None:
-    """Close them, record it if due. One kernel: those that it calls are not compiled for Python."""
+def finish(c: Constants, p: Progress, samples: Samples, at_end: bool) -> None:
+    """End a run: record the sample at its end, if it came so far, and close the contacts that still touch."""
     t = p.clock[0]
-    if is_due:
+    if at_end and p.counters[SAMPLES] == samples.times.size - 1:
         dy, contacts, observed = np.empty(state_size(c)), no_contacts(), np.zeros(CHANNELS)
         right_hand_side(c, t, p.y, p.modes, dy, contacts)
         observe(c, t, p.y, p.modes, dy, contacts, samples.what, p.start, observed)

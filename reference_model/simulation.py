@@ -154,7 +154,8 @@ def _simulated(
         if progress is not None and t_stop - t_reported >= 0.02 * t_end:
             progress(t_stop / t_end)
             t_reported = t_stop
-    finish(c, state, samples)
+    if scipy_solver is not None:
+        finish(c, state, samples, reached(period, state, t_end))
     events.append(_empty_buffer(state))
     settings = {"tolerance": p.tolerance, "largest_step_s": largest}
     counted = ("steps", "rejected", "rhs", "switches", "contacts")
