@@ -67,6 +67,27 @@ def test_the_second_start_takes_everything_from_the_cache(tmp_path: Path) -> Non
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nb*")} == files
 
 
+@pytest.mark.parametrize(
+    "changes", [{}, {"joints.crank_pin": "clearance"}, {"solver.reference.formulation": "multiplier"}]
+)
+def test_nothing_is_compiled_after_the_first_report_of_progress(scene, changes, monkeypatch) -> None:
+    """Then processes that wait for what this one compiles begin: what is still to be compiled each would."""
+    called: list[str | float] = []
+
+    def call(kernel: compiled.Kernel, *arguments: object) -> object:
+        called.append(kernel.function.__qualname__)
+        return kernel.compiled(*arguments)
+
+    monkeypatch.setattr(compiled.Kernel, "__call__", call)
+    settings = {"solver.reference.formulation": "auto", "solver.reference.tolerance": 1e-7}
+    result = reference_model.simulate(scene(settings | changes), progress=called.append)
+    assert result.status == "success"
+    first = next(n for n, each in enumerate(called) if isinstance(each, float))
+    before, after = called[:first], [each for each in called[first:] if isinstance(each, str)]
+    assert "advance" in after
+    assert set(after) <= set(before)
+
+
 def test_a_numba_that_always_counts_references_gives_the_same(tmp_path: Path) -> None:
     """One that has dropped its internal option `_nrt`, and so refuses it."""
     dropped = "from numba.core.options import DefaultOptions\ndel DefaultOptions._nrt\n"
