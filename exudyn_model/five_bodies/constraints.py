@@ -57,12 +57,12 @@ class Constraints:
             In the order of `CONSTRAINTS`.
         """
         mechanism, omega = self._mechanism, self._drive.omega
-        bodies = len(times), _BODIES
-        coordinates, velocities = q.reshape(*bodies, PER_BODY), v.reshape(*bodies, PER_BODY)
+        shape = len(times), _BODIES
+        coordinates, velocities = q.reshape(*shape, PER_BODY), v.reshape(*shape, PER_BODY)
         angles, speeds = coordinates[..., ANGLE], velocities[..., ANGLE]
         cosines, sines = np.cos(angles), np.sin(angles)
         # x, y, cosine and sine of the angle of each body; their rates
-        places, rates = np.empty((2, *bodies, _TERMS))
+        places, rates = np.empty((2, *shape, _TERMS))
         places[..., :ANGLE], rates[..., :ANGLE] = coordinates[..., :ANGLE], velocities[..., :ANGLE]
         places[:, SLIDER, X] += mechanism.guide_x
         places[..., _COSINE], places[..., _SINE] = cosines, sines
