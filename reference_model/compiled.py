@@ -51,6 +51,10 @@ class Kernel:
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
         return self.compiled(*arguments)
 
+    def prepare(self, *arguments: Any) -> None:
+        """Compile what a call with these arguments runs, or load it, without the call."""
+        self.compiled.compile(tuple(map(self.compiled.typeof_pyval, arguments)))
+
     @property
     def _numba_type_(self) -> Any:
         # Numba asks for it where the code of another kernel calls this one.

@@ -24,7 +24,6 @@ from reference_model.formulations import DRIVEN, free, right_hand_side, state_si
 from reference_model.isolation import POINTS
 from reference_model.observation import CHANNELS, audit
 from reference_model.progress import (
-    AT_END,
     BUFFERED,
     EVALUATIONS,
     EVENT_BUFFER,
@@ -37,7 +36,7 @@ from reference_model.progress import (
     nothing_touches,
     switch,
 )
-from reference_model.recording import Samples, finish, note_step
+from reference_model.recording import Samples, note_step
 from reference_model.step_bounds import has_ended, step_may_switch
 from reference_model.switching import NONE, margin_of
 from reference_model.watch import watch_energy
@@ -76,7 +75,7 @@ def advance(
     step_limit
         Attempted steps and switches since t = 0 after which the run is stopped.
     samples
-        Written when their times are passed, one at `t_end` when it is reached.
+        Written when their times are passed; one at `t_end` is left to `finish`.
 
     Returns
     -------
@@ -194,8 +193,4 @@ def advance(
     energies = observed[: len(ENERGIES)]
     audit(c, t, p.y, p.modes, k[0], before, p.start, energies)
     watch_energy(c, energies, p.start, t_cycle + t, p.watch)
-    at_end = t_end - t <= AT_END * (t_cycle + t_end)
-    if at_end or status not in (REACHED, BUFFER_FULL):
-        # Not called from Python: where the rest is cached, that would compile the equations once more.
-        finish(c, p, samples, at_end)
     return status

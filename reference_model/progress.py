@@ -36,8 +36,6 @@ STEPS, REJECTED, EVALUATIONS, SWITCHES, ENDED, BUFFERED, SAMPLES = range(7)
 
 EVENT_BUFFER = 4096
 """Rows; the kernel returns to have it emptied."""
-AT_END = 1e-12
-"""Of a run's duration, what may be left at its end: round-off of the times of its steps."""
 
 
 class Progress(NamedTuple):
@@ -57,7 +55,7 @@ class Progress(NamedTuple):
     open_contacts: Array
     """(CONTACTS, 5), of each contact: start, impact speed, impulse before, peak force, largest depth."""
     events: Array
-    """(EVENT_BUFFER + CONTACTS, 7): contact, start, end, impact speed, impulse, peak force, largest depth."""
+    """(EVENT_BUFFER, 7): contact, start, end, impact speed, impulse, peak force, largest depth."""
     counters: NDArray[np.int64]
     """(7,)."""
     extrema: Array
@@ -80,7 +78,7 @@ def begin(c: Constants, y0: Array, first_step: float) -> Progress:
         y=y,
         modes=np.zeros((MODES, CONTACTS)),
         open_contacts=np.zeros((CONTACTS, 5)),
-        events=np.empty((EVENT_BUFFER + CONTACTS, 7)),  # those that the end of the run ends come last
+        events=np.empty((EVENT_BUFFER, 7)),
         counters=np.zeros(7, dtype=np.int64),
         extrema=np.tile([np.inf, 0.0, -np.inf, 0.0], (CHANNELS, 1)),
         start=np.zeros(5),
@@ -116,7 +114,7 @@ def reached(period: float, p: Progress, t: float) -> bool:
 
     Not compiled: asked from Python alone, where a call of compiled code takes longer than this.
     """
-    return bool(t - p.clock[3] * period - p.clock[0] <= AT_END * t)
+    return bool(t - p.clock[3] * period - p.clock[0] <= 1e-12 * t)
 
 
 @kernel

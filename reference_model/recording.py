@@ -4,12 +4,12 @@ Samples are kept only of the channels that were asked for, so that long runs fit
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import bare, inlined, kernel
+from reference_model.compiled import Kernel, bare, inlined, kernel
 from reference_model.constants import Constants
 from reference_model.dop853 import AT_END, STAGES, dense, prepare_dense
 from reference_model.energy import ENERGIES
@@ -42,7 +42,9 @@ from reference_model.progress import (
     SAMPLES,
     Progress,
     cycle_start,
+    cycle_time,
     end_contact,
+    reached,
 )
 from reference_model.reactions import REACTIONS
 from reference_model.watch import watch_contacts, watch_open
@@ -145,11 +147,23 @@ def note_inside(
     widen(p.extrema, samples.wanted, cycle_start(c, p) + now, observed)
 
 
+def prepare_finish(c: Constants, p: Progress, samples: Samples) -> None:
+    """Compile what `finish` calls."""
+    cast(Kernel, _finish).prepare(c, p, samples, True)
+
+
+def finish(c: Constants, p: Progress, samples: Samples) -> None:
+    """Record the last sample and close the contacts that still touch."""
+    last = samples.times.size - 1
+    is_due = p.counters[SAMPLES] == last and reached(cycle_time(c), p, samples.times[last])
+    _finish(c, p, samples, bool(is_due))
+
+
 @kernel
-def finish(c: Constants, p: Progress, samples: Samples, at_end: bool) -> None:
-    """End a run: record the sample at its end, if it came so far, and close the contacts that still touch."""
+def _finish(c: Constants, p: Progress, samples: Samples, is_due: bool) -> None:
+    """Close them, record it if due. One kernel: those that it calls are not compiled for Python."""
     t = p.clock[0]
-    if at_end and p.counters[SAMPLES] == samples.times.size - 1:
+    if is_due:
         dy, contacts, observed = np.empty(state_size(c)), no_contacts(), np.zeros(CHANNELS)
         right_hand_side(c, t, p.y, p.modes, dy, contacts)
         observe(c, t, p.y, p.modes, dy, contacts, samples.what, p.start, observed)

@@ -78,7 +78,16 @@ def test_nothing_is_compiled_after_the_first_report_of_progress(scene, changes, 
         called.append(kernel.function.__qualname__)
         return kernel.compiled(*arguments)
 
+    def prepare(kernel: compiled.Kernel, *arguments: object) -> None:
+        called.append(kernel.function.__qualname__)
+        whole(kernel, *arguments)
+        signatures = len(kernel.compiled.overloads)
+        whole(kernel, *arguments)
+        assert len(kernel.compiled.overloads) == signatures
+
+    whole = compiled.Kernel.prepare
     monkeypatch.setattr(compiled.Kernel, "__call__", call)
+    monkeypatch.setattr(compiled.Kernel, "prepare", prepare)
     settings = {"solver.reference.formulation": "auto", "solver.reference.tolerance": 1e-7}
     result = reference_model.simulate(scene(settings | changes), progress=called.append)
     assert result.status == "success"
