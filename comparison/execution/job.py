@@ -80,7 +80,7 @@ def kernels(scene: Scene, model: str, engine: str = "") -> Kernels:
         # It has separate equations for each set of joints with clearance, and for the contacts of sides.
         sides = "sides" if contact["law"] == "foundation" else "corners"
         return (engine or model, formulation, *scene.data["joints"].values(), sides)
-    if model == "exudyn":  # all laws and joints in one
+    if model == "exudyn":  # all laws in one; a second more with clearance at the crank pin
         return (engine or model, formulation)
     return (engine or model, formulation, contact["law"], contact["impact_speed"])
 

@@ -77,7 +77,7 @@ class StepChoice:
         self._constants, self._contacts = constants, contacts
         self._laws = constants.law[0], constants.pin_law[0]
         self._before = np.zeros(contacts.size, BEFORE)
-        self._touched, self._closed = False, contacts["closed"]
+        self._touched = False
         known = constants, contacts
         vector = np.zeros(1)
         if longest > 1:
@@ -97,7 +97,7 @@ class StepChoice:
         ticks = 1.0
         if self.longest > 1:
             known = self._constants, self._contacts, self._before
-            self._touched = self._touched or bool(self._closed.any())
+            self._touched = self._touched or bool(self._contacts["closed"].any())
             longest = self.longest if self._touched else min(self.longest, LONGEST_BEFORE_CONTACT)
             wanted = self._foresee(self.ticks, self.size, longest, RIPPLE, *known)
             if self._tick % 1.0:
