@@ -36,9 +36,8 @@ def read(path: str | Path) -> Table:
     path = Path(path)
     check_format(path)
     frame = read_frame(path)
-    _, pulses_path, record_path = _beside(path)
-    with _readable(record_path):
-        record = read_record(record_path)
+    _, pulses_path, _ = _beside(path)
+    extrema, record = read_provenance(path)
     pulses = None
     if pulses_path.is_file():
         columns = read_frame(pulses_path)
@@ -51,7 +50,7 @@ def read(path: str | Path) -> Table:
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
     frame.insert(0, "time", frame.pop("time"))
-    return Table(frame, read_events(path), record.pop("extrema", None) or {}, record, pulses=pulses)
+    return Table(frame, read_events(path), extrema, record, pulses=pulses)
 
 
 def read_frame(path: Path, *, parquet: bool | None = None, **layout: Any) -> pd.DataFrame:
@@ -100,6 +99,20 @@ def read_events(path: Path) -> pd.DataFrame | None:
     """
     events_path, _, _ = _beside(path)
     return read_frame(events_path) if events_path.is_file() else None
+
+
+def read_provenance(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Read the record beside a table: the extrema, and all else.
+
+    Raises
+    ------
+    TableError
+        If it cannot be read.
+    """
+    _, _, record_path = _beside(path)
+    with _readable(record_path):
+        record = read_record(record_path)
+    return record.pop("extrema", None) or {}, record
 
 
 def write(table: Table, path: str | Path) -> Path:

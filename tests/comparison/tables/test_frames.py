@@ -8,7 +8,7 @@ import pyarrow as pa
 import pytest
 from pyarrow import parquet
 
-from comparison.tables.imports.text import read_pair
+from comparison.tables.imports.reading import read_pair
 from comparison.tables.table import TableError
 from comparison.tables.table_files import read, read_frame
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.io import savemat
 
 from comparison.tables.imports.mapping import load_mapping
-from comparison.tables.imports.text import read_pair
+from comparison.tables.imports.reading import read_pair
 from comparison.tables.table import Table, TableError
 
 TIME = np.arange(0, 11) / 1000
