@@ -95,12 +95,12 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
     for name in names:
         channel = known[name]
         if channel.angle:
-            turns = np.round((columns_a[name] - columns_b[name]) / channel.turn)
-            if interpolated == "b" and np.ptp(turns):  # b has more samples to tell how often it has turned
-                columns_a[name] = columns_a[name] - channel.turn * (turns - turns[0])
-                turns = turns[:1]
-            if turns.any():
-                columns_b[name] = columns_b[name] + channel.turn * turns
+            revolutions = np.round((columns_a[name][0] - columns_b[name][0]) / channel.turn)
+            columns_b[name] = columns_b[name] + channel.turn * revolutions
+            if interpolated == "b":  # it has more samples to tell how often it has turned
+                columns_a[name] = turned(columns_a[name], columns_b[name], channel)
+            else:
+                columns_b[name] = turned(columns_b[name], columns_a[name], channel)
     shift = estimate(time, columns_a, columns_b, known)
     return Aligned(time, columns_a, columns_b, interpolated, unknown, shift)
 
@@ -125,6 +125,12 @@ def continuous(values: Array, channel: Channel) -> Array:
     if not channel.angle or steps.max() <= channel.turn / 2 or np.median(steps) > channel.turn / 2:
         return values
     return np.unwrap(values, period=channel.turn)
+
+
+def turned(values: Array, towards: Array, channel: Channel) -> Array:
+    """Return an angle with whole revolutions added at each sample, so that it is close to another one."""
+    revolutions = np.round((towards - values) / channel.turn)
+    return values + channel.turn * revolutions if channel.angle and revolutions.any() else values
 
 
 def _within(time: Array, other: Array) -> Array:

@@ -53,17 +53,8 @@ def read(path: str | Path) -> Table:
     return Table(frame, read_events(path), extrema, record, pulses=pulses)
 
 
-def read_frame(path: Path, *, parquet: bool | None = None, **layout: Any) -> pd.DataFrame:
-    """Read the columns of one file: Parquet or text.
-
-    Parameters
-    ----------
-    path
-        The file.
-    parquet
-        Whether it is one of Parquet; None: by its extension.
-    layout
-        Text format, as arguments of `pandas.read_csv`; default: commas and one header line.
+def read_frame(path: Path, *, parquet: bool | None = None) -> pd.DataFrame:
+    """Read the columns of one file: Parquet (None: if its extension says so), else text as we write it.
 
     Raises
     ------
@@ -74,19 +65,16 @@ def read_frame(path: Path, *, parquet: bool | None = None, **layout: Any) -> pd.
 
     from comparison.tables.frames import LARGEST, named, read_parquet
 
-    frame: pd.DataFrame
     with _readable(path), warnings.catch_warnings():
         check_size(path, LARGEST)
         if path.suffix.lower() == ".parquet" if parquet is None else parquet:
             return read_parquet(path)
         # Rows longer than the header: pandas would drop the excess, with a warning.
         warnings.simplefilter("error", pd.errors.ParserWarning)
-        options: dict[str, Any] = {"skipinitialspace": True, "index_col": False, "encoding": "utf-8-sig"}
         try:
-            frame = pd.read_csv(path, **(options | layout))
+            return named(pd.read_csv(path, skipinitialspace=True, index_col=False, encoding="utf-8-sig"))
         except pd.errors.ParserWarning as warning:
             raise ValueError("its rows have more values than its header") from warning
-        return frame if "names" in layout else named(frame)
 
 
 def read_events(path: Path) -> pd.DataFrame | None:

@@ -12,14 +12,14 @@ from zipfile import BadZipFile, ZipFile
 
 from comparison.tables.frames import LARGEST
 from comparison.tables.imports.heading import NUMBER
-from comparison.tables.imports.text import TextTable, parse
+from comparison.tables.imports.text import Source, parse
 from comparison.tables.table import TableError
 
 _Row = Sequence[Any]
 _EXPORT = "save its sheet as CSV"
 
 
-def read_workbook(path: Path) -> TextTable:
+def read_workbook(path: Path) -> Source:
     """Read the columns of a workbook as those of a text: of a formula its stored value counts.
 
     Raises

@@ -77,7 +77,8 @@ def names_and_units(
     Raises
     ------
     TableError
-        Without the file: if the last line is no comment, and has another number of fields than the row.
+        Without the file: if the last line is no comment, and has another number of fields than the row, or a
+        name occurs twice.
     """
     lines = [(n, line) for n, line in above if line.strip(_RULE)]
     while len(lines) > 1 and lines[-1][1].count('"') % 2:  # a name of two lines
@@ -174,10 +175,11 @@ def _named(names: Sequence[str], units: Sequence[str]) -> tuple[list[str], list[
     for n, (name, unit) in enumerate(parts):
         if bare.count(name) > 1 and unit is not None and (parse(unit) is None or unit.isdigit()):
             parts[n] = names[n].strip('"'), None
+    final = [name for name, _ in parts]
+    if twice := next((name for name in final if name and final.count(name) > 1), None):
+        raise TableError(f"column {twice!r} occurs twice: which one is meant is ambiguous")
     below = [_bare(field) for field in units] or [None] * len(parts)
-    return [name for name, _ in parts], [
-        unit or beside for unit, (_, beside) in zip(below, parts, strict=True)
-    ]
+    return final, [unit or beside for unit, (_, beside) in zip(below, parts, strict=True)]
 
 
 def _bare(field: str) -> str | None:

@@ -18,8 +18,8 @@ from comparison.tables.channels import Channel, channels
 from comparison.tables.imports.conversion import convert, prescribed, resolved
 from comparison.tables.imports.mapping import TIME, Mapping, Quantity, Rule
 from comparison.tables.imports.own_channels import Stated, check_rates, is_prose, own_channel
-from comparison.tables.imports.source import Source, open_source
-from comparison.tables.imports.text import Column, position
+from comparison.tables.imports.source import open_source
+from comparison.tables.imports.text import Column, Source, position
 from comparison.tables.table import Table, TableError
 
 _HINT = "a mapping file (--mapping) assigns columns to channels"
@@ -37,23 +37,25 @@ class _Assigned:
     """Columns without a channel."""
 
 
-def read_pair(
-    a: Path, b: Path, mapping: Mapping | None = None, at_events: str | None = None
-) -> tuple[Table, Table, tuple[str, ...]]:
-    """Read two tables, each native or from another program.
+def read_tables(
+    paths: Sequence[Path], sides: Sequence[str], mapping: Mapping | None = None, at_events: str | None = None
+) -> tuple[list[Table], tuple[str, ...]]:
+    """Read the runs of two programs, native or not.
 
     Parameters
     ----------
-    a, b
+    paths
         Files of any kind that `comparison.tables.imports.source` knows.
+    sides
+        Of each, which rules hold: "a" or "b".
     mapping
-        Assigns columns to channels. Without one columns have the name of a channel, or the same in both.
+        Assigns columns to channels. Without one they have the name of a channel, or the same in all tables.
     at_events
         Which rows of one time are compared, see `comparison.tables.imports.conversion.resolved`.
 
     Returns
     -------
-    a, b
+    tables
         In SI units; not yet checked.
     warnings
         What was left out or assumed.
@@ -63,14 +65,6 @@ def read_pair(
     TableError
         One line: file, column and rule.
     """
-    tables, warnings = read_tables([a, b], ["a", "b"], mapping, at_events)
-    return tables[0], tables[1], warnings
-
-
-def read_tables(
-    paths: Sequence[Path], sides: Sequence[str], mapping: Mapping | None, at_events: str | None
-) -> tuple[list[Table], tuple[str, ...]]:
-    """Read the runs of two programs, as `read_pair`; ``sides`` says for each which rules hold, "a" or "b"."""
     mapping = mapping or Mapping()
     sources = [open_source(path) for path in paths]
     _refuse_missing_columns(sources, sides, mapping)

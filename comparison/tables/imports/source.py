@@ -2,60 +2,20 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass, field
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
-
-import pandas as pd
 
 from comparison.files import check_size
 from comparison.tables.frames import LARGEST
 from comparison.tables.imports.excel import read_workbook
 from comparison.tables.imports.matlab import read_mat
-from comparison.tables.imports.text import Column, TextTable, column, decoded, parse
+from comparison.tables.imports.text import Source, column, decoded, parse
 from comparison.tables.table import TableError
 from comparison.tables.table_files import read_events, read_frame, read_provenance
 
 _MATLAB = (b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")
 _BINARY = 1024  # bytes in which text has no zero byte
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
-_DEGREES = re.compile(r"^\s*inDegrees\s*=\s*(yes|no)\s*$", re.IGNORECASE | re.MULTILINE)
-
-
-@dataclass(frozen=True)
-class Source:
-    """Unconverted table of any program.
-
-    Attributes
-    ----------
-    path
-        Its file.
-    columns
-        In the order of the file.
-    others
-        Other contents of the file, which cannot be compared.
-    events, extrema, record
-        Companions of a table of this project; None: there is no record of its origin.
-    nameless
-        Whether the first column has no name and must be the time.
-    degrees
-        "yes" or "no" where the file says whether its angles are in degrees; else empty.
-    """
-
-    path: Path
-    columns: list[Column]
-    others: list[str] = field(default_factory=list)
-    events: pd.DataFrame | None = None
-    extrema: dict[str, Any] = field(default_factory=dict)
-    record: dict[str, Any] | None = None
-    nameless: bool = False
-    degrees: str = ""
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the columns."""
-        return [column.name for column in self.columns]
 
 
 def open_source(path: Path) -> Source:
@@ -69,26 +29,19 @@ def open_source(path: Path) -> Source:
     what = _kind(path)
     if what == "mat":
         columns, others = read_mat(path)
-        return Source(path, columns, others, read_events(path))
-    if what == "parquet":
+        source = Source(path, columns, others)
+    elif what == "parquet":
         frame = read_frame(path, parquet=True)
-        table = TextTable([column(str(name), None, frame[name]) for name in frame], plain="time" in frame)
+        source = Source(path, [column(str(name), None, frame[name]) for name in frame], plain="time" in frame)
     elif what == "excel":
-        table = read_workbook(path)
+        source = read_workbook(path)
     else:
-        table = parse(path, decoded(path))
-    degrees = _DEGREES.search(table.above)
-    ours = table.plain and path.suffix.lower() == (".parquet" if what == "parquet" else ".csv")
-    extrema, record = read_provenance(path) if ours else ({}, None)
-    return Source(
-        path,
-        table.columns,
-        events=read_events(path),
-        extrema=extrema,
-        record=record,
-        nameless=table.nameless,
-        degrees=degrees[1].lower() if degrees else "",
-    )
+        source = parse(path, decoded(path))
+    source = replace(source, events=read_events(path))
+    if source.plain and path.suffix.lower() == (".parquet" if what == "parquet" else ".csv"):
+        extrema, record = read_provenance(path)
+        source = replace(source, extrema=extrema, record=record)
+    return source
 
 
 def _kind(path: Path) -> str:

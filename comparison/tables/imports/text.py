@@ -12,9 +12,10 @@ import re
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -38,6 +39,7 @@ from comparison.tables.table import TableError
 
 _HEAD = 1 << 18  # characters that must contain the first row of numbers
 _LONGEST_LINE = 100_000
+_DEGREES = re.compile(r"^\s*inDegrees\s*=\s*(yes|no)\s*$", re.IGNORECASE | re.MULTILINE)
 _UNIT_SEPARATOR = "\x1f"
 
 
@@ -63,25 +65,41 @@ class Column:
 
 
 @dataclass(frozen=True)
-class TextTable:
-    """Contents of a text table.
+class Source:
+    """Unconverted table of any program.
 
     Attributes
     ----------
+    path
+        Its file.
     columns
         In the order of the file.
-    above
-        The lines above the numbers.
+    others
+        Other contents of the file, which cannot be compared.
+    events, extrema, record
+        Companions of a table of this project; None: there is no record of its origin.
     nameless
         Whether the first column has no name and must be the time.
+    degrees
+        "yes" or "no" where the file says whether its angles are in degrees; else empty.
     plain
-        Whether it is in the layout of this package's tables: one line of names with ``time``, commas.
+        Whether it is in the layout of this project's tables: one line of names with ``time``, commas.
     """
 
+    path: Path
     columns: list[Column]
-    above: str = ""
+    others: list[str] = field(default_factory=list)
+    events: pd.DataFrame | None = None
+    extrema: dict[str, Any] = field(default_factory=dict)
+    record: dict[str, Any] | None = None
     nameless: bool = False
+    degrees: str = ""
     plain: bool = False
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns."""
+        return [column.name for column in self.columns]
 
 
 def position(n: int) -> str:
@@ -113,7 +131,7 @@ def decoded(path: Path) -> str:
 
 def parse(
     path: Path, text: str, separators: Sequence[str] = SEPARATORS, decimal: str | None = None
-) -> TextTable:
+) -> Source:
     """Read the columns of a text.
 
     Parameters
@@ -132,24 +150,32 @@ def parse(
     TableError
         One line: if it contains no table, or is not clear.
     """
-    head = text[:_HEAD].split("\n")
-    lines = head if len(text) <= _HEAD else head[:-1]
-    if any(len(line) > _LONGEST_LINE for line in lines):
-        raise TableError(f"{path}: has a line of more than {_LONGEST_LINE} characters")
     try:
-        for n, line in enumerate(lines):
-            rows = {
-                separator: split(_uncommented(line, separator), separator)
-                for separator in separators
-                if not is_comment(line)
-            }
-            found = [separator for separator, row in rows.items() if is_below_time(row, lines[:n], separator)]
-            found += [separator for separator, row in rows.items() if _are_numbers(row)]
-            if found:
-                return _table(text, lines, n, found[0], decimal)
+        lines, first, separator = _first_row(text, separators)
+        row = split(_uncommented(lines[first], separator), separator)
+        above = lines[:first]
+        if (second := _below_size(row, text, first, separator)) is not None:
+            first, row = second, split(_uncommented(lines[second], separator), separator)
+        named = names_and_units(list(enumerate(above, 1)), separator, row)
+        if named is None:
+            _check_nameless(first + 1, lines[first], above, separator, row)
+        names, units = named or ([""] * len(row), [None] * len(row))
+        text = text[sum(len(line) + 1 for line in lines[:first]) :]  # not both, which may be large
+        text, separator = _rows(text, first + 1, separator)
+        if decimal is None:
+            decimal, text = _decimal_sign(text, separator)
+        frame = _frame(text, first + 1, separator, decimal, len(row))
+        columns = _columns(frame, names, units, decimal, nameless=named is None)
     except TableError as error:
         raise TableError(f"{path}: {error}") from None
-    raise TableError(f"{path}: contains no row of two or more numbers")
+    degrees = _DEGREES.search("\n".join(above))
+    return Source(
+        path,
+        columns,
+        degrees=degrees[1].lower() if degrees else "",
+        nameless=columns[0].name == position(0) and not any(map(is_time, names)),
+        plain="time" in names and above == [",".join(names)],
+    )
 
 
 def column(name: str, unit: str | None, entries: pd.Series, decimal: str = ".") -> Column:
@@ -168,49 +194,57 @@ def column(name: str, unit: str | None, entries: pd.Series, decimal: str = ".") 
     return Column(name, unit, numbers, found)
 
 
+def _first_row(text: str, separators: Sequence[str]) -> tuple[list[str], int, str]:
+    """Return the first lines, the place of the first row of numbers among them, and its separator."""
+    lines = text[:_HEAD].split("\n")[: None if len(text) <= _HEAD else -1]
+    if any(len(line) > _LONGEST_LINE for line in lines):
+        raise TableError(f"has a line of more than {_LONGEST_LINE} characters")
+    for n, line in enumerate(lines):
+        rows = {
+            separator: split(_uncommented(line, separator), separator)
+            for separator in separators
+            if not is_comment(line)
+        }
+        found = [separator for separator, row in rows.items() if is_below_time(row, lines[:n], separator)]
+        if found := found + [separator for separator, row in rows.items() if _are_numbers(row)]:
+            return lines, n, found[0]
+    raise TableError("contains no row of two or more numbers")
+
+
 def _are_numbers(row: Sequence[str]) -> bool:
     """Whether fields are two or more numbers or empty ones."""
     written = [field for field in row if field]
     return len(row) > 1 and bool(written) and all(map(NUMBER.fullmatch, written))
 
 
-def _table(text: str, lines: Sequence[str], first: int, separator: str, decimal: str | None) -> TextTable:
-    """Read a table whose numbers begin in a line, counted from 0."""
-    row = split(_uncommented(lines[first], separator), separator)
-    above = lines[:first]
-    if (second := _below_size(row, text, first, separator)) is not None:
-        first, row = second, split(_uncommented(lines[second], separator), separator)
-    named = names_and_units(list(enumerate(above, 1)), separator, row)
-    if named is None and not "".join(above).strip() and _are_names(row):
+def _check_nameless(number: int, line: str, above: Sequence[str], separator: str, row: Sequence[str]) -> None:
+    """Reject a first row that need not be one of numbers, or whose columns are not clear without names."""
+    written = [field for field in row if field]
+    counted = any(written == [str(n + begin) for n in range(len(written))] for begin in (0, 1))
+    if counted and not "".join(above).strip():  # as pandas and others write for want of names
         raise TableError(
-            f"line {first + 1} holds {', '.join(filter(None, row))}, which may be names or numbers: write a "
-            "line of names above it, or instead of it"
+            f"line {number} holds {', '.join(written)}, which may be names or numbers: write a line of names "
+            "above it, or instead of it"
         )
-    if named is None and separator == SPACES and "\t" in lines[first].strip():
-        raise TableError(f"line {first + 1} has tabs and spaces between its numbers: write names above them")
-    names, units = named or ([""] * len(row), [None] * len(row))
-    if twice := next((name for name in names if name and names.count(name) > 1), None):
-        raise TableError(f"column {twice!r} occurs twice: which one is meant is ambiguous")
-    begin = sum(len(line) + 1 for line in lines[:first])
-    body, separator = _rows(text[begin:], first + 1, separator)
-    if decimal is None:
-        decimal, body = _decimal_sign(body, separator)
-    frame = _frame(body, first + 1, separator, decimal, len(row))
+    if separator == SPACES and "\t" in line.strip():
+        raise TableError(f"line {number} has tabs and spaces between its numbers: write names above them")
+
+
+def _columns(
+    frame: pd.DataFrame, names: Sequence[str], units: Sequence[str | None], decimal: str, *, nameless: bool
+) -> list[Column]:
+    """Return the columns but for empty ones, and one that counts the rows, without a name."""
     columns: list[Column] = []
     for n, (name, unit) in enumerate(zip(names, units, strict=True)):
         found = column(name or position(len(columns)), unit, frame[n], decimal)
-        is_index = named is not None and n == 0 and _counts_rows(found.numbers)
-        if name or not (is_index or frame[n].isna().all()):  # it is, of a separator that ends every line
+        counts = (np.arange(found.numbers.size) + begin for begin in (0, 1))
+        is_index = n == 0 and not nameless and any(np.array_equal(found.numbers, own) for own in counts)
+        if name or not (is_index or frame[n].isna().all()):
             columns.append(found)
     texts = [found.text for found in columns if found.text is not None]
     if len(texts) == len(columns) and len({number for number, _ in texts}) == 1:
         raise TableError(f"text after data row {texts[0][0] - 1}: save one block of columns per file")
-    return TextTable(
-        columns,
-        above="\n".join(above),
-        nameless=columns[0].name == position(0) and not any(map(is_time, names)),
-        plain="time" in names and above == [",".join(names)],
-    )
+    return columns
 
 
 def _below_size(row: Sequence[str], text: str, first: int, separator: str) -> int | None:
@@ -232,17 +266,6 @@ def _below_size(row: Sequence[str], text: str, first: int, separator: str) -> in
             f"line {first + 1} may be a row, or the size of the table: write a line of names above it"
         )
     return below[0][0]
-
-
-def _are_names(row: Sequence[str]) -> bool:
-    """Whether a row is 0, 1, 2 or 1, 2, 3, which some programs write for want of names."""
-    written = [field for field in row if field]
-    return any(written == [str(n + begin) for n in range(len(written))] for begin in (0, 1))
-
-
-def _counts_rows(numbers: Array) -> bool:
-    """Whether numbers count the rows, from 0 or 1."""
-    return any(np.array_equal(numbers, np.arange(numbers.size) + begin) for begin in (0, 1))
 
 
 def _rows(body: str, first: int, separator: str) -> tuple[str, str]:
@@ -322,14 +345,14 @@ def _decimal_sign(body: str, separator: str) -> tuple[str, str]:
         return ".", body
     if len(signs) == 1 and number(rf"(?![+-]?[1-9]\d{{0,2}}[{signs}]\d{{3}}{end}){one(signs)}"):
         return signs, body
-    pairs = [pair for pair in (".,", ",.") if pair[1] in signs and number(both(pair[1], pair[0]))]
-    if len(pairs) != 1:
+    readings = [(d, g) for d, g in ((".", ","), (",", ".")) if g in signs and number(both(g, d))]
+    if len(readings) != 1:
         raise TableError(
             f"whether a point or a comma is the decimal sign is not clear from "
             f"{' and '.join(map(repr, seen.values()))}: export the numbers without thousands separators, and "
             "not with three decimals"
         )
-    decimal, group = pairs[0]
+    decimal, group = readings[0]
     fitting = rf"[+-]?[1-9]\d{{0,2}}(?:[{group}]\d{{3}})+(?:[{decimal}]\d*)?{EXPONENT}"
     return decimal, re.sub(
         rf"(?P<before>(?:\A|[{edge}])[ \t]*)(?P<n>{fitting}){end}",

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from foreign_tables import FRAME, put
+from foreign_tables import FRAME, put, read_pair
 from openpyxl import Workbook
 
 from comparison.cli import main
 from comparison.tables.imports.excel import read_workbook
-from comparison.tables.imports.reading import read_pair
 from comparison.tables.table import Table, TableError
 
 FILE = Path("run.xlsx")

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from foreign_tables import put
+from foreign_tables import put, read_pair
 
 from comparison.tables.imports.mapping import load_mapping
-from comparison.tables.imports.reading import read_pair
 from comparison.tables.table import Table, TableError
 
 SAMPLES = Path(__file__).with_name("samples")

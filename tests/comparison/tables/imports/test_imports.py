@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from foreign_tables import FRAME, ROWS, put, text
+from foreign_tables import FRAME, ROWS, put, read_pair, text
 
 from comparison.tables.check import check
 from comparison.tables.imports.mapping import load_mapping
-from comparison.tables.imports.reading import read_pair
 from comparison.tables.table import Table, TableError
 from comparison.tables.table_files import write
 
