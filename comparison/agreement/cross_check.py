@@ -1,8 +1,7 @@
 """The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them.
 
-A verdict "differ" is confirmed by ensembles, for five bodies also by finer runs
-(`comparison.agreement.confirmation_refined`), once all scenes are judged; where the models agree no run is
-added.
+A verdict "differ" is confirmed by ensembles, and any but "agree" of five bodies by finer runs
+(`comparison.agreement.refine`), once all scenes are judged; where the models agree no run is added.
 """
 
 from __future__ import annotations
@@ -17,8 +16,8 @@ from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.tiers import TIERS, tight
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.confirmation import Run
-from comparison.agreement.confirmation_refined import RunFamilies, confirm_refined
 from comparison.agreement.planned_runs import families, ideal_runs, sorted_runs
+from comparison.agreement.refine import RunFamilies, settle
 from comparison.agreement.results import SceneComparison, no_comparison
 from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
 from comparison.execution.run import run_all
@@ -109,26 +108,26 @@ def validate(
     ]
     jobs = [job for plan in planned for job in (*plan.jobs.values(), *plan.ideals.values())]
     outcomes = iter(run_all(jobs, n_jobs, on_progress))
-    judged = []
-    for plan in planned:
-        own, ideal = ({which: next(outcomes) for which in of} for of in (plan.jobs, plan.ideals))
-        judged.append(_with_reliability(_judge(plan, own), plan, ideal))
+    ran = [
+        ({which: next(outcomes) for which in plan.jobs}, {which: next(outcomes) for which in plan.ideals})
+        for plan in planned
+    ]
 
     def run(starts: Sequence[Scene], model: str) -> list[Table]:
-        ran = run_all([Job(start, model) for start in starts], n_jobs, on_progress)
-        return [outcome.table for outcome in ran if outcome.table is not None]
+        members = run_all([Job(start, model) for start in starts], n_jobs, on_progress)
+        return [outcome.table for outcome in members if outcome.table is not None]
 
     def run_families(scene: Scene) -> tuple[Runs, Runs] | None:
         jobs = families(scene, models)
-        ran = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
-        if any(outcome.table is None for outcome in ran.values()):
+        finer = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
+        if any(outcome.table is None for outcome in finer.values()):
             return None
-        runs = sorted_runs(scene, models, ran)
+        runs = sorted_runs(scene, models, finer)
         return runs[models[0]], runs[models[1]]
 
     results: list[Validation] = []
-    for plan, unconfirmed in zip(planned, judged, strict=True):
-        result = _confirmed(unconfirmed, plan, run, run_families)
+    for plan, (own, ideal) in zip(planned, ran, strict=True):
+        result = _with_reliability(_settled(_judge(plan, own), plan, run, run_families), plan, ideal)
         if result.comparison.tier == "standard":
             results.append(result)
         else:
@@ -147,16 +146,18 @@ def _with_tight(usual: Validation, closer: Validation) -> Validation:
     )
 
 
-def _confirmed(result: Validation, plan: _Plan, run: Run, run_families: RunFamilies) -> Validation:
-    """Confirm a difference, or withdraw it."""
+def _settled(result: Validation, plan: _Plan, run: Run, run_families: RunFamilies) -> Validation:
+    """Confirm a difference, withdraw it, or refine the runs until the verdict stands."""
     if not result.runs:
         return result
     a, b = plan.models
     pair = result.runs[a], result.runs[b]
-    confirmed = confirm_refined(
+    settled = settle(
         result.comparison, pair, scene=plan.scene, models=plan.models, run=run, run_families=run_families
     )
-    return replace(result, comparison=confirmed)
+    return replace(
+        result, comparison=settled.comparison, runs=dict(zip(plan.models, settled.runs, strict=True))
+    )
 
 
 class _Plan:

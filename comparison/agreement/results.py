@@ -20,6 +20,7 @@ from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CONTACTS, Channel
 from comparison.tables.time_shift import Shift
 
+_TIMES = ("", "once", "twice", "three times", "four times")
 SUSPICIOUS = 10.0
 """An underestimation of the uncertainty by more than this factor is reported as suspicious. By chance alone a
 factor of 6 has been observed, for five runs whose errors spread over decades.
@@ -141,8 +142,6 @@ class Confirmation:
     """Whether an ensemble splits into clusters farther apart than they are wide, and than the uncertainty."""
     contact: str = ""
     """First contact that occurs in some runs only and separates them."""
-    refined: str = ""
-    """Verdict of finer runs of both models, where they were asked; see `agreement.confirmation_refined`."""
     sentence: str = ""
     """Summary sentences."""
 
@@ -185,6 +184,8 @@ class SceneComparison:
     command: str = ""
     """Command that reproduces this comparison."""
     tier: str = "standard"
+    refined: int = 0
+    """How many levels finer than the scene's settings the models ran, see `comparison.agreement.refine`."""
     attribution: Attribution | None = None
     """None where nothing could be compared."""
     tight: SceneComparison | None = None
@@ -204,8 +205,27 @@ class SceneComparison:
 
     @property
     def why(self) -> str:
-        """The reason of the verdict, preceded by the result of its confirmation if there is one."""
-        return self.reason if self.confirmation is None else f"{self.confirmation.sentence}. {self.reason}"
+        """The reason of the verdict, preceded by what its runs and its confirmation need explained."""
+        before = [self.finer_runs] if self.refined else []
+        before += [] if self.confirmation is None else [self.confirmation.sentence]
+        return ". ".join([*before, self.reason])
+
+    @property
+    def finer_runs(self) -> str:
+        """Settings of refined runs, in one sentence; empty where the models ran at the scene's own."""
+        if not self.refined or self.scene is None:
+            return ""
+        step = self.scene["solver"]["exudyn"]["step"]
+        return (
+            f"judged with finer runs, since those at the scene's settings left the verdict open: step of "
+            f"five bodies halved {_TIMES[self.refined]}, to {step:.3g} s"
+        )
+
+    @property
+    def mark(self) -> str:
+        """What stands beside the verdict, in a few words: that its runs are finer, and its confirmation."""
+        marks = [f"step halved {_TIMES[self.refined]}"] if self.refined else []
+        return "; ".join(marks if self.confirmation is None else [*marks, self.confirmation.mark])
 
     @property
     def tiers(self) -> tuple[SceneComparison, ...]:

@@ -172,6 +172,13 @@ def _judge(
         reason = f"{coverage:.1%} of the samples are predictable, required: at least {limits.coverage:.0%}"
     elif not judged.any():
         reason = "no predictable sample is non-zero"
+    elif not fixed and outside < limits.least_outside and count < limits.least_judged:
+        reason = f"{count} predictable samples are non-zero, required: at least {limits.least_judged}"
+    elif not fixed and outside < limits.least_outside and explained < limits.share:
+        reason = (
+            f"{outside} of {count} predictable samples are outside their threshold: too many to agree, fewer "
+            f"than the {limits.least_outside} that show a difference"
+        )
     else:
         text = (
             f"{outside} of {count} {'samples' if fixed else 'predictable samples'} are outside "

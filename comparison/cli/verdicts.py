@@ -82,8 +82,8 @@ def _note(tier: SceneComparison) -> str:
     notes = []
     if tier.verdict == "differ" and tier.attribution is not None and tier.attribution.outside_in:
         notes.append(f"{tier.attribution.outside_in} from {tier.attribution.outside_from:.3f} s")
-    if tier.confirmation is not None:
-        notes.append(tier.confirmation.mark)
+    if tier.mark:
+        notes.append(tier.mark)
     worst = worst_channel(tier)
     if tier.verdict == "indeterminate" and worst is not None:
         notes.append(f"{worst.channel}: {worst.reason}")

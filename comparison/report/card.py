@@ -58,7 +58,8 @@ def _sentence(scene: SceneComparison) -> str:
     channel, _ = deciding_channel(scene)
     if channel is None:
         return f"{scene.reason}."
-    said = _confirmed(scene) if scene.confirmation is not None else ""
+    said = f", of finer runs ({scene.mark})" if scene.refined and scene.confirmation is None else ""
+    said += _confirmed(scene)
     if scene.verdict == "differ":
         channel = worst_channel(scene) or channel
         return f"{_numbers(channel)}, {_instant(scene, channel)}{said}."

@@ -110,5 +110,5 @@ def _cell(tier: SceneComparison, key: str) -> dict[str, Any]:
         "channel": "" if channel is None else channel.channel,
         "coverage": percent(coverage) if coverage == coverage else "",
         "share": round(100 * coverage) if coverage == coverage else 0,
-        "mark": "" if tier.confirmation is None else tier.confirmation.mark,
+        "mark": tier.mark,
     }

@@ -54,10 +54,10 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
             "distance from the centre. It is confirmed if this exceeds, in both ensembles, the distance of "
             "every member left out. Otherwise the uncertainty was underestimated: "
             f"{ENSEMBLE_FACTOR:g} times the largest distance in the ensemble replaces it, and the runs are "
-            "judged again. Exudyn's run of five bodies is ranked in an ensemble of the other "
-            "model; where that explains the difference, both run again two levels finer, and what is "
-            "confirmed there is a difference of models. With fewer than "
-            f"{ENOUGH} runs the difference stays unconfirmed."
+            "judged again. Exudyn's run of five bodies is ranked in an ensemble of the other model; any "
+            "verdict of theirs but agree is first judged again at half the step, up to four times, until it "
+            "is known what they converge to, and a difference of models is what outlasts this. With fewer "
+            f"than {ENOUGH} runs the difference stays unconfirmed."
         )
     if any(tier.attribution and tier.attribution.cause for scene in comparisons for tier in scene.tiers):
         lines.append(

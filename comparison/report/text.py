@@ -42,6 +42,7 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
     return {
         "name": comparison.name,
         "tier": comparison.tier,
+        "refined": comparison.refined,
         "title": comparison.title,
         "verdict": comparison.verdict,
         "reason": comparison.reason,
@@ -74,6 +75,8 @@ def reasons(comparison: SceneComparison) -> list[tuple[str, str]]:
     The reason, the confirmation of a difference, the attribution, the reliability of the motion.
     """
     said = [("reason", comparison.reason)]
+    if comparison.refined:
+        said.append(("runs", comparison.finer_runs))
     if comparison.confirmation is not None:
         said.append(("confirmation", comparison.confirmation.sentence))
     if comparison.attribution is not None and (words := attribution_words(comparison.attribution)):

@@ -87,7 +87,7 @@ def row(scene: SceneComparison) -> dict[str, str]:
 def _verdict(scene: SceneComparison | None) -> str:
     if scene is None:
         return "not run"
-    mark = "" if scene.confirmation is None else f" ({scene.confirmation.mark})"
+    mark = f" ({scene.mark})" if scene.mark else ""
     return f"**{scene.verdict}**{mark}"
 
 
