@@ -82,7 +82,7 @@ def validate(
     tiers
         "standard", or both; the tight tier is for the built-in models only, see `comparison.accuracy.tiers`.
     on_progress
-        Called with the finished share, 0 to 1; again from 0 for each ensemble that confirms a difference.
+        Called with the finished share, 0 to 1; again from 0 for each finer level and each ensemble.
 
     Raises
     ------

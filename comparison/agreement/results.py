@@ -206,8 +206,8 @@ class SceneComparison:
     @property
     def why(self) -> str:
         """The reason of the verdict, preceded by what its runs and its confirmation need explained."""
-        before = [self.finer_runs] if self.refined else []
-        before += [] if self.confirmation is None else [self.confirmation.sentence]
+        before = [] if self.confirmation is None else [self.confirmation.sentence]
+        before += [self.finer_runs] if self.refined else []
         return ". ".join([*before, self.reason])
 
     @property
