@@ -64,7 +64,7 @@ class TreeRecorder:
         # The deeper corner of a side counts as the one that touched first
         for number in np.argsort(self._contacts["gap"], kind="stable"):
             gap, rate = (self._contacts[number][name] for name in ("gap", "rate"))
-            if gap < 0 or (gap <= GAP_TOLERANCE and rate < 0):
+            if gap < -GAP_TOLERANCE or (gap <= GAP_TOLERANCE and rate < 0):
                 close(int(number), self._contacts, 0.0, law)
                 if shares_contact(int(number), law):
                     lower, upper = (self._contacts[k] for k in sorted((number, other_end(number))))
