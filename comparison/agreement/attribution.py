@@ -59,8 +59,8 @@ def attribute(
         For tables without uncertainty only the first sample outside the tolerance.
     """
     excited = {name: channel for name, channel in results.items() if channel.verdict != "unexcited"}
-    judged = {name: c.predictable & ((c.a != 0) | (c.b != 0)) for name, c in excited.items()}
-    outside = {name: judged[name] & (np.abs(c.difference) > _limit(c)) for name, c in excited.items()}
+    judged = {name: channel.judged for name, channel in excited.items()}
+    outside = {name: channel.beyond for name, channel in excited.items()}
     # A scene may differ by a time shift alone, which no channel shows: then all channels count.
     deciding = {name: c for name, c in excited.items() if c.verdict == verdict} or excited
     found = _first(outside, deciding if verdict == "differ" else excited, time)
@@ -76,11 +76,6 @@ def attribute(
             **_unpredictable(runs, results, time, samples),
         )
     return replace(found, sentences=sentences(found, runs, labels=labels, scene=scene, tier=tier))
-
-
-def _limit(channel: ChannelComparison) -> Array | float:
-    """Return the threshold of |difference|; nan, which nothing exceeds, if there is none."""
-    return channel.worst_threshold if channel.u is None else channel.limits.k * channel.u
 
 
 def _first(outside: Masks, names: Iterable[str], time: Array) -> Attribution:
