@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import floor as floor_of
 
 from comparison.agreement.results import ChannelComparison, decisive, scene_coverage
+from comparison.formatting import number
 
 
 def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> tuple[str, str]:
@@ -54,4 +55,4 @@ def _named(results: Sequence[ChannelComparison]) -> str:
     """Return which of the judged channels is the worst, and why."""
     worst = decisive(results)
     assert worst is not None
-    return f"{worst.channel}, {worst.ratio_name} = {worst.ratio:.2g}: {worst.reason}"
+    return f"{worst.channel}, {worst.ratio_name} = {number(worst.ratio, 2)}: {worst.reason}"

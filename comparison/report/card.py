@@ -59,7 +59,7 @@ def _sentence(scene: SceneComparison) -> str:
         return f"{scene.reason}."
     said = _confirmed(scene) if scene.confirmation is not None else ""
     if scene.verdict == "differ":
-        return f"{_numbers(channel)}, {_instant(scene, channel)}{said}."
+        return f"{_numbers(channel)}; {_instant(scene, channel)}{said}."
     return f"{_numbers(channel)}, at {_seconds(channel.worst_time)}; no channel is nearer to its limit{said}."
 
 
@@ -80,7 +80,7 @@ def _instant(scene: SceneComparison, worst: ChannelComparison) -> str:
     since = worst.worst_time if found is None or isnan(found.outside_from) else found.outside_from
     events = dict(zip(scene.labels, scene.events, strict=True))
     place = describe(since, events, period=scene.period, scene=scene.scene)
-    return f"first at {place}{_chatter(scene, since)}"
+    return f"the models part first at {place}{_chatter(scene, since)}"
 
 
 def _chatter(scene: SceneComparison, instant: float) -> str:

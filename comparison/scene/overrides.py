@@ -10,15 +10,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from comparison.scene.error_messages import unit_of
-from comparison.scene.schema import LONGEST_NAME, NAME
+from comparison.scene.schema import NAME
 
+LONGEST = 54
+"""Characters of a name that says what is changed: beside it there is room for a verdict in 80 columns."""
 _FORMULATION = "solver.exudyn.formulation"
 _OF_FORMULATION = ("solver.exudyn.step", "solver.exudyn.tolerance")
 _SHOWN = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa")}
 """Unit of a key -> that of a title, and the factor to it."""
-_BARE = re.compile(
-    r"(?!(true|false|inf|nan)$)[A-Za-z_][A-Za-z0-9_./-]*"
-)  # no TOML, so --set takes it as text
+_BARE = re.compile(r"(?!(true|false|inf|nan)$)[A-Za-z_][A-Za-z0-9_./-]*")  # no TOML: --set takes it as text
 
 
 def changed(given: Mapping[str, Any], values: Mapping[str, object]) -> dict[str, Any]:
@@ -66,9 +66,9 @@ def updated(
 def name_with(name: str, overrides: Mapping[str, object]) -> str:
     """Return a name for files: ``"ideal+drive.cycles=1"``, with a hash where that is too long or no name."""
     whole = "+".join([name, *(f"{key}={_text(value)}" for key, value in overrides.items())])
-    if re.match(NAME, whole) and len(whole) <= LONGEST_NAME:
+    if re.match(NAME, whole) and len(whole) <= LONGEST:
         return whole
-    return f"{name[: LONGEST_NAME - 9]}+{hashlib.sha256(whole.encode()).hexdigest()[:8]}"
+    return f"{name[:LONGEST]}+{hashlib.sha256(whole.encode()).hexdigest()[:8]}"
 
 
 def title_with(name: str, overrides: Mapping[str, object]) -> str:

@@ -35,14 +35,13 @@ MAX_SAMPLES_PER_CYCLE = 10**15  # of which a short share is asked for; below it 
 
 
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._+=-]*$"
-LONGEST_NAME = 100
 """Of a scene, which names files."""
 
 
 class Texts(Section):
     """Name and title of the scene."""
 
-    name: Annotated[str, Field(min_length=1, max_length=LONGEST_NAME, pattern=NAME)]
+    name: Annotated[str, Field(min_length=1, max_length=100, pattern=NAME)]
     title: str
     description: str = ""
 

@@ -34,7 +34,7 @@ def test_a_difference_is_one_sentence_with_numbers_instant_and_confirmation(
     size, limit = abs(worst.worst_difference), worst.worst_threshold
     assert (
         f"|E|/2u (99%) is {number(worst.ratio, 2)}, the maximum {number(size / limit, 2)}: "
-        f"{quantity(size, 'N', 2)} against {quantity(limit, 'N', 2)}, " in said
+        f"{quantity(size, 'N', 2)} against {quantity(limit, 'N', 2)}; " in said
     )
     assert "first at 0.25 s (cycle 1" in said
     assert said.endswith("confirmed by at least 30 runs.")
