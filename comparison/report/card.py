@@ -109,9 +109,10 @@ def _undecided(scene: SceneComparison) -> str:
     if worst is None or isnan(scene.coverage):
         return f"Not decided: {scene.reason}."
     said = f"Not decided: {percent(scene.coverage)} of the samples are predictable, at least "
-    said += (
-        f"{worst.limits.coverage:.0%} are required; least of all {worst.label} ({percent(worst.coverage)})"
-    )
+    said += f"{worst.limits.coverage:.0%} are required"
+    excited = [channel for channel in scene.channels.values() if channel.verdict != "unexcited"]
+    if any(channel.coverage > worst.coverage for channel in excited):
+        said += f"; least of all {worst.label} ({percent(worst.coverage)})"
     if scene.confirmation is not None:
         said += _confirmed(scene)
     return f"{said}."

@@ -37,7 +37,9 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
         "acceleration only where the position that it depends on is predictable too. "
         f"Coverage is their share; below {floor} the channel is indeterminate.",
         f"Agree: |difference| ≤ {fixed.k:g} u on at least {fixed.share:.0%} of the predictable samples "
-        "(explained); samples at which both models are exactly zero are not counted. Differ: on fewer; of a "
+        f"(explained), so that |E|/{fixed.k:g}u ({fixed.share:.0%}), the ratio that this share stays within, "
+        "is at most 1; that of a scene is the largest of its channels. Samples at which both models are "
+        "exactly zero are not counted. Differ: on fewer; of a "
         "channel below the floor, if it would be fewer even with all other samples explained. "
         "A scene differs if one channel does; else its coverage, the mean over its excited channels (one "
         "without a sample to judge counts as zero), is compared with the same floor: below it is "
