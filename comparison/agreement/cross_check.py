@@ -6,7 +6,6 @@ A verdict "differ" is confirmed by ensembles, and any but "agree" of five bodies
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -95,17 +94,19 @@ def validate(
     -----
     Uses worker processes: a script that calls this needs ``if __name__ == "__main__":``.
     """
-    commands = [_command(scene, models, accuracy) for scene in scenes]
-    scenes = [with_declared(scene, models) for scene in scenes]
-    strict = [tight(scene, models) if "tight" in tiers else None for scene in scenes]
-    if accuracy is not None:
-        scenes = [_at(scene, models, accuracy) for scene in scenes]
-    planned = [
-        _Plan(scene, tier, models, command)
-        for usual, closer, command in zip(scenes, strict, commands, strict=True)
-        for tier, scene in (("standard", usual), ("tight", closer))
-        if scene is not None
-    ]
+    planned = []
+    for scene in scenes:
+        usual = with_declared(scene, models)
+        strict = tight(usual, models) if "tight" in tiers else None
+        if accuracy is not None:
+            usual = _at(usual, models, accuracy)
+        command, closer = (
+            scene.command("validate", *options(models, of, tiers)) for of in (accuracy, "strict")
+        )
+        refinable = set(models) <= set(MODELS) and accuracy in (None, "draft", "standard")
+        planned.append(_Plan(usual, "standard", models, command, closer if refinable else ""))
+        if strict is not None:
+            planned.append(_Plan(strict, "tight", models, command))
     jobs = [job for plan in planned for job in (*plan.jobs.values(), *plan.ideals.values())]
     outcomes = iter(run_all(jobs, n_jobs, on_progress))
     ran = [
@@ -128,7 +129,7 @@ def validate(
     results: list[Validation] = []
     for plan, (own, ideal) in zip(planned, ran, strict=True):
         result = _with_reliability(_settled(_judge(plan, own), plan, run, run_families), plan, ideal)
-        if result.comparison.tier == "standard":
+        if plan.tier == "standard":
             results.append(result)
         else:
             results[-1] = _with_tight(results[-1], result)
@@ -149,22 +150,23 @@ def _with_tight(usual: Validation, closer: Validation) -> Validation:
 def _settled(result: Validation, plan: _Plan, run: Run, run_families: RunFamilies) -> Validation:
     """Confirm a difference, withdraw it, or refine the runs until the verdict stands."""
     if not result.runs:
-        return result
+        return replace(result, comparison=replace(result.comparison, ran=plan.scene))
     a, b = plan.models
     pair = result.runs[a], result.runs[b]
     settled = settle(
         result.comparison, pair, scene=plan.scene, models=plan.models, run=run, run_families=run_families
     )
-    return replace(
-        result, comparison=settled.comparison, runs=dict(zip(plan.models, settled.runs, strict=True))
-    )
+    comparison = replace(settled.comparison, ran=settled.scene, closer_command=plan.closer)
+    return replace(result, comparison=comparison, runs=dict(zip(plan.models, settled.runs, strict=True)))
 
 
 class _Plan:
     """A comparison to be made, with its runs."""
 
-    def __init__(self, scene: Scene, tier: str, models: tuple[str, str], command: str) -> None:
-        self.scene, self.tier, self.models, self.command = scene, tier, models, command
+    def __init__(
+        self, scene: Scene, tier: str, models: tuple[str, str], command: str, closer: str = ""
+    ) -> None:
+        self.scene, self.tier, self.models, self.command, self.closer = scene, tier, models, command, closer
         self.jobs, self.ideals = families(scene, models), ideal_runs(scene, models)
 
 
@@ -172,13 +174,14 @@ def _at(scene: Scene, models: tuple[str, str], accuracy: str | float) -> Scene:
     values: dict[str, object] = {}
     for model in models:
         values |= solver_values(model, accuracy, scene)
-    return scene.with_values(values)
+    return scene.variant(values)
 
 
-def _command(scene: Scene, models: tuple[str, str], accuracy: str | float | None) -> str:
-    return shlex.join(
-        ["sixbar", "validate", scene.source]
-        + (["--models", ",".join(models)] if models != MODELS else [])
+def options(models: Sequence[str], accuracy: str | float | None, tiers: Sequence[str]) -> list[str]:
+    """Return the options by which ``sixbar validate`` does the same as `validate`."""
+    return (
+        ([] if "tight" in tiers else ["--quick"])
+        + (["--models", ",".join(models)] if tuple(models) != MODELS else [])
         + (["--accuracy", str(accuracy)] if accuracy is not None else [])
     )
 
@@ -186,17 +189,18 @@ def _command(scene: Scene, models: tuple[str, str], accuracy: str | float | None
 def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
     scene, models = plan.scene, plan.models
 
-    def refused(reason: str, **more: Any) -> Validation:
+    def refused(reason: str, failed: Job | None = None, **more: Any) -> Validation:
         refusal = no_comparison(scene, reason, labels=models, command=plan.command, tier=plan.tier)
-        return Validation(refusal, {}, **more)
+        return Validation(replace(refusal, failed=failed), {}, **more)
 
     failed = {which: outcome for which, outcome in outcomes.items() if outcome.table is None}
     if failed:
         crashed = any(outcome.status == "crashed" for outcome in failed.values())
         which = next((w for w in failed if failed[w].status == "crashed"), next(iter(failed)))
-        name, outcome = " ".join((plan.tier, *which)), failed[which]
+        name, outcome, job = " ".join((plan.tier, *which)), failed[which], plan.jobs[which]
         return refused(
-            describe(plan.jobs[which], outcome),
+            describe(job, outcome),
+            failed=None if outcome.status == "bad input" else job,
             crashed=crashed,
             partial={} if outcome.partial is None else {name: outcome.partial},
             tracebacks={name: outcome.traceback} if outcome.traceback else {},

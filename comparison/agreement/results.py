@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf, isnan, nan
@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.accuracy.thresholds import Thresholds
+from comparison.execution.job import Job
 from comparison.metrics.impacts import Impacts, impacts_of
 from comparison.metrics.signal_ratings import information
 from comparison.reliability.difference import ReliabilityComparison
@@ -71,9 +72,57 @@ class ChannelComparison:
     """Thresholds of the verdict."""
 
     @property
-    def excess(self) -> float:
-        """Largest |E| / threshold of the predictable samples; inf where the threshold is zero."""
+    def threshold(self) -> Array | None:
+        """Threshold of |E|, shape (n,): k u, or the tolerance; None without either."""
+        if self.u is not None:
+            return self.limits.k * self.u
+        return None if isnan(self.worst_threshold) else np.full(self.time.shape, self.worst_threshold)
+
+    @property
+    def judged(self) -> BoolArray:
+        """Where the verdict looks, shape (n,): at predictable samples at which not both results are zero."""
+        happens: BoolArray = (self.a != 0) | (self.b != 0)
+        return self.predictable & happens
+
+    @property
+    def beyond(self) -> BoolArray:
+        """Judged samples outside their threshold, shape (n,)."""
+        if self.threshold is None:
+            return np.zeros(self.time.shape, dtype=np.bool_)
+        return self.judged & (np.abs(self.difference) > self.threshold)
+
+    @cached_property
+    def ratio(self) -> float:
+        """The |E| / threshold that the required share of the judged samples stays within.
+
+        The one number of a channel in every report, under `ratio_name`: at most 1 exactly where the channel
+        agrees, nan unless it agrees or differs. The share is 99 %, or 100 % of a tolerance. Where a channel
+        differs without being predictable, all samples count, against the largest threshold of all times.
+        """
+        if self.verdict not in ("agree", "differ") or self.threshold is None:
+            return nan
+        blind = isnan(self.explained)
+        counted = (self.a != 0) | (self.b != 0) if blind else self.judged
+        size = np.abs(self.difference[counted])
+        if not size.size:
+            return nan
+        limit = np.full(size.shape, self.worst_threshold) if blind else self.threshold[counted]
+        ratios = np.sort(np.divide(size, limit, out=np.where(size > 0.0, inf, 0.0), where=limit > 0.0))
+        enough = np.arange(1, size.size + 1) / size.size >= self.limits.share
+        return float(ratios[enough.argmax()])
+
+    @property
+    def largest_ratio(self) -> float:
+        """The largest |E| / threshold of the judged samples; nan without one."""
+        if self.worst_difference == 0.0:
+            return 0.0
         return abs(self.worst_difference) / self.worst_threshold if self.worst_threshold else inf
+
+    @property
+    def ratio_name(self) -> str:
+        """Name of `ratio`: "|E|/2u (99%)", or "|E|/tolerance"."""
+        share = "" if self.limits.share == 1.0 else f" ({100 * self.limits.share:g}%)"
+        return f"|E|/{'tolerance' if self.u is None else f'{self.limits.k:g}u'}{share}"
 
     @cached_property
     def metrics(self) -> Mapping[str, float]:
@@ -183,6 +232,12 @@ class SceneComparison:
     """The scene mapping."""
     command: str = ""
     """Command that reproduces this comparison."""
+    closer_command: str = ""
+    """The same where it may be decided: at finer settings; of tables, by a tolerance. Empty without one."""
+    ran: Scene | None = None
+    """The scene at the settings of this tier, whose command repeats a run; None for tables."""
+    failed: Job | None = None
+    """The run that did not succeed, where one is why nothing could be compared."""
     tier: str = "standard"
     refined: int = 0
     """How many levels finer than the scene's settings the models ran, see `comparison.agreement.refine`."""
@@ -196,6 +251,11 @@ class SceneComparison:
     """Of the slider's motion; independent of all verdicts. None: not requested."""
     confirmation: Confirmation | None = None
     """Of a verdict that was "differ" before it; None where the models agreed, or for foreign tables."""
+
+    @property
+    def decisive(self) -> ChannelComparison | None:
+        """The channel nearest to its limit, or farthest beyond it; see `decisive`."""
+        return decisive(self.channels.values())
 
     @property
     def coverage(self) -> float:
@@ -250,6 +310,15 @@ class SceneComparison:
                 if channel is not None and channel.u is not None
             },
         )
+
+
+def decisive(channels: Iterable[ChannelComparison]) -> ChannelComparison | None:
+    """Return the channel with the largest ratio, of equal ones that with the largest maximum.
+
+    The one whose difference is nearest to its limit or farthest beyond. None if none agrees or differs.
+    """
+    judged = [channel for channel in channels if not isnan(channel.ratio)]
+    return max(judged, key=lambda channel: (channel.ratio, channel.largest_ratio), default=None)
 
 
 def scene_coverage(channels: Mapping[str, ChannelComparison]) -> float:

@@ -45,6 +45,6 @@ def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
     ):
         values |= {f"solver.{name}.{key}": value for key, value in solver.model_dump().items()}
     values |= {"joints.slider": "ideal", "joints.crank_pin": "ideal", "output.groups": ["accelerations"]}
-    ideal = scene.with_values(values)
+    ideal = scene.variant(values)
     coarse = coarser(model, ideal)
     return {"base": ideal} | ({} if coarse is None else {"coarser": coarse})

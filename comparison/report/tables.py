@@ -39,14 +39,8 @@ INFORMATION_HEADINGS = {
 }
 
 
-def channel_row(channel: ChannelComparison, time: Array, outside: BoolArray) -> dict[str, Any]:
-    """Return one row of the channel table.
-
-    Parameters
-    ----------
-    time, outside
-        s and whether the sample is predictable and exceeds its threshold; shape (n,).
-    """
+def channel_row(channel: ChannelComparison, time: Array) -> dict[str, Any]:
+    """Return one row of the channel table; ``time`` (s) has shape (n,)."""
     unit = channel.unit
     within = largest_predictable(channel)
     compared = channel.verdict != "unexcited"
@@ -74,7 +68,7 @@ def channel_row(channel: ChannelComparison, time: Array, outside: BoolArray) -> 
         "reason": channel.reason,
         "has_strip": compared,
         "unpredictable": _strip(~channel.predictable, time),
-        "outside": _strip(outside, time),
+        "outside": _strip(channel.beyond, time),
     }
 
 

@@ -95,7 +95,7 @@ def moved(scene: Scene, share: float, rng: np.random.Generator) -> Scene:
     if scene.data["joints"]["slider"] == "clearance":
         shift = share * clearance["slider"] * sqrt(rng.uniform())
         direction = rng.uniform(0.0, 2.0 * pi)
-        return scene.with_values(
+        return scene.variant(
             {
                 "initial.slider_offset": start["slider_offset"] + shift * cos(direction),
                 "initial.slider_angle": start["slider_angle"]
@@ -103,7 +103,7 @@ def moved(scene: Scene, share: float, rng: np.random.Generator) -> Scene:
             }
         )
     turned = share * clearance["crank_pin"] * rng.uniform(-1.0, 1.0) / mechanism["crank"]["length"]
-    return scene.with_values({"mechanism.crank_angle_deg": mechanism["crank_angle_deg"] + degrees(turned)})
+    return scene.variant({"mechanism.crank_angle_deg": mechanism["crank_angle_deg"] + degrees(turned)})
 
 
 def sample(

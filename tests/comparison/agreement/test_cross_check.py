@@ -41,7 +41,10 @@ def test_accuracy_sets_both_models_and_stands_in_the_command(scene):
     (result,) = validate([scene], accuracy="strict")
     solver = result.comparison.scene["solver"]
     assert (solver["reference"]["tolerance"], solver["exudyn"]["step"]) == (1e-12, 5e-7)
-    assert result.comparison.command == f"sixbar validate {scene.name} --accuracy strict"
+    assert result.comparison.command == (
+        "sixbar validate 150rpm-0.2mm --set output.samples_per_cycle=200 --accuracy strict"
+    )
+    assert result.comparison.closer_command == ""  # strict it is already
     with pytest.raises(AccuracyError, match="out of reach of the exudyn model"):
         validate([scene], accuracy=1e-10)
 
