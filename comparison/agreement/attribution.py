@@ -59,7 +59,7 @@ def attribute(
         For tables without uncertainty only the first sample outside the tolerance.
     """
     excited = {name: channel for name, channel in results.items() if channel.verdict != "unexcited"}
-    judged = {name: c.predictable & ((c.a != 0) | (c.b != 0)) for name, c in excited.items()}
+    judged = {name: channel.judged for name, channel in excited.items()}
     outside = {name: judged[name] & (np.abs(c.difference) > _limit(c)) for name, c in excited.items()}
     # A scene may differ by a time shift alone, which no channel shows: then all channels count.
     deciding = {name: c for name, c in excited.items() if c.verdict == verdict} or excited

@@ -185,7 +185,7 @@ def _tier(scene: SceneComparison, orders: Orders) -> dict[str, Any]:
         "confirmation": scene.confirmation,
         "labels": scene.labels,
         "attribution": attribution_words(scene.attribution) if scene.attribution else [],
-        "coverage": percent(scene.coverage),
+        "coverage": percent(scene.coverage, scene.coverage_error),
         "explained": percent(explained),
         "channels": [
             tables.channel_row(channel, scene.time, rule.outside(channel))
