@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,7 +67,7 @@ def changed_scene(seed: int) -> tuple[Scene, str]:
     return load_scene(name, tree | changes), tier
 
 
-@cache
+@lru_cache(maxsize=12)
 def random_scene(
     seed: int, samples_per_cycle: int = 1000, *, only_base: bool = False, fault: float = 0.0
 ) -> Judged:

@@ -19,7 +19,9 @@ from comparison.execution.run import run_one
 from comparison.metrics.impacts import WINDOW
 from comparison.metrics.iso18571 import rating
 from comparison.metrics.norms import rms, sprague_geers, tube_share
+from comparison.tables.channels import Channel
 from comparison.tables.resample import resample
+from comparison.tables.table import Table
 from comparison.tables.time_shift import estimate
 
 CASES = ((1, 0.0), (2, 0.0), (3, 0.0), (13, 0.0), (1, 0.02), (3, 0.02))
@@ -292,3 +294,25 @@ def test_the_shift_of_random_signals(seed):
     assert found.value == pytest.approx(other, abs=3 * found.uncertainty)
     # Interpolation alone: (w h)^4 / 384 over the rate, some 1e-9 s.
     assert found.uncertainty < 1e-4
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_tolerance_allows_a_shift_in_which_the_motion_crosses_its_tolerance_at_its_largest_rate(seed):
+    """Of a wave of frequency w a share T of its range is crossed in T / w, whatever its size and sign."""
+    rng = np.random.default_rng(seed)
+    time, w, size = np.arange(4001) * 1e-3, rng.uniform(3, 20), 10 ** rng.uniform(-3, 3)
+    tolerance, sign = 10 ** rng.uniform(-3, -1.5), rng.choice([-1, 1])
+    own = Channel("height", "height", "m", "", "own", "range", 1e-12 * size, 0.0, rate="climb")
+    known = {"height": own, "climb": Channel("climb", "climb", "m/s", "", "own", "range", 1e-12 * size, 0.0)}
+
+    def table(late: float) -> Runs:
+        height, climb = size * np.sin(w * (time - late)), size * w * np.cos(w * (time - late))
+        return Runs(Table(pd.DataFrame({"time": time, "height": height, "climb": climb}), own=known))
+
+    for times, verdict in ((0.98, "agree"), (1.02, "differ")):
+        late = sign * times * tolerance / w
+        # A shift moves samples by its share of the range at most, half of what is allowed for the shift.
+        result = compare(table(0.0), table(late), tolerance=tolerance)
+        assert {channel.verdict for channel in result.channels.values()} == {"agree"}
+        assert result.verdict == verdict
+        assert result.shift.value == pytest.approx(late, rel=1e-6)
