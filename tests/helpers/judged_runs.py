@@ -36,6 +36,8 @@ VALUES = {
     "initial.slider_angle": (-3e-4, 3e-4),
     "environment.gravity": (-10.0, 20.0),
 }
+CASES = ((1, 0.0), (2, 0.0), (3, 0.0), (13, 0.0), (3, 0.02))
+"""Of `random_scene`, seed and fault: both tiers; 13 is indeterminate, a faulty one differs."""
 PERIOD = 0.4
 """Of the random tables, s: that of the scene 150rpm-0.2mm."""
 
