@@ -59,7 +59,7 @@ class ChannelComparison:
     rms_difference: float
     max_scaled: float
     rms_scaled: float
-    """These four are taken over all samples, predictable or not."""
+    """These four are taken over all samples, predictable or not; the largest is that of the samples."""
     worst_time: float
     worst_difference: float
     worst_threshold: float
@@ -70,6 +70,9 @@ class ChannelComparison:
     """Reason of the verdict, one sentence."""
     limits: Thresholds
     """Thresholds of the verdict."""
+    coverage_error: float = nan
+    rms_error: float = nan
+    """Estimated errors of coverage and RMS by sampling, see `comparison.agreement.compare`; nan: unknown."""
 
     @property
     def threshold(self) -> Array | None:
@@ -223,7 +226,7 @@ class SceneComparison:
     warnings: tuple[str, ...]
     time: Array
     period: float | None
-    """Period of a crank cycle, s. None if the tables do not record it."""
+    """Period of a crank cycle, s. None if it is neither recorded nor stated."""
     channels: dict[str, ChannelComparison]
     events: tuple[pd.DataFrame | None, pd.DataFrame | None]
     provenance: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -251,6 +254,8 @@ class SceneComparison:
     """Of the slider's motion; independent of all verdicts. None: not requested."""
     confirmation: Confirmation | None = None
     """Of a verdict that was "differ" before it; None where the models agreed, or for foreign tables."""
+    coverage_error: float = nan
+    """Estimated error of the coverage by sampling; nan where unknown."""
 
     @property
     def decisive(self) -> ChannelComparison | None:

@@ -92,7 +92,7 @@ def compare_channel(
         found = (
             _outside_all(channel, time, difference, limits.k * float(u_both.max()), happens, limits) or found
         )
-    max_difference, rms_difference = maximum(difference), rms(difference)
+    max_difference, rms_difference = maximum(difference), rms(time, difference)
     return ChannelComparison(
         channel=channel.name,
         definition=channel,

@@ -186,7 +186,7 @@ def _tier(scene: SceneComparison, orders: Orders) -> dict[str, Any]:
         "confirmation": scene.confirmation,
         "labels": scene.labels,
         "attribution": attribution_words(scene.attribution) if scene.attribution else [],
-        "coverage": percent(scene.coverage),
+        "coverage": percent(scene.coverage, scene.coverage_error),
         "explained": percent(explained),
         "channels": [tables.channel_row(channel, scene.time) for channel in scene.channels.values()],
         "runs": tables.run_rows(scene.provenance),

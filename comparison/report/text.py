@@ -19,9 +19,11 @@ EXIT_CODES = {"agree": 0, "differ": 1, "cannot compare": 2, "indeterminate": 3}
 _WORST_FIRST = (70, 2, 1, 3, 0)
 _NUMBERS = (
     "coverage",
+    "coverage_error",
     "explained",
     "max_difference",
     "rms_difference",
+    "rms_error",
     "max_scaled",
     "rms_scaled",
     "ratio",

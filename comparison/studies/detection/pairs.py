@@ -140,7 +140,7 @@ def summary(result: SceneComparison) -> Found:
     for name, channel in result.channels.items():
         if channel.verdict != "differ" or channel.u is None:
             continue
-        judged = channel.predictable & ((channel.a != 0) | (channel.b != 0))
+        judged = channel.judged
         threshold = channel.limits.k * channel.u
         outside = np.flatnonzero(judged & (np.abs(channel.difference) > threshold))
         if not outside.size:

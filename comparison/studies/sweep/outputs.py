@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from comparison.metrics.norms import rms
 from comparison.studies.shared.errors import error, peak, second_cycle
 from comparison.studies.sweep.points import SweepError
 from comparison.tables.channels import channels
@@ -15,7 +16,7 @@ from comparison.tables.table import Table
 OF_CHANNELS = {
     "min": "smallest value over the integration steps",
     "max": "largest value over the integration steps",
-    "rms": "root of the mean square of the samples",
+    "rms": "root of the mean square over time",
     "end": "last sample",
 }
 OF_ERRORS = {"slider_y": "displacement", "slider_vy": "velocity", "slider_ay": "acceleration"}
@@ -106,7 +107,7 @@ def _of_channel(what: str, channel: str, run: Table) -> float | None:
     if what == "end":
         return float(values[-1])
     if what == "rms":
-        return float(np.sqrt(np.mean(values**2)))
+        return rms(run.time, values)
     if channel in run.extrema:
         return float(run.extrema[channel][what])
     return float(values.min() if what == "min" else values.max())

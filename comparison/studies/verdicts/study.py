@@ -92,11 +92,14 @@ def _verdict(scene: SceneComparison | None) -> str:
 
 
 def _shares(scene: SceneComparison | None, tier: str = "") -> dict[str, str]:
-    coverage = explained = np.nan
+    coverage = error = explained = np.nan
     if scene is not None and scene.channels:
-        coverage = scene.coverage
+        coverage, error = scene.coverage, scene.coverage_error
         explained = np.nan if scene.attribution is None else scene.attribution.explained
-    return {f"samples predictable{tier}": percent(coverage), f"of these explained{tier}": percent(explained)}
+    return {
+        f"samples predictable{tier}": percent(coverage, error),
+        f"of these explained{tier}": percent(explained),
+    }
 
 
 def _metres(value: float) -> str:
