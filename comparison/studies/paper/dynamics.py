@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from comparison.execution.job import MODELS
 from comparison.formatting import number, quantity
+from comparison.reliability.errors import Peak
 from comparison.scene import load_scene
 from comparison.studies.paper.decision import Decision, decide, per_cent
 from comparison.studies.paper.runs import CHANNELS, PERTURBATION, Runs, second
 from comparison.studies.paper.trends import contacts_by_cycle
 from comparison.studies.shared.published import published
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
 
 BOTTOM = 0.02
@@ -37,8 +38,7 @@ def close(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
     shares, parts = [], []
     for scene in claim["scenes"]:
         ideal = runs.ideal[scene, model]
-        near = _bottom(runs, scene, model)
-        largest = float(np.abs(runs.errors(scene, model, channel)[near]).max())
+        largest = abs(_at_the_bottom(runs, scene, model, channel).value)
         shares.append(largest / float(np.ptp(ideal.values(channel))))
         error = quantity(largest, channels()[channel].unit)
         parts.append(f"{scene}: {error}, {per_cent(shares[-1])} of the range")
@@ -49,11 +49,10 @@ def contacts_at_the_bottom(runs: Runs, model: str, claim: Mapping[str, Any]) -> 
     """Decide whether contacts are frequent near the lowest point of the second cycle."""
     scene = claim["scene"]
     run = runs.short[scene, model][0]
-    near = _bottom(runs, scene, model)
-    largest = float(np.abs(runs.errors(scene, model, "slider_ay")[near]).max())
+    largest = abs(_at_the_bottom(runs, scene, model, "slider_ay").value)
     starts = np.empty(0) if run.events is None else run.events["start"].to_numpy(dtype=np.float64)
-    time = run.time[near]
-    count = int(np.sum((starts >= time[0]) & (starts <= time[-1])))
+    begin, end = _bottom(runs, scene, model)
+    count = int(np.sum((starts >= begin) & (starts <= end)))
     evidence = f"{count} contacts within {1e3 * BOTTOM:g} ms of it, error up to {quantity(largest, 'm/s^2')}"
     return decide(float(count), 0.0, float(MANY), evidence)
 
@@ -177,15 +176,20 @@ def two_codes(runs: Runs, model: str, claim: Mapping[str, Any]) -> Decision:
     return decide(-max(shares), -0.5, -0.1, evidence)
 
 
-def _bottom(runs: Runs, scene: str, model: str) -> BoolArray:
-    """Return where the two cycles are near their second lowest point."""
+def _at_the_bottom(runs: Runs, scene: str, model: str, channel: str) -> Peak:
+    return runs.of_two_cycles(scene, model).peak(channel, *_bottom(runs, scene, model))
+
+
+def _bottom(runs: Runs, scene: str, model: str) -> tuple[float, float]:
+    """Return from when to when, s, the two cycles are near their second lowest point."""
     ideal = runs.ideal[scene, model]
     within = second(ideal)
     y = np.where(within, ideal.values("slider_y"), np.inf)
     period = float(ideal.time[-1]) / 2
     # The printed time is one at 150 rpm, and approximate: the lowest point itself is taken.
     width = BOTTOM * period / load_scene("ideal").period
-    return np.asarray(np.abs(ideal.time - ideal.time[y.argmin()]) <= width)
+    lowest = float(ideal.time[y.argmin()])
+    return lowest - width, lowest + width
 
 
 def _later(cycles: Array) -> Array:

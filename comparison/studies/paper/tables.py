@@ -128,6 +128,8 @@ def _drawing(figure: str) -> str:
 
 def _measured(printed: Published, found: Measured) -> str:
     cell, unit = _value(found.value, printed.unit), printed.unit
+    if found.error > 5e-4 * abs(found.value):  # four digits are shown
+        cell += f" ± {quantity(found.error, unit, 1)}"
     sizes = np.abs([found.value, *found.others])
     if max(sizes) > 1.01 * min(sizes):
         cell += f" (of {sizes.size} starts {_value(sizes.min(), unit)} … {_value(sizes.max(), unit)})"

@@ -76,7 +76,8 @@ def test_a_peak_between_two_samples_counts_if_it_is_in_the_second_cycle(made_up)
     run = of.short[runs.CENTRAL, "reference"][0]
     ideal = np.interp(0.5, run.time, of.ideal[runs.CENTRAL, "reference"].values("slider_ay"))
     for time, expected in ((0.5, -70.0), (0.1, 3.0)):
-        run.extrema["slider_ay"] = {"min": ideal - 70.0, "time_of_min": time, "max": 0.0, "time_of_max": 0.0}
+        found = {"min": ideal - 70.0, "time_of_min": time, "max": ideal, "time_of_max": 0.5}
+        run.extrema["slider_ay"] = found
         found = measures.largest_error(of, runs.CENTRAL, "reference", "slider_ay", 0)
         assert abs(found.value) == pytest.approx(abs(expected), rel=1e-3)
 
