@@ -59,17 +59,20 @@ class Progress(NamedTuple):
     counters: NDArray[np.int64]
     """(7,)."""
     extrema: Array
-    """(CHANNELS, 4): minimum, its time, maximum, its time."""
+    """(cycles, CHANNELS, 4), of each cycle: minimum, its time, maximum, its time."""
+    noted: Array
+    """(7,): the slider's coordinates and velocities in the state looked at last for extrema; its time, s."""
     start: Array
     """(5,): energies at t = 0 (`reference_model.energy`)."""
     watch: Array
     """(WATCHED, 3): the worst value of each invariant, its time and contact (`reference_model.watch`)."""
 
 
-def begin(c: Constants, y0: Array, first_step: float) -> Progress:
+def begin(c: Constants, y0: Array, first_step: float, cycles: int = 1) -> Progress:
     """Return the progress at t = 0 from coordinates and velocities `y0`.
 
-    Contacts that start inside their wall are closed from the start.
+    Contacts that start inside their wall are closed from the start. `cycles`: how many the run begins; what
+    is later counts as part of the last.
     """
     y = np.zeros(state_size(c))
     y[: y0.size] = y0
@@ -80,12 +83,18 @@ def begin(c: Constants, y0: Array, first_step: float) -> Progress:
         open_contacts=np.zeros((CONTACTS, 5)),
         events=np.empty((EVENT_BUFFER, 7)),
         counters=np.zeros(7, dtype=np.int64),
-        extrema=np.tile([np.inf, 0.0, -np.inf, 0.0], (CHANNELS, 1)),
+        extrema=no_extrema(cycles),
+        noted=np.zeros(7),
         start=np.zeros(5),
         watch=np.zeros((WATCHED, 3)),
     )
     close_at_start(c, progress)
     return progress
+
+
+def no_extrema(cycles: int) -> Array:
+    """Return the extrema of so many cycles before the first value, shape (cycles, CHANNELS, 4)."""
+    return np.tile([np.inf, 0.0, -np.inf, 0.0], (cycles, CHANNELS, 1))
 
 
 @kernel

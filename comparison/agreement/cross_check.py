@@ -21,6 +21,7 @@ from comparison.agreement.results import SceneComparison, no_comparison
 from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
 from comparison.execution.run import run_all
 from comparison.reliability.difference import ReliabilityComparison, compare_reliability
+from comparison.reliability.ideal import dense_scene
 from comparison.scene import Scene
 from comparison.tables.table import Table, TableError
 
@@ -107,12 +108,9 @@ def validate(
         planned.append(_Plan(usual, "standard", models, command, closer if refinable else ""))
         if strict is not None:
             planned.append(_Plan(strict, "tight", models, command))
-    jobs = [job for plan in planned for job in (*plan.jobs.values(), *plan.ideals.values())]
+    jobs = [job for plan in planned for part in plan.parts for job in part.values()]
     outcomes = iter(run_all(jobs, n_jobs, on_progress))
-    ran = [
-        ({which: next(outcomes) for which in plan.jobs}, {which: next(outcomes) for which in plan.ideals})
-        for plan in planned
-    ]
+    ran = [[{which: next(outcomes) for which in part} for part in plan.parts] for plan in planned]
 
     def run(starts: Sequence[Scene], model: str) -> list[Table]:
         members = run_all([Job(start, model) for start in starts], n_jobs, on_progress)
@@ -127,8 +125,9 @@ def validate(
         return runs[models[0]], runs[models[1]]
 
     results: list[Validation] = []
-    for plan, (own, ideal) in zip(planned, ran, strict=True):
-        result = _with_reliability(_settled(_judge(plan, own), plan, run, run_families), plan, ideal)
+    for plan, (own, dense, ideal) in zip(planned, ran, strict=True):
+        result = _settled(_judge(plan, own), plan, run, run_families)
+        result = _with_reliability(result, plan, dense, ideal)
         if plan.tier == "standard":
             results.append(result)
         else:
@@ -167,7 +166,9 @@ class _Plan:
         self, scene: Scene, tier: str, models: tuple[str, str], command: str, closer: str = ""
     ) -> None:
         self.scene, self.tier, self.models, self.command, self.closer = scene, tier, models, command, closer
-        self.jobs, self.ideals = families(scene, models), ideal_runs(scene, models)
+        self.jobs = families(scene, models)
+        self.dense, self.ideals = families(dense_scene(scene), models), ideal_runs(scene, models)
+        self.parts = self.jobs, self.dense, self.ideals
 
 
 def _at(scene: Scene, models: tuple[str, str], accuracy: str | float) -> Scene:
@@ -222,25 +223,34 @@ def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
 
 
 def _with_reliability(
-    result: Validation, plan: _Plan, outcomes: dict[tuple[str, str], Outcome]
+    result: Validation,
+    plan: _Plan,
+    dense: dict[tuple[str, str], Outcome],
+    ideal: dict[tuple[str, str], Outcome],
 ) -> Validation:
-    """Add the reliability where both models ran; a failed run of the ideal mechanism is only reported.
+    """Add the reliability where both models ran; a failed run for it is only reported.
 
-    Not where an installed model does not run it at all: it refuses the scene, or lacks channels.
+    Not where an installed model does not run the ideal mechanism at all: it refuses it, or lacks channels.
     """
     unable = ("bad input", "unusable")
     if not result.runs or any(
-        model not in MODELS and outcome.status in unable for (model, _), outcome in outcomes.items()
+        model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()
     ):
         return result
     scene, (a, b) = plan.scene, plan.models
     failed = [
-        describe(plan.ideals[which], outcome) for which, outcome in outcomes.items() if not outcome.table
+        f"{what}: {describe(jobs[which], outcome)}"
+        for what, jobs, outcomes in (
+            ("with more samples", plan.dense, dense),
+            ("the ideal mechanism", plan.ideals, ideal),
+        )
+        for which, outcome in outcomes.items()
+        if not outcome.table
     ]
     if failed:
-        found = ReliabilityComparison(scene.reliability, missing=f"the ideal mechanism: {failed[0]}")
+        found = ReliabilityComparison(scene.reliability, missing=failed[0])
     else:
-        ideals, runs = sorted_runs(scene, plan.models, outcomes), result.runs
+        runs, ideals = (sorted_runs(scene, plan.models, of) for of in (dense, ideal))
         try:
             quantities = compare_reliability(
                 (runs[a], runs[b]),

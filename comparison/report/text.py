@@ -135,6 +135,7 @@ def _quantity(name: str, found: Difference, labels: tuple[str, str]) -> dict[str
     models = {
         label: {
             "smallest": of.minimum,
+            "smallest_interval": list(of.interval),
             "smallest_at_deg": float(of.angle[of.worst]),
             "reliability": of.reliability.tolist(),
             "low": of.low.tolist(),
@@ -159,6 +160,7 @@ def _quantity(name: str, found: Difference, labels: tuple[str, str]) -> dict[str
         "difference": found.minimum,
         "half_width_sampling": found.sampling,
         "half_width_numerical": found.numerical,
+        "half_width_quadrature": found.quadrature,
         "half_width": found.half_width,
         "differences": found.curve.tolist(),
         "half_widths": found.curve_half_width.tolist(),

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from comparison.execution.job import MODELS, Job, Progress, successful
 from comparison.execution.run import run_all
+from comparison.reliability.errors import SliderErrors, slider_errors
+from comparison.reliability.ideal import ideal_scenes
 from comparison.scene import Scene, load_scene
 from comparison.studies.nonlinear import scenes as nonlinear
 from comparison.studies.nonlinear.methods.lyapunov import Exponent
 from comparison.studies.nonlinear.study import measure as measure_chaos
-from comparison.studies.shared.errors import error, second_cycle
+from comparison.studies.shared.errors import second_cycle
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import part
 from comparison.tables.arrays import Array, BoolArray
@@ -67,7 +69,12 @@ class Runs:
 
     def errors(self, scene: str, model: str, channel: str, member: int = 0) -> Array:
         """Return actual - ideal over the two cycles, shape (n,)."""
-        return error(self.short[scene, model][member], self.ideal[scene, model], channel)
+        return self.of_two_cycles(scene, model, member).by_channel[channel]
+
+    def of_two_cycles(self, scene: str, model: str, member: int = 0) -> SliderErrors:
+        """Return the errors over the two cycles."""
+        run = self.short[scene, model][member]
+        return slider_errors(run, self.ideal[scene, model], float(run.time[-1]) / 2)
 
     def by_cycle(self, run: Table, channel: str) -> Array:
         """Return a channel of many cycles, a row each; without the last sample, which starts another."""
@@ -103,17 +110,9 @@ def short_scene(config: Config, name: str, member: int = 0) -> Scene:
 
 
 def ideal_scene(config: Config, name: str) -> Scene:
-    """Return two cycles of the ideal mechanism at the times of a condition.
-
-    Constraints alone move it: Exudyn needs no smaller steps than the samples for 1e-7 m/s and 1e-6 m/s^2.
-    """
-    scene = load_scene(name)
-    values = {
-        "drive.speed_rpm": scene.data["drive"]["speed_rpm"],
-        "output.samples_per_cycle": config.samples,
-        "solver.exudyn.step": scene.period / config.samples,
-    }
-    return load_scene("ideal", values)
+    """Return two cycles of the ideal mechanism at the times of a condition."""
+    ideal = ideal_scenes(short_scene(config, name), "reference")["base"]
+    return ideal.with_values({"output.samples_per_cycle": config.samples})
 
 
 def long_scene(config: Config, name: str) -> Scene:

@@ -200,6 +200,8 @@ def _drawing(figure: str) -> str:
 
 def _measured(found: Measured, unit: str) -> str:
     cell = _value(found.value, unit)
+    if found.error > 5e-4 * abs(found.value):  # four digits are shown
+        cell += f" ± {quantity(found.error, unit, 1)}"
     sizes = np.abs([peak.value for peak in found.peaks])
     if max(sizes) > 1.01 * min(sizes):
         cell += f" (of {sizes.size} starts {_value(sizes.min(), unit)} … {_value(sizes.max(), unit)})"

@@ -5,10 +5,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 
-import numpy as np
-
 from comparison.metrics.norms import rms
-from comparison.studies.shared.errors import error, peak, second_cycle
+from comparison.reliability.errors import slider_errors
 from comparison.studies.sweep.points import SweepError
 from comparison.tables.channels import channels
 from comparison.tables.table import Table
@@ -68,9 +66,9 @@ def needs_ideal(asked: Sequence[str]) -> bool:
 def measure(run: Table, ideal: Table | None, period: float, asked: Sequence[str]) -> dict[str, float | None]:
     """Return the quantities of a run, of `names`, None where it has not what they need.
 
-    The ideal mechanism's run has the same times; it is there where `needs_ideal`. The period of the crank is
-    in s. A peak error is that of a sample, in size, over the second cycle as in the paper; over all where
-    there is no second. ``contacts`` counts them, ``impulse`` is their sum, N s.
+    The ideal mechanism's run is there where `needs_ideal`. The period of the crank is in s. A peak error is
+    the size of the largest one over the second cycle as in the paper; over all where there is no second.
+    ``contacts`` counts them, ``impulse`` is their sum, N s.
     """
     return {name: _one(name, run, ideal, period) for name in asked}
 
@@ -80,10 +78,8 @@ def _one(name: str, run: Table, ideal: Table | None, period: float) -> float | N
     if what == "peak_error" and ideal is not None:
         if of not in run.names:
             return None
-        within = second_cycle(run.time, period)
-        everywhere = np.ones(run.time.size, dtype=np.bool_)
-        whole = run.time[-1] >= 2 * period * (1 - 1e-9)
-        return abs(peak(run.time, error(run, ideal, of), within if whole else everywhere).value)
+        second = (period, 2 * period) if run.time[-1] >= 2 * period * (1 - 1e-9) else ()
+        return abs(slider_errors(run, ideal, period, names=(of,)).peak(of, *second).value)
     if what in OF_CHANNELS:
         return _of_channel(what, of, run)
     if what == "steps":
