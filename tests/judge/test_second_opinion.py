@@ -10,11 +10,15 @@ import pytest
 import second_judge
 from judged_runs import CASES, Judged, changed_scene, compared, frames, random_scene, random_tables
 
+from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.uncertainty import Runs
 from comparison.agreement.compare import compare
 from comparison.agreement.results import SceneComparison
+from comparison.agreement.scene_verdict import scene_verdict
+from comparison.agreement.verdict import compare_channel
 from comparison.execution.run import run_one
 from comparison.metrics.impacts import WINDOW
+from comparison.tables.channels import channels
 
 EXACT = ("verdict", "outside")
 # Numbers that both make of the same few operations in another order.
@@ -160,3 +164,33 @@ def test_an_impulse_is_the_area_below_the_force_of_a_dense_table():
                 assert getattr(event, name) == pytest.approx(vertex, rel=1e-4)
             seen += 1
         assert seen >= 10
+
+
+@pytest.mark.parametrize(
+    ("beyond", "predictable", "verdict"),
+    [(0, 200, "agree"), (2, 200, "agree"), (3, 200, "differ"), (1, 100, "agree"), (0, 99, "indeterminate")],
+)
+def test_what_is_met_exactly_is_met(beyond, predictable, verdict):
+    """Numbers of few binary digits: u = 5 of 3 and 4, differences of 2 u, 99 % of samples, half of all."""
+    time, digit = np.arange(200) / 128, 2.0**-20
+    a = np.where(np.arange(200) % 2, 1.0, -1.0)
+    b = a - 10 * digit
+    b[:beyond] -= digit
+    u = np.where(np.arange(200) < predictable, digit, 1.0)
+    found = compare_channel(
+        channels()["slider_ax"], time, a, b, scene=None, u=(3 * u, 4 * u), tolerance=None, limits=thresholds()
+    )
+    assert (found.verdict, found.coverage, found.outside) == (verdict, predictable / 200, beyond)
+    assert found.worst_threshold == 10 * digit
+    assert scene_verdict({"slider_ax": found}, thresholds().coverage)[0] == verdict
+    by_tolerance = compare_channel(
+        channels()["slider_ax"],
+        time,
+        a,
+        b,
+        scene=None,
+        u=(None, None),
+        tolerance=5 * digit,
+        limits=thresholds(),
+    )
+    assert by_tolerance.outside == beyond  # of a range of 2
