@@ -132,15 +132,11 @@ def _order(scene: SceneComparison, orders: Orders) -> str:
 
 def _next(scene: SceneComparison) -> tuple[str, list[str]]:
     """Return what to do next, and the commands for it; the latter empty where there is nothing to do."""
-    if scene.verdict == "indeterminate":
-        tables = scene.ran is None
-        what = (
-            "State the difference that is allowed, as a share of each scale:"
-            if tables
-            else ("See whether finer settings decide it:")
-        )
-        return (what, [scene.closer_command]) if scene.closer_command else ("", [])
-    if scene.ran is None:
+    if scene.verdict == "indeterminate" and scene.closer_command:
+        of_tables = "State the difference that is allowed, as a share of each scale:"
+        what = of_tables if scene.ran is None else "See whether finer settings decide it:"
+        return what, [scene.closer_command]
+    if scene.ran is None or scene.verdict == "indeterminate":
         return "", []
     if scene.verdict == "cannot compare":
         if scene.failed is None:

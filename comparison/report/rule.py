@@ -83,18 +83,12 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
 
 def ratio(comparisons: Sequence[SceneComparison]) -> tuple[str, str]:
     """Return the name of the ratio that these verdicts rest on, and what it is."""
-    names = {c.ratio_name: c for scene in comparisons for tier in scene.tiers for c in tier.channels.values()}
-    name, channel = next(iter(names.items()), ("|E|/2u", None))
-    if channel is None or channel.u is not None:
-        share = thresholds().share if channel is None else channel.limits.share
-        return (
-            name,
-            f"the |difference| / {thresholds().k:g}u that {share:.0%} of the judged samples stay within",
-        )
-    return (
-        name,
-        f"the |difference| / tolerance that {channel.limits.share:.0%} of the judged samples stay within",
-    )
+    channels = [c for scene in comparisons for tier in scene.tiers for c in tier.channels.values()]
+    limits = channels[0].limits if channels else thresholds()
+    against = "tolerance" if channels and channels[0].u is None else f"{limits.k:g}u"
+    share = f"{100 * limits.share:g}%"
+    name = channels[0].ratio_name if channels else f"|E|/{against} ({share})"
+    return name, f"the |difference| / {against} that {share} of the judged samples stay within"
 
 
 def _by_tier(numbers: Mapping[str, str]) -> str:
