@@ -179,7 +179,7 @@ def profile(total: float) -> None:
     step = nanoseconds(_steps, c, t, y, modes, k, y1, stages, table)
     interpolant = nanoseconds(_interpolants, c, t, y, y1, modes, k, table, scratch, contacts, f)
     observing = nanoseconds(
-        _observations, c, t, y, modes, dy, contacts, progress.start, out, progress.extrema,
+        _observations, c, t, y, modes, dy, contacts, progress.start, out, progress.extrema[0],
         np.arange(len(MOTION)),
     )  # fmt: skip
     counters = run(1e-8).provenance["counters"]

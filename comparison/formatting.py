@@ -68,14 +68,18 @@ def decade(value: float) -> str:
     return f"10{str(round(math.log10(value))).translate(_SUPERSCRIPT)}"
 
 
-def percent(share: float) -> str:
+def percent(share: float, error: float = 0.0) -> str:
     """Return a share as percent with two decimals, truncated: 0.98999 is 98.99 %, never 99.00 %.
 
     Shares are compared with a floor (0.99, 0.5); rounding up would show a passing value beside a failing
-    verdict.
+    verdict. An error is added with one digit if it shows: "66.40 ± 0.3 %".
     """
     if math.isnan(share):
         return MISSING
+    if error >= 5e-5:
+        return percent(share).replace(
+            f"{NO_BREAK}%", f"{NO_BREAK}±{NO_BREAK}{number(100 * error, 1)}{NO_BREAK}%"
+        )
     # The small addend undoes only the rounding of the product (0.29 * 10000 is 2900 - 5e-13).
     hundredths = math.floor(share * 10000 + 1e-8)
     return f"100{NO_BREAK}%" if hundredths == 10000 else f"{hundredths / 100:.2f}{NO_BREAK}%"

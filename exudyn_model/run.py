@@ -25,8 +25,8 @@ class Recorded(Protocol):
     def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
         """Return sampled channels by name."""
 
-    def extrema(self, names: tuple[str, ...]) -> dict[str, dict[str, float]]:
-        """Return extrema of channels by name."""
+    def cycle_extrema(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
+        """Return extrema of channels in each cycle."""
 
     def events(self) -> dict[str, NDArray[Any]]:
         """Return the table of contacts."""

@@ -18,6 +18,7 @@ from exudyn_model.parameters import Parameters
 from exudyn_model.reading import read_scene
 from exudyn_model.run import Run
 from exudyn_model.seen import Seen, seen_in_contacts, seen_in_energy, seen_in_events, seen_in_samples
+from exudyn_model.tables import whole_extrema
 from exudyn_model.tree.run import run_tree
 
 
@@ -37,6 +38,9 @@ class Result:
         time (s), force (N), sorted by row and time. Of a very long run the first contacts alone have one.
     extrema : dict
         Channel to "min", "time_of_min", "max", "time_of_max" over all integration steps.
+    cycle_extrema : dict
+        The same in each cycle of the crank, such as "slider_ay_time_of_min", as arrays of one length; where
+        cycles meet, in both.
     provenance : dict
         Model, settings, versions, counters, wall time, status; only what JSON can hold.
     status : str
@@ -49,6 +53,7 @@ class Result:
     columns: dict[str, NDArray[np.float64]]
     events: dict[str, NDArray[Any]]
     extrema: dict[str, dict[str, float]]
+    cycle_extrema: dict[str, NDArray[np.float64]]
     provenance: dict[str, Any]
     status: str
     remedy: str
@@ -104,7 +109,8 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         provenance["constraints"] = {name: value for name, (value, _) in run.constraints.items()} | {
             f"{name}_time_s": time_s for name, (_, time_s) in run.constraints.items()
         }
-    extrema = recorder.extrema(channels)
+    by_cycle = recorder.cycle_extrema(channels)
+    extrema = whole_extrema(by_cycle, channels)
     status, remedy = outcome.status, outcome.remedy
     provenance["invariants"], broken = _invariants(parameters, run, columns, events, extrema)
     if broken and status == "success":
@@ -112,7 +118,14 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         remedy = f"{broken}; lower solver.exudyn.{'step' if run.constraints else 'tolerance'}"
     provenance["status"] = status
     return Result(
-        {"time": times} | columns, events, extrema, provenance, status, remedy, recorder.pulses(events)
+        columns={"time": times} | columns,
+        events=events,
+        extrema=extrema,
+        cycle_extrema=by_cycle,
+        provenance=provenance,
+        status=status,
+        remedy=remedy,
+        pulses=recorder.pulses(events),
     )
 
 

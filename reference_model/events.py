@@ -13,7 +13,7 @@ from reference_model.constants import Constants
 from reference_model.dop853 import STAGES, dense
 from reference_model.forces import CONTACTS, GAP, MEMORY, Array
 from reference_model.formulations import free
-from reference_model.friction import regime_bounds
+from reference_model.friction import friction_regime, regime_bounds
 from reference_model.isolation import (
     BELOW,
     CROSSES,
@@ -26,8 +26,8 @@ from reference_model.isolation import (
     crossing,
     dips,
 )
-from reference_model.step_bounds import LOCATED, is_settled
-from reference_model.switching import MARGINS, NONE, margin_at, margin_of, margin_state, margin_value
+from reference_model.step_bounds import LOCATED, is_settled, resolved_margin_of
+from reference_model.switching import MARGINS, NONE, margin_at, margin_state, margin_value
 
 ROUNDING = 1.0e-15
 """m or m/s; gaps are differences of coordinates near 0.55 m and round at 1e-16 m, slips of some m/s too."""
@@ -117,7 +117,7 @@ def first_switch(
         if before[GAP, k] == np.inf:
             continue
         for number in range(MARGINS if modes[MEMORY, k] > 0.0 else 1):
-            kind, sign, bound = margin_of(c, modes, k, number)
+            kind, sign, bound = resolved_margin_of(c, modes, k, number, before)
             if kind == NONE or is_settled(c, modes, k, kind, sign, bound, h, before, stages, deviations):
                 continue
             first = margin_at(c, modes, k, kind, sign, bound, before)
@@ -138,8 +138,6 @@ def touching(gap: float, rate: float, other_gap: float) -> bool:
 def next_regime(c: Constants, regime: int, slip: float) -> int:
     """Return the neighbouring friction regime towards which the located speed `slip` leaves `regime`."""
     lower, upper = regime_bounds(c, regime)
-    if np.isinf(upper):
-        return regime - 1
-    if np.isinf(lower):
-        return regime + 1
-    return regime + 1 if upper - slip < slip - lower else regime - 1
+    if upper - slip < slip - lower:
+        return friction_regime(c, np.nextafter(upper, np.inf))
+    return friction_regime(c, np.nextafter(lower, -np.inf))

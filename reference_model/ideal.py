@@ -4,6 +4,8 @@ Computed for all samples at once, from the kernels' sources but without the comp
 longer than all of it.
 """
 
+import math
+
 import numpy as np
 
 from reference_model.bodies import ideal_motion
@@ -19,7 +21,7 @@ from reference_model.observation import (
     WITH_JOINTS,
 )
 from reference_model.reactions import REACTIONS, reactions
-from reference_model.recording import Samples
+from reference_model.recording import MARKS, Samples
 
 _TORQUE = REACTIONS.index("crank_torque")
 _PIECE = 1 << 14
@@ -38,13 +40,11 @@ def _stored(c: Constants, motion: Array) -> tuple[Array, Array]:
 
 
 def observe_ideal(c: Constants, samples: Samples) -> Array:
-    """Fill the samples and return their extrema, shape (CHANNELS, 4) as in `Progress.extrema`.
+    """Fill the samples and return the extrema of each cycle, as in `Progress.extrema`.
 
-    The closed form has no steps of its own, so the extrema are those of the samples. The drive's work is the
-    integral of the torque (six Gauss points a sample interval), not a difference of energies, so the residual
-    is a real check.
+    The drive's work is the integral of the torque (six Gauss points a sample interval), not a difference of
+    energies, so the residual is a real check.
     """
-    extrema = np.tile([np.inf, 0.0, -np.inf, 0.0], (CHANNELS, 1))
     work = 0.0
     for first in range(0, max(1, samples.times.size - 1), _PIECE):
         # The last sample of a piece is the first of the next: the drive's work goes on from there.
@@ -52,12 +52,40 @@ def observe_ideal(c: Constants, samples: Samples) -> Array:
         channels = _observe(c, times, samples.what, work)
         work = channels[ENERGIES_FROM, -1]
         samples.values[:, first : first + times.size] = channels[samples.wanted]
-        rows = np.arange(CHANNELS)
-        for column, at in ((0, channels.argmin(1)), (2, channels.argmax(1))):
-            new = channels[rows, at]
-            better = new < extrema[:, 0] if column == 0 else new > extrema[:, 2]
-            extrema[better, column], extrema[better, column + 1] = new[better], times[at][better]
-    return extrema
+    return _extrema(c, samples.what, float(samples.times[-1]))
+
+
+def _extrema(c: Constants, what: int, end: float) -> Array:
+    """Return the extrema of each cycle up to `end`, s: all whole ones have those of the first."""
+    period = 2.0 * np.pi / abs(c.omega)
+    whole, count = int(end / period + 1e-9), math.ceil(end / period - 1e-9)
+    found = np.empty((count, CHANNELS, 4))
+    if whole:
+        found[:] = _extrema_to(c, what, period)
+    if count > whole:
+        found[whole] = _extrema_to(c, what, end - whole * period)
+    found[:, :, 1::2] += period * np.arange(count)[:, None, None]
+    return found
+
+
+def _extrema_to(c: Constants, what: int, end: float) -> Array:
+    """Return the extrema of the channels up to `end` (s) within the first cycle, shape (CHANNELS, 4).
+
+    Of the closed form at `MARKS` a cycle, and of the parabola through the least or greatest value and its
+    neighbours.
+    """
+    interval = 2.0 * np.pi / abs(c.omega) / MARKS
+    times = np.append(interval * np.arange(math.ceil(end / interval - 1e-9)), end)
+    channels, rows, found = _observe(c, times, what, 0.0), np.arange(CHANNELS), np.empty((CHANNELS, 4))
+    for column, at in ((0, channels.argmin(1)), (2, channels.argmax(1))):
+        middle = np.clip(at, 1, max(times.size - 3, 1))  # the last interval may be shorter
+        before, value, after = (channels[rows, np.minimum(middle + by, times.size - 1)] for by in (-1, 0, 1))
+        rise, curvature = (after - before) / 2.0, after - 2.0 * value + before
+        inside = (middle == at) & (np.abs(rise) < np.abs(curvature))
+        by = np.divide(-rise, curvature, out=np.zeros(CHANNELS), where=inside)
+        found[:, column] = np.where(inside, value + rise * by / 2.0, channels[rows, at])
+        found[:, column + 1] = times[at] + interval * by
+    return found
 
 
 def _observe(c: Constants, times: Array, what: int, work: float) -> Array:

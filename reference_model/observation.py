@@ -149,11 +149,16 @@ def widen(extrema: Array, wanted: NDArray[np.int64], t: float, values: Array) ->
     """
     for k in range(wanted.size + CHANNELS - DRIFT):
         i = wanted[k] if k < wanted.size else DRIFT + k - wanted.size
-        value = values[i]
-        if value < extrema[i, 0]:
-            extrema[i, 0], extrema[i, 1] = value, t
-        if value > extrema[i, 2]:
-            extrema[i, 2], extrema[i, 3] = value, t
+        widen_one(extrema, i, t, values[i])
+
+
+@inlined
+def widen_one(extrema: Array, i: int, t: float, value: float) -> None:
+    """Update minimum, its time, maximum, its time of one channel."""
+    if value < extrema[i, 0]:
+        extrema[i, 0], extrema[i, 1] = value, t
+    if value > extrema[i, 2]:
+        extrema[i, 2], extrema[i, 3] = value, t
 
 
 @inlined

@@ -14,6 +14,9 @@ IMPACT_SPEEDS = ("frozen", "current")
 SCIPY_METHODS = ("BDF", "Radau", "LSODA", "scipy-DOP853")
 """Integrators of `reference_model.scipy_solvers`: scipy's names, except the one with a compiled namesake."""
 
+NARROWEST_RANGE = 1.0e-10
+"""m/s, what slips are located to: a range without friction below a smaller speed counts as none."""
+
 
 @dataclass(frozen=True)
 class Rod:
@@ -176,7 +179,7 @@ class Parameters:
             C=0.75 * (1.0 - self.restitution**2),
             speed_floor=self.impact_speed_floor,
             c_f=self.friction_coefficient,
-            v0=self.static_speed,
+            v0=self.static_speed if self.static_speed > NARROWEST_RANGE else 0.0,
             v1=self.transition_speed,
             pin_clearance=self.pin_clearance,
             bearing_radius=bearing,

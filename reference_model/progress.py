@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from reference_model.compiled import kernel
 from reference_model.constants import Constants
 from reference_model.contact import without_memory
-from reference_model.events import next_regime, touching
+from reference_model.events import ROUNDING, next_regime, touching
 from reference_model.forces import (
     CLIPPED,
     CONTACTS,
@@ -59,17 +59,20 @@ class Progress(NamedTuple):
     counters: NDArray[np.int64]
     """(7,)."""
     extrema: Array
-    """(CHANNELS, 4): minimum, its time, maximum, its time."""
+    """(cycles, CHANNELS, 4), of each cycle: minimum, its time, maximum, its time."""
+    noted: Array
+    """(7,): the slider's coordinates and velocities in the state looked at last for extrema; its time, s."""
     start: Array
     """(5,): energies at t = 0 (`reference_model.energy`)."""
     watch: Array
     """(WATCHED, 3): the worst value of each invariant, its time and contact (`reference_model.watch`)."""
 
 
-def begin(c: Constants, y0: Array, first_step: float) -> Progress:
+def begin(c: Constants, y0: Array, first_step: float, cycles: int = 1) -> Progress:
     """Return the progress at t = 0 from coordinates and velocities `y0`.
 
-    Contacts that start inside their wall are closed from the start.
+    Contacts that start inside their wall are closed from the start. `cycles`: how many the run begins; what
+    is later counts as part of the last.
     """
     y = np.zeros(state_size(c))
     y[: y0.size] = y0
@@ -80,12 +83,18 @@ def begin(c: Constants, y0: Array, first_step: float) -> Progress:
         open_contacts=np.zeros((CONTACTS, 5)),
         events=np.empty((EVENT_BUFFER, 7)),
         counters=np.zeros(7, dtype=np.int64),
-        extrema=np.tile([np.inf, 0.0, -np.inf, 0.0], (CHANNELS, 1)),
+        extrema=no_extrema(cycles),
+        noted=np.zeros(7),
         start=np.zeros(5),
         watch=np.zeros((WATCHED, 3)),
     )
     close_at_start(c, progress)
     return progress
+
+
+def no_extrema(cycles: int) -> Array:
+    """Return the extrema of so many cycles before the first value, shape (cycles, CHANNELS, 4)."""
+    return np.tile([np.inf, 0.0, -np.inf, 0.0], (cycles, CHANNELS, 1))
 
 
 @kernel
@@ -124,12 +133,16 @@ def close_at_start(c: Constants, p: Progress) -> None:
     contacts[GAP] = np.inf
     right_hand_side(c, 0.0, p.y, p.modes, dy, contacts)
     for k in range(CONTACTS):
-        if contacts[GAP, k] < 0.0:
+        # What starts on its wall, but for rounding, is not inside it: it touches like any other.
+        if contacts[GAP, k] < -ROUNDING:
             p.modes[INSIDE, k] = 1.0
             # Of a side that is inside with both corners the deeper one, or the lower, stands for the first.
             ahead = contacts[GAP, other_corner(k)] - contacts[GAP, k] if of_side(c, k) else 1.0
             if ahead > 0.0 or (ahead == 0.0 and k < 2):
-                start_contact(c, k, 0.0, contacts, p)
+                rate, slip = contacts[RATE, k], contacts[SLIP, k]
+                if of_side(c, k):
+                    _, rate, slip = side_motion(c, contacts, k)
+                start_contact(c, k, 0.0, rate, slip, contacts, p)
     right_hand_side(c, 0.0, p.y, p.modes, dy, contacts)
     note_forces(c, p.modes, contacts, p.open_contacts)  # a contact may be at its deepest here
     note_start(c, p.y, p.modes, dy, contacts, p.start)
@@ -145,12 +158,11 @@ def impulse(c: Constants, k: int, p: Progress) -> float:
 
 
 @kernel
-def start_contact(c: Constants, k: int, t: float, contacts: Array, p: Progress) -> None:
-    """Freeze the impact speed of contact `k` and open its row of the event table."""
+def start_contact(
+    c: Constants, k: int, t: float, rate: float, slip: float, contacts: Array, p: Progress
+) -> None:
+    """Freeze the impact speed of contact `k`, or of its side, and open its row of the event table."""
     watch_start(contacts[GAP, k], contacts[RATE, k], t, k, p.watch)
-    rate, slip = contacts[RATE, k], contacts[SLIP, k]
-    if of_side(c, k) and t == 0.0:  # later the corner touches alone: its own rate and slip are the side's
-        _, rate, slip = side_motion(c, contacts, k)
     speed = max(-rate, c.speed_floor)
     p.modes[INSIDE, k], p.modes[MEMORY, k] = 1.0, speed
     p.modes[REGIME, k] = friction_regime(c, slip)
@@ -175,8 +187,15 @@ def end_contact(c: Constants, k: int, t: float, p: Progress) -> None:
 def enter(c: Constants, k: int, t: float, contacts: Array, p: Progress) -> None:
     """Let contact `k` close; of a side that is in contact already only the other corner goes in."""
     p.modes[INSIDE, k] = 1.0
-    if not (of_side(c, k) and max(p.modes[MEMORY, k], p.modes[MEMORY, other_corner(k)]) > 0.0):
-        start_contact(c, k, t, contacts, p)
+    rate, slip = contacts[RATE, k], contacts[SLIP, k]
+    if of_side(c, k):
+        other = other_corner(k)
+        if max(p.modes[MEMORY, k], p.modes[MEMORY, other]) > 0.0:
+            return
+        # Of two that touch at once the faster one is ahead from there on; which is located first is rounding.
+        if touching(contacts[GAP, other], contacts[RATE, other], contacts[GAP, k]):
+            rate = min(rate, contacts[RATE, other])
+    start_contact(c, k, t, rate, slip, contacts, p)
 
 
 @kernel

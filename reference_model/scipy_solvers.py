@@ -29,11 +29,21 @@ from reference_model.integrate import (
     VELOCITY_TIME,
 )
 from reference_model.jacobian import jacobian
-from reference_model.observation import CHANNELS, audit, note_forces, observe, widen
+from reference_model.observation import CHANNELS, audit, note_forces, observe
 from reference_model.parameters import SCIPY_METHODS
 from reference_model.peaks import force_peak, has_peak
-from reference_model.progress import BUFFERED, ENDED, EVENT_BUFFER, SAMPLES, STEPS, SWITCHES, Progress, switch
-from reference_model.recording import Samples, keep
+from reference_model.progress import (
+    BUFFERED,
+    ENDED,
+    EVENT_BUFFER,
+    SAMPLES,
+    STEPS,
+    SWITCHES,
+    Progress,
+    cycle_time,
+    switch,
+)
+from reference_model.recording import MARKS, Samples, first_mark, keep, note_extrema, widen_cycle
 from reference_model.watch import watch_contacts, watch_energy, watch_open
 
 SOLVERS: dict[str, type[OdeSolver]] = dict(zip(SCIPY_METHODS, (BDF, Radau, LSODA, DOP853), strict=True))
@@ -176,6 +186,10 @@ class ScipySolver:
         """Record samples, extrema and contact peaks from `t` to `end`, where the state is `y`."""
         p, samples = self._p, self._samples
         count, times = p.counters[SAMPLES], samples.times
+        interval = cycle_time(self._c) / MARKS
+        for mark in range(first_mark(t, interval), first_mark(end, interval)):
+            self._observe(mark * interval, dense(mark * interval), self._contacts, self._observed)
+            note_extrema(self._c, p, samples, mark * interval, self._observed)
         while count < times.size and times[count] < end:
             # A sample on a step's end belongs to the next step: the right limit at a jump.
             self._observe(times[count], dense(times[count]), self._contacts, self._observed)
@@ -184,6 +198,7 @@ class ScipySolver:
             count += 1
         p.counters[SAMPLES] = count
         self._observe(end, y, self._after, self._observed)
+        note_extrema(self._c, p, samples, end, self._observed)
         note_forces(self._c, p.modes, self._after, p.open_contacts)
         watch_contacts(p.modes, self._after, end, p.watch)
         if has_peak(self._c, p.modes, end - t, self._before, self._after):
@@ -214,14 +229,14 @@ class ScipySolver:
     def _note_peak(self, t: float, dense: Dense) -> None:
         """Record the contacts' forces and depths within a step."""
         self._observe(t, dense(t), self._contacts, self._observed)
+        widen_cycle(self._c, self._p, self._samples, t, self._observed)
         note_forces(self._c, self._p.modes, self._contacts, self._p.open_contacts)
 
     def _observe(self, t: float, y: Array, contacts: Array, out: Array) -> None:
-        """Write contacts and channels of a state, and widen the extrema by them."""
+        """Write contacts and channels of a state."""
         p = self._p
         right_hand_side(self._c, t, y, p.modes, self._rate, contacts)
         observe(self._c, t, y, p.modes, self._rate, contacts, self._samples.what, p.start, out)
-        widen(p.extrema, self._samples.wanted, t, out)
 
     def _switch(self, t: float, kind: int, contact: int, last: float) -> None:
         """Change the mode that ended at `t`, and with it the solver, whose last step is given (s)."""

@@ -1,5 +1,6 @@
 """One scene in, one result out."""
 
+import math
 import platform
 import time
 from collections.abc import Callable, Mapping
@@ -20,6 +21,7 @@ from reference_model.ideal import observe_ideal
 from reference_model.invariants import CONTACT_NAMES, VIOLATED, as_mapping, check, violation
 from reference_model.observation import (
     ACCELERATIONS,
+    CHANNELS,
     CORNER_CHANNELS,
     DRIFT,
     MOTION,
@@ -57,7 +59,10 @@ class Result:
     events: dict[str, NDArray[Any]]
     """One row a contact, ascending in start: "corner" and EVENT_COLUMNS (s, s, m/s, N s, N, m)."""
     extrema: dict[str, dict[str, float]]
-    """Channel -> min, time_of_min, max, time_of_max over all integration steps."""
+    """Channel -> min, time_of_min, max, time_of_max over all integration steps, whatever the samples."""
+    cycle_extrema: dict[str, Array]
+    """The same of each crank cycle, such as "slider_ay_time_of_min": arrays of one length. An instant between
+    two cycles belongs to both."""
     provenance: dict[str, Any] = field(default_factory=dict)
     """What produced it: integrator, settings, versions, counters, wall time."""
     status: str = "success"
@@ -131,7 +136,7 @@ def _simulated(
 ) -> Result:
     c, y0 = start(p, kind)
     largest = p.period * LARGEST_STEP_PER_CYCLE
-    state = begin(c, y0, 1.0e-3 * largest)
+    state = begin(c, y0, 1.0e-3 * largest, math.ceil(p.cycles - 1e-9))
     cycles = max(1.0, p.cycles)
     scipy_solver = None if p.method not in SCIPY_METHODS else _scipy_solver(p, c, state, samples)
     # In cycles, often enough to report; a call of the compiled integrator takes as long as six steps.
@@ -194,13 +199,19 @@ def _scipy_solver(p: Parameters, c: Constants, state: Progress, samples: Samples
 
 def _largest_drift(extrema: Array) -> dict[str, float]:
     """Return the largest |Phi| (m, rad) and |Phi'| (m/s, rad/s) over all samples and steps, and when."""
-    (_, _, position, position_time), (_, _, velocity, velocity_time) = extrema[DRIFT:].tolist()
+    (_, _, position, position_time), (_, _, velocity, velocity_time) = _of_all(extrema)[DRIFT:].tolist()
     return {
         "position": position,
         "position_time_s": position_time,
         "velocity": velocity,
         "velocity_time_s": velocity_time,
     }
+
+
+def _of_all(extrema: Array) -> Array:
+    """Return the extrema over all cycles, shape (CHANNELS, 4)."""
+    lowest, highest, rows = extrema[:, :, 0].argmin(0), extrema[:, :, 2].argmax(0), np.arange(CHANNELS)
+    return np.column_stack([extrema[lowest, rows, :2], extrema[highest, rows, 2:]])
 
 
 def _empty_buffer(state: Progress) -> Array:
@@ -214,13 +225,18 @@ def _result(
 ) -> Result:
     """Name what was recorded."""
     names = [NAMES[i] for i in samples.wanted]
-    rows = zip(names, extrema[samples.wanted].tolist(), strict=True)
     keys = ("min", "time_of_min", "max", "time_of_max")
+    rows = zip(names, _of_all(extrema)[samples.wanted].tolist(), strict=True)
+    begun = extrema[np.isfinite(extrema[:, samples.wanted[0], 0])][:, samples.wanted].reshape(
+        -1, 4 * len(names)
+    )
+    parts = [f"{name}_{key}" for name in names for key in keys]
     return Result(
         columns={"time": samples.times[:recorded]}
         | dict(zip(names, samples.values[:, :recorded], strict=True)),
         events=_event_table(events),
         extrema={name: dict(zip(keys, row, strict=True)) for name, row in rows},
+        cycle_extrema=dict(zip(parts, begun.T.copy(), strict=True)),
         provenance=provenance,
     )
 

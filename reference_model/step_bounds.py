@@ -13,9 +13,18 @@ from reference_model.compiled import bare, inlined
 from reference_model.constants import Constants
 from reference_model.dop853 import STAGES
 from reference_model.dop853_coefficients import STAGE_SHARES
-from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array
+from reference_model.forces import CONTACTS, GAP, MEMORY, RATE, Array, of_side, other_corner
 from reference_model.journal import JOURNAL
-from reference_model.switching import MARGINS, NONE, margin_at, margin_of, smooth_gap, smooth_rate
+from reference_model.switching import (
+    MARGINS,
+    NONE,
+    PULL,
+    SECOND_CORNER,
+    margin_at,
+    margin_of,
+    smooth_gap,
+    smooth_rate,
+)
 
 LOCATED = 2.0e-12
 """m; a touch is located where the gap is no more negative: a fifth of what no corner may be in its wall."""
@@ -111,6 +120,25 @@ def speed_is_settled(
     return 0.5 * (p0 + p1) > _SAFETY * error * 2.0
 
 
+@inlined
+def resolved_margin_of(
+    c: Constants, modes: Array, k: int, number: int, contacts: Array
+) -> tuple[int, float, float]:
+    """Return what `margin_of` does, the pull of a side times a factor: it then rounds no more than others.
+
+    A change of depth moves the resultant's point by up to a third of that over |d1| + |d2|, as a share of the
+    side; so the rounding of depths, 1e-16 m, moves the pull's margin by more than what counts as zero where
+    the side is hardly inside. The factor is that of the depths (nowhere 0) and rates in `contacts`, shape
+    (5, CONTACTS).
+    """
+    kind, sign, bound = margin_of(c, modes, k, number)
+    if kind == PULL and of_side(c, k):
+        other = other_corner(k)
+        extent = abs(contacts[GAP, k]) + abs(contacts[GAP, other]) + SECOND_CORNER
+        sign *= extent / (extent + c.C * abs(contacts[RATE, k] - contacts[RATE, other]))
+    return kind, sign, bound
+
+
 @bare
 def is_settled(
     c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float, h: float, before: Array,
@@ -125,7 +153,7 @@ def is_settled(
 @bare
 def has_ended(c: Constants, modes: Array, k: int, number: int, contacts: Array) -> bool:
     """Return whether a margin is down to what it is located to, in the contacts' states (5, CONTACTS)."""
-    kind, sign, bound = margin_of(c, modes, k, number)
+    kind, sign, bound = resolved_margin_of(c, modes, k, number, contacts)
     left = margin_at(c, modes, k, kind, sign, bound, contacts)
     return left <= (LOCATED if kind == GAP else LOCATED_SPEED)
 
@@ -140,7 +168,7 @@ def step_may_switch(
         if before[GAP, k] == np.inf:  # a contact that the formulation does not have
             continue
         for number in range(MARGINS if modes[MEMORY, k] > 0.0 else 1):
-            kind, sign, bound = margin_of(c, modes, k, number)
+            kind, sign, bound = resolved_margin_of(c, modes, k, number, before)
             if kind != NONE and not is_settled(c, modes, k, kind, sign, bound, h, before, stages, deviations):
                 return True
     return False

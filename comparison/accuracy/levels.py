@@ -63,7 +63,7 @@ def solver_values(model: str, accuracy: str | float, scene: Scene) -> dict[str, 
     Returns
     -------
     dict
-        Dotted scene keys and their values, for `Scene.with_values`.
+        Dotted scene keys and their values, for `Scene.variant`.
 
     Raises
     ------
@@ -176,7 +176,7 @@ def with_declared(scene: Scene, models: Iterable[str]) -> Scene:
         for key, value in declared(model).items()
         if key not in scene.data["solver"].get(model, {})
     }
-    return scene.with_values(values) if values else scene
+    return scene.variant(values) if values else scene
 
 
 def finer(model: str, scene: Scene) -> Scene | None:
@@ -212,7 +212,7 @@ def _level(model: str, scene: Scene, which: str) -> Scene | None:
         for key, factor in _levels(model, settings)[which].items()
         if isinstance(settings.get(key), float)
     }
-    return scene.with_values(changed) if changed else None
+    return scene.variant(changed) if changed else None
 
 
 def _levels(model: str, settings: Mapping[str, Any]) -> dict[str, Any]:

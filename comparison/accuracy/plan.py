@@ -126,7 +126,7 @@ def _of(
         contacts = (f"four corners of the slider ({scene.data['contact']['law']})", *contacts)
     found, key = expected(scene, model), f"solver.{model}.formulation"
     # Another formulation than the scene's would run at its own usual setting.
-    others = {other: expected(scene.with_values({key: other}), model).seconds for other, _ in instead}
+    others = {other: expected(scene.variant({key: other}), model).seconds for other, _ in instead}
     return Plan(
         model=model,
         formulation=name,

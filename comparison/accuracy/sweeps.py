@@ -39,5 +39,5 @@ def key_of(formulation: str) -> str:
 
 def at(scene: Scene, formulation: str, setting: float) -> Scene:
     """Return a scene as a formulation runs it at a setting."""
-    named = scene.with_values({f"solver.{model_of(formulation)}.formulation": formulation})
-    return named.with_values({key_of(formulation): setting})
+    named = scene.variant({f"solver.{model_of(formulation)}.formulation": formulation})
+    return named.variant({key_of(formulation): setting})

@@ -28,5 +28,5 @@ def tight(scene: Scene, models: tuple[str, str]) -> Scene | None:
         values |= solver_values("reference", "strict", scene)
     if "exudyn" in models and smallest_in_exudyn(scene.data) == "tree":
         tree: dict[str, object] = {"solver.exudyn.formulation": "tree"}
-        values |= tree | solver_values("exudyn", "strict", scene.with_values(tree))
-    return scene.with_values(values)
+        values |= tree | solver_values("exudyn", "strict", scene.variant(tree))
+    return scene.variant(values)

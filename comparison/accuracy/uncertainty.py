@@ -99,14 +99,14 @@ def moved(scene: Scene, across: float, turned: float) -> Scene:
     """
     start, mechanism = scene.data["initial"], scene.data["mechanism"]
     if movable(scene) == "slider":
-        return scene.with_values(
+        return scene.variant(
             {
                 "initial.slider_offset": start["slider_offset"] + across,
                 "initial.slider_angle": start["slider_angle"] + turned / mechanism["slider"]["length"],
             }
         )
     angle = mechanism["crank_angle_deg"] + degrees(across / mechanism["crank"]["length"])
-    return scene.with_values({"mechanism.crank_angle_deg": angle})
+    return scene.variant({"mechanism.crank_angle_deg": angle})
 
 
 def window_samples(period: float, interval: float) -> int:

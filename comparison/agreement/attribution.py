@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from math import hypot, nan, sqrt
+from math import hypot, inf, nan, sqrt
 from typing import Any
 
 import numpy as np
@@ -59,11 +59,11 @@ def attribute(
         For tables without uncertainty only the first sample outside the tolerance.
     """
     excited = {name: channel for name, channel in results.items() if channel.verdict != "unexcited"}
-    judged = {name: c.predictable & ((c.a != 0) | (c.b != 0)) for name, c in excited.items()}
-    outside = {name: judged[name] & (np.abs(c.difference) > _limit(c)) for name, c in excited.items()}
+    judged = {name: channel.judged for name, channel in excited.items()}
+    outside = {name: channel.beyond for name, channel in excited.items()}
     # A scene may differ by a time shift alone, which no channel shows: then all channels count.
     deciding = {name: c for name, c in excited.items() if c.verdict == verdict} or excited
-    found = _first(outside, deciding if verdict == "differ" else excited, time)
+    found = _first(deciding if verdict == "differ" else excited, time)
     if scene is not None and excited and all(channel.u is not None for channel in excited.values()):
         share = next(iter(excited.values())).limits.share
         differs = _explained(judged, outside, deciding) < share
@@ -78,18 +78,19 @@ def attribute(
     return replace(found, sentences=sentences(found, runs, labels=labels, scene=scene, tier=tier))
 
 
-def _limit(channel: ChannelComparison) -> Array | float:
-    """Return the threshold of |difference|; nan, which nothing exceeds, if there is none."""
-    return channel.worst_threshold if channel.u is None else channel.limits.k * channel.u
-
-
-def _first(outside: Masks, names: Iterable[str], time: Array) -> Attribution:
-    """Find the first sample outside; of several channels the first one in the table."""
-    starts = {name: int(outside[name].argmax()) for name in names if outside[name].any()}
+def _first(channels: Channels, time: Array) -> Attribution:
+    """Find the first sample outside; of several channels the one that is the farthest outside there."""
+    starts = []
+    for name, channel in channels.items():
+        beyond, threshold = channel.beyond, channel.threshold
+        if threshold is not None and beyond.any():
+            first = int(beyond.argmax())
+            limit = float(threshold[first])
+            starts.append((first, -abs(float(channel.difference[first])) / limit if limit else -inf, name))
     if not starts:
         return Attribution()
-    name = min(starts, key=lambda name: starts[name])
-    return Attribution(outside_from=float(time[starts[name]]), outside_in=name)
+    first, _, name = min(starts)
+    return Attribution(outside_from=float(time[first]), outside_in=name)
 
 
 def _explained(judged: Masks, outside: Masks, names: Iterable[str]) -> float:

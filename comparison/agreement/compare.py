@@ -1,17 +1,34 @@
-"""Comparison of two models' runs of a scene, or of any two tables, channel by channel."""
+"""Comparison of two models' runs of a scene, or of any two tables, channel by channel.
+
+Coverage and RMS depend on where the samples are: most contacts are shorter than the distance of two, and u
+sees them or not. Their errors are estimated as those of a quadrature of first order: the same runs are judged
+on every second and on every fourth sample, and three times the larger of the changes, that on every fourth
+halved, is the error (the factor of safety of two grids after Roache). Largest values and ranges are those of
+the samples: no coarser grid tells what lies between them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from math import nan
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from comparison.accuracy.thresholds import thresholds
-from comparison.accuracy.uncertainty import Levels, Runs, round_off, uncertainty, window_samples
+from comparison.accuracy.uncertainty import (
+    SAFETY_FACTOR,
+    WINDOW,
+    Levels,
+    Runs,
+    round_off,
+    uncertainty,
+    window_samples,
+)
 from comparison.agreement.attribution import attribute
-from comparison.agreement.results import ChannelComparison, SceneComparison
+from comparison.agreement.results import ChannelComparison, SceneComparison, scene_coverage
 from comparison.agreement.scene_verdict import scene_verdict
 from comparison.agreement.time_checks import between, check_holes, check_times, kinds, too_late
 from comparison.agreement.verdict import compare_channel
@@ -23,6 +40,7 @@ from comparison.tables.check import check
 from comparison.tables.table import Table, TableError
 
 _BESIDES = ("crank", "own")  # groups of channels
+_FEW = 16  # samples; of fewer every fourth one tells nothing
 
 __all__ = ["Runs", "compare", "recorded_scene"]
 
@@ -101,28 +119,41 @@ def compare(
     limits = thresholds(tier)
     period = period if scene is None else scene.period
     window = float(a.base.time[-1] - a.base.time[0]) if period is None else period
-    results: dict[str, ChannelComparison] = {}
     known = a.base.known | b.base.known
-    for channel in map(known.__getitem__, names):  # positions come before what follows from them
-        position, unknown = results.get(channel.follows or ""), aligned.unknown.get(channel.name)
-        within = None if position is None else position.predictable
-        if unknown is not None:
-            within = ~unknown if within is None else within & ~unknown
-        results[channel.name] = compare_channel(
+
+    def judged(every: int) -> dict[str, ChannelComparison]:
+        found: dict[str, ChannelComparison] = {}
+        for channel in map(known.__getitem__, names):  # positions come before what follows from them
+            position, unknown = found.get(channel.follows or ""), aligned.unknown.get(channel.name)
+            within = None if position is None else position.predictable
+            if unknown is not None:
+                within = ~unknown[::every] if within is None else within & ~unknown[::every]
+            found[channel.name] = compare_channel(
+                channel,
+                aligned.time[::every],
+                aligned.a[channel.name][::every],
+                aligned.b[channel.name][::every],
+                scene=None if scene is None else scene.data,
+                u=(
+                    model_uncertainty(a, channel.name, window, ensembles[0], every),
+                    model_uncertainty(b, channel.name, window, ensembles[1], every),
+                ),
+                within=within,
+                tolerance=tolerance,
+                limits=limits,
+                share=share,
+            )
+        return found
+
+    grids = [judged(every) for every in (1, 2, 4)] if aligned.time.size >= _FEW else [judged(1)]
+    results = {
+        name: replace(
             channel,
-            aligned.time,
-            aligned.a[channel.name],
-            aligned.b[channel.name],
-            scene=None if scene is None else scene.data,
-            u=(
-                model_uncertainty(a, channel.name, window, ensembles[0]),
-                model_uncertainty(b, channel.name, window, ensembles[1]),
-            ),
-            within=within,
-            tolerance=tolerance,
-            limits=limits,
-            share=share,
+            coverage_error=_sampling_error([grid[name].coverage for grid in grids]),
+            rms_error=_sampling_error([grid[name].rms_difference for grid in grids]),
         )
+        for name, channel in grids[0].items()
+    }
     if aligned.interpolated and tolerance is not None:
         side = 0 if aligned.interpolated == "a" else 1
         warnings += between((a, b)[side].base, labels[side], aligned, results, tolerance)
@@ -138,7 +169,7 @@ def compare(
         reason=reason,
         warnings=(() if scene is None else scene.warnings) + warnings,
         time=aligned.time,
-        period=None if scene is None else scene.period,
+        period=period,
         channels=results,
         events=(a.base.events, b.base.events),
         provenance={label: table.provenance for label, table in tables.items()},
@@ -146,10 +177,19 @@ def compare(
         command=command,
         tier=tier,
         shift=aligned.shift,
+        coverage_error=_sampling_error([scene_coverage(grid) for grid in grids]),
         attribution=attribute(
             (a, b), results, aligned.time, verdict=verdict, tier=tier, labels=labels, scene=scene
         ),
     )
+
+
+def _sampling_error(values: Sequence[float]) -> float:
+    """Estimate the error of a number from its values on all, every second and every fourth sample."""
+    if len(values) < 3:
+        return nan
+    fine, half, quarter = values
+    return SAFETY_FACTOR * float(np.maximum(abs(half - fine), abs(quarter - fine) / 2))
 
 
 def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
@@ -203,28 +243,35 @@ def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) 
 
 
 def model_uncertainty(
-    runs: Runs, name: str, period: float, ensemble: Sequence[Table] = ()
+    runs: Runs, name: str, period: float, ensemble: Sequence[Table] = (), every: int = 1
 ) -> NDArray[np.float64] | None:
-    """Uncertainty of one channel of one model, shape (n,), in its unit; None without a finer run.
+    """Uncertainty of one channel of one model, in its unit; None without a finer run.
 
-    The window is a hundredth of the period (s).
+    The window is a hundredth of the period (s) to either side; where the distance of the samples varies, the
+    largest number of samples that any such window holds. Of every so many samples only the first one is
+    looked at: shape (n,) or fewer.
     """
     if runs.finer is None:
         return None
-    time, base = runs.base.time, runs.base.values(name)
+
+    def values(run: Table) -> NDArray[np.float64]:
+        return run.values(name)[::every]
+
+    time, base = runs.base.time[::every], values(runs.base)
     interval = float(time[-1] - time[0]) / (time.size - 1)
+    held = np.searchsorted(time, time + WINDOW * period) - np.arange(1, time.size + 1)
     factor, order = runs.refinement
     levels = Levels(
         base=base,
-        finer=runs.finer.values(name),
-        coarser=None if runs.coarser is None else runs.coarser.values(name),
-        perturbed=tuple(run.values(name) for run in runs.perturbed_runs),
+        finer=values(runs.finer),
+        coarser=None if runs.coarser is None else values(runs.coarser),
+        perturbed=tuple(map(values, runs.perturbed_runs)),
         factor=factor,
         order=order,
-        ensemble=tuple(run.values(name) for run in ensemble),
+        ensemble=tuple(map(values, ensemble)),
     )
     return uncertainty(
         levels,
-        window_samples(period, interval),
+        max(window_samples(period, interval), int(held.max())),
         round_off(base, time, runs.base.known[name].round_off),
     )

@@ -1,13 +1,11 @@
 """The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them.
 
-A verdict "differ" is confirmed by ensembles, for five bodies also by finer runs
-(`comparison.agreement.confirmation_refined`), once all scenes are judged; where the models agree no run is
-added.
+A verdict "differ" is confirmed by ensembles, and any but "agree" of five bodies by finer runs
+(`comparison.agreement.refine`), once all scenes are judged; where the models agree no run is added.
 """
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -17,12 +15,13 @@ from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.tiers import TIERS, tight
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.confirmation import Run
-from comparison.agreement.confirmation_refined import RunFamilies, confirm_refined
 from comparison.agreement.planned_runs import families, ideal_runs, sorted_runs
+from comparison.agreement.refine import RunFamilies, settle
 from comparison.agreement.results import SceneComparison, no_comparison
 from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
 from comparison.execution.run import run_all
 from comparison.reliability.difference import ReliabilityComparison, compare_reliability
+from comparison.reliability.ideal import dense_scene
 from comparison.scene import Scene
 from comparison.tables.table import Table, TableError
 
@@ -83,7 +82,7 @@ def validate(
     tiers
         "standard", or both; the tight tier is for the built-in models only, see `comparison.accuracy.tiers`.
     on_progress
-        Called with the finished share, 0 to 1; again from 0 for each ensemble that confirms a difference.
+        Called with the finished share, 0 to 1; again from 0 for each finer level and each ensemble.
 
     Raises
     ------
@@ -96,40 +95,40 @@ def validate(
     -----
     Uses worker processes: a script that calls this needs ``if __name__ == "__main__":``.
     """
-    commands = [_command(scene, models, accuracy) for scene in scenes]
-    scenes = [with_declared(scene, models) for scene in scenes]
-    strict = [tight(scene, models) if "tight" in tiers else None for scene in scenes]
-    if accuracy is not None:
-        scenes = [_at(scene, models, accuracy) for scene in scenes]
-    planned = [
-        _Plan(scene, tier, models, command)
-        for usual, closer, command in zip(scenes, strict, commands, strict=True)
-        for tier, scene in (("standard", usual), ("tight", closer))
-        if scene is not None
-    ]
-    jobs = [job for plan in planned for job in (*plan.jobs.values(), *plan.ideals.values())]
+    planned = []
+    for scene in scenes:
+        usual = with_declared(scene, models)
+        strict = tight(usual, models) if "tight" in tiers else None
+        if accuracy is not None:
+            usual = _at(usual, models, accuracy)
+        command, closer = (
+            scene.command("validate", *options(models, of, tiers)) for of in (accuracy, "strict")
+        )
+        refinable = set(models) <= set(MODELS) and accuracy in (None, "draft", "standard")
+        planned.append(_Plan(usual, "standard", models, command, closer if refinable else ""))
+        if strict is not None:
+            planned.append(_Plan(strict, "tight", models, command))
+    jobs = [job for plan in planned for part in plan.parts for job in part.values()]
     outcomes = iter(run_all(jobs, n_jobs, on_progress))
-    judged = []
-    for plan in planned:
-        own, ideal = ({which: next(outcomes) for which in of} for of in (plan.jobs, plan.ideals))
-        judged.append(_with_reliability(_judge(plan, own), plan, ideal))
+    ran = [[{which: next(outcomes) for which in part} for part in plan.parts] for plan in planned]
 
     def run(starts: Sequence[Scene], model: str) -> list[Table]:
-        ran = run_all([Job(start, model) for start in starts], n_jobs, on_progress)
-        return [outcome.table for outcome in ran if outcome.table is not None]
+        members = run_all([Job(start, model) for start in starts], n_jobs, on_progress)
+        return [outcome.table for outcome in members if outcome.table is not None]
 
     def run_families(scene: Scene) -> tuple[Runs, Runs] | None:
         jobs = families(scene, models)
-        ran = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
-        if any(outcome.table is None for outcome in ran.values()):
+        finer = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
+        if any(outcome.table is None for outcome in finer.values()):
             return None
-        runs = sorted_runs(scene, models, ran)
+        runs = sorted_runs(scene, models, finer)
         return runs[models[0]], runs[models[1]]
 
     results: list[Validation] = []
-    for plan, unconfirmed in zip(planned, judged, strict=True):
-        result = _confirmed(unconfirmed, plan, run, run_families)
-        if result.comparison.tier == "standard":
+    for plan, (own, dense, ideal) in zip(planned, ran, strict=True):
+        result = _settled(_judge(plan, own), plan, run, run_families)
+        result = _with_reliability(result, plan, dense, ideal)
+        if plan.tier == "standard":
             results.append(result)
         else:
             results[-1] = _with_tight(results[-1], result)
@@ -147,37 +146,43 @@ def _with_tight(usual: Validation, closer: Validation) -> Validation:
     )
 
 
-def _confirmed(result: Validation, plan: _Plan, run: Run, run_families: RunFamilies) -> Validation:
-    """Confirm a difference, or withdraw it."""
+def _settled(result: Validation, plan: _Plan, run: Run, run_families: RunFamilies) -> Validation:
+    """Confirm a difference, withdraw it, or refine the runs until the verdict stands."""
     if not result.runs:
-        return result
+        return replace(result, comparison=replace(result.comparison, ran=plan.scene))
     a, b = plan.models
     pair = result.runs[a], result.runs[b]
-    confirmed = confirm_refined(
+    settled = settle(
         result.comparison, pair, scene=plan.scene, models=plan.models, run=run, run_families=run_families
     )
-    return replace(result, comparison=confirmed)
+    comparison = replace(settled.comparison, ran=settled.scene, closer_command=plan.closer)
+    return replace(result, comparison=comparison, runs=dict(zip(plan.models, settled.runs, strict=True)))
 
 
 class _Plan:
     """A comparison to be made, with its runs."""
 
-    def __init__(self, scene: Scene, tier: str, models: tuple[str, str], command: str) -> None:
-        self.scene, self.tier, self.models, self.command = scene, tier, models, command
-        self.jobs, self.ideals = families(scene, models), ideal_runs(scene, models)
+    def __init__(
+        self, scene: Scene, tier: str, models: tuple[str, str], command: str, closer: str = ""
+    ) -> None:
+        self.scene, self.tier, self.models, self.command, self.closer = scene, tier, models, command, closer
+        self.jobs = families(scene, models)
+        self.dense, self.ideals = families(dense_scene(scene), models), ideal_runs(scene, models)
+        self.parts = self.jobs, self.dense, self.ideals
 
 
 def _at(scene: Scene, models: tuple[str, str], accuracy: str | float) -> Scene:
     values: dict[str, object] = {}
     for model in models:
         values |= solver_values(model, accuracy, scene)
-    return scene.with_values(values)
+    return scene.variant(values)
 
 
-def _command(scene: Scene, models: tuple[str, str], accuracy: str | float | None) -> str:
-    return shlex.join(
-        ["sixbar", "validate", scene.source]
-        + (["--models", ",".join(models)] if models != MODELS else [])
+def options(models: Sequence[str], accuracy: str | float | None, tiers: Sequence[str]) -> list[str]:
+    """Return the options by which ``sixbar validate`` does the same as `validate`."""
+    return (
+        ([] if "tight" in tiers else ["--quick"])
+        + (["--models", ",".join(models)] if tuple(models) != MODELS else [])
         + (["--accuracy", str(accuracy)] if accuracy is not None else [])
     )
 
@@ -185,17 +190,18 @@ def _command(scene: Scene, models: tuple[str, str], accuracy: str | float | None
 def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
     scene, models = plan.scene, plan.models
 
-    def refused(reason: str, **more: Any) -> Validation:
+    def refused(reason: str, failed: Job | None = None, **more: Any) -> Validation:
         refusal = no_comparison(scene, reason, labels=models, command=plan.command, tier=plan.tier)
-        return Validation(refusal, {}, **more)
+        return Validation(replace(refusal, failed=failed), {}, **more)
 
     failed = {which: outcome for which, outcome in outcomes.items() if outcome.table is None}
     if failed:
         crashed = any(outcome.status == "crashed" for outcome in failed.values())
         which = next((w for w in failed if failed[w].status == "crashed"), next(iter(failed)))
-        name, outcome = " ".join((plan.tier, *which)), failed[which]
+        name, outcome, job = " ".join((plan.tier, *which)), failed[which], plan.jobs[which]
         return refused(
-            describe(plan.jobs[which], outcome),
+            describe(job, outcome),
+            failed=None if outcome.status == "bad input" else job,
             crashed=crashed,
             partial={} if outcome.partial is None else {name: outcome.partial},
             tracebacks={name: outcome.traceback} if outcome.traceback else {},
@@ -217,25 +223,34 @@ def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
 
 
 def _with_reliability(
-    result: Validation, plan: _Plan, outcomes: dict[tuple[str, str], Outcome]
+    result: Validation,
+    plan: _Plan,
+    dense: dict[tuple[str, str], Outcome],
+    ideal: dict[tuple[str, str], Outcome],
 ) -> Validation:
-    """Add the reliability where both models ran; a failed run of the ideal mechanism is only reported.
+    """Add the reliability where both models ran; a failed run for it is only reported.
 
-    Not where an installed model does not run it at all: it refuses the scene, or lacks channels.
+    Not where an installed model does not run the ideal mechanism at all: it refuses it, or lacks channels.
     """
     unable = ("bad input", "unusable")
     if not result.runs or any(
-        model not in MODELS and outcome.status in unable for (model, _), outcome in outcomes.items()
+        model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()
     ):
         return result
     scene, (a, b) = plan.scene, plan.models
     failed = [
-        describe(plan.ideals[which], outcome) for which, outcome in outcomes.items() if not outcome.table
+        f"{what}: {describe(jobs[which], outcome)}"
+        for what, jobs, outcomes in (
+            ("with more samples", plan.dense, dense),
+            ("the ideal mechanism", plan.ideals, ideal),
+        )
+        for which, outcome in outcomes.items()
+        if not outcome.table
     ]
     if failed:
-        found = ReliabilityComparison(scene.reliability, missing=f"the ideal mechanism: {failed[0]}")
+        found = ReliabilityComparison(scene.reliability, missing=failed[0])
     else:
-        ideals, runs = sorted_runs(scene, plan.models, outcomes), result.runs
+        runs, ideals = (sorted_runs(scene, plan.models, of) for of in (dense, ideal))
         try:
             quantities = compare_reliability(
                 (runs[a], runs[b]),

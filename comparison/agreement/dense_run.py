@@ -77,7 +77,7 @@ def dense(recorded: Mapping[str, Any] | None, events: pd.DataFrame | None) -> Sc
     finer = _round_up(_AIMED * interval / shortest)
     cycles = min(float(scene.data["drive"]["cycles"]), _MOST / (per_cycle * finer))
     groups = dict.fromkeys([*scene.data["output"]["groups"], "corners"])
-    return scene.with_values(
+    return scene.variant(
         {
             "output.samples_per_cycle": per_cycle * finer,
             "output.groups": list(groups),

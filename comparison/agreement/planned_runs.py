@@ -1,4 +1,4 @@
-"""Runs that a comparison needs: those of each model's uncertainty, and the ideal mechanism's."""
+"""Runs that a comparison needs: those of each model's uncertainty, and those of the reliability."""
 
 from __future__ import annotations
 
@@ -29,7 +29,10 @@ def families(scene: Scene, models: tuple[str, str]) -> dict[tuple[str, str], Job
 
 
 def ideal_runs(scene: Scene, models: tuple[str, str]) -> dict[tuple[str, str], Job]:
-    """Return those of the ideal mechanism, by which the reliability is judged, in the same way."""
+    """Return those of the ideal mechanism, by which the reliability is judged, in the same way.
+
+    The reliability itself is that of the `families` of `comparison.reliability.ideal.dense_scene`.
+    """
     return {
         (model, kind): Job(ideal, model)
         for model in models

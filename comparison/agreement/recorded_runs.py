@@ -15,6 +15,7 @@ from comparison.agreement.compare import compare
 from comparison.agreement.confirmation import confirm_recorded
 from comparison.agreement.results import SceneComparison
 from comparison.scene import Scene
+from comparison.tables.align import unwound
 from comparison.tables.table import Table, TableError
 
 
@@ -85,9 +86,10 @@ def compare_recorded(
         lacks = labels[0] if a.finer is None else labels[1]
         raise TableError(f"{lacks} has no finer run, the other one has: an uncertainty needs both or neither")
     a, b = _at_its_times(a), _at_its_times(b)
-    runs = a.runs, b.runs
     if a.finer is None:
-        return compare(*runs, scene=scene, labels=labels, warnings=warnings, **options)
+        return compare(a.runs, b.runs, scene=scene, labels=labels, warnings=warnings, **options)
+    a, b = _unwound(a, a.base), _unwound(b, a.base)
+    runs = a.runs, b.runs
     warnings += tuple(
         _assumed(label, of) for label, of in zip(labels, (a, b), strict=True) if _assumed(label, of)
     )
@@ -106,8 +108,10 @@ def _at_its_times(of: Recorded) -> Recorded:
     def placed(run: Table | None) -> Table | None:
         if run is None or not has_times(run) or run.time.size != of.base.time.size or not run.time.size:
             return run
-        apart = np.abs(run.time - of.base.time).max()
-        if not 0.0 < apart <= TIME_ROUND_OFF * (of.base.time[-1] - of.base.time[0]):
+        apart, time = np.abs(run.time - of.base.time).max(), of.base.time
+        # Late times round coarsely.
+        rounding = max(TIME_ROUND_OFF * (time[-1] - time[0]), 4 * np.spacing(np.abs(time).max()))
+        if not 0.0 < apart <= rounding:
             return run
         return replace(run, frame=run.frame.assign(time=of.base.time))
 
@@ -115,6 +119,21 @@ def _at_its_times(of: Recorded) -> Recorded:
         return of
     perturbed = [run for run in map(placed, of.perturbed) if run is not None]
     return replace(of, finer=placed(of.finer), coarser=placed(of.coarser), perturbed=perturbed)
+
+
+def _unwound(of: Recorded, like: Table) -> Recorded:
+    """Take whole revolutions out of the angles of all runs: those that count them differently are one."""
+
+    def turned(run: Table | None) -> Table | None:
+        return None if run is None else unwound(run, like)
+
+    return replace(
+        of,
+        base=unwound(of.base, like),
+        finer=turned(of.finer),
+        coarser=turned(of.coarser),
+        perturbed=[unwound(run, like) for run in of.perturbed],
+    )
 
 
 def _assumed(label: str, of: Recorded) -> str:

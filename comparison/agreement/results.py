@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf, isnan, nan
@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.accuracy.thresholds import Thresholds
+from comparison.execution.job import Job
 from comparison.metrics.impacts import Impacts, impacts_of
 from comparison.metrics.signal_ratings import information
 from comparison.reliability.difference import ReliabilityComparison
@@ -20,6 +21,7 @@ from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CONTACTS, Channel
 from comparison.tables.time_shift import Shift
 
+_TIMES = ("", "once", "twice", "three times", "four times")
 SUSPICIOUS = 10.0
 """An underestimation of the uncertainty by more than this factor is reported as suspicious. By chance alone a
 factor of 6 has been observed, for five runs whose errors spread over decades.
@@ -57,7 +59,7 @@ class ChannelComparison:
     rms_difference: float
     max_scaled: float
     rms_scaled: float
-    """These four are taken over all samples, predictable or not."""
+    """These four are taken over all samples, predictable or not; the largest is that of the samples."""
     worst_time: float
     worst_difference: float
     worst_threshold: float
@@ -68,11 +70,62 @@ class ChannelComparison:
     """Reason of the verdict, one sentence."""
     limits: Thresholds
     """Thresholds of the verdict."""
+    coverage_error: float = nan
+    rms_error: float = nan
+    """Estimated errors of coverage and RMS by sampling, see `comparison.agreement.compare`; nan: unknown."""
 
     @property
-    def excess(self) -> float:
-        """Largest |E| / threshold of the predictable samples; inf where the threshold is zero."""
+    def threshold(self) -> Array | None:
+        """Threshold of |E|, shape (n,): k u, or the tolerance; None without either."""
+        if self.u is not None:
+            return self.limits.k * self.u
+        return None if isnan(self.worst_threshold) else np.full(self.time.shape, self.worst_threshold)
+
+    @property
+    def judged(self) -> BoolArray:
+        """Where the verdict looks, shape (n,): at predictable samples at which not both results are zero."""
+        happens: BoolArray = (self.a != 0) | (self.b != 0)
+        return self.predictable & happens
+
+    @property
+    def beyond(self) -> BoolArray:
+        """Judged samples outside their threshold, shape (n,)."""
+        if self.threshold is None:
+            return np.zeros(self.time.shape, dtype=np.bool_)
+        return self.judged & (np.abs(self.difference) > self.threshold)
+
+    @cached_property
+    def ratio(self) -> float:
+        """The |E| / threshold that the required share of the judged samples stays within.
+
+        The one number of a channel in every report, under `ratio_name`: at most 1 exactly where the channel
+        agrees, nan unless it agrees or differs. The share is 99 %, or 100 % of a tolerance. Where a channel
+        differs without being predictable, all samples count, against the largest threshold of all times.
+        """
+        if self.verdict not in ("agree", "differ") or self.threshold is None:
+            return nan
+        blind = isnan(self.explained)
+        counted = (self.a != 0) | (self.b != 0) if blind else self.judged
+        size = np.abs(self.difference[counted])
+        if not size.size:
+            return nan
+        limit = np.full(size.shape, self.worst_threshold) if blind else self.threshold[counted]
+        ratios = np.sort(np.divide(size, limit, out=np.where(size > 0.0, inf, 0.0), where=limit > 0.0))
+        enough = np.arange(1, size.size + 1) / size.size >= self.limits.share
+        return float(ratios[enough.argmax()])
+
+    @property
+    def largest_ratio(self) -> float:
+        """The largest |E| / threshold of the judged samples; nan without one."""
+        if self.worst_difference == 0.0:
+            return 0.0
         return abs(self.worst_difference) / self.worst_threshold if self.worst_threshold else inf
+
+    @property
+    def ratio_name(self) -> str:
+        """Name of `ratio`: "|E|/2u (99%)", or "|E|/tolerance"."""
+        share = "" if self.limits.share == 1.0 else f" ({100 * self.limits.share:g}%)"
+        return f"|E|/{'tolerance' if self.u is None else f'{self.limits.k:g}u'}{share}"
 
     @cached_property
     def metrics(self) -> Mapping[str, float]:
@@ -141,8 +194,6 @@ class Confirmation:
     """Whether an ensemble splits into clusters farther apart than they are wide, and than the uncertainty."""
     contact: str = ""
     """First contact that occurs in some runs only and separates them."""
-    refined: str = ""
-    """Verdict of finer runs of both models, where they were asked; see `agreement.confirmation_refined`."""
     sentence: str = ""
     """Summary sentences."""
 
@@ -175,7 +226,7 @@ class SceneComparison:
     warnings: tuple[str, ...]
     time: Array
     period: float | None
-    """Period of a crank cycle, s. None if the tables do not record it."""
+    """Period of a crank cycle, s. None if it is neither recorded nor stated."""
     channels: dict[str, ChannelComparison]
     events: tuple[pd.DataFrame | None, pd.DataFrame | None]
     provenance: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -184,7 +235,15 @@ class SceneComparison:
     """The scene mapping."""
     command: str = ""
     """Command that reproduces this comparison."""
+    closer_command: str = ""
+    """The same where it may be decided: at finer settings; of tables, by a tolerance. Empty without one."""
+    ran: Scene | None = None
+    """The scene at the settings of this tier, whose command repeats a run; None for tables."""
+    failed: Job | None = None
+    """The run that did not succeed, where one is why nothing could be compared."""
     tier: str = "standard"
+    refined: int = 0
+    """How many levels finer than the scene's settings the models ran, see `comparison.agreement.refine`."""
     attribution: Attribution | None = None
     """None where nothing could be compared."""
     tight: SceneComparison | None = None
@@ -195,6 +254,13 @@ class SceneComparison:
     """Of the slider's motion; independent of all verdicts. None: not requested."""
     confirmation: Confirmation | None = None
     """Of a verdict that was "differ" before it; None where the models agreed, or for foreign tables."""
+    coverage_error: float = nan
+    """Estimated error of the coverage by sampling; nan where unknown."""
+
+    @property
+    def decisive(self) -> ChannelComparison | None:
+        """The channel nearest to its limit, or farthest beyond it; see `decisive`."""
+        return decisive(self.channels.values())
 
     @property
     def coverage(self) -> float:
@@ -204,8 +270,27 @@ class SceneComparison:
 
     @property
     def why(self) -> str:
-        """The reason of the verdict, preceded by the result of its confirmation if there is one."""
-        return self.reason if self.confirmation is None else f"{self.confirmation.sentence}. {self.reason}"
+        """The reason of the verdict, preceded by what its runs and its confirmation need explained."""
+        before = [] if self.confirmation is None else [self.confirmation.sentence]
+        before += [self.finer_runs] if self.refined else []
+        return ". ".join([*before, self.reason])
+
+    @property
+    def finer_runs(self) -> str:
+        """Settings of refined runs, in one sentence; empty where the models ran at the scene's own."""
+        if not self.refined or self.scene is None:
+            return ""
+        step = self.scene["solver"]["exudyn"]["step"]
+        return (
+            f"judged with finer runs, since those at the scene's settings left the verdict open: step of "
+            f"five bodies halved {_TIMES[self.refined]}, to {step:.3g} s"
+        )
+
+    @property
+    def mark(self) -> str:
+        """What stands beside the verdict, in a few words: that its runs are finer, and its confirmation."""
+        marks = [f"step halved {_TIMES[self.refined]}"] if self.refined else []
+        return "; ".join(marks if self.confirmation is None else [*marks, self.confirmation.mark])
 
     @property
     def tiers(self) -> tuple[SceneComparison, ...]:
@@ -230,6 +315,15 @@ class SceneComparison:
                 if channel is not None and channel.u is not None
             },
         )
+
+
+def decisive(channels: Iterable[ChannelComparison]) -> ChannelComparison | None:
+    """Return the channel with the largest ratio, of equal ones that with the largest maximum.
+
+    The one whose difference is nearest to its limit or farthest beyond. None if none agrees or differs.
+    """
+    judged = [channel for channel in channels if not isnan(channel.ratio)]
+    return max(judged, key=lambda channel: (channel.ratio, channel.largest_ratio), default=None)
 
 
 def scene_coverage(channels: Mapping[str, ChannelComparison]) -> float:

@@ -93,7 +93,7 @@ def compare_channel(
         found = (
             _outside_all(channel, time, difference, limits.k * float(u_both.max()), happens, limits) or found
         )
-    max_difference, rms_difference = maximum(difference), rms(difference)
+    max_difference, rms_difference = maximum(difference), rms(time, difference)
     return ChannelComparison(
         channel=channel.name,
         definition=channel,
@@ -174,6 +174,13 @@ def _judge(
         reason = f"{coverage:.1%} of the samples are predictable, required: at least {limits.coverage:.0%}"
     elif not judged.any():
         reason = "no predictable sample is non-zero"
+    elif not fixed and outside < limits.least_outside and count < limits.least_judged:
+        reason = f"{count} predictable samples are non-zero, required: at least {limits.least_judged}"
+    elif not fixed and outside < limits.least_outside and explained < limits.share:
+        reason = (
+            f"{outside} of {count} predictable samples are outside their threshold: too many to agree, fewer "
+            f"than the {limits.least_outside} that show a difference"
+        )
     else:
         text = (
             f"{outside} of {count} {'samples' if fixed else 'predictable samples'} are outside "

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from comparison.accuracy.tiers import TIERS
-from comparison.agreement.cross_check import Validation, validate
+from comparison.agreement.cross_check import Validation, options, validate
 from comparison.agreement.planned_runs import family
 from comparison.agreement.results import no_comparison
 from comparison.cli.console import described, is_refusal
@@ -72,7 +72,7 @@ def validate_batches(
                     continue
                 if is_refusal(error) and not results:
                     raise
-                found = [_failed(batch[0], error, models)]
+                found = [_failed(batch[0], error, models, options(models, accuracy, tiers))]
             results += found
             done += cost
             verdicts = dict.fromkeys(tier.verdict for tier in found[-1].comparison.tiers)
@@ -98,14 +98,14 @@ def _cost(scene: Scene, models: tuple[str, str]) -> float:
     return sum(job.cost for model in models for _, job in family(scene, model))
 
 
-def _failed(scene: Scene, error: Exception, models: tuple[str, str]) -> Validation:
+def _failed(scene: Scene, error: Exception, models: tuple[str, str], options: Sequence[str]) -> Validation:
     message, code = described(error)
     return Validation(
         no_comparison(
             scene,
             f"scene {scene.name!r}: {' '.join(message.split())}",
             labels=models,
-            command=f"sixbar validate {scene.source}",
+            command=scene.command("validate", *options),
             tier="standard",
         ),
         {},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -78,7 +78,7 @@ def compare(
     from comparison.cli.verdicts import channel_lines, verdict_lines
     from comparison.files import check_file, check_folder, write_json
     from comparison.report.text import EXIT_CODES, as_mapping, exit_code, shift_line
-    from comparison.scene import load_scene
+    from comparison.scene import command_line, load_scene
     from comparison.tables.imports.conversion import AT_EVENTS
     from comparison.tables.imports.mapping import load_mapping
     from comparison.tables.imports.reading import read_tables
@@ -119,17 +119,20 @@ def compare(
         "--refinement-a": refinement_a,
         "--refinement-b": refinement_b,
     }
-    command = shlex.join(
-        ["sixbar", "compare", str(a), str(b)]
-        + [part for name, value in options.items() if value is not None for part in (name, str(value))]
-        + [
-            part
-            for side, runs in sides.items()
-            for kind in ("finer", "coarser", "perturbed")
-            for path in _paths({kind: runs[kind]})
-            for part in (f"--{kind}-{side}", str(path))
-        ]
-    )
+    further = [
+        part
+        for side, runs in sides.items()
+        for kind in ("finer", "coarser", "perturbed")
+        for path in _paths({kind: runs[kind]})
+        for part in (f"--{kind}-{side}", str(path))
+    ]
+
+    def command_with(**changes: str) -> str:
+        given = {name: value for name, value in (options | changes).items() if value is not None}
+        words = [part for name, value in given.items() for part in (name, str(value))]
+        return command_line("compare", [str(a), str(b)], {}, [*words, *further])
+
+    command = command_with()
     labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
     comparison = compare_recorded(
         *both,
@@ -142,6 +145,8 @@ def compare(
         warnings=(*left_out, *warnings),
         only=None if rules is None else rules.compare,
     )
+    if tolerance is None and finer_a is None:
+        comparison = replace(comparison, closer_command=command_with(**{"--tolerance": "0.01"}))
     for line in (*channel_lines(comparison), *wrapped(shift_line(comparison))):
         typer.echo(line)
     for line in verdict_lines([comparison], verbose=True):

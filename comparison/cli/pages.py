@@ -74,7 +74,7 @@ def write_validation(
         stale = [*(folder / "tables").glob(f"{escape(name)}.*.partial.*")]
         stale += folder.glob(f"{escape(name)}.*.traceback.txt")
         for model in comparisons[0].labels:
-            ends = (".csv", ".events.csv", ".pulses.csv", ".json")
+            ends = (".csv", ".events.csv", ".pulses.csv", ".extrema.csv", ".json")
             stale += [folder / "tables" / f"{name}-{model}{end}" for end in ends]
         for path in stale:
             if path.name not in new:

@@ -102,7 +102,7 @@ def _single(scene: Scene, model: str, accuracy: str | None, *, quiet: bool) -> T
     record = {}
     if accuracy is not None:
         values = solver_values(model, accuracy, scene)
-        scene = scene.with_values(values)
+        scene = scene.variant(values)
         for key, value in values.items():
             for line in wrapped(f"{key} = {value:g}: {expectation(scene, model)}", rest="  "):
                 say(line)

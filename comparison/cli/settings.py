@@ -52,7 +52,7 @@ def settings(
         )
     for line in (*wrapped(basis(found)), *columns(table(found), right=(1, 2))):
         say(line)
-    for part, command in commands(found, overrides or []):
+    for part, command in commands(found):
         say(f"{part}:")
         say(f"  {command}")
     if out is not None:

@@ -121,11 +121,10 @@ def sweep(
     from comparison.studies.sweep.study import sweep as run_sweep
 
     models = [name.strip() for name in model.split(",")]
-    folder = out or REPORTS / "sweep"
     try:
         chosen = chosen_points(grid, listed, latin, points, seed)
         base = load_scene(scene, parse_set(overrides or []))
-        folder = check_folder(folder)
+        folder = check_folder(out or REPORTS / f"sweep-{base.name}")
         spread = on_processes(jobs or cpus()) if scheduler is None else on_cluster(scheduler)
         folder.mkdir(parents=True, exist_ok=True)
         with progress(f"sweep of {base.name}", quiet=quiet) as report:

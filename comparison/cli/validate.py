@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import typer
@@ -31,7 +29,6 @@ from comparison.cli.progress import progress
 if TYPE_CHECKING:
     from comparison.agreement.cross_check import Validation
     from comparison.agreement.pulses import Pulses
-    from comparison.agreement.results import SceneComparison
     from comparison.scene import Scene
 
 INTERRUPTED = 130
@@ -56,44 +53,41 @@ def validate(
     With more than two models each pair is compared, and the report says which model stands alone.
     Stopped by Ctrl-C, it writes the report of the scenes finished by then, marked as incomplete.
     """
+    from comparison.accuracy.tiers import TIERS
+    from comparison.agreement.cross_check import options
+    from comparison.engines.registry import pair, several
     from comparison.execution.job import MODELS
+    from comparison.scene import command_line, load_scene, name_with, parse_set, shipped_scenes
 
-    options = (
-        (["--quick"] if quick else [])
-        + (["--models", models] if models != ",".join(MODELS) else [])
-        + (["--accuracy", accuracy] if accuracy is not None else [])
-        + [word for each in overrides or [] for word in ("--set", each)]
-    )
-    if models.count(",") > 1:
-        from comparison.engines.registry import several
-
+    changed, tiers = parse_set(overrides or []), TIERS[:1] if quick else TIERS
+    names = models.split(",")
+    command = command_line("validate", scenes or [], changed, options(names, accuracy, tiers))
+    if len(names) > 2:
         return validate_pairs(
             several(models),
-            out or REPORTS / "pairwise",
-            shlex.join(["sixbar", "validate", *(scenes or []), *options]),
+            out or REPORTS / name_with("pairwise", changed),
+            command,
             lambda two, own: validate(
                 scenes, own, jobs, accuracy, two, overrides, allow_indeterminate, quick, verbose, quiet
             ),
         )
-    from comparison.accuracy.tiers import TIERS
     from comparison.agreement.recorded import departures
     from comparison.cli.batches import validate_batches
     from comparison.cli.verdicts import verdict_lines
-    from comparison.engines.registry import pair
     from comparison.execution.worker_process import kept_workers
     from comparison.execution.workers import cpus
     from comparison.files import check_folder
     from comparison.report.summary import sentence
     from comparison.report.text import EXIT_CODES, exit_code
-    from comparison.scene import load_scene, parse_set, shipped_scenes
 
     both = pair(models)
-    changed = parse_set(overrides or [])
     loaded = [
         load_scene(name, changed) for name in dict.fromkeys(scenes or ([MAIN] if quick else shipped_scenes()))
     ]
     _check(loaded, both, accuracy)
-    folder = check_folder(out or REPORTS / (loaded[0].name if len(loaded) == 1 else "validate"))
+    folder = check_folder(
+        out or REPORTS / (loaded[0].name if len(loaded) == 1 else name_with("validate", changed))
+    )
     warn_about_the_cache()
     with kept_workers():
         with progress(f"{len(loaded)} scenes" if len(loaded) > 1 else loaded[0].name, quiet=quiet) as report:
@@ -102,20 +96,19 @@ def validate(
                 models=both,
                 n_jobs=jobs or cpus(),
                 accuracy=accuracy,
-                tiers=TIERS[:1] if quick else TIERS,
+                tiers=tiers,
                 report=report,
             )
         results, missing = found.results, [scene.name for scene in found.missing]
         if not results:
             return INTERRUPTED
-        comparisons = [_with_command(result.comparison, options) for result in results]
+        comparisons = [result.comparison for result in results]
         codes = [
             70 if result.crashed else EXIT_CODES[tier.verdict]
             for result in results
             for tier in result.comparison.tiers
         ]
         code = INTERRUPTED if missing else exit_code(codes, allow_indeterminate=allow_indeterminate)
-        command = shlex.join(["sixbar", "validate", *(scenes or []), *options])
         lines = [] if quiet else verdict_lines(comparisons, verbose=verbose)
         said = [sentence(comparisons), incomplete(comparisons, missing)]
         if both == MODELS and accuracy is None:
@@ -123,7 +116,6 @@ def validate(
         for line in (*lines, *(line for each in said for line in wrapped(each))):
             typer.echo(line)
         pulses = {} if missing or quick else _resolved(results, jobs or cpus(), quiet=quiet)
-    results = [replace(one, comparison=of) for one, of in zip(results, comparisons, strict=True)]
     page, kept = saved(
         lambda folder: write_validation(results, folder, command, code, missing, pulses), folder
     )
@@ -167,13 +159,3 @@ def _check(scenes: Sequence[Scene], models: tuple[str, str], accuracy: str | Non
         for scene in scenes:
             for model in models:
                 solver_values(model, accuracy, scene)
-
-
-def _with_command(comparison: SceneComparison, options: Sequence[str]) -> SceneComparison:
-    """Return a comparison whose command has all options: its job knows nothing of overrides."""
-    if "--set" not in options:
-        return comparison
-    changes = options[options.index("--set") :]
-    of_scene = f"{comparison.command} {shlex.join(changes)}"
-    tight = comparison.tight and replace(comparison.tight, command=of_scene)
-    return replace(comparison, command=of_scene, tight=tight)

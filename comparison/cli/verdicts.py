@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf, isfinite, isnan
+from math import isfinite
 
 from comparison.agreement.results import SceneComparison
 from comparison.cli.layout import coloured, columns, wrapped
 from comparison.formatting import MISSING, NO_BREAK, number, percent
+from comparison.report.rule import ratio
 from comparison.report.summary import worst_channel
 from comparison.report.text import reasons
 
-_COVERAGE, _EXCESS = 3, 4
-_HEADINGS = ("scene", "tier", "verdict", "coverage", "|E|/2u", "")
+_COVERAGE, _RATIO = 3, 4
 
 
 def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = False) -> list[str]:
     """Return one line per scene and tier, below a heading; with their reasons below each if verbose.
 
-    The columns are the verdict, the share of predictable samples, the largest ratio of a difference to the
-    threshold of its sample, and where the models part, or what is missing.
+    The columns are the verdict, the share of predictable samples, the ratio of the decisive channel, and
+    where the models part, or what is missing.
     """
     tiers = [(scene.name, tier) for scene in comparisons for tier in scene.tiers]
-    rows = [_HEADINGS, *(_row(name, tier) for name, tier in tiers)]
-    heading, *lines = columns(rows, right=(_COVERAGE, _EXCESS), paint={2: lambda cell: coloured(cell, cell)})
+    headings = ("scene", "tier", "verdict", "coverage", ratio(comparisons)[0], "")
+    rows = [headings, *(_row(name, tier) for name, tier in tiers)]
+    heading, *lines = columns(rows, right=(_COVERAGE, _RATIO), paint={2: lambda cell: coloured(cell, cell)})
     if not verbose:
         return [heading, *lines]
     shown = [heading]
@@ -59,20 +60,9 @@ def _row(name: str, tier: SceneComparison) -> tuple[str, ...]:
         tier.tier,
         tier.verdict,
         percent(tier.coverage).replace(NO_BREAK, " "),
-        _excess(tier),
+        MISSING if tier.decisive is None else number(tier.decisive.ratio, 2),
         _note(tier),
     )
-
-
-def _excess(tier: SceneComparison) -> str:
-    """Return the largest |difference| / threshold of a judged sample."""
-    ratios = [
-        abs(channel.worst_difference) / channel.worst_threshold if channel.worst_threshold else inf
-        for channel in tier.channels.values()
-        if channel.verdict != "unexcited" and channel.worst_difference
-    ]
-    known = [ratio for ratio in ratios if not isnan(ratio)]
-    return number(max(known), 2) if known else MISSING
 
 
 def _note(tier: SceneComparison) -> str:
@@ -82,8 +72,8 @@ def _note(tier: SceneComparison) -> str:
     notes = []
     if tier.verdict == "differ" and tier.attribution is not None and tier.attribution.outside_in:
         notes.append(f"{tier.attribution.outside_in} from {tier.attribution.outside_from:.3f} s")
-    if tier.confirmation is not None:
-        notes.append(tier.confirmation.mark)
+    if tier.mark:
+        notes.append(tier.mark)
     worst = worst_channel(tier)
     if tier.verdict == "indeterminate" and worst is not None:
         notes.append(f"{worst.channel}: {worst.reason}")

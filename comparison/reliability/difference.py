@@ -1,6 +1,7 @@
 r"""Difference of two models' reliabilities and its significance.
 
-Both models compute the same press from the same start, so their difference D has two sources of uncertainty:
+Both models compute the same press from the same start, so their difference D has three sources of
+uncertainty:
 
 - *numerical*: the reliability is also evaluated from the finer, the coarser and the perturbed runs of each
   model, and their distances give u as those of any channel do (`comparison.accuracy.uncertainty`). Where
@@ -8,10 +9,12 @@ Both models compute the same press from the same start, so their difference D ha
   includes. The ideal mechanism's own error enters in the same way, by a coarser run of it.
 - *sampling*: how far the difference would move with other cycles. Paired, since the errors of both models at
   one instant belong together: the standard error is that of the average of the difference of what each error
-  moves (`interference.influence`), bin by bin; nothing is left where both follow one course. Where the
+  changes (`interference.sensitivity`), bin by bin; nothing is left where both follow one course. Where the
   smallest reliabilities of the two are in different bins there are no pairs, and the squares of both add up.
+- *quadrature*: what the samples leave open of time averages (`comparison.reliability.averages`), paired too.
 
-The interval is :math:`D \pm \sqrt{s^2 + (k u)^2}` with s the half-width of 95 % and k = 2 as for any channel.
+The interval is :math:`D \pm \sqrt{s^2 + (k u)^2 + q^2}` with s and q the half-widths of 95 % and k = 2 as for
+any channel.
 """
 
 from __future__ import annotations
@@ -22,10 +25,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from comparison.accuracy.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
-from comparison.reliability.assessment import Assessment, assess, divide, moments, stressing
-from comparison.reliability.errors import SliderErrors, slider_errors
-from comparison.reliability.interference import influence, reliability
-from comparison.reliability.sampling import half_width, standard_error
+from comparison.reliability.assessment import Assessment, assess
+from comparison.reliability.errors import slider_errors
 from comparison.scene.criteria import Reliability as Settings
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table, TableError
@@ -46,10 +47,10 @@ class Difference:
     curve
         R_a - R_b in each bin.
     curve_half_width
-        Of its interval, both sources together; nan where a model has no numerical uncertainty.
+        Of its interval, all sources together; nan where a model has no numerical uncertainty.
     minimum
         The smallest of R_a's bins less the smallest of R_b's.
-    sampling, numerical
+    sampling, numerical, quadrature
         Half-widths of its interval by source; the second nan as above.
     """
 
@@ -60,11 +61,12 @@ class Difference:
     minimum: float
     sampling: float
     numerical: float
+    quadrature: float
 
     @property
     def half_width(self) -> float:
         """Of the interval of `minimum`."""
-        return float(np.hypot(self.sampling, self.numerical))
+        return float(np.linalg.norm([self.sampling, self.numerical, self.quadrature]))
 
     @property
     def verdict(self) -> str:
@@ -104,7 +106,12 @@ class ReliabilityComparison:
 
 
 def compare_reliability(
-    runs: tuple[Runs, Runs], ideals: tuple[Runs, Runs], period: float, settings: Settings, k: float
+    runs: tuple[Runs, Runs],
+    ideals: tuple[Runs, Runs],
+    period: float,
+    settings: Settings,
+    k: float,
+    start: float = 0.0,
 ) -> dict[str, Difference]:
     """Compare the reliabilities of two models.
 
@@ -120,6 +127,8 @@ def compare_reliability(
         ``[reliability]`` of the scene.
     k
         How many numerical uncertainties explain a difference.
+    start
+        Of the first cycle that counts, s.
 
     Returns
     -------
@@ -132,49 +141,52 @@ def compare_reliability(
         If the tables cannot be compared with the ideal mechanism's (`slider_errors`) or with each other.
     """
     pairs = list(zip(runs, ideals, strict=True))
-    errors = [slider_errors(of.base, ideal.base, period) for of, ideal in pairs]
-    if len({(of.per_cycle, of.samples, *of.by_quantity) for of in errors}) > 1:
-        raise TableError("the two results: have other samples per cycle, or other channels")
-    assessed = [assess(of, settings) for of in errors]
-    numerical = [_numerical(of, ideal, period, settings) for of, ideal in pairs]
+    assessed = [
+        assess(slider_errors(of.base, ideal.base, period, start=start), settings) for of, ideal in pairs
+    ]
+    if len({tuple((name, *of.cycles) for name, of in each.items()) for each in assessed}) > 1:
+        raise TableError("the two results: cover other parts of the cycles, or hold other channels")
+    numerical = [_numerical(of, ideal, period, settings, start) for of, ideal in pairs]
     found = {}
-    for quantity in errors[0].by_quantity:
+    for quantity in assessed[0]:
         a, b = (of[quantity] for of in assessed)
         wide = k * np.hypot(*(of[quantity] for of in numerical))
-        paired = _paired((a, b), (errors[0], errors[1]), settings)
+        sampling, quadrature = _paired(a, b)
         i, j = a.worst, b.worst
-        apart = np.hypot(*(0.5 * (of.high - of.low)[of.worst] for of in (a, b)))
         found[quantity] = Difference(
             a=a,
             b=b,
             curve=a.reliability - b.reliability,
-            curve_half_width=np.hypot(paired, wide[:-1]),
+            curve_half_width=np.linalg.norm([sampling, quadrature, wide[:-1]], axis=0),
             minimum=a.minimum - b.minimum,
-            sampling=float(paired[i] if i == j else apart),
+            sampling=float(sampling[i]) if i == j else _apart(a, b, "sampling"),
             numerical=float(wide[-1]),
+            quadrature=float(quadrature[i]) if i == j else _apart(a, b, "quadrature"),
         )
     return found
 
 
-def _paired(
-    assessed: tuple[Assessment, Assessment], errors: tuple[SliderErrors, SliderErrors], settings: Settings
-) -> Array:
-    """Return the half-widths that the sampling leaves of R_a - R_b, shape (k bins,)."""
-    widths = []
-    for k, part in enumerate(divide(errors[0], settings)):
-        moved = []
-        for of, series in zip(assessed, errors, strict=True):
-            stress = stressing(series.by_quantity[of.quantity][part.rows], settings)
-            density = np.exp(-0.5 * of.index[k] ** 2) / np.sqrt(2.0 * np.pi)  # dR / d beta
-            moved.append(density * influence(of.limits, stress))
-        widths.append(float(half_width(standard_error(moved[0] - moved[1]))))
-    return np.array(widths)
+def _paired(a: Assessment, b: Assessment) -> tuple[Array, Array]:
+    """Return the half-widths that cycles and samples leave of R_a - R_b, shape (k bins,) each."""
+    both = zip(a.left_open, b.left_open, a.density, b.density, strict=True)
+    left = [of_a.less(of_b, *densities) for of_a, of_b, *densities in both]
+    return np.array([of.sampling for of in left]), np.array([of.quadrature for of in left])
 
 
-def _numerical(runs: Runs, ideal: Runs, period: float, settings: Settings) -> dict[str, Array]:
+def _apart(a: Assessment, b: Assessment, source: str) -> float:
+    """Return the half-width of the difference of the smallest reliabilities, in bins of their own."""
+    return float(np.hypot(*(of.density[of.worst] * getattr(of.left_open[of.worst], source) for of in (a, b))))
+
+
+def _numerical(runs: Runs, ideal: Runs, period: float, settings: Settings, start: float) -> dict[str, Array]:
     """Return each quantity's u in every bin and, last, that of the smallest; shape (k bins + 1,)."""
-    of_runs = {kind: _reliabilities(table, ideal.base, period, settings) for kind, table in _kinds(runs)}
-    of_ideal = {kind: _reliabilities(runs.base, table, period, settings) for kind, table in _kinds(ideal)}
+
+    def reliabilities(table: Table, still: Table) -> dict[str, Array]:
+        found = assess(slider_errors(table, still, period, start=start), settings)
+        return {quantity: np.append(of.reliability, of.minimum) for quantity, of in found.items()}
+
+    of_runs = {kind: reliabilities(table, ideal.base) for kind, table in _kinds(runs)}
+    of_ideal = {kind: reliabilities(runs.base, table) for kind, table in _kinds(ideal)}
     return {
         quantity: np.hypot(_uncertainty(of_runs, quantity, runs), _uncertainty(of_ideal, quantity, ideal))
         for quantity in of_runs["base"]
@@ -197,16 +209,3 @@ def _uncertainty(of: dict[str, dict[str, Array]], quantity: str, runs: Runs) -> 
     perturbed = tuple(known[kind] for kind in ("perturbed", "other_perturbed") if kind in known)
     levels = Levels(base, finer, known.get("coarser"), perturbed, *runs.refinement)
     return uncertainty(levels, half_width=0, floor=ROUND_OFF)
-
-
-def _reliabilities(table: Table, ideal: Table, period: float, settings: Settings) -> dict[str, Array]:
-    """Return each quantity's reliability in every bin and, last, the smallest; shape (k bins + 1,)."""
-    errors = slider_errors(table, ideal, period)
-    parts = divide(errors, settings)
-    found = {}
-    for quantity, values in errors.by_quantity.items():
-        of_bins = reliability(
-            getattr(settings, quantity), *moments([stressing(values[part.rows], settings) for part in parts])
-        )
-        found[quantity] = np.append(of_bins, of_bins.min())
-    return found

@@ -2,96 +2,148 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
-from comparison.tables.resample import resample
+from comparison.tables.resample import hermite
 from comparison.tables.table import Table, TableError
 from comparison.tables.time_shift import SAME_GRID
 
 QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
 """Channels of the paper's displacement, velocity and acceleration of the slider, y up."""
+PRIMITIVES = {"slider_vy": "slider_y", "slider_ay": "slider_vy"}
+"""Channels, and whose rate they are."""
+
+
+@dataclass(frozen=True)
+class Peak:
+    """An error of largest size."""
+
+    value: float
+    """Signed."""
+    time: float
+    """s."""
+    error: float = 0.0
+    """By which the largest size may exceed its own between samples, where it is concave."""
 
 
 @dataclass(frozen=True)
 class SliderErrors:
-    """Errors at equal steps of the crank angle from the start.
+    """Errors at the times of the result.
 
     Attributes
     ----------
-    per_cycle
-        Samples in a crank cycle.
-    by_quantity
-        Quantity -> actual - ideal in the channel's unit, shape (n,): sample i at (i + 1) 360 / per_cycle deg.
-        The start is excluded: there the slider is where the scene puts it.
+    time
+        From the start of the first cycle that counts, s, shape (n,).
+    period
+        Of a crank cycle, s.
+    by_channel
+        Channel -> actual - ideal in its unit, shape (n,).
+    between
+        Channel -> times and errors where the model has its extrema, of each cycle or of the whole run, shape
+        (2, m): they need not be samples.
     """
 
-    per_cycle: int
-    by_quantity: dict[str, Array]
+    time: Array
+    period: float
+    by_channel: dict[str, Array]
+    between: dict[str, Array]
 
-    @property
-    def samples(self) -> int:
-        """Number of samples."""
-        return next(iter(self.by_quantity.values())).size
+    def peak(self, channel: str, start: float = -np.inf, end: float = np.inf) -> Peak:
+        """Return the error of largest size from ``start`` to ``end`` (s), between samples too.
+
+        Raises
+        ------
+        TableError
+            If there is no sample in that time.
+        """
+        slack = SAME_GRID * self.period
+        samples, extrema = (
+            points[:, (points[0] >= start - slack) & (points[0] <= end + slack)]
+            for points in (np.array([self.time, self.by_channel[channel]]), self.between[channel])
+        )
+        points = np.concatenate([samples, extrema], axis=1)
+        if not points.size:
+            raise TableError(f"the result: has no sample from {start:g} to {end:g} s")
+        time, value = points[:, np.abs(points[1]).argmax()]
+        heights = _heights(samples[0], np.abs(samples[1]))
+        # Where the model has its extremum it is known
+        places = np.searchsorted(samples[0], extrema[0])[:, None] + np.arange(-2, 2)
+        heights[places[(places >= 0) & (places < heights.size)]] = 0.0
+        beyond = float(heights.max(initial=0.0)) - abs(float(value))
+        return Peak(float(value), float(time), max(0.0, beyond))
 
 
-def slider_errors(actual: Table, ideal: Table, period: float) -> SliderErrors:
+def _heights(time: Array, sizes: Array) -> Array:
+    """Return what a concave signal does not exceed in each interval, where the lines from either side meet.
+
+    Shape (n - 1,); zero where they do not.
+    """
+    heights = np.zeros(max(time.size - 1, 0))
+    if time.size < 4:
+        return heights
+    step, rise = np.diff(time), np.diff(sizes) / np.diff(time)
+    up, down, width = rise[:-2], -rise[2:], step[1:-1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = (np.diff(sizes)[1:-1] + down * width) / (up + down)
+    meets = (up > 0.0) & (down > 0.0) & (at >= 0.0) & (at <= width)
+    heights[1:-1] = np.where(meets, sizes[1:-2] + up * np.where(meets, at, 0.0), 0.0)
+    return heights
+
+
+def slider_errors(
+    actual: Table,
+    ideal: Table,
+    period: float,
+    *,
+    start: float = 0.0,
+    names: Sequence[str] = tuple(QUANTITIES.values()),
+) -> SliderErrors:
     """Return the errors of a result against the ideal mechanism's.
 
-    Both may be any tables that start at the crank's start. Tables of the same times with whole samples a
-    cycle, as both models make them, are taken as they are; others are interpolated to the coarser one's mean
-    interval (`comparison.tables.resample`: accelerations are split at the contacts that the tables record).
+    Both may be any tables that start at the crank's start; the ideal motion is smooth, and interpolated to
+    the times of the result.
 
     Parameters
     ----------
     actual, ideal
-        With channels of `QUANTITIES`: the second must hold all that the first does.
+        With some of the channels ``names``: the second must hold all of them that the first does.
     period
         Of a crank cycle, s.
+    start
+        Of the first cycle that counts, s.
+    names
+        Channels.
 
     Raises
     ------
     TableError
-        If a channel is missing, a table does not start at zero, or they have no step in common.
+        If a channel is missing, a table does not start at zero, or they have too few times in common.
     """
-    held = {name: channel for name, channel in QUANTITIES.items() if channel in actual.frame}
+    held = [name for name in names if name in actual.names]
     if not held:
-        raise TableError(f"the result: holds none of {', '.join(QUANTITIES.values())}")
-    if missing := [channel for channel in held.values() if channel not in ideal.frame]:
+        raise TableError(f"the result: holds none of {', '.join(names)}")
+    if missing := [name for name in held if name not in ideal.names]:
         raise TableError(f"the ideal mechanism's: channel {missing[0]} is missing")
     for name, table in (("the result", actual), ("the ideal mechanism's", ideal)):
-        if table.time.size < 2 or abs(table.time[0]) > 0.5 * _interval(table):
+        if table.time.size < 2 or abs(table.time[0]) > 0.5 * np.diff(table.time).mean():
             raise TableError(f"{name}: does not start at t = 0 s")
-    interval = max(_interval(actual), _interval(ideal))
-    per_cycle = max(1, round(period / interval))
-    end = min(actual.time[-1], ideal.time[-1])
-    count = int(end / period * per_cycle * (1 + 1e-12) + SAME_GRID)
-    if count < 1:
-        raise TableError(f"the result and the ideal mechanism's: have no step of {interval:g} s in common")
-    grid: Array = np.arange(1, count + 1) * np.float64(period / per_cycle)
-    a, b = (_at(table, list(held.values()), grid, SAME_GRID * interval) for table in (actual, ideal))
-    return SliderErrors(per_cycle, {name: a[channel] - b[channel] for name, channel in held.items()})
-
-
-def since(table: Table, start: float) -> Table:
-    """Return a table from a sample on, with times counted from there, to omit whole cycles.
-
-    Parameters
-    ----------
-    start
-        Time of a sample, s.
-    """
-    time = table.time
-    first = int(np.abs(time - start).argmin())
-    events = table.events
-    if events is not None:
-        left = events.loc[events["end"] > time[first]]
-        events = left.assign(start=left["start"] - time[first], end=left["end"] - time[first])
-    later = table.frame.iloc[first:].reset_index(drop=True)
-    return replace(table, frame=later.assign(time=later["time"] - time[first]), events=events, pulses=None)
+    slack = SAME_GRID * period
+    counts = (actual.time >= start - slack) & (actual.time <= ideal.time[-1] + slack)
+    time = actual.time[counts]
+    if time.size < 2:
+        raise TableError("the result and the ideal mechanism's: have no interval in common")
+    by_channel, between = {}, {}
+    for name in held:
+        at, values = _extrema(actual, name)
+        kept = (at >= start - slack) & (at <= time[-1] + slack)
+        by_channel[name] = actual.values(name)[counts] - _interpolated(ideal, name, time)
+        between[name] = np.array([at - start, values - _interpolated(ideal, name, at)])[:, kept]
+    return SliderErrors(time - start, period, by_channel, between)
 
 
 def unit_of(quantity: str) -> str:
@@ -99,17 +151,21 @@ def unit_of(quantity: str) -> str:
     return channels()[QUANTITIES[quantity]].unit
 
 
-def _interval(table: Table) -> float:
-    """Mean sample interval, s."""
-    return float(table.time[-1] - table.time[0]) / (table.time.size - 1)
+def _extrema(table: Table, name: str) -> tuple[Array, Array]:
+    """Return times and values of a channel's extrema: of each cycle, else of the whole run, where known."""
+    whole = {f"{name}_{part}": [value] for part, value in table.extrema.get(name, {}).items()}
+    held = table.cycle_extrema or whole
+    parts = [f"{name}_{part}" for part in ("time_of_min", "time_of_max", "min", "max")]
+    if not held.keys() >= set(parts):
+        return np.empty(0), np.empty(0)
+    of_min, of_max, low, high = (np.array(held[part], dtype=np.float64) for part in parts)
+    times, values = np.concatenate([of_min, of_max]), np.concatenate([low, high])
+    known = np.isfinite(times) & np.isfinite(values)
+    return times[known], values[known]
 
 
-def _at(table: Table, names: list[str], grid: Array, slack: float) -> dict[str, Array]:
-    """Return the channels on the grid: the samples themselves where it is theirs."""
-    columns = {channel: table.values(channel) for channel in names}
-    own = table.time[1 : grid.size + 1]
-    if own.size == grid.size and np.abs(own - grid).max() <= slack:
-        return {channel: values[1 : grid.size + 1] for channel, values in columns.items()}
-    inside = np.clip(grid, table.time[0], table.time[-1])
-    sampled, _ = resample(table.time, columns, inside, table.events)
-    return sampled
+def _interpolated(ideal: Table, name: str, at: Array) -> Array:
+    """Return a channel of the ideal mechanism at other times, by cubics with the slopes of its samples."""
+    time, values = ideal.time, ideal.values(name)
+    slopes = np.gradient(values, time, edge_order=2 if time.size > 2 else 1)
+    return hermite(time, values, slopes, np.clip(at, time[0], time[-1]))[0]

@@ -50,25 +50,15 @@ def cap(limits: Limits) -> float:
     return float(reliability(limits, 0.0, 0.0))
 
 
-def influence(limits: Limits, errors: Array) -> Array:
-    r"""Return by how much each error moves beta: the average is zero, and its standard error is that of beta.
+def sensitivity(limits: Limits, mean: Array | float, deviation: Array | float) -> tuple[Array, Array]:
+    r"""Return the derivatives of beta in the averages of the errors and of their squares.
 
-    The influence function of beta as a function of mean and deviation, :math:`s^2 = \sigma_S^2+\sigma_s^2`:
-
-    .. math::
-
-        -\frac{e - \mu_s}{s} - \frac{\beta}{2 s^2} \left( (e - \mu_s)^2 - \sigma_s^2 \right)
-
-    Parameters
-    ----------
-    errors
-        All that mean and deviation are taken of, any shape.
+    With :math:`s^2 = \sigma_S^2 + \sigma_s^2`: :math:`-1/s + \beta \mu_s/s^2` and :math:`-\beta / 2 s^2`.
+    Parameters are those of `reliability_index`.
     """
-    mean, deviation = errors.mean(), errors.std()
-    beta = float(reliability_index(limits, mean, deviation))
-    total = float(np.hypot(_strength(limits)[1], deviation))
-    standard = (errors - mean) / total
-    return np.asarray(-standard - 0.5 * beta * (standard**2 - (deviation / total) ** 2))
+    beta = reliability_index(limits, mean, deviation)
+    total = np.hypot(_strength(limits)[1], deviation)
+    return np.asarray(-1.0 / total + beta * mean / total**2), np.asarray(-0.5 * beta / total**2)
 
 
 def implied_limit(published: float, mean: float, deviation: float) -> float:

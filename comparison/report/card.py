@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isnan
@@ -11,8 +10,8 @@ from comparison.agreement.event_description import describe
 from comparison.agreement.observed_order import Order
 from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.formatting import NO_BREAK, number, percent, quantity
-from comparison.report.ratio import deciding_channel
 from comparison.report.summary import worst_channel
+from comparison.scene import Scene, command_line
 
 Orders = Mapping[tuple[str, str], tuple[Order, Order]]
 """(scene, tier) -> order of either model, see `comparison.agreement.observed_order`."""
@@ -46,7 +45,7 @@ def card(scene: SceneComparison, orders: Orders) -> Card:
         sentence=_sentence(scene),
         order=_order(scene, orders),
         advice=advice,
-        commands=tuple(commands),
+        commands=tuple(filter(None, commands)),
     )
 
 
@@ -55,24 +54,24 @@ def _sentence(scene: SceneComparison) -> str:
         return f"{scene.reason}."
     if scene.verdict == "indeterminate":
         return _undecided(scene)
-    channel, _ = deciding_channel(scene)
+    channel = scene.decisive
     if channel is None:
         return f"{scene.reason}."
-    said = _confirmed(scene) if scene.confirmation is not None else ""
+    said = f", of finer runs ({scene.mark})" if scene.refined and scene.confirmation is None else ""
+    said += _confirmed(scene)
     if scene.verdict == "differ":
-        channel = worst_channel(scene) or channel
-        return f"{_numbers(channel)}, {_instant(scene, channel)}{said}."
-    return f"{_numbers(channel)}, at {_seconds(channel.worst_time)}, the worst of all channels{said}."
+        return f"{_numbers(channel)}; {_instant(scene, channel)}{said}."
+    return f"{_numbers(channel)}, at {_seconds(channel.worst_time)}; no channel is nearer to its limit{said}."
 
 
 def _numbers(channel: ChannelComparison) -> str:
-    """Return "slider x: 6.4 nm against 3.8 nm, 1.7 times"."""
-    size, limit = abs(channel.worst_difference), channel.worst_threshold
-    times = number(size / limit, 2) if limit else "∞"
-    what = f"{channel.limits.k:g}u" if channel.u is not None else "tolerance"
+    """Return "slider x: |E|/2u (99%) is 1.2, the maximum 1.7: 6.4 nm against 3.8 nm"."""
+    size, limit = (
+        quantity(v, channel.unit, 2) for v in (abs(channel.worst_difference), channel.worst_threshold)
+    )
+    most = "" if channel.limits.share == 1.0 else f", the maximum {number(channel.largest_ratio, 2)}"
     return (
-        f"{channel.label}: difference {quantity(size, channel.unit, 2)} against "
-        f"{quantity(limit, channel.unit, 2)} ({what}), {times} times"
+        f"{channel.label}: {channel.ratio_name} is {number(channel.ratio, 2)}{most}: {size} against {limit}"
     )
 
 
@@ -82,7 +81,7 @@ def _instant(scene: SceneComparison, worst: ChannelComparison) -> str:
     since = worst.worst_time if found is None or isnan(found.outside_from) else found.outside_from
     events = dict(zip(scene.labels, scene.events, strict=True))
     place = describe(since, events, period=scene.period, scene=scene.scene)
-    return f"first at {place}{_chatter(scene, since)}"
+    return f"the models part first at {place}{_chatter(scene, since)}"
 
 
 def _chatter(scene: SceneComparison, instant: float) -> str:
@@ -111,9 +110,10 @@ def _undecided(scene: SceneComparison) -> str:
     if worst is None or isnan(scene.coverage):
         return f"Not decided: {scene.reason}."
     said = f"Not decided: {percent(scene.coverage)} of the samples are predictable, at least "
-    said += (
-        f"{worst.limits.coverage:.0%} are required; least of all {worst.label} ({percent(worst.coverage)})"
-    )
+    said += f"{worst.limits.coverage:.0%} are required"
+    excited = [channel for channel in scene.channels.values() if channel.verdict != "unexcited"]
+    if any(channel.coverage > worst.coverage for channel in excited):
+        said += f"; least of all {worst.label} ({percent(worst.coverage)})"
     if scene.confirmation is not None:
         said += _confirmed(scene)
     return f"{said}."
@@ -132,61 +132,44 @@ def _order(scene: SceneComparison, orders: Orders) -> str:
 
 def _next(scene: SceneComparison) -> tuple[str, list[str]]:
     """Return what to do next, and the commands for it; the latter empty where there is nothing to do."""
-    source = _source(scene)
-    if source is None or scene.scene is None:
-        return _of_tables(scene)
-    strict = shlex.join(["sixbar", "validate", source, "--accuracy", "strict"])
+    if scene.verdict == "indeterminate" and scene.closer_command:
+        of_tables = "State the difference that is allowed, as a share of each scale:"
+        what = of_tables if scene.ran is None else "See whether finer settings decide it:"
+        return what, [scene.closer_command]
+    if scene.ran is None or scene.verdict == "indeterminate":
+        return "", []
     if scene.verdict == "cannot compare":
-        model = next((label for label in scene.labels if f"the {label} run" in scene.reason), None)
-        if model is None:
+        if scene.failed is None:
             return "Run the scene again once the cause is removed:", [scene.command]
-        run = ["sixbar", "run", source, "--model", model, "--out", f"{scene.name}-{model}.csv"]
-        return "Repeat the run that failed, by itself:", [shlex.join(run)]
-    if scene.verdict == "indeterminate":
-        return "See whether finer settings decide it:", [strict]
+        return "Repeat the run that failed, by itself:", [_run(scene, scene.failed.scene, scene.failed.model)]
     if scene.verdict == "differ":
-        other = _third_opinion(scene, source)
-        return "Find which model errs, by a third opinion:", other
+        return "Find which model errs, by a third opinion:", _third_opinion(scene, scene.ran)
     if scene.confirmation is not None and scene.confirmation.suspicious:
-        return "A discontinuous event decides; look at it at finer settings:", [strict]
+        what = "A discontinuous event decides"
+        closer = scene.closer_command
+        return (f"{what}; look at it at finer settings:", [closer]) if closer else (f"{what}.", [])
     return "Nothing to do.", []
 
 
-def _third_opinion(scene: SceneComparison, source: str) -> list[str]:
+def _third_opinion(scene: SceneComparison, ran: Scene) -> list[str]:
     """Return commands that run another formulation of one model and compare it with the reference."""
-    data = scene.scene or {}
     model, formulation = "exudyn", "full"
-    if data["solver"]["exudyn"]["formulation"] == "full":
+    if ran.data["solver"]["exudyn"]["formulation"] == "full":
         # The reference's multipliers are for an ideal crank pin.
-        ideal = data["joints"]["crank_pin"] == "ideal"
+        ideal = ran.data["joints"]["crank_pin"] == "ideal"
         model, formulation = ("reference", "multiplier") if ideal else ("exudyn", "tree")
-    third = f"{scene.name}-{formulation}.csv"
     host = scene.labels[1] if model == "reference" else scene.labels[0]
-    own = f"{scene.name}-{host}.csv"
-    runs = [
-        ["sixbar", "run", source, "--model", model, "--formulation", formulation, "--out", third],
-        ["sixbar", "run", source, "--model", host, "--out", own],
-        ["sixbar", "compare", own, third],
+    third = ran.variant({f"solver.{model}.formulation": formulation})
+    return [
+        _run(scene, third, model, formulation),
+        _run(scene, ran, host),
+        command_line("compare", [f"{scene.name}-{which}.csv" for which in (host, formulation)], {}),
     ]
-    return [shlex.join(run) for run in runs]
 
 
-def _of_tables(scene: SceneComparison) -> tuple[str, list[str]]:
-    if (
-        scene.verdict == "indeterminate"
-        and scene.command
-        and all(c.u is None for c in scene.channels.values())
-    ):
-        return "State the difference that is allowed, as a share of each scale:", [
-            f"{scene.command} --tolerance 0.01"
-        ]
-    return "", []
-
-
-def _source(scene: SceneComparison) -> str | None:
-    """Return the scene as `sixbar validate` takes it; None for a comparison of tables."""
-    words = shlex.split(scene.command)
-    return words[2] if words[:2] == ["sixbar", "validate"] and len(words) > 2 else None
+def _run(scene: SceneComparison, ran: Scene, model: str, what: str = "") -> str:
+    """Return the command of one run."""
+    return ran.command("run", "--model", model, "--out", f"{scene.name}-{what or model}.csv")
 
 
 def _seconds(time: float) -> str:

@@ -137,7 +137,7 @@ def _curves(scene: SceneComparison, channel: ChannelComparison, limit: Array | N
         threshold=limit,
         predictable_below=rule.limit_of_predictability(channel),
         predictable=channel.predictable,
-        outside=rule.outside(channel),
+        outside=channel.beyond,
     )
     if channel.channel != "slider_x" or scene.scene is None:
         return curves

@@ -1,4 +1,4 @@
-"""Overview of the report: scenes by tiers, and on demand by channels, as grids of |E| / 2u and coverage."""
+"""Overview of the report: scenes by tiers, and on demand by channels, as grids of ratios and coverage."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any
 
 from comparison.agreement.results import SceneComparison
 from comparison.formatting import MISSING, number, percent
-from comparison.report.ratio import deciding_channel, deciding_ratio
 from comparison.report.summary import rank, worst_verdict
 
 MODELS = {
@@ -65,7 +64,7 @@ def channel_grid(comparisons: Sequence[SceneComparison], keys: Sequence[str]) ->
             cells = []
             for name in names:
                 channel = tier.channels.get(name)
-                ratio = MISSING if channel is None else number(deciding_ratio(channel), 2)
+                ratio = MISSING if channel is None else number(channel.ratio, 2)
                 verdict = "" if channel is None else channel.verdict
                 cells.append({"verdict": verdict, "ratio": "" if ratio == MISSING else ratio})
             if tier.channels:
@@ -101,14 +100,14 @@ def models(comparisons: Sequence[SceneComparison]) -> list[dict[str, str]]:
 
 
 def _cell(tier: SceneComparison, key: str) -> dict[str, Any]:
-    channel, ratio = deciding_channel(tier)
+    channel = tier.decisive
     coverage = tier.coverage
     return {
         "key": key,
         "verdict": tier.verdict,
-        "ratio": "" if channel is None else number(ratio, 2),
+        "ratio": "" if channel is None else number(channel.ratio, 2),
         "channel": "" if channel is None else channel.channel,
         "coverage": percent(coverage) if coverage == coverage else "",
         "share": round(100 * coverage) if coverage == coverage else 0,
-        "mark": "" if tier.confirmation is None else tier.confirmation.mark,
+        "mark": tier.mark,
     }

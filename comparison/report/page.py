@@ -105,6 +105,7 @@ def render(
         grid=overview.grid(comparisons, keys),
         tiers=overview.tiers(comparisons),
         channel_grid=overview.channel_grid(comparisons, keys),
+        ratio=rule.ratio(comparisons),
         models=overview.models(comparisons),
         origin=origin,
         schematic=_representative([scene["schematic"] for scene in scenes]),
@@ -185,12 +186,9 @@ def _tier(scene: SceneComparison, orders: Orders) -> dict[str, Any]:
         "confirmation": scene.confirmation,
         "labels": scene.labels,
         "attribution": attribution_words(scene.attribution) if scene.attribution else [],
-        "coverage": percent(scene.coverage),
+        "coverage": percent(scene.coverage, scene.coverage_error),
         "explained": percent(explained),
-        "channels": [
-            tables.channel_row(channel, scene.time, rule.outside(channel))
-            for channel in scene.channels.values()
-        ],
+        "channels": [tables.channel_row(channel, scene.time) for channel in scene.channels.values()],
         "runs": tables.run_rows(scene.provenance),
         "versions": tables.version_lines(scene.provenance),
         "reliability": reliability.section(scene),

@@ -23,7 +23,6 @@ from comparison.formatting import pretty_unit
 from comparison.report import rule
 from comparison.report.decimate import envelope, upper_envelope
 from comparison.report.gallery import is_derived
-from comparison.report.ratio import deciding_channel
 from comparison.tables.arrays import Array
 from comparison.tables.channels import CONTACTS
 
@@ -42,7 +41,7 @@ def plot_data(scene: SceneComparison, pulses: tuple[Sequence[Pulse], Sequence[Pu
     one of these decides the verdict. The pulses are the resolved contacts of either model: times and forces
     are stored as shares of the last and of the largest one (16 bits each).
     """
-    deciding, _ = deciding_channel(scene)
+    deciding = scene.decisive
     shown = [
         channel
         for channel in scene.channels.values()
@@ -104,7 +103,7 @@ def _channel(
         "zero": offset if guide else 0.0,
         "threshold": name if threshold is not None else "",
         "limit": rule.limit_of_predictability(channel),
-        "outside": np.flatnonzero(rule.outside(channel)[kept])[:1].tolist(),
+        "outside": np.flatnonzero(channel.beyond[kept])[:1].tolist(),
     }
     arrays = [
         _planes(channel.a[kept] - offset, np.float32),
@@ -122,7 +121,7 @@ def _kept(shown: list[ChannelComparison], time: Array) -> NDArray[np.intp]:
     indices = [np.array([0, time.size - 1])]
     for channel in shown:
         indices += [envelope(channel.a, columns), upper_envelope(np.abs(channel.difference), columns)]
-        indices.append(upper_envelope(rule.outside(channel).astype(np.float64), columns))
+        indices.append(upper_envelope(channel.beyond.astype(np.float64), columns))
     return np.unique(np.concatenate(indices))
 
 
@@ -161,7 +160,7 @@ def _pulses(events: pd.DataFrame | None, pulses: Sequence[Pulse]) -> tuple[dict[
 def _shown_first(scene: SceneComparison, shown: list[ChannelComparison]) -> list[str]:
     """Return the channels that are drawn before any is picked: the deciding one and slider_x."""
     names = [channel.channel for channel in shown]
-    worst, _ = deciding_channel(scene)
+    worst = scene.decisive
     wanted = ["slider_x", *([worst.channel] if worst is not None else [])]
     return [name for name in dict.fromkeys(wanted) if name in names] or names[:1]
 

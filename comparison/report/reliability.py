@@ -121,7 +121,8 @@ def _row(name: str, found: Difference) -> dict[str, Any]:
         "models": [_model(of) for of in (found.a, found.b)],
         "difference": number(found.minimum, 2),
         "half_width": f"± {number(found.half_width, 2)}" if np.isfinite(found.half_width) else MISSING,
-        "sources": f"cycles ± {number(found.sampling, 2)}, numerics ± {number(found.numerical, 2)}",
+        "sources": f"cycles ± {number(found.sampling, 2)}, numerics ± {number(found.numerical, 2)}, "
+        f"quadrature ± {number(found.quadrature, 2)}",
         "verdict": found.verdict,
     }
 
@@ -131,7 +132,7 @@ def _model(of: Assessment) -> dict[str, str]:
     return {
         "smallest": rounded(of.minimum),
         "where": "the cap" if of.capped[worst] else f"at {of.angle[worst]:g}°",
-        "interval": f"{of.low[worst]:.5f} … {of.high[worst]:.5f}",
+        "interval": "{:.5f} … {:.5f}".format(*of.interval),
         "within": f"{of.within[least]:.3f}",
         "within_where": "everywhere" if np.all(of.within == of.within[0]) else f"at {of.angle[least]:g}°",
         "within_interval": f"{of.within_low[least]:.3f} … {of.within_high[least]:.3f}",

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.uncertainty import (
     ENSEMBLE_FACTOR,
@@ -17,7 +15,7 @@ from comparison.accuracy.uncertainty import (
 from comparison.agreement.confirmation_starts import ENOUGH, MEMBERS, OTHER_MEMBERS
 from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.formatting import number
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.arrays import Array
 
 
 def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
@@ -39,7 +37,9 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
         "acceleration only where the position that it depends on is predictable too. "
         f"Coverage is their share; below {floor} the channel is indeterminate.",
         f"Agree: |difference| ≤ {fixed.k:g} u on at least {fixed.share:.0%} of the predictable samples "
-        "(explained); samples at which both models are exactly zero are not counted. Differ: on fewer; of a "
+        f"(explained), so that |E|/{fixed.k:g}u ({fixed.share:.0%}), the ratio that this share stays within, "
+        "is at most 1; that of a scene is the largest of its channels. Samples at which both models are "
+        "exactly zero are not counted. Differ: on fewer; of a "
         "channel below the floor, if it would be fewer even with all other samples explained. "
         "A scene differs if one channel does; else its coverage, the mean over its excited channels (one "
         "without a sample to judge counts as zero), is compared with the same floor: below it is "
@@ -54,10 +54,10 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
             "distance from the centre. It is confirmed if this exceeds, in both ensembles, the distance of "
             "every member left out. Otherwise the uncertainty was underestimated: "
             f"{ENSEMBLE_FACTOR:g} times the largest distance in the ensemble replaces it, and the runs are "
-            "judged again. Exudyn's run of five bodies is ranked in an ensemble of the other "
-            "model; where that explains the difference, both run again two levels finer, and what is "
-            "confirmed there is a difference of models. With fewer than "
-            f"{ENOUGH} runs the difference stays unconfirmed."
+            "judged again. Exudyn's run of five bodies is ranked in an ensemble of the other model; any "
+            "verdict of theirs but agree is first judged again at half the step, up to four times, until it "
+            "is known what they converge to, and a difference of models is what outlasts this. With fewer "
+            f"than {ENOUGH} runs the difference stays unconfirmed."
         )
     if any(tier.attribution and tier.attribution.cause for scene in comparisons for tier in scene.tiers):
         lines.append(
@@ -81,6 +81,16 @@ def definition(comparisons: Sequence[SceneComparison]) -> list[str]:
     return lines
 
 
+def ratio(comparisons: Sequence[SceneComparison]) -> tuple[str, str]:
+    """Return the name of the ratio that these verdicts rest on, and what it is."""
+    channels = [c for scene in comparisons for tier in scene.tiers for c in tier.channels.values()]
+    limits = channels[0].limits if channels else thresholds()
+    against = "tolerance" if channels and channels[0].u is None else f"{limits.k:g}u"
+    share = f"{100 * limits.share:g}%"
+    name = channels[0].ratio_name if channels else f"|E|/{against} ({share})"
+    return name, f"the |difference| / {against} that {share} of the judged samples stay within"
+
+
 def _by_tier(numbers: Mapping[str, str]) -> str:
     """Return "0.01 (standard tier) or 5e-05 (tight tier)"; for a single tier the number alone."""
     if len(numbers) < 2:
@@ -94,21 +104,11 @@ def threshold(channel: ChannelComparison) -> tuple[Array | None, str]:
     k u where the tables carry an uncertainty, else the fixed tolerance; None without either.
     """
     if channel.u is not None:
-        return channel.limits.k * channel.u, f"{channel.limits.k:g} u"
-    if np.isnan(channel.worst_threshold):
-        return None, "threshold"
-    return np.broadcast_to(channel.worst_threshold, channel.difference.shape), "tolerance"
+        return channel.threshold, f"{channel.limits.k:g} u"
+    return channel.threshold, "threshold" if channel.threshold is None else "tolerance"
 
 
 def limit_of_predictability(channel: ChannelComparison) -> float:
     """Return the threshold above which a sample is not predictable; nan where there is no uncertainty."""
     fixed = channel.limits
     return fixed.k * fixed.alpha * channel.scale if channel.u is not None else float("nan")
-
-
-def outside(channel: ChannelComparison) -> BoolArray:
-    """Return where predictable samples exceed the threshold, shape (n,)."""
-    held_against, _ = threshold(channel)
-    if held_against is None:
-        return np.zeros(channel.difference.shape, dtype=np.bool_)
-    return channel.predictable & (np.abs(channel.difference) > held_against)

@@ -84,26 +84,17 @@ def _of_tier(comparisons: Sequence[SceneComparison]) -> str:
 
 
 def worst_channel(scene: SceneComparison) -> ChannelComparison | None:
-    """Return the channel with the worst verdict; of several, the one with the smallest margin.
+    """Return the channel that decides a scene: the same that the reason of its verdict names.
 
-    Of channels that differ this is the one with the largest |difference| / threshold at its worst
-    predictable sample, of indeterminate ones that with the least coverage, of agreeing ones that with the
-    least explained share: the same that the reason of the scene's verdict names.
+    Where it is indeterminate that with the least coverage, else `SceneComparison.decisive`.
     """
-    return max(scene.channels.values(), key=_badness, default=None)
+    unsettled = [channel for channel in scene.channels.values() if channel.verdict == "indeterminate"]
+    if scene.verdict == "indeterminate" and unsettled:
+        return min(unsettled, key=lambda channel: channel.coverage)
+    return scene.decisive
 
 
 def largest_predictable(channel: ChannelComparison) -> float:
     """Return the largest |difference| of the predictable samples, in the channel's unit; nan without one."""
     part = channel.difference[channel.predictable]
     return float(np.max(np.abs(part))) if part.size else math.nan
-
-
-def _badness(channel: ChannelComparison) -> tuple[int, float]:
-    if channel.verdict == "differ":
-        excess = (
-            abs(channel.worst_difference) / channel.worst_threshold if channel.worst_threshold else math.inf
-        )
-        return rank(channel.verdict), excess
-    wanting = 1.0 - (channel.coverage if channel.verdict == "indeterminate" else channel.explained)
-    return rank(channel.verdict), 0.0 if math.isnan(wanting) else wanting

@@ -39,14 +39,8 @@ INFORMATION_HEADINGS = {
 }
 
 
-def channel_row(channel: ChannelComparison, time: Array, outside: BoolArray) -> dict[str, Any]:
-    """Return one row of the channel table.
-
-    Parameters
-    ----------
-    time, outside
-        s and whether the sample is predictable and exceeds its threshold; shape (n,).
-    """
+def channel_row(channel: ChannelComparison, time: Array) -> dict[str, Any]:
+    """Return one row of the channel table; ``time`` (s) has shape (n,)."""
     unit = channel.unit
     within = largest_predictable(channel)
     compared = channel.verdict != "unexcited"
@@ -57,13 +51,14 @@ def channel_row(channel: ChannelComparison, time: Array, outside: BoolArray) -> 
         "label": channel.label,
         "unit": pretty_unit(unit),
         "verdict": channel.verdict,
-        "coverage": percent(channel.coverage) if compared else MISSING,
+        "coverage": percent(channel.coverage, channel.coverage_error) if compared else MISSING,
         "explained": percent(channel.explained) if compared else MISSING,
         "largest": quantity(channel.max_difference, unit),
         "largest_scaled": _of_scale(channel.max_scaled),
         "largest_predictable": quantity(within, unit),
         "largest_predictable_scaled": _of_scale(within / channel.scale if channel.scale else np.nan),
         "rms": quantity(channel.rms_difference, unit),
+        "rms_error": "" if np.isnan(channel.rms_error) else f"± {quantity(channel.rms_error, unit, 1)}",
         "rms_scaled": _of_scale(channel.rms_scaled),
         "worst": quantity(abs(channel.worst_difference), unit) if located else MISSING,
         "worst_threshold": (
@@ -74,7 +69,7 @@ def channel_row(channel: ChannelComparison, time: Array, outside: BoolArray) -> 
         "reason": channel.reason,
         "has_strip": compared,
         "unpredictable": _strip(~channel.predictable, time),
-        "outside": _strip(outside, time),
+        "outside": _strip(channel.beyond, time),
     }
 
 
@@ -119,9 +114,12 @@ def impact_rows(scene: SceneComparison) -> list[dict[str, Any]]:
 
 
 def information_rows(scene: SceneComparison) -> list[dict[str, Any]]:
-    """Return one row per excited channel, with cells under `INFORMATION_HEADINGS`."""
+    """Return one row per excited channel, with cells under `INFORMATION_HEADINGS`.
+
+    Two digits: of impacts, which samples meet or miss, the third depends on the sampling.
+    """
     return [
-        {"name": name, "cells": [number(channel.metrics[key]) for key in INFORMATION_HEADINGS]}
+        {"name": name, "cells": [number(channel.metrics[key], 2) for key in INFORMATION_HEADINGS]}
         for name, channel in scene.channels.items()
         if channel.metrics
     ]

@@ -19,11 +19,15 @@ EXIT_CODES = {"agree": 0, "differ": 1, "cannot compare": 2, "indeterminate": 3}
 _WORST_FIRST = (70, 2, 1, 3, 0)
 _NUMBERS = (
     "coverage",
+    "coverage_error",
     "explained",
     "max_difference",
     "rms_difference",
+    "rms_error",
     "max_scaled",
     "rms_scaled",
+    "ratio",
+    "largest_ratio",
     "worst_time",
     "worst_difference",
     "worst_threshold",
@@ -42,9 +46,12 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
     return {
         "name": comparison.name,
         "tier": comparison.tier,
+        "refined": comparison.refined,
         "title": comparison.title,
         "verdict": comparison.verdict,
         "reason": comparison.reason,
+        "decisive_channel": None if comparison.decisive is None else comparison.decisive.channel,
+        "ratio": None if comparison.decisive is None else comparison.decisive.ratio,
         "warnings": list(comparison.warnings),
         "labels": list(comparison.labels),
         "samples": int(comparison.time.size),
@@ -74,6 +81,8 @@ def reasons(comparison: SceneComparison) -> list[tuple[str, str]]:
     The reason, the confirmation of a difference, the attribution, the reliability of the motion.
     """
     said = [("reason", comparison.reason)]
+    if comparison.refined:
+        said.append(("runs", comparison.finer_runs))
     if comparison.confirmation is not None:
         said.append(("confirmation", comparison.confirmation.sentence))
     if comparison.attribution is not None and (words := attribution_words(comparison.attribution)):
@@ -126,6 +135,7 @@ def _quantity(name: str, found: Difference, labels: tuple[str, str]) -> dict[str
     models = {
         label: {
             "smallest": of.minimum,
+            "smallest_interval": list(of.interval),
             "smallest_at_deg": float(of.angle[of.worst]),
             "reliability": of.reliability.tolist(),
             "low": of.low.tolist(),
@@ -150,6 +160,7 @@ def _quantity(name: str, found: Difference, labels: tuple[str, str]) -> dict[str
         "difference": found.minimum,
         "half_width_sampling": found.sampling,
         "half_width_numerical": found.numerical,
+        "half_width_quadrature": found.quadrature,
         "half_width": found.half_width,
         "differences": found.curve.tolist(),
         "half_widths": found.curve_half_width.tolist(),

@@ -1,7 +1,8 @@
 """Scenes: read from TOML, validated, and converted to the mapping that a model takes.
 
-`loading` reads and merges them; `schema`, `fields` and `criteria` define their keys; `error_messages` phrases
-validation errors; `formulation` selects the equations that a scene needs. `shipped` holds the shipped scenes.
+`loading` reads them; `overrides` changes their keys, and names what is changed; `schema`, `fields` and
+`criteria` define the keys; `error_messages` phrases validation errors; `formulation` selects the equations
+that a scene needs. `shipped` holds the shipped scenes.
 """
 
 from comparison.scene.loading import (
@@ -13,12 +14,15 @@ from comparison.scene.loading import (
     scene_from_mapping,
     shipped_scenes,
 )
+from comparison.scene.overrides import command_line, name_with
 
 __all__ = [
     "Scene",
     "SceneError",
+    "command_line",
     "digest",
     "load_scene",
+    "name_with",
     "parse_set",
     "scene_from_mapping",
     "shipped_scenes",

@@ -29,7 +29,7 @@ _RULES = {
     "model_type": "must be a section with keys of its own",
     "string_too_short": "must not be empty",
     "string_too_long": "must have at most {max_length} characters",
-    "string_pattern_mismatch": "must be letters, digits and . _ + - only: it names files",
+    "string_pattern_mismatch": "must be letters, digits and . _ + = - only: it names files",
 }
 
 
@@ -40,7 +40,7 @@ def explain(error: ValidationError) -> str:
     steps = [str(step) for step in first["loc"] if step not in ("float", "none", "list")]
     context = first.get("ctx", {})
     kind, value = first["type"], first["input"]
-    unit = _unit(steps)
+    unit = unit_of(".".join(steps))
     if kind == "rule":
         steps += [str(context["key"])]
         value, unit = context["value"], context["unit"]
@@ -67,10 +67,10 @@ def _short(value: object) -> str:
     return text if len(text) <= 120 else f"{text[:80]} ... {text[-20:]}"
 
 
-def _unit(steps: Sequence[str]) -> str:
-    """Look up the unit of a key in the annotation of its field."""
+def unit_of(key: str) -> str:
+    """Return the unit of a dotted key, from the annotation of its field; empty without one."""
     section: Any = SceneKeys
-    for step in steps:
+    for step in key.split("."):
         section = _element(section)
         if step.isdigit():
             continue

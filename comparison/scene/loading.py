@@ -11,7 +11,7 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
@@ -23,7 +23,7 @@ from comparison.files import contents
 from comparison.scene.criteria import RandomInput, Reliability
 from comparison.scene.error_messages import explain
 from comparison.scene.formulation import joints_with_clearance
-from comparison.scene.overrides import changed, merged
+from comparison.scene.overrides import changed, command_line, merged, name_with, title_with, updated
 from comparison.scene.schema import SceneKeys
 
 SCENES = Path(str(files("comparison.scene.shipped")))
@@ -51,10 +51,12 @@ class Scene:
     data: dict[str, Any]
     """All keys but [compare] and [reliability], with defaults filled in; the input of a model."""
     warnings: tuple[str, ...]
-    given: dict[str, Any]
-    """The keys as given by files and overrides, without defaults; `with_values` starts from these."""
+    files: dict[str, Any]
+    """The keys as its files give them, without overrides and defaults."""
+    overrides: dict[str, object]
+    """Dotted keys whose values differ from these; name, title and command follow from them."""
     source: str
-    """The shipped name or the path that it was read from."""
+    """The shipped name or the path that it was read from; empty where it was not."""
     tolerance: float | None = None
     """[compare] tolerance: the share of a channel's scale by which tables without uncertainty may differ."""
     reliability: Reliability = field(default_factory=Reliability)
@@ -79,14 +81,37 @@ class Scene:
         return digest({key: part for key, part in self.data.items() if key != "scene"})
 
     def with_values(self, values: Mapping[str, object]) -> Scene:
-        """Return this scene with dotted keys changed, e.g. ``{"drive.speed_rpm": 210}``, and validate it.
+        """Return another scene: this one with dotted keys changed, e.g. ``{"drive.speed_rpm": 210}``.
+
+        Its name and title say so, unless they are among the values; it has no description.
 
         Raises
         ------
         SceneError
             If the changed scene is not valid.
         """
-        return _checked(changed(self.given, values), self.name, self.source)
+        return _checked(self.files, updated(self.files, self.overrides, values), self.source)
+
+    def variant(self, values: Mapping[str, object]) -> Scene:
+        """Return this scene at other settings or from another start, under its name and title.
+
+        Raises
+        ------
+        SceneError
+            If it is not valid.
+        """
+        varied = self.with_values(values)
+        return replace(
+            varied,
+            name=self.name,
+            title=self.title,
+            description=self.description,
+            data=varied.data | {"scene": self.data["scene"]},
+        )
+
+    def command(self, verb: str, *options: str) -> str:
+        """Return the command that does something to this scene; empty if it was not read from a file."""
+        return command_line(verb, [self.source], self.overrides, options) if self.source else ""
 
 
 def shipped_scenes() -> list[str]:
@@ -110,8 +135,8 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
         One line with location, value and violated rule.
     """
     path = _locate(str(name_or_path), Path(), str(name_or_path))
-    given = changed(_read(path, ()), overrides or {})
-    return _checked(given, path.stem, str(name_or_path))
+    given = _named_by(_read(path, ()), path.stem)
+    return _checked(given, updated(given, {}, overrides or {}), str(name_or_path))
 
 
 def scene_from_mapping(data: Mapping[str, Any]) -> Scene:
@@ -122,7 +147,7 @@ def scene_from_mapping(data: Mapping[str, Any]) -> Scene:
     SceneError
         As for `load_scene`.
     """
-    return _checked(dict(data), "scene", "")
+    return _checked(_named_by(data, "scene"), {}, "")
 
 
 def parse_set(assignments: Sequence[str]) -> dict[str, object]:
@@ -199,13 +224,32 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
     return merged(inherited, data)
 
 
-def _checked(given: dict[str, Any], default_name: str, source: str) -> Scene:
-    """Fill in texts and defaults, validate, collect warnings."""
+def _named_by(given: Mapping[str, Any], usual: str) -> dict[str, Any]:
+    """Return the keys of a scene with a name."""
     texts = given.get("scene", {})
-    if isinstance(texts, dict):
-        texts = {"name": default_name} | texts
-        given = given | {"scene": {"title": texts["name"]} | texts}
-    name = texts["name"] if isinstance(texts, dict) else default_name
+    return {**given, "scene": {"name": usual} | texts} if isinstance(texts, dict) else dict(given)
+
+
+def _texts(texts: dict[str, Any], overrides: Mapping[str, object]) -> dict[str, Any]:
+    """Return name, title and description: those of the files only of what is in the files."""
+    name = texts["name"]
+    changes = {key: value for key, value in overrides.items() if not key.startswith("scene.")}
+    if not changes or not isinstance(name, str):
+        return {"title": name} | texts
+    chosen = {key.removeprefix("scene."): value for key, value in overrides.items() if key not in changes}
+    return (
+        texts
+        | {"name": name_with(name, changes), "title": title_with(name, changes), "description": ""}
+        | chosen
+    )
+
+
+def _checked(files: dict[str, Any], overrides: dict[str, object], source: str) -> Scene:
+    """Fill in texts and defaults, validate, collect warnings."""
+    given, name = changed(files, overrides), Path(source).name
+    if isinstance(given["scene"], dict):
+        name = given["scene"]["name"]
+        given["scene"] = _texts(given["scene"], overrides)
     try:
         keys = SceneKeys.model_validate(given)
     except ValidationError as error:
@@ -219,7 +263,8 @@ def _checked(given: dict[str, Any], default_name: str, source: str) -> Scene:
         description=keys.scene.description,
         data=data,
         warnings=_warnings(data),
-        given=given,
+        files=files,
+        overrides=overrides,
         source=source,
         tolerance=keys.compare.tolerance,
         reliability=keys.reliability,

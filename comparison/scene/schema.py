@@ -34,10 +34,14 @@ MAX_SAMPLES = 100_000_000  # a larger table would not fit into the memory of an 
 MAX_SAMPLES_PER_CYCLE = 10**15  # of which a short share is asked for; below it floats count exactly
 
 
+NAME = r"^[A-Za-z0-9][A-Za-z0-9._+=-]*$"
+"""Of a scene, which names files."""
+
+
 class Texts(Section):
     """Name and title of the scene."""
 
-    name: Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[A-Za-z0-9][A-Za-z0-9._+-]*$")]
+    name: Annotated[str, Field(min_length=1, max_length=100, pattern=NAME)]
     title: str
     description: str = ""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -66,8 +66,10 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
     columns_b = {name: continuous(b.values(name), known[name]) for name in names}
     time_a, time_b = a.time, b.time
     unknown: dict[str, BoolArray] = {}
-    interval = min(_interval(time_a), _interval(time_b))
-    if time_a.size == time_b.size and np.abs(time_a - time_b).max() <= SAME_GRID * interval:
+    slack = SAME_GRID * min(_interval(time_a), _interval(time_b))
+    # Late times round coarsely: two programs that count them differently are a few last digits apart.
+    slack = max(slack, 4 * float(np.spacing(np.abs(time_a).max())))
+    if time_a.size == time_b.size and np.abs(time_a - time_b).max() <= slack:
         time, interpolated = time_a, ""
     elif _is_coarser(time_a, time_b):
         time, interpolated = _within(time_a, time_b), "b"
@@ -103,6 +105,26 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
                 columns_b[name] = turned(columns_b[name], columns_a[name], channel)
     shift = estimate(time, columns_a, columns_b, known)
     return Aligned(time, columns_a, columns_b, interpolated, unknown, shift)
+
+
+def unwound(table: Table, like: Table) -> Table:
+    """Return a table whose angles are continuous and start within half a revolution of another table's.
+
+    One whose angles are so already, or are no numbers, is returned unchanged.
+    """
+    changed = {}
+    for name in table.channels:
+        channel = table.known.get(name)
+        if channel is None or not channel.angle or name not in like.names:
+            continue
+        columns = [of.columns[name] for of in (table, like)]
+        if not all(len(of) and of.dtype.kind in "fiu" and np.isfinite(of).all() for of in columns):
+            continue
+        values = continuous(table.values(name), channel)
+        values = values + channel.turn * np.round((like.values(name)[0] - values[0]) / channel.turn)
+        if not np.array_equal(values, table.values(name)):
+            changed[name] = values
+    return replace(table, frame=table.frame.assign(**changed)) if changed else table
 
 
 def _interval(time: Array) -> float:

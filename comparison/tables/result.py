@@ -16,7 +16,8 @@ from comparison.tables.record import check_record
 class Result(Protocol):
     """Interface of a model's result; each model has its own class.
 
-    It may also have ``pulses``, a dict of arrays or None: see `comparison.tables.pulses`.
+    It may also have ``pulses``, a dict of arrays or None: see `comparison.tables.pulses`; and
+    ``cycle_extrema``, one as well: see `comparison.tables.table.Table`.
     """
 
     @property
@@ -50,14 +51,28 @@ def check_result(result: Result) -> None:
         part = getattr(result, name, None)
         if not isinstance(part, kind):
             raise TypeError(f"result: {name} must be a {kind.__name__}, not {type(part).__name__}")
-    pulses = getattr(result, "pulses", None)
-    if pulses is not None and not isinstance(pulses, dict):
-        raise TypeError(f"result: pulses must be a dict or None, not {type(pulses).__name__}")
-    if pulses:
+    for name in ("pulses", "cycle_extrema"):
+        part = getattr(result, name, None)
+        if part is not None and not isinstance(part, dict):
+            raise TypeError(f"result: {name} must be a dict or None, not {type(part).__name__}")
+    if pulses := getattr(result, "pulses", None):
         check_pulses(pulses)
+    if cycle_extrema := getattr(result, "cycle_extrema", None):
+        _check_cycle_extrema(cycle_extrema)
     record = {"extrema": result.extrema, "provenance": result.provenance}
     try:
         check_record({**result.provenance, "extrema": result.extrema})
         json.dumps(plain(record))
     except (TypeError, ValueError) as error:
         raise ValueError(f"extrema or provenance: {error}") from error
+
+
+def _check_cycle_extrema(columns: dict[str, Any]) -> None:
+    """Reject what are no columns of real numbers of one length."""
+    lengths = set()
+    for name, column in columns.items():
+        if not isinstance(column, np.ndarray) or column.ndim != 1 or column.dtype.kind != "f":
+            raise ValueError(f"cycle_extrema: {name} must be an array of real numbers, shape (cycles,)")
+        lengths.add(column.size)
+    if len(lengths) > 1:
+        raise ValueError("cycle_extrema: columns differ in length")

@@ -35,13 +35,15 @@ class Table:
     events
         One row per contact, or None where the source has no events.
     extrema
-        Channel -> min, time_of_min, max, time_of_max over integration steps.
+        Channel -> min, time_of_min, max, time_of_max over integration steps, whatever the samples.
     provenance
         Model, settings and versions that produced the results.
     own
         Definitions of the channels that are not the press's, or have a scale of their own.
     pulses
         Normal forces of the events in time (`comparison.tables.pulses`), or None where the source has none.
+    cycle_extrema
+        The extrema of each crank cycle, such as ``slider_ay_time_of_min``, shape (cycles,); or None.
     """
 
     frame: pd.DataFrame
@@ -50,6 +52,7 @@ class Table:
     provenance: dict[str, Any] = field(default_factory=dict)
     own: dict[str, Channel] = field(default_factory=dict)
     pulses: Columns | None = None
+    cycle_extrema: Columns | None = None
 
     @classmethod
     def from_result(cls, result: Result) -> Self:
@@ -71,6 +74,7 @@ class Table:
         vars(table).update(extrema=result.extrema, provenance=provenance, own={})
         pulses = getattr(result, "pulses", None)
         vars(table)["pulses"] = thinned(pulses) if pulses and pulses["row"].size else None
+        vars(table)["cycle_extrema"] = getattr(result, "cycle_extrema", None) or None
         return table
 
     if not TYPE_CHECKING:  # else any name would be an attribute

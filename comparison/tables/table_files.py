@@ -1,20 +1,20 @@
 """Files of result tables: read, and written all or none.
 
 ``run.csv`` (or ``run.parquet``) holds the channels, ``run.events.csv`` one row per contact,
-``run.pulses.csv`` the contacts' forces in time, ``run.json`` the provenance and the extrema over integration
-steps. A comparison requires only the first.
+``run.pulses.csv`` the contacts' forces in time, ``run.extrema.csv`` the extrema of each crank cycle, a row
+each, ``run.json`` the provenance and the extrema of the whole run. A comparison requires only the first.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from comparison.files import check_size, replacing_in, write_json
-from comparison.tables.columns import write_events, write_numbers
+from comparison.tables.columns import Columns, write_events, write_numbers
 from comparison.tables.record import read_record
 from comparison.tables.table import Table, TableError
 
@@ -36,21 +36,29 @@ def read(path: str | Path) -> Table:
     path = Path(path)
     check_format(path)
     frame = read_frame(path)
-    _, pulses_path, _ = _beside(path)
+    beside = _beside(path)
     extrema, record = read_provenance(path)
-    pulses = None
-    if pulses_path.is_file():
-        columns = read_frame(pulses_path)
-        # A force of whole numbers is no column of integers
-        whole = [name for name in columns if name != "row" and columns[name].dtype.kind in "iu"]
-        pulses = {
-            str(name): column.to_numpy()
-            for name, column in columns.astype(dict.fromkeys(whole, float)).items()
-        }
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
     frame.insert(0, "time", frame.pop("time"))
-    return Table(frame, read_events(path), extrema, record, pulses=pulses)
+    return Table(
+        frame,
+        read_events(path),
+        extrema,
+        record,
+        pulses=_numbers(beside["pulses"], whole=("row",)),
+        cycle_extrema=_numbers(beside["cycle_extrema"]),
+    )
+
+
+def _numbers(path: Path, whole: Sequence[str] = ()) -> Columns | None:
+    """Read columns of real numbers, but for some of ``whole`` ones; None where there is no file."""
+    if not path.is_file():
+        return None
+    frame = read_frame(path)
+    # A force of whole numbers is no column of integers
+    real = [name for name in frame if name not in whole and frame[name].dtype.kind in "iu"]
+    return {str(name): column.to_numpy() for name, column in frame.astype(dict.fromkeys(real, float)).items()}
 
 
 def read_frame(path: Path, *, parquet: bool | None = None) -> pd.DataFrame:
@@ -85,8 +93,8 @@ def read_events(path: Path) -> pd.DataFrame | None:
     TableError
         If they cannot be read.
     """
-    events_path, _, _ = _beside(path)
-    return read_frame(events_path) if events_path.is_file() else None
+    events = _beside(path)["events"]
+    return read_frame(events) if events.is_file() else None
 
 
 def read_provenance(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -97,18 +105,17 @@ def read_provenance(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     TableError
         If it cannot be read.
     """
-    _, _, record_path = _beside(path)
-    with _readable(record_path):
-        record = read_record(record_path)
+    with _readable(_beside(path)["record"]):
+        record = read_record(_beside(path)["record"])
     return record.pop("extrema", None) or {}, record
 
 
 def write(table: Table, path: str | Path) -> Path:
-    """Write a table with its events, pulses and provenance: all or, if one cannot be written, none.
+    """Write a table with all that belongs to it: all or, if one cannot be written, none.
 
     Doubles are written with full precision: reading them back gives the same bits, but for the sign of zeros
-    in a column of integers. Missing folders are created. Events and pulses of an earlier table of this
-    name are deleted where the new one has none.
+    in a column of integers. Missing folders are created. What an earlier table of this name has
+    beside it is deleted where the new one has none.
 
     Raises
     ------
@@ -117,22 +124,21 @@ def write(table: Table, path: str | Path) -> Path:
     """
     path = Path(path)
     check_format(path)
-    events_path, pulses_path, record_path = _beside(path)
+    beside, held = _beside(path), _held(table)
     try:
         with replacing_in(path.parent) as part:
-            if table.contacts is not None:
-                write_events(table.contacts, part / events_path.name)
-            if table.pulses is not None:
-                write_numbers(table.pulses, part / pulses_path.name)
-            write_json({**table.provenance, "extrema": table.extrema}, part / record_path.name)
+            for name, columns in held.items():
+                if columns is not None:
+                    write_beside = write_events if name == "events" else write_numbers
+                    write_beside(columns, part / beside[name].name)
+            write_json({**table.provenance, "extrema": table.extrema}, part / beside["record"].name)
             if path.suffix.lower() == ".csv":
                 write_numbers(table.columns, part / path.name)
             else:
                 table.frame.to_parquet(part / path.name, index=False)
-        if table.contacts is None:
-            events_path.unlink(missing_ok=True)
-        if table.pulses is None:
-            pulses_path.unlink(missing_ok=True)
+        for name, columns in held.items():
+            if columns is None:
+                beside[name].unlink(missing_ok=True)
     except OSError as error:
         raise TableError(f"{path}: cannot be written: {error.strerror or error}") from error
     return path
@@ -140,9 +146,8 @@ def write(table: Table, path: str | Path) -> Path:
 
 def companions(table: Table, path: Path) -> list[Path]:
     """Return the files that `write` makes beside that of a table."""
-    events, pulses, record = _beside(path)
-    held = {events: table.contacts is not None, pulses: table.pulses is not None, record: True}
-    return [file for file, is_made in held.items() if is_made]
+    missing = [name for name, columns in _held(table).items() if columns is None]
+    return [file for name, file in _beside(path).items() if name not in missing]
 
 
 def check_format(path: Path) -> None:
@@ -169,9 +174,17 @@ def _readable(path: Path) -> Iterator[None]:
         raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
 
 
-def _beside(path: Path) -> tuple[Path, Path, Path]:
-    """Return the files of events, pulses and provenance."""
-    events, pulses, record = (
-        path.with_name(path.stem + end) for end in (".events.csv", ".pulses.csv", ".json")
-    )
-    return events, pulses, record
+def _held(table: Table) -> dict[str, Columns | None]:
+    """Return what stands in files of its own, by the names of `_beside`."""
+    return {"events": table.contacts, "pulses": table.pulses, "cycle_extrema": table.cycle_extrema}
+
+
+def _beside(path: Path) -> dict[str, Path]:
+    """Return the files of events, pulses, extrema by cycle, and provenance."""
+    ends = {
+        "events": ".events.csv",
+        "pulses": ".pulses.csv",
+        "cycle_extrema": ".extrema.csv",
+        "record": ".json",
+    }
+    return {name: path.with_name(path.stem + end) for name, end in ends.items()}

@@ -165,8 +165,10 @@ def _search(
         cost += squares / count - ((of_second - of_first) / count) ** 2
         total += float(np.var(first) + np.var(second)) / 2
     inner = np.flatnonzero((cost[1:-1] <= cost[:-2]) & (cost[1:-1] <= cost[2:])) + 1
-    # A lag between two steps leaves some 1e-6 of a motion's variance; unrelated signals keep twice theirs.
-    good = inner[cost[inner] <= 2 * cost.min() + 1e-6 * total]
+    # A lag between two steps leaves an eighth of the curvature at most: without it another period of a
+    # motion, one that meets a step, would seem better. Unrelated signals keep twice their variance.
+    between = (cost[inner - 1] - 2 * cost[inner] + cost[inner + 1]) / 8
+    good = inner[cost[inner] <= 2 * cost.min() + between + 1e-6 * total]
     if not good.size or cost[good].min() > total:
         return None
     return float(lags[good[np.abs(lags[good]).argmin()]]) * float(even[1] - even[0])

@@ -3,8 +3,9 @@
 A side is in contact while a corner of it is inside its wall. The corner that touches first names the contact:
 the impact speed frozen in that corner's state is that of the side, and what the table of contacts is to show
 is accumulated there, even when the other corner alone is left inside. Where both touch at once, within the
-rounding of gaps, it is the lower one. The damping's factor refers to the depth's rate at the resultant,
-friction to the slip there: the point that divides the side as the forces in its corners do.
+rounding of gaps, it is the lower one, with the speed of the faster. The damping's factor refers to the
+depth's rate at the resultant, friction to the slip there: the point that divides the side as the forces in
+its corners do.
 """
 
 from typing import Any, NamedTuple
@@ -98,8 +99,11 @@ def first_touch(
         lower_at, lower_speed = touch(low.gap, low.rate, lower.gap, lower.rate, law)
     if upper.gap < 0.0:
         upper_at, upper_speed = touch(up.gap, up.rate, upper.gap, upper.rate, law)
-        if lower.gap >= 0.0 or (lower_at - upper_at) * law.step * upper_speed > _ROUNDED:
+        lead = (lower_at - upper_at) * law.step
+        if lower.gap >= 0.0 or lead * upper_speed > _ROUNDED:
             return 1, upper_at, upper_speed
+        if -lead * lower_speed <= _ROUNDED:
+            lower_speed = max(lower_speed, upper_speed)
     return 0, lower_at, lower_speed
 
 
@@ -119,10 +123,14 @@ def side_speed_in_force(low: Any, up: Any, lower: CornerMotion, upper: CornerMot
 def speed_at_start(
     lower_gap: float, lower_rate: float, upper_gap: float, upper_rate: float, law: Any
 ) -> float:
-    """Return the impact speed (m/s) of a side inside its wall at t = 0: that of its resultant, floored."""
-    first, second = foundation_normals(-lower_gap, -upper_gap, law.side_stiffness)
-    total = first + second
-    rate = (first * lower_rate + second * upper_rate) / total if total > 0.0 else min(lower_rate, upper_rate)
+    """Return the impact speed (m/s) of a side inside its wall at t = 0: that of its resultant, floored.
+
+    Of a side that is on its wall, where rounding would decide where that is, it is the faster corner's.
+    """
+    rate = min(lower_rate, upper_rate)
+    if min(lower_gap, upper_gap) < -_ROUNDED:
+        first, second = foundation_normals(-lower_gap, -upper_gap, law.side_stiffness)
+        rate = (first * lower_rate + second * upper_rate) / (first + second)
     speed: float = max(-rate, law.impact_speed_floor)
     return speed
 
@@ -133,7 +141,7 @@ def begin_side(
 ) -> float:
     """Begin the contact of a side that was open in the last accepted state and is closed in that at ``time``.
 
-    At t = 0 the deeper corner counts as the one that touched first.
+    At t = 0 the deeper corner counts as the one that touched first; of a side on its wall the faster one.
 
     Returns
     -------
@@ -144,7 +152,9 @@ def begin_side(
     if max(low.impact_speed, up.impact_speed) > 0.0 or (lower.gap >= 0.0 and upper.gap >= 0.0):
         return 0.0
     if time == 0.0:
-        end, touched_at = (1 if upper.gap < lower.gap else 0), 0.0
+        inside = min(lower.gap, upper.gap) < -_ROUNDED
+        upper_leads = upper.gap < lower.gap if inside else upper.rate < lower.rate
+        end, touched_at = (1 if upper_leads else 0), 0.0
         speed = speed_at_start(lower.gap, lower.rate, upper.gap, upper.rate, law)
     else:
         end, touched_at, speed = first_touch(low, up, lower, upper, law)

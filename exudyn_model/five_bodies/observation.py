@@ -40,7 +40,7 @@ from exudyn_model.energy import audit_energy
 from exudyn_model.five_bodies.native_contact import update_native_corners
 from exudyn_model.free_rocker import slider_acceleration_with_pin_clearance
 from exudyn_model.pulses import note_corners
-from exudyn_model.tables import update_extrema, update_turning_points
+from exudyn_model.tables import Extrema, update_extrema, update_turning_points
 from exudyn_model.watch import Eccentricity, watch_corners, watch_pin
 
 _CORNERS, _ENERGIES = len(CORNERS), len(ENERGIES)
@@ -73,7 +73,7 @@ class Kept(NamedTuple):
     values : ndarray, shape (channels,)
         ``channels.CHANNELS``; the multipliers; the contact force at joint A, where its pin has clearance; the
         energies, where they are asked for.
-    extrema : ndarray, shape (channels,)
+    extrema : Extrema
         From ``tables.new_extrema``.
     audit : ndarray, shape (1,)
         From ``energy.new_audit``.
@@ -84,7 +84,7 @@ class Kept(NamedTuple):
     """
 
     values: NDArray[np.float64]
-    extrema: NDArray[np.void]
+    extrema: Extrema
     audit: NDArray[np.void]
     masses: NDArray[np.float64]
     pulses: NDArray[np.float64]

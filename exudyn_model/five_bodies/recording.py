@@ -20,7 +20,7 @@ from exudyn_model.five_bodies.samples_between import interpolate
 from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.model import Model
 from exudyn_model.pulses import new_pulses, pulse_table
-from exudyn_model.tables import event_table, extrema_table, new_extrema
+from exudyn_model.tables import cycle_extrema, event_table, new_extrema
 
 _NOT_NATIVE = np.zeros((0, 4))
 # Rows of the events' table at first; states whose constraints are judged at once
@@ -41,6 +41,8 @@ class Recorder:
         Tells the time of the state to accept.
     samples : int
         Besides the initial state.
+    period : float
+        Of the crank, s.
     masses : ndarray, shape (15,) or (0,)
         From ``energy``; empty where the energy is not audited.
     constraints : Constraints
@@ -56,6 +58,7 @@ class Recorder:
         model: Model,
         choice: StepChoice,
         samples: int,
+        period: float,
         masses: NDArray[np.float64],
         constraints: Constraints,
     ) -> None:
@@ -72,7 +75,9 @@ class Recorder:
         if len(masses):
             self._channels += ENERGIES
         count = len(self._channels)
-        self._kept = Kept(np.zeros(count), new_extrema(count), new_audit(), masses, new_pulses())
+        cycles = samples * choice.per_sample * choice.size / period
+        extrema = new_extrema(count, period, cycles)
+        self._kept = Kept(np.zeros(count), extrema, new_audit(), masses, new_pulses())
         self._samples = np.zeros((samples + 1, count))
         self._before = np.zeros(count)
         self._events = np.zeros(0, EVENT)
@@ -176,7 +181,7 @@ class Recorder:
     def _interpolate(
         self, start: float, step: float, times: NDArray[np.float64], samples: NDArray[np.float64]
     ) -> None:
-        fixed = self._constants.linkage[0], self._constants.law[0], self._kept.extrema, samples
+        fixed = self._constants.linkage[0], self._constants.law[0], samples
         arguments = self._before, self._kept.values, start, step, times, *fixed
         if self._fill is None:
             self._fill = direct(interpolate, *arguments)
@@ -192,9 +197,9 @@ class Recorder:
             name: self._samples[: self._sample_count, self._channels.index(name)].copy() for name in names
         }
 
-    def extrema(self, names: tuple[str, ...]) -> dict[str, dict[str, float]]:
-        """Return least and greatest value of each channel over all accepted states, with their times in s."""
-        return extrema_table(self._kept.extrema, self._channels, names)
+    def cycle_extrema(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
+        """Return least and greatest value of each channel in each cycle, with their times in s."""
+        return cycle_extrema(self._kept.extrema, self._channels, names)
 
     def events(self) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""

@@ -39,7 +39,8 @@ def run_five_bodies(parameters: Parameters, progress: Callable[[float], None] | 
         longest = 1
     per_state = steps_between_states(parameters, steps)
     choice = StepChoice(model.constants, model.contacts, steps.size, steps.per_sample, longest, per_state)
-    recorder = Recorder(model, choice, steps.samples, masses, Constraints(parameters))
+    period = parameters.drive.period
+    recorder = Recorder(model, choice, steps.samples, period, masses, Constraints(parameters))
     tolerance = newton_tolerance(parameters, steps.size)
     uses = jacobian_uses(parameters)
     # Other methods damp what is wrong with the initial accelerations

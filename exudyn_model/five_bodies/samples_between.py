@@ -19,7 +19,6 @@ from exudyn_model.channels import (
 from exudyn_model.compiled import kernel
 from exudyn_model.contact.gaps import corner_motion
 from exudyn_model.contact.states import ACROSS, CORNERS
-from exudyn_model.tables import update_extrema
 
 # The slider's coordinates and velocities among the channels; from each to its rate
 _MOTION, _TO_RATE, _CORNERS = len(STATE), len(ACCELERATIONS), len(CORNERS)
@@ -34,7 +33,6 @@ def interpolate(
     times: NDArray[np.float64],
     linkage: Any,
     law: Any,
-    extrema: NDArray[np.void],
     samples: NDArray[np.float64],
 ) -> None:
     """Fill the channels at times inside a step.
@@ -55,8 +53,6 @@ def interpolate(
         See ``constants``.
     law : record
         Of the guide: see ``contact.gaps``.
-    extrema : ndarray, shape (channels,)
-        Updated.
     samples : ndarray, shape (n, channels)
         Filled.
     """
@@ -78,4 +74,3 @@ def interpolate(
             moment += corner.arm_y * ACROSS[number] * normal
             moment += corner.arm_x * values[FRICTION + PER_CONTACT * number]
         values[SLIDER_ALPHA] = moment / linkage.slider_inertia
-        update_extrema(extrema, values, times[row])

@@ -13,11 +13,11 @@ from exudyn_model.contact.memory import EVENT
 from exudyn_model.contact.states import CONTACTS
 from exudyn_model.model import Model
 from exudyn_model.pulses import new_pulses, pulse_table
-from exudyn_model.tables import event_table, extrema_table, new_extrema
+from exudyn_model.tables import cycle_extrema, event_table, new_extrema
 from exudyn_model.tree.isolation import GAP_TOLERANCE
 from exudyn_model.tree.motion import MOTION, contact_motion, has_clearance, state_at
 from exudyn_model.tree.observation import WIDTH
-from exudyn_model.tree.steps import Kept, fill, record_start, take_step
+from exudyn_model.tree.steps import POINTS, Kept, fill, record_start, take_step
 from exudyn_model.tree.switching import close
 
 _COUNT = len(CONTACTS)
@@ -34,17 +34,24 @@ class TreeRecorder:
         s.
     samples : int
         Besides the initial state.
+    period : float
+        Of the crank, s.
     least : float
         Shortest step that ends where a contact begins or ends, s.
     """
 
-    def __init__(self, model: Model, sample_interval: float, samples: int, least: float) -> None:
+    def __init__(
+        self, model: Model, sample_interval: float, samples: int, period: float, least: float
+    ) -> None:
         self.steps = 0
         self.time = 0.0
         """Time of the last accepted state, s."""
         self._constants, self._contacts = model.constants, model.contacts
         self._start, self._end = np.zeros(1, MOTION), np.zeros(1, MOTION)
-        self._kept = Kept(np.zeros(WIDTH), new_extrema(WIDTH), np.zeros((samples + 1, WIDTH)), new_pulses())
+        extrema = new_extrema(WIDTH, period, samples * sample_interval / period)
+        self._kept = Kept(
+            np.zeros((POINTS + 1, WIDTH)), extrema, np.zeros((samples + 1, WIDTH)), new_pulses()
+        )
         self._events = np.zeros(64, EVENT)
         self._event_count, self._sample_count = 0, 0
         fixed = self._constants, self._contacts, self._kept, sample_interval, least
@@ -64,7 +71,7 @@ class TreeRecorder:
         # The deeper corner of a side counts as the one that touched first
         for number in np.argsort(self._contacts["gap"], kind="stable"):
             gap, rate = (self._contacts[number][name] for name in ("gap", "rate"))
-            if gap < 0 or (gap <= GAP_TOLERANCE and rate < 0):
+            if gap < -GAP_TOLERANCE or (gap <= GAP_TOLERANCE and rate < 0):
                 close(int(number), self._contacts, 0.0, law)
                 if shares_contact(int(number), law):
                     lower, upper = (self._contacts[k] for k in sorted((number, other_end(number))))
@@ -117,9 +124,9 @@ class TreeRecorder:
         """Return sampled channels by name, as far as the run came."""
         return {name: self._kept.samples[: self._sample_count, CHANNELS.index(name)].copy() for name in names}
 
-    def extrema(self, names: tuple[str, ...]) -> dict[str, dict[str, float]]:
-        """Return the least and the greatest value of each channel over the steps, with their times in s."""
-        return extrema_table(self._kept.extrema, CHANNELS, names)
+    def cycle_extrema(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
+        """Return least and greatest value of each channel in each cycle, with their times in s."""
+        return cycle_extrema(self._kept.extrema, CHANNELS, names)
 
     def events(self) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""

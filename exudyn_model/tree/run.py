@@ -20,7 +20,9 @@ def run_tree(parameters: Parameters, progress: Callable[[float], None] | None) -
         name, build = "rocker, rods and slider tree", build_rocker_tree
     model = build(parameters, assemble(parameters))
     least = solver.least_step(duration)
-    recorder = TreeRecorder(model, parameters.sample_interval, parameters.samples, least)
+    recorder = TreeRecorder(
+        model, parameters.sample_interval, parameters.samples, parameters.drive.period, least
+    )
     cycles = parameters.drive.cycles
     outcome = solver.solve(model.mbs, duration, cycles, parameters.integration, recorder, progress)
     return Run(name, {"least_step": least}, recorder, model.contacts, outcome)

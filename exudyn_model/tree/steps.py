@@ -1,7 +1,7 @@
 """Judge a step of a tree, and record an accepted one.
 
 An accepted step goes from one state to the next without a touch or a separation between: its angles are
-interpolated by quintic Hermite polynomials, at the samples' times and at ``_POINTS`` equal parts of the step
+interpolated by quintic Hermite polynomials, at the samples' times and at ``POINTS`` equal parts of the step
 for extrema, impulses and peaks. Whatever is kept follows from such a state by balance of forces.
 """
 
@@ -18,15 +18,15 @@ from exudyn_model.contact.laws import FOUNDATION
 from exudyn_model.contact.memory import write_event
 from exudyn_model.contact.states import CONTACTS, PIN
 from exudyn_model.pulses import note
-from exudyn_model.tables import update_extrema
+from exudyn_model.tables import Extrema, update_extrema, update_vertices
 from exudyn_model.tree.forces import complete
 from exudyn_model.tree.isolation import GAP_TOLERANCE
 from exudyn_model.tree.motion import contact_motion, has_clearance, interpolate, state_at
 from exudyn_model.tree.observation import observe, watch
 from exudyn_model.tree.switching import close, locate
 
-# Parts of a step, an even number: Simpson's rule takes them in pairs
-_POINTS = 4
+# Parts of a step, an even number: Simpson's rule and the extrema's parabolas take them in pairs
+POINTS = 4
 # A contact of no more steps needs its force at these points too: loose tolerances get through with 6 steps
 _FEW = 20
 _COUNT = len(CONTACTS)
@@ -37,9 +37,9 @@ class Kept(NamedTuple):
 
     Attributes
     ----------
-    values : ndarray, shape (``observation.WIDTH``,)
-        Of the last state that was observed.
-    extrema : ndarray, shape (``observation.WIDTH``,)
+    values : ndarray, shape (``POINTS`` + 1, ``observation.WIDTH``)
+        Of the step observed last, at equal intervals from its start to its end.
+    extrema : Extrema
         From ``tables.new_extrema``.
     samples : ndarray, shape (samples, ``observation.WIDTH``)
     pulses : ndarray, shape (4, samples, 2)
@@ -47,7 +47,7 @@ class Kept(NamedTuple):
     """
 
     values: NDArray[np.float64]
-    extrema: NDArray[np.void]
+    extrema: Extrema
     samples: NDArray[np.float64]
     pulses: NDArray[np.float64]
 
@@ -61,6 +61,7 @@ def record_start(
     complete(start[0], constants.linkage, constants.law, constants.pin_law, contacts)
     state, sample = state_at(start[0], linkage), kept.samples[0]
     observe(state, linkage, law, pin_law, contacts, sample)
+    kept.values[POINTS] = sample
     update_extrema(kept.extrema, sample, state.time)
     watch(state, sample, linkage, law, pin_law, contacts)
 
@@ -160,24 +161,24 @@ def accept_step(
     """
     step = end.time - start.time
     linkage, law, pin_law = constants.linkage[0], constants.law[0], constants.pin_law[0]
-    values, extrema, samples = kept.values, kept.extrema, kept.samples
+    extrema, samples = kept.extrema, kept.samples
     shared = law.kind == FOUNDATION
     while next_sample < len(samples) and next_sample * sample_interval <= known_until:
         fraction = (next_sample * sample_interval - start.time) / step
         state = interpolate(start, end, fraction, linkage)
         observe(state, linkage, law, pin_law, contacts, samples[next_sample])
-        update_extrema(extrema, samples[next_sample], state.time)
         next_sample += 1
     for number in range(_COUNT):
         contact = contacts[number]
-        contact.impulse += step / (3 * _POINTS) * contact.normal
+        contact.impulse += step / (3 * POINTS) * contact.normal
         if number != PIN and contact.impact_speed > 0.0 and contact.start == start.time:
             note(start.time, contact.normal, contact, kept.pulses[number])
-    for point in range(1, _POINTS + 1):
-        state = interpolate(start, end, point / _POINTS, linkage)
+    kept.values[0] = kept.values[POINTS]
+    for point in range(1, POINTS + 1):
+        state, values = interpolate(start, end, point / POINTS, linkage), kept.values[point]
         observe(state, linkage, law, pin_law, contacts, values)
         update_extrema(extrema, values, state.time)
-        weight = step / (3 * _POINTS) * (1 if point == _POINTS else 4 if point % 2 == 1 else 2)
+        weight = step / (3 * POINTS) * (1 if point == POINTS else 4 if point % 2 == 1 else 2)
         for number in range(_COUNT):
             contact = contacts[number]
             normal, gap = values[NORMAL + PER_CONTACT * number], values[GAP + PER_CONTACT * number]
@@ -188,10 +189,13 @@ def accept_step(
             contact.impulse += weight * normal
             contact.peak = max(contact.peak, normal)
             contact.depth = max(contact.depth, -gap)
-            is_noted = point == _POINTS or start.time - contact.start < _FEW * step
+            is_noted = point == POINTS or start.time - contact.start < _FEW * step
             if is_noted and number != PIN and contact.impact_speed > 0.0:
                 note(state.time, normal, contact, kept.pulses[number])
         watch(state, values, linkage, law, pin_law, contacts)
+        if point % 2 == 0:
+            interval = step / POINTS
+            update_vertices(extrema, kept.values[point - 2 : point + 1], interval, state.time - interval)
     event_count = update_contacts(start, end, linkage, law, pin_law, contacts, events, event_count)
     return event_count, next_sample
 

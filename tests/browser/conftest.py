@@ -14,7 +14,9 @@ from half_sines import half_sines
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from comparison.agreement.results import Confirmation, SceneComparison
+from comparison.execution.job import Job
 from comparison.report import write_report
+from comparison.scene import load_scene
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
@@ -50,10 +52,12 @@ def comparisons() -> list[SceneComparison]:
         replace(fault, confirmation=Confirmation("unconfirmed", members=(3, 0), sentence="unconfirmed")),
         replace(fault, name="confirmed", confirmation=confirmed),
         replace(press, name="underestimated", confirmation=withdrawn),
-        replace(press, name="undecided", verdict="indeterminate", reason="too few"),
+        replace(press, name="undecided", verdict="indeterminate", reason="too few",
+            closer_command="sixbar validate press --accuracy strict"),
         replace(
             press, name="crashed", verdict="cannot compare", channels={}, events=(None, None), provenance={},
             reason="scene 'crashed': the exudyn run did not succeed: crashed; exit code 3",
+            failed=Job(load_scene("150rpm-0.2mm"), "exudyn"),
         ),
     ]  # fmt: skip
 

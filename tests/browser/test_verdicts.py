@@ -37,11 +37,21 @@ def test_the_worst_scenes_come_first_and_are_named_in_the_headline(
     ("scene", "sign", "shade", "said"),
     [
         ("crashed", "!", "bad", ["the exudyn run did not succeed: crashed", "--model exudyn"]),
-        ("fault", "✗", "bad", ["slider x: difference 1.0 µm", "unconfirmed, 3 runs", "--formulation"]),
-        ("confirmed", "✗", "bad", ["slider x: difference 1.0 µm", "confirmed by at least 30 runs"]),
+        (
+            "fault",
+            "✗",
+            "bad",
+            ["slider x: |E|/2u (99%) is ", ": 1.0 µm against", "unconfirmed, 3 runs", "formulation="],
+        ),
+        (
+            "confirmed",
+            "✗",
+            "bad",
+            ["slider x: |E|/2u (99%) is ", ": 1.0 µm against", "confirmed by at least 30 runs"],
+        ),
         ("undecided", "?", "open", ["Not decided: ", "are required", "--accuracy strict"]),
         ("underestimated", "✓", "good", ["underestimated 6.4 times and is corrected"]),
-        ("press", "✓", "good", ["the worst of all channels", "Nothing to do."]),
+        ("press", "✓", "good", ["no channel is nearer to its limit", "Nothing to do."]),
     ],
 )
 def test_each_verdict_says_what_how_much_and_what_next(

@@ -108,7 +108,7 @@ def attempt(candidate: Candidate, progress: Callable[[float], None]) -> Timed:
         if candidate.formulation not in _warm:
             per_cycle = candidate.scene.data["output"]["samples_per_cycle"]
             short = max(1, round(WARM * per_cycle)) / per_cycle
-            run_one(candidate.scene.with_values({"drive.cycles": short}), candidate.model)
+            run_one(candidate.scene.variant({"drive.cycles": short}), candidate.model)
             _warm.add(candidate.formulation)
         times: list[float] = []
         while not times or (len(times) < 3 and sum(times) < SHORT):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-from collections.abc import Sequence
 from math import isnan
 
 from comparison.accuracy.sweeps import SETTINGS
@@ -47,20 +45,12 @@ def _place(row: Timed) -> tuple[int, float]:
     return list(SETTINGS).index(row.candidate.formulation), -row.candidate.setting
 
 
-def commands(found: WorkPrecision, overrides: Sequence[str] = ()) -> list[tuple[str, str]]:
-    """Return what was seen to hold: errors with their part of the run, and the cheapest command.
-
-    Parameters
-    ----------
-    found
-        The settings.
-    overrides
-        Changes of the scene as on the command line.
-    """
+def commands(found: WorkPrecision) -> list[tuple[str, str]]:
+    """Return what was seen to hold: errors with their part of the run, and the cheapest command."""
     cheapest = {error: row for error in DECADES if (row := found.cheapest(error)) is not None}
     held: dict[str, list[float]] = {}
     for error, row in cheapest.items():
-        held.setdefault(command(found, row, overrides), []).append(error)
+        held.setdefault(command(row), []).append(error)
     lines = []
     for words, errors in held.items():
         row = cheapest[errors[-1]]
@@ -76,10 +66,7 @@ def commands(found: WorkPrecision, overrides: Sequence[str] = ()) -> list[tuple[
     return lines
 
 
-def command(found: WorkPrecision, row: Timed, overrides: Sequence[str] = ()) -> str:
+def command(row: Timed) -> str:
     """Return the command that runs a setting."""
-    of = row.candidate
-    words = ["sixbar", "run", found.scene.source, "--model", of.model, "--formulation", of.formulation]
-    for change in (*overrides, f"{of.key}={of.setting:g}"):
-        words += ["--set", change]
-    return shlex.join([*words, "--out", f"{found.scene.name}.csv"])
+    scene = row.candidate.scene
+    return scene.command("run", "--model", row.candidate.model, "--out", f"{scene.name}.csv")

@@ -27,7 +27,7 @@ def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator
     if accuracy is None:
         yield scene
     elif accuracy in NAMES:
-        yield scene.with_values(solver_values(model, accuracy, scene))
+        yield scene.variant(solver_values(model, accuracy, scene))
     elif model in OWN:
         wanted = metres(accuracy)
         ((key, finest),) = solver_values(model, "strict", scene).items()
@@ -36,9 +36,9 @@ def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator
         setting = (known and known.cheapest(wanted)) or finest
         factor, _ = refinement(model, scene)
         while setting > finest * (1 + 1e-9):
-            yield scene.with_values({key: setting})
+            yield scene.variant({key: setting})
             setting = float(f"{setting / factor:.12g}")
-        yield scene.with_values({key: finest})
+        yield scene.variant({key: finest})
     else:
         metres(accuracy)
         better: Scene | None = scene

@@ -9,7 +9,7 @@ import numpy as np
 
 from comparison.execution.job import Outcome
 from comparison.formatting import number, quantity, table
-from comparison.studies.shared.errors import Peak, error, peak, second_cycle
+from comparison.reliability.errors import Peak, slider_errors
 from comparison.studies.shared.published import published
 from comparison.studies.shared.rates import rate
 from comparison.tables.table import Table
@@ -32,14 +32,12 @@ class Case:
 
 def summarise(outcomes: Sequence[Outcome], still: Table, period: float) -> Case:
     """Return the peaks of runs against the ideal mechanism's run ``still``; period of the crank in s."""
-    second = second_cycle(still.time, period)
-    runs = [outcome.table for outcome in outcomes if outcome.table is not None]
+    errors = [slider_errors(outcome.table, still, period) for outcome in outcomes if outcome.table]
     peaks: dict[tuple[str, bool], list[Peak]] = {}
     for channel, printed in PRINTED.items():
-        errors = [error(run, still, channel) for run in runs]
-        close = second & (np.abs(still.time - printed.time) <= REACH)
-        peaks[channel, False] = [peak(still.time, values, second) for values in errors]
-        peaks[channel, True] = [peak(still.time, values, close) for values in errors]
+        close = printed.time - REACH, printed.time + REACH
+        peaks[channel, False] = [of.peak(channel, period, 2 * period) for of in errors]
+        peaks[channel, True] = [of.peak(channel, *close) for of in errors]
     messages = [
         f"not simulated: {o.message}" if o.status == "bad input" else f"{o.status}: {o.message}"
         for o in outcomes

@@ -82,4 +82,4 @@ def moved(drawn: Scene, kind: Kind, rng: np.random.Generator) -> Scene:
     """Return the scene with its start moved within the ball and its setting multiplied."""
     beside = cross_model.moved(drawn, PERTURBATION, rng)
     setting = drawn.data["solver"][kind.model][kind.setting] * log_uniform(rng, FACTORS)
-    return beside.with_values({f"solver.{kind.model}.{kind.setting}": setting})
+    return beside.variant({f"solver.{kind.model}.{kind.setting}": setting})

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from comparison.agreement.compare import Runs, compare
-from comparison.agreement.confirmation_refined import confirm_refined
+from comparison.agreement.refine import settle
 from comparison.agreement.results import SceneComparison
 from comparison.execution.job import RunError
 from comparison.execution.run import run_one
@@ -64,16 +64,14 @@ class Pair(Comparison):
         a, b = models = (self.a.model, self.b.model)
         labels = models if a != b else (a, f"{b} again")
         result = compare(*runs, scene=self.scene, labels=labels, tier=self.tier)
-        if result.verdict != "differ":
-            return result
-        return confirm_refined(
+        return settle(
             result,
             runs,
             scene=self.scene,
             models=models,
             run=self.ensemble,
             run_families=self.families,
-        )
+        ).comparison
 
     def spoiled(self, a: Runs, b: Runs) -> tuple[Runs, Runs]:
         """Return the runs of both sides with what happens to their tables."""
@@ -142,7 +140,7 @@ def summary(result: SceneComparison) -> Found:
     for name, channel in result.channels.items():
         if channel.verdict != "differ" or channel.u is None:
             continue
-        judged = channel.predictable & ((channel.a != 0) | (channel.b != 0))
+        judged = channel.judged
         threshold = channel.limits.k * channel.u
         outside = np.flatnonzero(judged & (np.abs(channel.difference) > threshold))
         if not outside.size:
@@ -165,5 +163,6 @@ def summary(result: SceneComparison) -> Found:
         "reason": result.reason,
         "channels": {name: [c.verdict, c.coverage] for name, c in result.channels.items()},
         "first": first,
+        "refined": result.refined,
         "confirmation": made and plain({name: getattr(made, name) for name in _CONFIRMATION}),
     }

@@ -11,11 +11,11 @@ import pandas as pd
 
 from comparison.execution.job import MODELS, Job, Progress, successful
 from comparison.execution.run import run_all
+from comparison.reliability.errors import slider_errors
 from comparison.scene import load_scene
 from comparison.studies.identification.facts import BASE
 from comparison.studies.identification.fitting import Fit
 from comparison.studies.identification.kinematics import Topology
-from comparison.studies.shared.errors import largest, second_cycle
 from comparison.studies.shared.published import published
 from comparison.tables.table import Table
 
@@ -121,8 +121,9 @@ def simulate(runner_up: Fit, config: Config, n_jobs: int, on_progress: Progress 
 
     def ratio(setting: tuple[str, float], name: str, channel: str) -> float:
         still, members = tables[setting, name], [tables[setting, name, k] for k in range(config.members)]
-        within = second_cycle(still.time, float(still.time[-1]) / 2)
-        sizes = [abs(largest(run, still, channel, within).value) for run in members]
+        period = float(still.time[-1]) / 2
+        peaks = [slider_errors(run, still, period).peak(channel, period, 2 * period) for run in members]
+        sizes = [abs(peak.value) for peak in peaks]
         return float(np.median(sizes)) / abs(published(f"{CASES[name]}-{CHANNELS[channel]}").value)
 
     columns = pd.MultiIndex.from_product([CASES, CHANNELS])

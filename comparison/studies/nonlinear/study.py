@@ -14,6 +14,7 @@ from comparison.formatting import quantity
 from comparison.scene import Scene
 from comparison.studies.nonlinear import chains, figures, scenes, tables
 from comparison.studies.nonlinear.chains import SAMPLES, TRANSIENT
+from comparison.studies.nonlinear.chaos import believed
 from comparison.studies.nonlinear.controls import controls
 from comparison.studies.nonlinear.memory import remembered
 from comparison.studies.nonlinear.methods.lyapunov import Exponent, exponents
@@ -22,7 +23,6 @@ from comparison.studies.nonlinear.press import by_cycle, spread, states
 from comparison.studies.nonlinear.scenes import (
     CLEARANCE,
     DISTANCES,
-    FORGETTING,
     MAIN,
     SPEED,
     USUAL,
@@ -42,6 +42,10 @@ class Results:
     perturbed: dict[Key, PerturbedOrbits | None]
     exponents: dict[Key, list[Exponent]]
     """Perturbed runs, None where they cannot be followed, and their exponents, one a distance."""
+    best: dict[Key, Exponent]
+    """Of these exponents the ones to believe, by which `comparison.studies.nonlinear.chaos` judges."""
+    scatter: dict[str, Array]
+    """Scene -> how far its states scatter at each angle of the reference's long run, m, shape (angles,)."""
     runs: dict[tuple[str, str], Table]
     """(scene, model) -> its long run."""
     long: dict[tuple[str, str], Scene]
@@ -68,13 +72,22 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     outcomes = run_all([*long.values(), *swept.values()], n_jobs, rest)
     runs = {key: successful(of, job) for (key, job), of in zip(long.items(), outcomes, strict=False)}
     of_long = {key: job.scene for key, job in long.items()}
+    found = {key: [] if of is None else exponents(of, SAMPLES, skip=1) for key, of in perturbed.items()}
+    sections = {
+        key: by_cycle(states(run, of_long[key]), of_long[key])[TRANSIENT:] for key, run in runs.items()
+    }
+    scatter = {
+        name: spread(of, of_long[name, model]) for (name, model), of in sections.items() if model == MODELS[0]
+    }
     return Results(
         config,
         perturbed,
-        {key: [] if of is None else exponents(of, SAMPLES, skip=1) for key, of in perturbed.items()},
+        found,
+        believed(found, {name: float(of.max()) for name, of in scatter.items()}),
+        scatter,
         runs,
         of_long,
-        {key: by_cycle(states(run, of_long[key]), of_long[key])[TRANSIENT:] for key, run in runs.items()},
+        sections,
         dict(zip(swept, outcomes[len(long) :], strict=True)),
     )
 
@@ -83,21 +96,17 @@ def page(results: Results) -> dict[str, object]:
     """Return what stands in the page."""
     config, main = results.config, (MAIN, "reference")
     orbit = results.perturbed[*main, USUAL["reference"]]
-    scatter = {
-        name: spread(results.sections[name, "reference"], results.long[name, "reference"])
-        for name in (*config.scenes, FORGETTING)
-    }
-    believed = tables.believed(results.exponents, {name: float(of.max()) for name, of in scatter.items()})
+    best, scatter = results.best, results.scatter
     return {
-        "finding": tables.finding(believed, config.scenes),
-        "answer": tables.answer(believed, config.scenes),
+        "finding": tables.finding(best, config.scenes),
+        "answer": tables.answer(best, config.scenes),
         "controls": controls(config.periods),
         "main": tables.by_distance(results.exponents),
         "scenes": tables.by_scene(
-            believed, results.sections, results.long, {name: scatter[name] for name in config.scenes}
+            best, results.sections, results.long, {name: scatter[name] for name in config.scenes}
         ),
-        "forgetting": tables.forgetting(believed, scatter),
-        "without_memory": tables.without_memory(believed, scatter),
+        "forgetting": tables.forgetting(best, scatter),
+        "without_memory": tables.without_memory(best, scatter),
         "memory": tables.memory(remembered(results.runs[main], results.long[main], TRANSIENT)),
         "distributions": tables.distributions(results.sections, results.long, config.scenes),
         "noise": quantity(float("nan") if orbit is None else float(np.median(orbit.noise)), "m", 2),
@@ -110,7 +119,7 @@ def page(results: Results) -> dict[str, object]:
 
 def draw(results: Results, folder: Path) -> None:
     """Draw sections, bifurcation diagrams, exponents and growth."""
-    (reference, exudyn), main = (results.sections[MAIN, m] for m in MODELS), results.long[MAIN, "reference"]
+    reference, exudyn = (results.sections[MAIN, model] for model in MODELS)
     figures.draw_sections(reference, exudyn, folder / "sections.svg")
     figures.draw_bifurcation(results.swept, scenes.swept(results.config), folder / "bifurcation.svg")
     coarsest = results.config.tolerances["reference"][0]
@@ -121,7 +130,7 @@ def draw(results: Results, folder: Path) -> None:
     }
     figures.draw_exponents(shown, folder / "exponents.svg")
     orbit = results.perturbed[MAIN, "reference", USUAL["reference"]]
-    figures.draw_growth(spread(reference, main), orbit, folder / "growth.svg")
+    figures.draw_growth(results.scatter[MAIN], orbit, folder / "growth.svg")
 
 
 STUDY = Study(

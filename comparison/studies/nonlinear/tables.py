@@ -13,8 +13,9 @@ from comparison.execution.job import MODELS
 from comparison.formatting import MISSING, quantity, table
 from comparison.scene import Scene
 from comparison.studies.ensembles.statistics import Sample, distances
+from comparison.studies.nonlinear.chaos import verdict
 from comparison.studies.nonlinear.memory import LATER, Memory
-from comparison.studies.nonlinear.methods.lyapunov import Exponent, closest_measured
+from comparison.studies.nonlinear.methods.lyapunov import Exponent
 from comparison.studies.nonlinear.methods.recurrence import LONGEST, period
 from comparison.studies.nonlinear.methods.zero_one import LEAST, chaos_indicator
 from comparison.studies.nonlinear.press import STATE
@@ -28,26 +29,10 @@ Found = Mapping[Key, Sequence[Exponent]]
 Sections = Mapping[tuple[str, str], Array]
 SECTION = 15
 """The sample of a cycle, of `ANGLES`, that stands for the others: in the slider's chatter."""
-NEAR = 0.01
-"""Of the largest scatter over the angles: perturbed runs that start farther away are no neighbours."""
 SAME = 1e-3
 """Of the clearance: two states of a section this close are the same."""
 EVERY = 5
 """Samples of a cycle from one section that is compared as a distribution to the next."""
-
-
-def believed(found: Found, scatter: Mapping[str, float]) -> dict[Key, Exponent]:
-    """Return the exponent to believe of each orbit, of those whose perturbed runs are neighbours.
-
-    Of each scene the largest scatter of its states over the angles is given, m.
-    """
-    best = {}
-    for key, of in found.items():
-        if of:
-            name, model, _ = key
-            near = [e for e, d in zip(of, DISTANCES[model], strict=True) if d <= NEAR * scatter[name]]
-            best[key] = near[closest_measured(near)] if near else of[0]
-    return best
 
 
 def answer(best: Mapping[Key, Exponent], names: Sequence[str]) -> str:
@@ -57,25 +42,16 @@ def answer(best: Mapping[Key, Exponent], names: Sequence[str]) -> str:
         runs = {key: e for key, e in best.items() if key[0] == name}
         measured = {key: e for key, e in runs.items() if e.measured}
         count, count_measured = (Counter(model for _, model, _ in of) for of in (runs, measured))
-        verdict = _verdict(runs)
         share = {f"{m} runs that measure the exponent": f"{count_measured[m]} of {count[m]}" for m in MODELS}
-        lines.append({"scene": name, "verdict": f"**{verdict}**"} | share)
+        lines.append({"scene": name, "verdict": f"**{verdict(best, name).value}**"} | share)
     return rows_table(lines)
 
 
 def finding(best: Mapping[Key, Exponent], names: Sequence[str]) -> str:
     """Return how many scenes are chaotic, and how many are not or undecided."""
-    counted = Counter(_verdict({key: e for key, e in best.items() if key[0] == name}) for name in names)
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in counted.most_common())
+    counted = Counter(verdict(best, name) for name in names)
+    counts = ", ".join(f"{count} {chaos.value}" for chaos, count in counted.most_common())
     return f"Of {len(names)} scenes: {counts}."
-
-
-def _verdict(runs: Mapping[Key, Exponent]) -> str:
-    """Return whether a scene is chaotic, by the exponents of its runs."""
-    measured = {key: e for key, e in runs.items() if e.measured}
-    if {e.sign for e in measured.values()} == {1} and {model for _, model, _ in measured} == set(MODELS):
-        return "chaotic"
-    return "not chaotic" if runs and {e.sign for e in runs.values()} == {-1} else "undecided"
 
 
 def by_distance(found: Found) -> str:

@@ -1,35 +1,84 @@
-"""The statements of the paper's text, each decided by both models: supported, contradicted or undecided."""
+"""The statements of the paper's text, each decided by both models: supported, contradicted or undecided.
+
+What is measured is here; which value decides, and why, stands in ``claims.toml``.
+"""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
+from functools import cache
 from importlib.resources import files
+from itertools import pairwise
 from typing import Any
 
+import numpy as np
+import pandas as pd
+from scipy.signal import find_peaks
+
 from comparison.execution.job import MODELS
-from comparison.studies.paper import dynamics, trends
-from comparison.studies.paper.decision import UNDECIDED, Decision
-from comparison.studies.paper.runs import Runs
+from comparison.reliability.errors import QUANTITIES
+from comparison.scene import load_scene
+from comparison.studies.nonlinear.chaos import Chaos, verdict
+from comparison.studies.paper.measures import largest_error, reliabilities
+from comparison.studies.paper.runs import CHANNELS, Runs, second
+from comparison.studies.shared.published import published
+from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import channels
 
 Claim = Mapping[str, Any]
 
-TESTS: dict[str, Callable[[Runs, str, Claim], Decision]] = {
-    "larger": trends.larger,
-    "alike": trends.alike,
-    "more_contacts": trends.more_contacts,
-    "less_reliable": trends.less_reliable,
-    "close": dynamics.close,
-    "contacts": dynamics.contacts_at_the_bottom,
-    "traversals": dynamics.traversals,
-    "recurring": dynamics.recurring,
-    "scattered": dynamics.scattered,
-    "sensitive": dynamics.sensitive,
-    "periodic": dynamics.periodic,
-    "two_codes": dynamics.two_codes,
-    "pin_zones": dynamics.pin_zones,
-}
+LITTLE = 0.05
+"""Relative change that is little, in every statement: see ``claims.toml``, criterion "peaks"."""
+POINT = 0.01
+"""Of the room that the clearance leaves: the width of a point in a plot of it."""
+BOTTOM = 0.05
+"""Of a cycle to either side of the lowest point, 20 ms at 150 rpm: where a press does its work."""
+SWING = 0.5
+"""Of the clearance: a quarter of the slider's way from wall to wall."""
+
+
+class Verdict(Enum):
+    """What runs say of a statement."""
+
+    SUPPORTED = "supported"
+    CONTRADICTED = "contradicted"
+    UNDECIDED = "undecided"
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """What decides a statement: which values support it, which contradict it, and why."""
+
+    measured: str
+    supported: float
+    contradicted: float
+    reason: str
+
+    def decide(self, value: float) -> Verdict:
+        """Return what a value says; undecided between the two bounds, and of nan."""
+        way = 1.0 if self.supported > self.contradicted else -1.0
+        if way * value >= way * self.supported:
+            return Verdict.SUPPORTED
+        return Verdict.CONTRADICTED if way * value <= way * self.contradicted else Verdict.UNDECIDED
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What one model's runs show of a statement."""
+
+    values: Mapping[str, float]
+    """Criterion -> value."""
+    numbers: Mapping[str, tuple[Array | Sequence[float], str]]
+    """What they follow from: label -> values, shown as a range, and unit ("%" of shares)."""
+
+    @property
+    def verdict(self) -> Verdict:
+        """What all criteria say; undecided where they say different things."""
+        found = {criteria()[name].decide(value) for name, value in self.values.items()}
+        return found.pop() if len(found) == 1 else Verdict.UNDECIDED
 
 
 @dataclass(frozen=True)
@@ -37,20 +86,34 @@ class Judged:
     """One statement."""
 
     claim: Claim
-    decisions: Mapping[str, Decision]
+    evidence: Mapping[str, Evidence]
 
     @property
-    def verdict(self) -> str:
+    def verdict(self) -> Verdict:
         """What both models say; undecided where they say different things."""
-        verdicts = {decision.verdict for decision in self.decisions.values()}
-        return verdicts.pop() if len(verdicts) == 1 else UNDECIDED
+        found = {of.verdict for of in self.evidence.values()}
+        return found.pop() if len(found) == 1 else Verdict.UNDECIDED
+
+
+@cache
+def _data() -> dict[str, Any]:
+    return tomllib.loads(files("comparison.studies.paper").joinpath("claims.toml").read_text("utf-8"))
+
+
+def criteria() -> dict[str, Criterion]:
+    """Return the criteria by name."""
+    return {name: Criterion(**of) for name, of in _data()["criteria"].items()}
 
 
 def all_claims() -> list[Claim]:
-    """Return the entries of ``paper/claims.toml``."""
-    text = files("comparison.studies.paper").joinpath("claims.toml").read_text("utf-8")
-    claims: list[Claim] = tomllib.loads(text)["claim"]
-    return claims
+    """Return the statements, one for each of an entry's quantities with its name and channel."""
+    return [
+        entry
+        | ({"quantity": name, "channel": QUANTITIES[name]} if name else {})
+        | {key: entry[key].format(quantity=name) for key in ("id", "says")}
+        for entry in _data()["claim"]
+        for name in entry.get("quantities", [""])
+    ]
 
 
 def judge_all(runs: Runs) -> list[Judged]:
@@ -59,3 +122,217 @@ def judge_all(runs: Runs) -> list[Judged]:
         Judged(claim, {model: TESTS[claim["test"]](runs, model, claim) for model in MODELS})
         for claim in all_claims()
     ]
+
+
+def larger(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """Whether one condition's errors are larger: those of the second cycle, and those of every later one."""
+    channel, sides = claim["channel"], (claim["more"], claim["less"])
+    more, less = (_second_cycle(runs, scene, model, channel) for scene in sides)
+    values = {"peaks": float(np.clip(1.0, _ratio(more.min(), less.max()), _ratio(more.max(), less.min())))}
+    unit = channels()[channel].unit
+    numbers = {scene: (peaks, unit) for scene, peaks in zip(sides, (more, less), strict=True)}
+    many = [later_cycles(runs, scene, model, channel) for scene in sides]
+    if all(of.size for of in many):
+        values["cycles"] = net_share(*many)
+    return Evidence(values, numbers)
+
+
+def alike(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """Whether two conditions' largest errors of the second cycle are nearly the same."""
+    sizes = {scene: _second_cycle(runs, scene, model, claim["channel"]) for scene in claim["scenes"]}
+    a, b = (float(np.median(of)) for of in sizes.values())
+    unit = channels()[claim["channel"]].unit
+    return Evidence({"change": abs(_ratio(b, a) - 1)}, {scene: (of, unit) for scene, of in sizes.items()})
+
+
+def more_contacts(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """Whether the slider touches its guide more often in a cycle."""
+    sides = (claim["more"], claim["less"])
+    counts = [contacts_by_cycle(runs, scene, model)["size"].to_numpy(np.float64) for scene in sides]
+    numbers = {f"{scene}, contacts a cycle": (of, "") for scene, of in zip(sides, counts, strict=True)}
+    return Evidence({"cycles": net_share(*counts)}, numbers)
+
+
+def less_reliable(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """Whether the smallest reliability falls."""
+    found = {s: reliabilities(runs, s, model)[claim["quantity"]] for s in (claim["more"], claim["less"])}
+    more, less = (of.minimum for of in found.values())
+    return Evidence({"reliability": less - more}, {s: ([of.minimum], "1") for s, of in found.items()})
+
+
+def close(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """Whether a channel is closer to the ideal one near the lowest point than elsewhere, in every scene."""
+    channel, unit = claim["channel"], channels()[claim["channel"]].unit
+    shares: list[float] = []
+    numbers: dict[str, tuple[list[float], str]] = {}
+    for scene in claim["scenes"]:
+        errors = np.abs(runs.errors(scene, model, channel))
+        there = float(errors[_bottom(runs, scene, model)].max())
+        largest = float(errors[second(runs.ideal[scene, model])].max())
+        shares.append(_ratio(there, largest))
+        numbers |= {f"{scene}, largest there": ([there], unit), f"{scene}, in the cycle": ([largest], unit)}
+    return Evidence({"bottom": max(shares)}, numbers)
+
+
+def abrupt(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """Whether the acceleration changes abruptly and often near the lowest point."""
+    scene, channel = claim["scene"], "slider_ay"
+    errors, ideal = runs.errors(scene, model, channel), runs.ideal[scene, model]
+    least = LITTLE * float(np.ptp(ideal.values(channel)))
+    there, cycle = (
+        float(_swings(errors[part], least).size + _swings(-errors[part], least).size)
+        for part in (_bottom(runs, scene, model), second(ideal))
+    )
+    reach = float(np.ptp(errors[_bottom(runs, scene, model)]))
+    numbers = {"range of the error there": ([reach], "m/s^2"), "changes in the whole cycle": ([cycle], "")}
+    return Evidence({"abrupt": there}, numbers)
+
+
+def oscillating(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """Whether the slider swings more often across its clearance than its load makes it."""
+    scene = claim["scene"]
+    x = runs.by_cycle(runs.long[scene, model], "slider_x")
+    least = SWING * float(load_scene(scene).data["clearance"]["slider"])
+    cycles = _swings(x.ravel(), least) // x.shape[1]
+    counts = np.bincount(cycles, minlength=len(x))[1:-1].astype(np.float64)  # ends may cut a swing
+    return Evidence({"swings": float(np.median(counts))}, {"swings a cycle": (counts, "")})
+
+
+def pin_zones(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """Whether the pin hits its bearing in the two zones on the left, by the impulse in each quadrant.
+
+    The force on rod 2, which carries the bearing, points from the bearing's centre to the pin, but for
+    friction, at most 9 degrees. If the authors drew the bearing against its pin, every quadrant is the
+    opposite one: the better of both readings counts.
+    """
+    del claim
+    force = runs.pin_forces(model)
+    total = float(np.abs(force).sum()) or 1.0
+    quadrants = {"upper right": (1, 1), "upper left": (-1, 1), "lower left": (-1, -1), "lower right": (1, -1)}
+    shares = {
+        name: float(np.abs(force[(x * force.real > 0) & (y * force.imag > 0)]).sum()) / total
+        for name, (x, y) in quadrants.items()
+    }
+    lesser, greater = (
+        [pick(shares[f"{height} {side}"] for height in ("upper", "lower")) for side in ("left", "right")]
+        for pick in (min, max)
+    )
+    zones = max(_ratio(lesser[0], greater[1]), _ratio(lesser[1], greater[0]))
+    return Evidence({"zones": zones}, {name: ([share], "%") for name, share in shares.items()})
+
+
+def recurring(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """Whether the errors of one cycle resemble those of the next."""
+    middle = {}
+    for channel in claim["channels"]:
+        errors = _later(runs.long_errors(claim["scene"], model, channel))
+        middle[channel] = float(np.median([np.corrcoef(a, b)[0, 1] for a, b in pairwise(errors)]))
+    return Evidence({"recurrence": min(middle.values())}, {name: ([r], "") for name, r in middle.items()})
+
+
+def scattered(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """Whether the points of the Poincaré map are apart, at most crank angles: its own is not printed."""
+    scene, channel = claim["scene"], claim["channel"]
+    room = 2 * float(load_scene(scene).data["clearance"]["slider"])
+    if channel == "slider_y":  # what the clearance lets y differ by where rod 4 is steepest
+        room *= abs(published("F14e-y2").value / published("F14a-x").value)
+    width = np.ptp(_later(runs.by_cycle(runs.long[scene, model], channel)), axis=0)
+    numbers = {"at the start's angle": (width[:1], "m"), "widest": ([float(width.max())], "m")}
+    return Evidence({"scatter": float(np.mean(width >= POINT * room))}, numbers)
+
+
+def periodic(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """Whether the error of a channel, all that the crank does not force, repeats from cycle to cycle."""
+    errors = _later(runs.long_errors(claim["scene"], model, claim["channel"]))
+    spread, reach = float(np.ptp(errors, axis=0).max()), float(np.ptp(errors))
+    unit = channels()[claim["channel"]].unit
+    numbers = {"spread": ([spread], unit), "range of the error": ([reach], unit)}
+    return Evidence({"repetition": spread / reach if reach else 0.0}, numbers)
+
+
+def two_codes(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """Whether the two models' errors are consistent in the second cycle."""
+    other = next(name for name in MODELS if name != model)
+    scene = claim["scene"]
+    within = second(runs.ideal[scene, model])
+    shares = {}
+    for channel in CHANNELS:
+        mine, theirs = (runs.errors(scene, name, channel)[within] for name in (model, other))
+        shares[channel] = float(np.sqrt(np.mean((mine - theirs) ** 2) / np.mean(mine**2)))
+    return Evidence({"codes": max(shares.values())}, {name: ([of], "%") for name, of in shares.items()})
+
+
+def chaotic(runs: Runs, model: str, claim: Claim) -> Evidence:
+    """Whether the scene is chaotic, as the study nonlinear has it: one verdict of both models."""
+    scene = claim["scene"]
+    value = {Chaos.CHAOTIC: 1.0, Chaos.REGULAR: -1.0, Chaos.UNDECIDED: 0.0}[verdict(runs.exponents, scene)]
+    found = [e for (name, by, _), e in runs.exponents.items() if (name, by) == (scene, model) and e.measured]
+    return Evidence({"exponent": value}, {"exponents per cycle": ([e.value for e in found], "")})
+
+
+TESTS = {
+    test.__name__: test
+    for test in (
+        larger, alike, more_contacts, less_reliable, close, abrupt, oscillating, pin_zones, recurring,
+        scattered, periodic, two_codes, chaotic,
+    )
+}  # fmt: skip
+"""What a claim's ``test`` names."""
+
+
+def net_share(a: Array, b: Array) -> float:
+    """Return in how many of all pairs a is greater by `LITTLE`, less in how many it is smaller by that."""
+    difference = np.subtract.outer(a, b)
+    apart = np.abs(difference) > LITTLE * np.minimum.outer(np.abs(a), np.abs(b))
+    return float(np.mean(np.sign(difference) * apart))
+
+
+def later_cycles(runs: Runs, scene: str, model: str, channel: str) -> Array:
+    """Return the largest error of each cycle from the second on, of the acceleration the largest force.
+
+    A contact is shorter than the interval of the samples of a long run; its peak force, which the
+    acceleration's error follows, stands in the table of contacts.
+    """
+    if (scene, model) not in runs.long:
+        return np.empty(0)
+    if channel == "slider_ay":
+        return contacts_by_cycle(runs, scene, model)["max"].to_numpy(np.float64)
+    return np.asarray(np.abs(runs.long_errors(scene, model, channel)).max(axis=1)[1:])
+
+
+def contacts_by_cycle(runs: Runs, scene: str, model: str) -> pd.DataFrame:
+    """Return number (``size``) and largest force (``max``, N) of the contacts of each later cycle."""
+    run = runs.long[scene, model]
+    cycles = (run.time.size - 1) // runs.config.long_samples
+    none = pd.DataFrame(columns=["start", "peak_force"], dtype=np.float64)
+    events = none if run.events is None else run.events
+    of_cycle = (events["start"] / run.time[-1] * cycles).astype(int)
+    found = events["peak_force"].astype(float).groupby(of_cycle).agg(["size", "max"])
+    return found.reindex(range(1, cycles), fill_value=0)
+
+
+def _second_cycle(runs: Runs, scene: str, model: str, channel: str) -> Array:
+    members = range(len(runs.short[scene, model]))
+    return np.array([abs(largest_error(runs, scene, model, channel, k).value) for k in members])
+
+
+def _ratio(a: float, b: float) -> float:
+    """Return a / b of sizes; 1 where both are zero."""
+    return float(a / b) if b else float("inf") if a else 1.0
+
+
+def _swings(values: Array, least: float) -> Array:
+    """Return the indices of the maxima that stand out by so much on both sides."""
+    return np.asarray(find_peaks(values, prominence=least)[0])
+
+
+def _bottom(runs: Runs, scene: str, model: str) -> BoolArray:
+    """Return where the two cycles are near their second lowest point: the printed instant is approximate."""
+    ideal = runs.ideal[scene, model]
+    y = np.where(second(ideal), ideal.values("slider_y"), np.inf)
+    return np.asarray(np.abs(ideal.time - ideal.time[y.argmin()]) <= BOTTOM * ideal.time[-1] / 2)
+
+
+def _later(cycles: Array) -> Array:
+    """Return the later half of the cycles: what is said of the lasting motion is judged by them."""
+    return cycles[len(cycles) // 2 :]

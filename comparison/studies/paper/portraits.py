@@ -12,7 +12,6 @@ from comparison.execution.job import MODELS
 from comparison.report import svg
 from comparison.report.decimate import envelope
 from comparison.scene import load_scene
-from comparison.studies.paper.dynamics import pin_forces
 from comparison.studies.paper.figures import COLUMNS, LINES, grid
 from comparison.studies.paper.runs import CENTRAL, PIN, Runs, second
 from comparison.studies.shared.published import published
@@ -90,7 +89,7 @@ def _pin(runs: Runs, path: Path) -> None:
     circle = clearance * np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
     with grid(path, 1, MODELS, 3.2, sharex=True, sharey=True) as (axes,):
         for panel, model in zip(axes, MODELS, strict=True):
-            force = pin_forces(runs, PIN, model)
+            force = runs.pin_forces(model)
             force = force[np.abs(force) > 0]
             size = np.abs(force)
             # Outwards by the force, which distinguishes a light touch from a hit. The few hardest hits are as

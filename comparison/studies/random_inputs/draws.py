@@ -14,10 +14,10 @@ from comparison.execution.job import Progress, RunError
 from comparison.execution.ledger import Row
 from comparison.execution.run import run_one
 from comparison.execution.task_store import Task, measure_all, on_processes
+from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, SceneError
 from comparison.scene.criteria import RandomInput
 from comparison.studies.random_inputs.inputs import values_at
-from comparison.studies.shared.errors import peak, second_cycle
 from comparison.studies.sweep.runs import IDEAL
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
@@ -103,13 +103,15 @@ def measure(draws: Draws, progress: Progress) -> Row:
 def respond(run: Table, ideal: Table, nominal: Table, period: float) -> list[float]:
     """Return the responses of a run of two cycles or more, period in s, in the order of `RESPONSES`.
 
-    ``ideal``: the ideal mechanism with the same numbers, at the same times; ``nominal``: that with the
-    scene's own numbers, at the same crank angles.
+    ``ideal``: the ideal mechanism with the same numbers; ``nominal``: that with the scene's own numbers, at
+    the same crank angles.
     """
-    within = second_cycle(run.time, period)
-    errors = [run.values(channel) - ideal.values(channel) for channel in _CHANNELS]
-    errors.append(run.values("slider_y") - nominal.values("slider_y"))
-    return [abs(peak(run.time, values, within).value) for values in errors]
+    at_equal_angle = replace(nominal, frame=nominal.frame.assign(time=run.time))
+    pairs = [(channel, ideal) for channel in _CHANNELS] + [("slider_y", at_equal_angle)]
+    return [
+        abs(slider_errors(run, of, period, names=(channel,)).peak(channel, period, 2 * period).value)
+        for channel, of in pairs
+    ]
 
 
 def _joined(draws: Draws, rows: Sequence[Row]) -> Drawn:

@@ -41,7 +41,7 @@ class Config:
     """How much is run."""
 
     samples: int
-    """A cycle. Peaks of the acceleration last less: what is between samples is seen by none of the runs."""
+    """A cycle; peaks between them are those that the model has at its own steps."""
     runs: int
     """Of Monte Carlo."""
     plane: int

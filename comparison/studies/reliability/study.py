@@ -1,4 +1,4 @@
-"""The reliability of the paper's cases by both models, over more cycles than the paper's two."""
+"""The reliability of the paper's cases by both models, over the paper's two cycles and over more."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from comparison.execution.job import MODELS, Job, Progress, successful
 from comparison.execution.run import run_all
 from comparison.formatting import number, percent, quantity
 from comparison.reliability.assessment import Assessment
+from comparison.reliability.averages import integrals
 from comparison.reliability.difference import MARGIN, Difference, compare_reliability
-from comparison.reliability.errors import since, slider_errors, unit_of
-from comparison.reliability.ideal import ideal_scenes
+from comparison.reliability.errors import QUANTITIES, slider_errors, unit_of
+from comparison.reliability.ideal import dense_scene, ideal_scenes
 from comparison.reliability.interference import ROUNDING, cap
 from comparison.reliability.words import rounded
 from comparison.report.reliability import against_angle
@@ -29,12 +30,14 @@ from comparison.studies.shared.study import Study
 from comparison.tables.table import Table
 
 LEFT_OUT = 1
-"""Cycles at the start, which still depend on the initial position of the slider."""
+"""Cycles at the start of a long run, which still depend on the initial position of the slider."""
+PAPER = 2
+"""Cycles of the paper's figures and of the shipped scenes."""
 
 
 @dataclass(frozen=True)
 class Config:
-    """Scenes, cycles of each run, and samples a cycle."""
+    """Scenes, cycles of each long run, and samples a cycle of a scene."""
 
     cases: tuple[str, ...]
     cycles: int
@@ -43,17 +46,21 @@ class Config:
 
 @dataclass(frozen=True)
 class Results:
-    """By scene and quantity: both models' reliabilities, and what `repeating` returns for the reference."""
+    """Both models' reliabilities by scene and quantity, and what `repeating` returns for the reference.
+
+    ``paper``: over two cycles; ``long``: over the later ones of the long runs.
+    """
 
     config: Config
     scenes: dict[str, Scene]
-    found: dict[str, dict[str, Difference]]
+    paper: dict[str, dict[str, Difference]]
+    long: dict[str, dict[str, Difference]]
     repeating: dict[str, dict[str, float]]
 
 
-def scene(name: str, config: Config) -> Scene:
-    """Return a case over all cycles at the settings of the tight tier."""
-    values = {"drive.cycles": float(config.cycles), "output.samples_per_cycle": config.samples}
+def scene(name: str, config: Config, cycles: int) -> Scene:
+    """Return a case over so many cycles at the settings of the tight tier."""
+    values = {"drive.cycles": float(cycles), "output.samples_per_cycle": config.samples}
     return at_tier(load_scene(name, values), "tight")
 
 
@@ -65,44 +72,70 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     RunError
         If a run does not succeed.
     """
-    scenes = {name: scene(name, config) for name in config.cases}
+    scenes = {
+        (name, cycles): scene(name, config, cycles)
+        for name in config.cases
+        for cycles in (PAPER, config.cycles)
+    }
     jobs = {
-        (name, model, motion, kind): Job(level, model)
-        for name, of in scenes.items()
+        (which, model, motion, kind): Job(level, model)
+        for which, of in scenes.items()
         for model in MODELS
-        for motion, variants in (("actual", levels(of, model)), ("ideal", ideal_scenes(of, model)))
+        for motion, variants in (
+            ("actual", levels(dense_scene(of), model)),
+            ("ideal", ideal_scenes(of, model)),
+        )
         for kind, level in variants.items()
     }
     outcomes = run_all(list(jobs.values()), n_jobs, on_progress)
     tables = {
-        key: since(successful(outcome, job), LEFT_OUT * scenes[key[0]].period)
-        for (key, job), outcome in zip(jobs.items(), outcomes, strict=True)
+        key: successful(outcome, job) for (key, job), outcome in zip(jobs.items(), outcomes, strict=True)
     }
 
-    def runs(name: str, model: str, motion: str) -> Runs:
-        kinds = {key[3]: table for key, table in tables.items() if key[:3] == (name, model, motion)}
-        return Runs(refinement=refinement(model, scenes[name]), **kinds)
+    def runs(which: tuple[str, int], model: str, motion: str) -> Runs:
+        kinds = {key[3]: table for key, table in tables.items() if key[:3] == (which, model, motion)}
+        return Runs(refinement=refinement(model, scenes[which]), **kinds)
 
-    found, repeats = {}, {}
-    for name, of in scenes.items():
-        (a, b), (ideal_a, ideal_b) = (
-            [runs(name, model, motion) for model in MODELS] for motion in ("actual", "ideal")
+    def compared(name: str, cycles: int, left_out: int) -> dict[str, Difference]:
+        of, which = scenes[name, cycles], (name, cycles)
+        pairs = [[runs(which, model, motion) for model in MODELS] for motion in ("actual", "ideal")]
+        (a, b), (ideal_a, ideal_b) = pairs
+        return compare_reliability(
+            (a, b),
+            (ideal_a, ideal_b),
+            of.period,
+            of.reliability,
+            thresholds("tight").k,
+            left_out * of.period,
         )
-        found[name] = compare_reliability(
-            (a, b), (ideal_a, ideal_b), of.period, of.reliability, thresholds("tight").k
-        )
-        repeats[name] = repeating(a.base, ideal_a.base, of)
-    return Results(config, scenes, found, repeats)
+
+    repeats = {}
+    for name in config.cases:
+        which = (name, config.cycles)
+        run, still = (tables[which, MODELS[0], motion, "base"] for motion in ("actual", "ideal"))
+        repeats[name] = repeating(run, still, scenes[which])
+    return Results(
+        config,
+        {name: scenes[name, config.cycles] for name in config.cases},
+        {name: compared(name, PAPER, 0) for name in config.cases},
+        {name: compared(name, config.cycles, LEFT_OUT) for name in config.cases},
+        repeats,
+    )
 
 
 def repeating(run: Table, ideal: Table, of: Scene) -> dict[str, float]:
-    """Return by quantity the share of the error's variance that its average over the cycles has."""
-    errors = slider_errors(run, ideal, of.period)
+    """Return by quantity the share of the error's variance that its average over the cycles has.
+
+    Of the averages over hundredths of a cycle.
+    """
+    errors = slider_errors(run, ideal, of.period, start=LEFT_OUT * of.period)
+    cycles = round(errors.time[-1] / of.period)
+    edges = of.period * np.arange(100 * cycles + 1) / 100
     shares = {}
-    for name, values in errors.by_quantity.items():
-        total = values.var()
-        mean = values.reshape(-1, errors.per_cycle).mean(0)
-        shares[name] = float(mean.var() / total) if total > 0 else float("nan")
+    for name, channel in QUANTITIES.items():
+        by_cycle = integrals(errors.time, errors.by_channel[channel], edges).reshape(cycles, -1)
+        total = by_cycle.var()
+        shares[name] = float(by_cycle.mean(0).var() / total) if total > 0 else float("nan")
     return shares
 
 
@@ -114,19 +147,23 @@ def picture(name: str) -> str:
 def figures(results: Results, folder: Path) -> None:
     """Draw the reliabilities of every scene against the crank angle."""
     with style():
-        for name, quantities in results.found.items():
+        for name, quantities in results.long.items():
             write_svg(against_angle(quantities, MODELS), folder / picture(name))
 
 
 def page(results: Results) -> dict[str, object]:
     """Return what stands in the page."""
-    each = [(name, quantity, of) for name, found in results.found.items() for quantity, of in found.items()]
+    each, two = (
+        [(name, quantity, of) for name, found in runs.items() for quantity, of in found.items()]
+        for runs in (results.long, results.paper)
+    )
     verdicts = [of.verdict for *_, of in each]
     settings = next(iter(results.scenes.values())).reliability
     inside = np.concatenate([np.abs(of.curve) <= of.curve_half_width for *_, of in each])
     return {
         "cycles": results.config.cycles - LEFT_OUT,
         "all_cycles": results.config.cycles,
+        "two": rows_table(_compared(*of) for of in two),
         "bins": settings.bins,
         "of_what": "size of the error" if settings.errors == "absolute" else "signed error",
         "limits": ", ".join(
@@ -162,17 +199,18 @@ def _compared(name: str, quantity_: str, of: Difference) -> dict[str, str]:
         "difference": number(of.minimum, 2),
         "other cycles": f"± {number(of.sampling, 2)}",
         "numerics": f"± {number(of.numerical, 2)}",
+        "quadrature": f"± {number(of.quadrature, 2)}",
         "verdict": f"**{of.verdict}**",
     }
 
 
 def _alone(name: str, quantity_: str, of: Assessment, repeats: float) -> dict[str, str]:
-    worst, least, unit = of.worst, int(of.within.argmin()), unit_of(quantity_)
+    least, unit = int(of.within.argmin()), unit_of(quantity_)
     mean, deviation = (quantity(float(values.max()), unit) for values in (of.mean, of.deviation))
     return {
         "scene": name,
         "quantity": quantity_,
-        "smallest R, 95 % interval": f"{rounded(of.minimum)} ({of.low[worst]:.5f} … {of.high[worst]:.5f})",
+        "smallest R, 95 % interval": "{} ({:.5f} … {:.5f})".format(rounded(of.minimum), *of.interval),
         "parts of the cycle at the cap": f"{int(of.capped.sum())} of {of.capped.size}",
         "smallest P, 95 % interval": f"{of.within[least]:.3f} ({of.within_low[least]:.3f} … "
         f"{of.within_high[least]:.3f})",

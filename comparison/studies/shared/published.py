@@ -1,4 +1,10 @@
-"""The figures that the paper prints, from ``paper/published_results.csv``."""
+"""The figures that the paper prints, from ``published_results.csv``, and what each is used for.
+
+Column ``use``: "prediction" where nothing in the scenes was taken from the figure; "geometry" and "reference
+line" where the study identification fits these to it, or corrects by it what it fits; "reliability limit"
+where the study paper fits the limit of the permitted error to it; "cap" where it is the reliability of a
+mechanism without error, to its last printed digit; "misprint" where it cannot be what the authors computed.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +14,9 @@ from functools import cache
 from importlib.resources import files
 
 import pandas as pd
+
+CONDITION = ["pair", "speed_rpm", "clearance_mm", "youngs_modulus_GPa", "poisson"]
+"""Columns that name a condition: pair with clearance, speed, clearance, elastic modulus, Poisson's ratio."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +51,20 @@ def published(identifier: str) -> Published:
         angle=float(row["crank_angle_deg"] or "nan"),
         rounding=0.5 * 10.0 ** int(last_digit),
     )
+
+
+def printed_events() -> list[list[str]]:
+    """Return the ids of all rows, those that print one figure again together, in the order of the file.
+
+    A figure is printed again where condition, quantity and size are the same: the paper repeats the peaks of
+    its central case in four figures. Sign and instant may differ: then it contradicts itself.
+    """
+    rows = printed_rows().copy()
+    rows["size"] = rows["value"].astype(float).abs()
+    return [
+        [str(name) for name in of.index]
+        for _, of in rows.groupby([*CONDITION, "quantity", "size"], sort=False)
+    ]
 
 
 @cache

@@ -5,9 +5,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 
-import numpy as np
-
-from comparison.studies.shared.errors import error, peak, second_cycle
+from comparison.metrics.norms import rms
+from comparison.reliability.errors import slider_errors
 from comparison.studies.sweep.points import SweepError
 from comparison.tables.channels import channels
 from comparison.tables.table import Table
@@ -15,7 +14,7 @@ from comparison.tables.table import Table
 OF_CHANNELS = {
     "min": "smallest value over the integration steps",
     "max": "largest value over the integration steps",
-    "rms": "root of the mean square of the samples",
+    "rms": "root of the mean square over time",
     "end": "last sample",
 }
 OF_ERRORS = {"slider_y": "displacement", "slider_vy": "velocity", "slider_ay": "acceleration"}
@@ -67,9 +66,9 @@ def needs_ideal(asked: Sequence[str]) -> bool:
 def measure(run: Table, ideal: Table | None, period: float, asked: Sequence[str]) -> dict[str, float | None]:
     """Return the quantities of a run, of `names`, None where it has not what they need.
 
-    The ideal mechanism's run has the same times; it is there where `needs_ideal`. The period of the crank is
-    in s. A peak error is that of a sample, in size, over the second cycle as in the paper; over all where
-    there is no second. ``contacts`` counts them, ``impulse`` is their sum, N s.
+    The ideal mechanism's run is there where `needs_ideal`. The period of the crank is in s. A peak error is
+    the size of the largest one over the second cycle as in the paper; over all where there is no second.
+    ``contacts`` counts them, ``impulse`` is their sum, N s.
     """
     return {name: _one(name, run, ideal, period) for name in asked}
 
@@ -79,10 +78,8 @@ def _one(name: str, run: Table, ideal: Table | None, period: float) -> float | N
     if what == "peak_error" and ideal is not None:
         if of not in run.names:
             return None
-        within = second_cycle(run.time, period)
-        everywhere = np.ones(run.time.size, dtype=np.bool_)
-        whole = run.time[-1] >= 2 * period * (1 - 1e-9)
-        return abs(peak(run.time, error(run, ideal, of), within if whole else everywhere).value)
+        second = (period, 2 * period) if run.time[-1] >= 2 * period * (1 - 1e-9) else ()
+        return abs(slider_errors(run, ideal, period, names=(of,)).peak(of, *second).value)
     if what in OF_CHANNELS:
         return _of_channel(what, of, run)
     if what == "steps":
@@ -106,7 +103,7 @@ def _of_channel(what: str, channel: str, run: Table) -> float | None:
     if what == "end":
         return float(values[-1])
     if what == "rms":
-        return float(np.sqrt(np.mean(values**2)))
+        return rms(run.time, values)
     if channel in run.extrema:
         return float(run.extrema[channel][what])
     return float(values.min() if what == "min" else values.max())

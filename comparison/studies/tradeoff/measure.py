@@ -16,6 +16,7 @@ from comparison.execution.job import Job, Progress, RunError, successful
 from comparison.execution.ledger import Row
 from comparison.execution.run import run_all, run_one
 from comparison.execution.task_store import Task
+from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, SceneError
 from comparison.studies.shared.formulations import MINIMAL, TREE
 from comparison.studies.tradeoff.methods import WITH_CLEARANCE, cycle
@@ -97,8 +98,11 @@ def errors(table: Table, name: str) -> dict[str, float]:
         return {"crank_torque": float(error)}
     assert table.events is not None
     assert exact.events is not None
-    ideal = _ideal(name).values("slider_y")
-    deviation, right = (np.abs(of.values("slider_y") - ideal).max() for of in (table, exact))
+    period = cycle(name, {}).period
+    deviation, right = (
+        abs(slider_errors(of, _ideal(name), period, names=("slider_y",)).peak("slider_y").value)
+        for of in (table, exact)
+    )
     ratios = {
         "slider_y_error": deviation / right,
         "impulse": table.events["impulse"].sum() / exact.events["impulse"].sum(),

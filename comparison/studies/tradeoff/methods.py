@@ -49,7 +49,7 @@ class Sweep:
 def cycle(name: str, changes: dict[str, object]) -> Scene:
     """Return one crank cycle of one of the scenes; settings after the formulation that they belong to."""
     source = name if name in WITH_CLEARANCE else "150rpm-0.2mm"
-    return load_scene(source, {**SCENES[name], "drive.cycles": 1.0}).with_values(changes)
+    return load_scene(source, {**SCENES[name], "drive.cycles": 1.0}).variant(changes)
 
 
 def _decades(first: int, last: int) -> tuple[float, ...]:

@@ -87,16 +87,19 @@ def row(scene: SceneComparison) -> dict[str, str]:
 def _verdict(scene: SceneComparison | None) -> str:
     if scene is None:
         return "not run"
-    mark = "" if scene.confirmation is None else f" ({scene.confirmation.mark})"
+    mark = f" ({scene.mark})" if scene.mark else ""
     return f"**{scene.verdict}**{mark}"
 
 
 def _shares(scene: SceneComparison | None, tier: str = "") -> dict[str, str]:
-    coverage = explained = np.nan
+    coverage = error = explained = np.nan
     if scene is not None and scene.channels:
-        coverage = scene.coverage
+        coverage, error = scene.coverage, scene.coverage_error
         explained = np.nan if scene.attribution is None else scene.attribution.explained
-    return {f"samples predictable{tier}": percent(coverage), f"of these explained{tier}": percent(explained)}
+    return {
+        f"samples predictable{tier}": percent(coverage, error),
+        f"of these explained{tier}": percent(explained),
+    }
 
 
 def _metres(value: float) -> str:

@@ -108,6 +108,19 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
     assert 1 - 2 / 21 < found.explained < 1 - 0.9 / 21
 
 
+def test_of_channels_that_part_at_one_instant_the_farthest_outside_is_named(scene, make_table):
+    a, b = runs(make_table, 1e-8), runs(make_table, 1e-8)
+    for kind in KINDS:
+        frame = getattr(b, kind).frame
+        late = frame["time"] > 0.2
+        frame.loc[late, "slider_x"] += 1e-8
+        frame.loc[late, "slider_y"] += 1e-4
+    result = compared(scene, a, b)
+    found, first = result.attribution, result.time > 0.2
+    assert all(result.channels[name].verdict == "differ" for name in ("slider_x", "slider_y"))
+    assert (found.outside_in, found.outside_from) == ("slider_y", result.time[first][0])
+
+
 def test_a_small_difference_of_models_is_reported_apart_from_larger_ones_within_the_numerics(
     scene, make_table
 ):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from comparison.accuracy.levels import AccuracyError
+from comparison.accuracy.levels import AccuracyError, finer
 from comparison.agreement import cross_check, planned_runs
 from comparison.agreement.compare import Runs, compare
-from comparison.agreement.confirmation_refined import refined
 from comparison.agreement.cross_check import validate
+from comparison.agreement.refine import Settled
 from comparison.execution.job import MODELS, Job
 from comparison.execution.run import run_all
 from comparison.report.text import reasons
@@ -24,7 +24,8 @@ def test_each_model_runs_three_levels_and_two_perturbed_runs_and_the_ideal_scene
     # At the tight tier the tree's five; the ideal scene's five bodies run as at the standard one. Of the
     # reference's, the coarser run of the strict level is the finer one of the standard level. The ideal
     # mechanism runs at two levels; by the reference the ideal scene's are these already.
-    assert len(fake_models.read_text().splitlines()) == (10 + 6) + (5 + 4) + 2 + (4 + 2)
+    # All but those of the ideal mechanism run once more with the samples of the reliability.
+    assert len(fake_models.read_text().splitlines()) == 2 * ((10 + 6) + (5 + 4)) + 2 + (4 + 2)
     finer = with_clearance.comparison.provenance["exudyn finer"]["scene"]["solver"]
     assert finer["exudyn"]["step"] == 1e-6
     coarser = with_clearance.comparison.provenance["exudyn coarser"]["scene"]["solver"]
@@ -41,7 +42,10 @@ def test_accuracy_sets_both_models_and_stands_in_the_command(scene):
     (result,) = validate([scene], accuracy="strict")
     solver = result.comparison.scene["solver"]
     assert (solver["reference"]["tolerance"], solver["exudyn"]["step"]) == (1e-12, 5e-7)
-    assert result.comparison.command == f"sixbar validate {scene.name} --accuracy strict"
+    assert result.comparison.command == (
+        "sixbar validate 150rpm-0.2mm --set output.samples_per_cycle=200 --accuracy strict"
+    )
+    assert result.comparison.closer_command == ""  # strict it is already
     with pytest.raises(AccuracyError, match="out of reach of the exudyn model"):
         validate([scene], accuracy=1e-10)
 
@@ -82,22 +86,24 @@ def test_where_the_ideal_mechanism_cannot_be_run_the_verdict_stands(scene, gravi
 
 
 @pytest.mark.usefixtures("fake_models")
-def test_the_confirmation_is_given_finer_runs_of_both_models_or_none(scene, gravity, monkeypatch):
+def test_a_verdict_is_settled_with_finer_runs_of_both_models_or_none(scene, gravity, monkeypatch):
     given = []
 
-    def confirm_refined(result, _, *, scene, run_families, **__):
-        finer = refined(scene, MODELS)
-        given.append((run_families(finer), run_families(finer.with_values({fails: gravity.fail}))))
-        return result
+    def settle(result, runs, *, scene, run_families, **__):
+        closer = finer("exudyn", finer("reference", scene))
+        given.append((run_families(closer), run_families(closer.with_values({fails: gravity.fail}))))
+        return Settled(result, runs, scene)
 
     fails = "environment.gravity"
-    monkeypatch.setattr(cross_check, "confirm_refined", confirm_refined)
+    monkeypatch.setattr(cross_check, "settle", settle)
     validate([scene], tiers=("standard",))
-    ((finer, failed),) = given
+    ((families, failed),) = given
     assert failed is None
-    settings = [of.base.provenance["scene"]["solver"][model] for model, of in zip(MODELS, finer, strict=True)]
-    assert (settings[0]["tolerance"], settings[1]["step"]) == (1e-12, 5e-7)
-    assert all(of.finer and of.coarser and len(of.perturbed_runs) == 2 for of in finer)
+    settings = [
+        of.base.provenance["scene"]["solver"][model] for model, of in zip(MODELS, families, strict=True)
+    ]
+    assert (settings[0]["tolerance"], settings[1]["step"]) == (1e-11, 1e-6)
+    assert all(of.finer and of.coarser and len(of.perturbed_runs) == 2 for of in families)
 
 
 @pytest.mark.slow

@@ -35,7 +35,7 @@ def test_another_verdict_is_reported_in_one_line_with_what_is_on_record(scene, f
     record = tomllib.loads(as_toml([scene], [found], MADE))
     now = replace(found, tight=replace(found.tight, verdict="differ"))
     assert departures([scene, scene], [found, now], record) == (
-        'not the verdicts on record (on A "x", numpy 2; 2030-01-01): 150rpm-0.2mm, tight: differ, not agree'
+        f'not the verdicts on record (on A "x", numpy 2; 2030-01-01): {scene.name}, tight: differ, not agree'
     )
 
 
@@ -43,7 +43,7 @@ def test_a_changed_scene_or_one_that_is_not_shipped_is_not_compared(scene, found
     record = tomllib.loads(as_toml([scene], [found], MADE))
     now = replace(found, verdict="differ")
     assert departures([scene], [now], record) != ""
-    changed = scene.with_values({"contact.youngs_modulus": 1e9})
+    changed = scene.variant({"contact.youngs_modulus": 1e9})  # under the name on record
     other = load_scene("wedge")
     assert departures([changed, other], [now, now], record) == ""
 

@@ -109,7 +109,29 @@ def test_a_force_that_is_zero_throughout_differs_from_rare_impacts():
         assert result.verdict == "differ"
         assert result.explained == 0.0
         assert judge(a, b, tolerance=0.01, channel="corner_ll_normal").verdict == "differ"
-    assert judge(force, force, 1e-6, channel="corner_ll_normal", scene=SCENE).verdict == "agree"
+    # To agree, four samples are too few.
+    assert judge(force, force, 1e-6, channel="corner_ll_normal", scene=SCENE).verdict == "indeterminate"
+
+
+@pytest.mark.parametrize(
+    ("judged", "outside", "verdict"),
+    [
+        (4, 0, "indeterminate"),
+        (9, 2, "indeterminate"),
+        (9, 3, "differ"),
+        (10, 0, "agree"),
+        (10, 1, "indeterminate"),
+        (250, 2, "agree"),
+        (150, 2, "indeterminate"),
+        (150, 3, "differ"),
+        (400, 4, "agree"),
+        (400, 5, "differ"),
+    ],
+)
+def test_one_or_two_samples_decide_nothing(judged, outside, verdict):
+    force = np.where(np.arange(N) < judged, 20.0, 0.0)
+    other = force + np.where(np.arange(N) < outside, 1.0, 0.0)
+    assert judge(force, other, 1e-6, channel="corner_ll_normal", scene=SCENE).verdict == verdict
 
 
 def test_a_force_of_which_no_impact_is_predictable_is_not_called_agreement():
@@ -230,7 +252,7 @@ def test_exchanging_the_two_changes_nothing_but_the_sign(seed):
 
 def test_a_force_is_predictable_only_where_its_position_is():
     """All runs of one model may have a force of zero although nobody knows where the corner is."""
-    force, known = np.where(np.arange(N) == 5, 1.0, 0.0), np.arange(N) > 50
+    force, known = np.where(np.abs(np.arange(N) - 20) < 5, 1.0, 0.0), np.arange(N) > 50
     options = {"scene": SCENE, "u": (np.full(N, 1e-9), np.full(N, 1e-9)), "tolerance": None, "limits": LIMITS}
     channel = channels()["corner_ll_normal"]
     assert channel.follows == "corner_ll_gap"

@@ -184,7 +184,7 @@ def test_one_scene_that_fails_leaves_the_others_compared_and_reported(scene_file
         path.write_text("of an earlier call")
     assert main(["validate", failing, scene_file("good"), "--out", "v"]) == 2
     out = capsys.readouterr().out
-    assert "bad    standard  cannot compare       n/a     n/a  the exudyn run did" in out
+    assert "bad    standard  cannot compare       n/a           n/a  the exudyn run did" in out
     assert "good   standard  agree " in out
     summary = json.loads(Path("v/summary.json").read_text())
     assert [scene["verdict"] for scene in summary["scenes"]] == ["cannot compare", "agree"]

@@ -116,7 +116,8 @@ def test_ten_joint_angles_of_two_opensim_files_compare_without_a_mapping(wrong, 
     out = " ".join(out.split())  # reasons are wrapped
     if code:
         assert (
-            "most of all joint_6: 1 of 101 samples are outside the tolerance, at worst at t = 0.4 s: " in out
+            "most of all joint_6, |E|/tolerance = 8.3: 1 of 101 samples are outside the tolerance, at worst "
+            "at t = 0.4 s: " in out
         )
         assert "the difference is -0.5, the threshold 0.0" in out  # without a unit, none is stated
         assert main([*command, "--share", "0.99"]) == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -65,14 +66,14 @@ def runs_of_all_widths(shared, fakes, monkeypatch):
 
 @pytest.mark.usefixtures("runs_of_all_widths")
 def test_validate_and_the_sweep(columns, scene_file, gravity, capsys):
-    good, bad = scene_file("a-scene-of-a-long-name"), scene_file("bad", gravity.fail)
+    good, bad = scene_file("a-scene"), scene_file("bad", gravity.fail)
     assert main(["validate", good, bad, "--out", "v", "--set", "drive.cycles=1", "-v"]) == 2
     out, err = capsys.readouterr()
     assert too_long(out, columns) == []
     assert all(line.startswith("sixbar: 2 scenes: ") for line in err.splitlines())  # progress
     # Name, tier and verdict are shown at any width, what else there is room for is cut.
-    assert "\nbad                     standard  cannot compare" in out
-    assert ("..." in out) == (columns > 60)
+    assert re.search(r"\nbad\+drive\.cycles=1 +standard  cannot compare", out)
+    assert ("..." in out) == (columns > 80)
     assert (
         main(["study", "sweep", good, "--grid", "drive.speed_rpm=" + ",".join(map(str, range(90, 97)))]) == 0
     )

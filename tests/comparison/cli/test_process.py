@@ -97,7 +97,7 @@ def test_help_imports_nothing_heavy():
 def test_plan_tells_what_is_integrated_and_what_is_left_out(capsys):
     assert main(["plan", "150rpm-0.2mm", "--set", "solver.exudyn.formulation=auto"]) == 0
     out = capsys.readouterr().out
-    assert out.startswith("150rpm-0.2mm: 2 cycles at 150 rpm, 21 channels (motion, accelerations, corners)\n")
+    assert out.startswith("150rpm-0.2mm+solver.exudyn.formulation=auto: 2 cycles at 150 rpm, 21 channels\n")
     assert "reference: minimal: rod 4 and slider (2 coordinates)\n" in out
     assert "exudyn: rod 4 and slider tree\n" in out
     assert out.count("  left out    contact at the crank pin: joints.crank_pin is ideal\n") == 2

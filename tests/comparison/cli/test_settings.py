@@ -26,7 +26,8 @@ def test_what_it_recommends_runs_and_keeps_its_error(scene_file, fake_model, cap
     for said, command in pairs:
         smallest = float(said.split(" m on ")[0].split(" to ")[-1])
         assert main([*shlex.split(command)[1:], "-q"]) == 0
-        table = read("own.csv")
+        assert "--set drive.cycles=1 " in command
+        table = read("own+drive.cycles=1.csv")
         right = fake_model.signals(table.provenance["scene"])["slider_x"]
         assert np.abs(table.values("slider_x") - right).max() <= smallest
         capsys.readouterr()

@@ -67,7 +67,7 @@ def test_two_installed_models_are_refined_and_judged_by_their_uncertainty():
     scene = load_scene("ideal", GROUPS | settings)
     (same,) = validate([scene], models=("odd", "even"))
     assert same.comparison.verdict == "agree", same.comparison.reason
-    assert same.comparison.command == "sixbar validate ideal --models odd,even"
+    assert same.comparison.command == scene.command("validate", "--models", "odd,even")
     tolerances = [run.provenance["scene"]["solver"]["odd"]["tolerance"] for run in (
         same.runs["odd"].base, same.runs["odd"].finer, same.runs["odd"].coarser)]  # fmt: skip
     assert tolerances == pytest.approx([1e-8, 1e-9, 1e-7], rel=1e-14)
@@ -92,7 +92,7 @@ def test_without_anything_to_refine_the_tolerance_of_the_scene_decides():
     [
         ("raises", 70, "crashed; KeyError: 'no\\nsuch thing'"),
         ("exits", 70, "its process ended with code 4"),
-        ("refuses", 2, "scene 'ideal': joints.slider = 'clearance' is beyond this model"),
+        ("refuses", 2, "': joints.slider = 'clearance' is beyond this model"),
         ("no channel", 2, "the odd run: channel slider_vy is missing"),
         ("one more", 2, "channel slider_z is unexpected"),
         ("not finite", 2, "slider_y is nan in data row 6"),

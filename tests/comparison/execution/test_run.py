@@ -125,11 +125,11 @@ def test_a_crash_is_described_in_one_line(scene, gravity):
     (job,) = jobs(scene, gravity.fail, models=["exudyn"])
     (outcome,) = run_all([job], 1)
     assert describe(job, outcome) == (
-        "scene '150rpm-0.2mm': the exudyn run did not succeed: newton-failed; try a smaller step"
+        f"scene {job.scene.name!r}: the exudyn run did not succeed: newton-failed; try a smaller step"
     )
     (job,) = jobs(scene, gravity.refuse, models=["exudyn"])
     (outcome,) = run_all([job], 1)
-    assert describe(job, outcome) == "scene '150rpm-0.2mm': contact.law = 'strip' is not simulated yet"
+    assert describe(job, outcome) == f"scene {job.scene.name!r}: contact.law = 'strip' is not simulated yet"
 
 
 def test_progress_rises_to_one(scene):

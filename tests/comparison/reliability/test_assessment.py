@@ -9,7 +9,6 @@ from scipy.special import ndtr
 from comparison.reliability.assessment import assess
 from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.scene.criteria import AccelerationLimits, Reliability
-from comparison.tables.table import Table, TableError
 
 PERIOD = 0.4
 LIMIT = 80.0
@@ -42,16 +41,40 @@ def test_a_constant_error_has_the_closed_form_and_its_sign_counts_only_if_asked(
 
 
 def test_an_error_within_one_bin_is_found_at_its_angle_with_its_share(press):
-    angle = np.arange(1, 2001) * 0.36 % 360.0
-    error = np.concatenate([[0.0], np.where((angle > 100.0) & (angle <= 108.0), 90.0, 0.0)])
+    angle = np.arange(2001) * 0.36 % 360.0
+    error = np.where((angle > 100.0) & (angle < 107.9), 90.0, 0.0)
     found = assess(slider_errors(press(error), press(), PERIOD), SETTINGS)["acceleration"]
     assert found.angle[found.worst] == 108.0
     assert found.cycles.tolist() == [2] * 10
-    share = np.mean((angle > 100.0) & (angle <= 108.0)) * 10
+    # 22 samples of 100 intervals of 0.36 degrees, from 100.08 to 107.64.
+    share = 0.22
     assert found.within[found.worst] == pytest.approx(1 - share, abs=1e-12)
     assert np.delete(found.within, found.worst).tolist() == [1.0] * 9
     assert found.mean[found.worst] == pytest.approx(90 * share, rel=1e-12)
     assert found.deviation[found.worst] == pytest.approx(90 * np.sqrt(share * (1 - share)), rel=1e-12)
+    # Where between samples it begins and ends is not known: of each a half interval by either half of them.
+    assert found.within_high[found.worst] - found.within[found.worst] >= 0.01
+
+
+def test_known_signals_have_their_exact_moments(press):
+    """A ramp in every part of the cycle, and a sine over all of it."""
+    whole = Reliability(bins=1, errors="signed", acceleration=AccelerationLimits(upper=LIMIT))
+    for per_cycle in (300, 333, 1000, 10_000):
+        ideal = press(per_cycle=per_cycle)
+        phase = ideal.time / PERIOD % 1.0
+        sine = 30.0 * np.sin(2 * np.pi * phase) + 5.0
+        found = assess(slider_errors(press(sine, per_cycle=per_cycle), ideal, PERIOD), whole)["acceleration"]
+        # The trapezoidal rule over whole periods is exact.
+        assert found.mean == pytest.approx([5.0], rel=1e-12)
+        assert found.deviation == pytest.approx([30.0 / np.sqrt(2.0)], rel=1e-12)
+        ramp = np.append(phase[:-1], 1.0)
+        found = assess(slider_errors(press(10.0 + ramp, per_cycle=per_cycle), ideal, PERIOD), SETTINGS)
+        of = found["acceleration"]
+        # In a part it rises by a tenth; where it falls back to zero, between two samples, the last one errs.
+        assert of.mean[1:-1] == pytest.approx(10.15 + 0.1 * np.arange(8), rel=1e-12)
+        # Squares are not linear: h^2 / 6 too much of an interval h, of a part of one less. Round-off of 10^2.
+        variance = of.deviation[1:-1] ** 2 - 0.01 / 12
+        assert np.all((variance >= -1e-11) & (variance <= 1 / 6 / per_cycle**2 * 1.02 + 1e-11))
 
 
 def test_an_error_to_either_side_is_outside_the_limit(press):
@@ -67,29 +90,8 @@ def test_limits_and_bins_are_the_scenes(press):
     assert found.reliability == pytest.approx(np.full(4, ndtr((5.0 - 2.0) / (8.0 / 6.0))), rel=1e-12)
 
 
-def test_a_foreign_ideal_of_other_times_is_interpolated(press):
-    fine, coarse = press(5.0, per_cycle=1000), press(per_cycle=400)
-    errors = slider_errors(fine, coarse, PERIOD)
-    assert errors.per_cycle == 400
-    assert errors.by_quantity["displacement"].size == 800
-    # y by the cubic of y and vy: h^4 y''''/384 = 1e-3^4 * 0.1 * 15.7^4 / 384.
-    assert np.abs(errors.by_quantity["displacement"]).max() < 2e-11
-    # a linearly: h^2 a''/8 = (0.4e-3)^2 * 24.7 * 247 / 8.
-    assert errors.by_quantity["acceleration"] == pytest.approx(np.full(800, 5.0), abs=2e-4)
-    odd = Table(fine.frame.iloc[np.r_[0:999, 1000:2001]])
-    assert np.abs(slider_errors(odd, press(), PERIOD).by_quantity["velocity"]).max() < 1e-3
-
-
-def test_tables_that_cannot_be_held_against_each_other_are_refused_in_one_line(press):
-    bare = Table(press().frame.drop(columns="slider_ay"))
-    with pytest.raises(TableError, match=r"ideal mechanism's: channel slider_ay is missing"):
-        slider_errors(press(), bare, PERIOD)
-    late = Table(press().frame.assign(time=press().time + 0.1))
-    with pytest.raises(TableError, match=r"the result: does not start at t = 0 s"):
-        slider_errors(late, press(), PERIOD)
-
-
 def test_a_part_of_a_cycle_fills_the_first_bin_as_far_as_it_goes(press):
-    found = assess(slider_errors(press(cycles=0.06), press(cycles=0.06), PERIOD), SETTINGS)
-    assert found["velocity"].angle.tolist() == [36.0]
-    assert found["velocity"].cycles.tolist() == [1]
+    found = assess(slider_errors(press(5.0, cycles=0.06), press(cycles=0.06), PERIOD), SETTINGS)
+    assert found["acceleration"].angle.tolist() == [36.0]
+    assert found["acceleration"].cycles.tolist() == [1]
+    assert found["acceleration"].mean == pytest.approx([5.0], rel=1e-12)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.special import ndtr
+from scipy.stats import norm
 
 from comparison.accuracy.uncertainty import Runs
 from comparison.reliability.difference import MARGIN, ReliabilityComparison, compare_reliability
@@ -112,14 +113,30 @@ def test_smallest_values_in_different_parts_of_the_cycle_have_no_pairs(press):
     )
     found = compared(early, late, press())
     assert (found.a.angle[found.a.worst], found.b.angle[found.b.worst]) == (72.0, 216.0)
-    own = [0.5 * float((of.high - of.low)[of.worst]) for of in (found.a, found.b)]
+    # Half-widths of beta times what R changes with it.
+    own = [of.left_open[of.worst].sampling * norm.pdf(of.index[of.worst]) for of in (found.a, found.b)]
     assert found.sampling == pytest.approx(np.hypot(*own), rel=1e-12)
+    steps = [of.left_open[of.worst].quadrature * norm.pdf(of.index[of.worst]) for of in (found.a, found.b)]
+    assert found.quadrature == pytest.approx(np.hypot(*steps), rel=1e-12)
 
 
-def test_results_of_other_grids_are_refused(press):
-    ideals = (Runs(press()), Runs(press(per_cycle=500)))
-    with pytest.raises(TableError, match="other samples per cycle"):
-        compared(press(), press(per_cycle=500), ideals)
+def test_results_of_other_grids_are_compared_and_of_other_cycles_refused(press):
+    found = compared(press(8.0), press(8.1, per_cycle=333), press())
+    assert found.minimum == pytest.approx(exact(8.0) - exact(8.1), rel=1e-6)
+    with pytest.raises(TableError, match="other parts of the cycles"):
+        compared(press(), press(cycles=3), press(cycles=3))
+
+
+def test_what_samples_leave_open_of_both_alike_is_no_part_of_the_difference(press):
+    """The pairing: pulses of two samples each, at the same instants in both."""
+    pulses = np.zeros(2001)
+    pulses[np.random.default_rng(3).choice(2000, 100, replace=False)] = 30.0
+    found = compared(press(8.0 + pulses), press(8.05 + pulses), press())
+    worst = found.a.left_open[found.a.worst].quadrature * norm.pdf(found.a.index[found.a.worst])
+    assert found.a.worst == found.b.worst
+    assert found.quadrature < 0.01 * worst
+    shifted = compared(press(8.0 + pulses), press(8.05 + np.roll(pulses, 1)), press())
+    assert shifted.quadrature > 0.5 * worst
 
 
 def scene_of(a, b, ideal):
@@ -131,13 +148,13 @@ def test_the_line_names_the_smallest_and_the_cap(press):
     comparison = scene_of(press(8.0), press(8.1), press())
     assert comparison.verdict == "differ"
     assert line(comparison) == (
-        "differ: smallest of displacement 0.9986501 (the cap), velocity 0.9986501 (the cap), acceleration "
+        "differ: smallest of displacement 0.9986501 (the cap), acceleration "
         f"{rounded(exact(8.0))} and {rounded(exact(8.1))} at 36 deg; largest difference "
         f"{exact(8.0) - exact(8.1):.1e} ± {comparison.quantities['acceleration'].half_width:.1e}"
     )
     limits, capped, sampled = notes(comparison)
-    assert limits.endswith("displacement 0.0002 m, velocity 0.02 m/s, acceleration 80 m/s^2.")
-    assert capped.endswith("wide: displacement in 10 of 10 parts; velocity in 10 of 10 parts.")
+    assert limits.endswith("displacement 0.0002 m, acceleration 80 m/s^2.")
+    assert capped.endswith("wide: displacement in 10 of 10 parts.")
     assert sampled.startswith("Cycles sampled: 2, few")
 
 

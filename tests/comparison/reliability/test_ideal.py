@@ -9,7 +9,7 @@ from comparison.execution.cache import run_key
 from comparison.execution.run import run_one
 from comparison.reliability.assessment import assess
 from comparison.reliability.errors import QUANTITIES, slider_errors
-from comparison.reliability.ideal import ideal_scenes
+from comparison.reliability.ideal import dense_scene, ideal_scenes
 from comparison.scene import load_scene
 
 
@@ -25,9 +25,14 @@ def test_scenes_that_differ_in_their_clearance_only_share_one_ideal_mechanism(mo
 
 
 def test_its_time_and_samples_are_the_scenes():
-    scene = load_scene("crank-pin")
-    ideal = ideal_scenes(scene, "exudyn")["base"]
-    assert (ideal.duration, ideal.period) == (scene.duration, scene.period)
+    scene = load_scene("crank-pin", {"output.samples_per_cycle": 300})
+    levels = ideal_scenes(scene, "exudyn")
+    ideal = levels["base"]
+    assert ideal.duration == pytest.approx(scene.duration, rel=1e-14)
+    assert ideal.period == scene.period
+    # The coarser run's step would not fit between dense samples
+    samples = {kind: of.data["output"]["samples_per_cycle"] for kind, of in levels.items()}
+    assert samples == {"base": 10_200, "coarser": 300}
     assert ideal.data["joints"] == {"slider": "ideal", "crank_pin": "ideal"}
     assert ideal.data["mechanism"] == scene.data["mechanism"]
 
@@ -42,7 +47,9 @@ def test_both_models_have_the_same_ideal_mechanism_and_the_ideal_scene_no_error(
     for channel, most in bounds.items():
         assert np.abs(fine.values(channel) - exact.values(channel)).max() < most
     # Of second order: a quarter of the coarser run's error is the finer one's.
-    size = [np.abs(run.values("slider_vy") - exact.values("slider_vy")).max() for run in (coarse, fine)]
+    every = (exact.time.size - 1) // (coarse.time.size - 1)
+    right = exact.values("slider_vy")[::every]
+    size = [np.abs(v - right).max() for v in (coarse.values("slider_vy"), fine.values("slider_vy")[::every])]
     assert size[0] / size[1] == pytest.approx(4.0, rel=0.05)
     found = assess(slider_errors(fine, exact, scene.period), scene.reliability)
     assert list(found) == list(QUANTITIES)
@@ -50,3 +57,17 @@ def test_both_models_have_the_same_ideal_mechanism_and_the_ideal_scene_no_error(
         # 1e-7 m/s of 0.02 m/s are 3e-5 of beta, 1.3e-7 of R = Phi(beta) there.
         assert quantity.reliability == pytest.approx(np.full(5, 0.9986501020), abs=2e-7)
         assert quantity.capped.all()
+
+
+def test_a_dense_scene_has_a_whole_multiple_of_samples_and_no_forces_at_corners():
+    scene = load_scene("150rpm-0.2mm")
+    for own, most in ((1000, 10_000), (300, 10_200), (333, 10_323), (30_000, 30_000), (10_000, 10_000)):
+        dense = dense_scene(scene.with_values({"output.samples_per_cycle": own}))
+        assert dense.data["output"] == {"samples_per_cycle": most, "groups": ["accelerations"]}
+    # Joints and energies decide which of Exudyn's integrators runs.
+    asked = scene.with_values({"output.groups": ["corners", "energy"]})
+    assert dense_scene(asked).data["output"]["groups"] == ["accelerations", "energy"]
+    # A long run does not become too large to be stored.
+    long = dense_scene(scene.with_values({"drive.cycles": 100.0}))
+    assert long.data["output"]["samples_per_cycle"] == 4000
+    assert dense_scene(dense_scene(scene)).hash == dense_scene(scene).hash

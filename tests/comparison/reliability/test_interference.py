@@ -7,7 +7,13 @@ import pytest
 from scipy.special import ndtr
 from scipy.stats import norm
 
-from comparison.reliability.interference import cap, implied_limit, influence, reliability, reliability_index
+from comparison.reliability.interference import (
+    cap,
+    implied_limit,
+    reliability,
+    reliability_index,
+    sensitivity,
+)
 from comparison.scene.criteria import Limits
 
 PHI_3 = 0.9986501020
@@ -57,19 +63,15 @@ def test_from_the_cap_on_no_limit_is_large_enough():
     assert np.isnan(implied_limit(0.9, 0.0, 0.0))
 
 
-def test_the_influence_of_an_error_is_what_its_weight_does_to_the_index():
-    rng = np.random.default_rng(3)
-    limits, errors = Limits(upper=8.0), rng.gamma(2.0, 1.0, 200)
-    slopes = influence(limits, errors)
-    assert slopes.mean() == pytest.approx(0.0, abs=1e-15)
-    h = 1e-5
-    for k in (0, 17, int(errors.argmax())):
-        moved = []
-        for sign in (1, -1):
-            weights = np.full(errors.size, (1 - sign * h) / errors.size)
-            weights[k] += sign * h
-            mean = np.average(errors, weights=weights)
-            deviation = np.sqrt(np.average((errors - mean) ** 2, weights=weights))
-            moved.append(float(reliability_index(limits, mean, deviation)))
-        # Central differences leave h^2; round-off 1e-16 / h.
-        assert (moved[0] - moved[1]) / (2 * h) == pytest.approx(slopes[k], rel=1e-5, abs=1e-9)
+@pytest.mark.parametrize(("mean", "deviation"), [(2.0, 1.0), (0.1, 3.0), (-1.0, 0.5)])
+def test_the_sensitivity_is_the_derivative_in_the_averages_of_errors_and_of_their_squares(mean, deviation):
+    limits, h = Limits(lower=-1.0, upper=8.0), 1e-5
+
+    def index(by_mean, by_square):
+        square = mean**2 + deviation**2 + by_square
+        return float(reliability_index(limits, mean + by_mean, np.sqrt(square - (mean + by_mean) ** 2)))
+
+    found = sensitivity(limits, mean, deviation)
+    # Central differences leave h^2; round-off 1e-16 / h.
+    assert found[0] == pytest.approx((index(h, 0) - index(-h, 0)) / (2 * h), rel=1e-8)
+    assert found[1] == pytest.approx((index(0, h) - index(0, -h)) / (2 * h), rel=1e-8)

@@ -148,6 +148,7 @@ def make_scene(
         },
         scene=scene.data,
         command=f"sixbar validate {name}",
+        ran=scene,
         tier=tier,
         attribution=Attribution(explained=0.99996, cause="b", sentences=(f"made up for the {tier} tier",)),
     )

@@ -11,9 +11,11 @@ from outline import page, words
 from comparison.agreement.observed_order import Order
 from comparison.agreement.results import Attribution, Confirmation, SceneComparison
 from comparison.cli.main import app
-from comparison.formatting import quantity
+from comparison.execution.job import Job
+from comparison.formatting import number, quantity
 from comparison.report.card import card
 from comparison.report.summary import worst_channel
+from comparison.scene import load_scene
 
 
 def confirmed(scene: SceneComparison, **changes: object) -> SceneComparison:
@@ -30,7 +32,10 @@ def test_a_difference_is_one_sentence_with_numbers_instant_and_confirmation(
     worst = worst_channel(of)
     assert worst is not None
     size, limit = abs(worst.worst_difference), worst.worst_threshold
-    assert f"{quantity(size, 'N', 2)} against {quantity(limit, 'N', 2)} (2u)" in said
+    assert (
+        f"|E|/2u (99%) is {number(worst.ratio, 2)}, the maximum {number(size / limit, 2)}: "
+        f"{quantity(size, 'N', 2)} against {quantity(limit, 'N', 2)}; " in said
+    )
     assert "first at 0.25 s (cycle 1" in said
     assert said.endswith("confirmed by at least 30 runs.")
     assert said.count(". ") == 0  # one sentence
@@ -56,19 +61,29 @@ def test_a_corrected_uncertainty_and_an_undecided_verdict_say_so(scene: SceneCom
 
 def test_a_crashed_run_is_its_reason_and_how_to_repeat_it(broken: SceneComparison) -> None:
     reason = "scene 'broken': the exudyn run did not succeed: crashed; exit code 3"
-    found = card(replace(broken, reason=reason), {})
+    finer = load_scene("ideal", {"drive.cycles": 0.5}).variant({"solver.exudyn.step": 1e-6})
+    found = card(replace(broken, reason=reason, failed=Job(finer, "exudyn")), {})
     assert found.sentence == f"{reason}."
-    assert found.commands == ("sixbar run press --model exudyn --out broken-exudyn.csv",)
+    (command,) = found.commands
+    assert command == (
+        "sixbar run ideal --set drive.cycles=0.5 --set solver.exudyn.step=1e-06 "
+        "--model exudyn --out broken-exudyn.csv"
+    )
 
 
 @pytest.mark.parametrize(("formulation", "third"), [("full", "multiplier"), ("tree", "full")])
 def test_what_to_do_about_a_difference_are_commands_that_exist(
     differing: SceneComparison, formulation: str, third: str
 ) -> None:
-    assert differing.scene is not None
-    solver = differing.scene["solver"] | {"exudyn": {"formulation": formulation}}
-    found = card(replace(differing, scene=differing.scene | {"solver": solver}), {})
-    assert f"--formulation {third}" in found.commands[0]
+    ran = load_scene("150rpm-0.2mm", {"clearance.slider": 4e-4, "solver.exudyn.formulation": formulation})
+    found = card(replace(differing, ran=ran), {})
+    # The file's own formulation, to which the third opinion returns, needs no --set.
+    named = {word for word in shlex.split(found.commands[0]) if word.endswith(f"formulation={third}")}
+    assert bool(named) == (third != "full")
+    assert all("--set clearance.slider=0.0004" in command for command in found.commands[:2])
+    assert (
+        found.commands[2] == f"sixbar compare {' '.join(shlex.split(c)[-1] for c in found.commands[1::-1])}"
+    )
     known = {command.name or command.callback.__name__ for command in app.registered_commands}
     for command in found.commands:
         assert shlex.split(command)[0] == "sixbar"

@@ -11,7 +11,6 @@ from comparison.agreement.results import SceneComparison
 from comparison.formatting import number, percent
 from comparison.report import overview
 from comparison.report.page import render
-from comparison.report.ratio import deciding_channel, deciding_ratio
 
 
 def test_the_ratio_is_at_most_one_exactly_where_a_channel_agrees(
@@ -20,7 +19,7 @@ def test_the_ratio_is_at_most_one_exactly_where_a_channel_agrees(
     seen = set()
     for tier in (scene, differing, *tiered.tiers):
         for channel in tier.channels.values():
-            ratio = deciding_ratio(channel)
+            ratio = channel.ratio
             if channel.verdict in {"agree", "differ"}:
                 assert (ratio <= 1.0) == (channel.verdict == "agree"), channel.channel
             else:
@@ -36,13 +35,15 @@ def test_the_ratio_is_what_the_required_share_stays_within(scene: SceneCompariso
         scene.channels["slider_x"], a=size, b=np.zeros(200), difference=size, u=np.full(200, 0.5),
         predictable=np.ones(200, dtype=bool), time=time, verdict="differ", explained=0.5,
     )  # fmt: skip
-    assert deciding_ratio(channel) == pytest.approx(1.98)
-    # Without a predictable sample the largest uncertainty of all times is what it exceeds.
+    assert channel.ratio == pytest.approx(1.98)
+    assert channel.ratio_name == "|E|/2u (99%)"
+    # Without a predictable sample the largest uncertainty of all times is what it exceeds, by the same rule.
     blind = replace(
-        channel, predictable=np.zeros(200, dtype=bool), explained=np.nan, worst_difference=-3.0,
-        worst_threshold=2.0,
+        channel, predictable=np.zeros(200, dtype=bool), explained=np.nan, worst_difference=2.0,
+        worst_threshold=0.5,
     )  # fmt: skip
-    assert deciding_ratio(blind) == 1.5
+    assert blind.ratio == pytest.approx(1.98 / 0.5)
+    assert blind.largest_ratio == 4.0
 
 
 def rows_of(html: str) -> dict[str, list[str]]:
@@ -60,9 +61,9 @@ def test_each_cell_shows_its_numbers_and_leads_to_its_card(
     assert list(rows) == ["tiered", "press"]  # the one that differs first
     assert rows["press"][1] == "not run"
     for cell, tier in zip(rows["tiered"], tiered.tiers, strict=True):
-        channel, ratio = deciding_channel(tier)
+        channel = tier.decisive
         assert channel is not None
-        assert f"<b>{number(ratio, 2)}</b>" in cell
+        assert f"<b>{number(channel.ratio, 2)}</b>" in cell
         assert percent(tier.coverage) in cell
         assert channel.channel in cell
         (target,) = re.findall(r'href="#([^"]+)"', cell)
@@ -90,7 +91,7 @@ def test_the_grid_of_channels_holds_every_ratio(tiered: SceneComparison) -> None
     assert grid["names"] == list(tiered.channels)
     for row, tier in zip(grid["rows"], tiered.tiers, strict=True):
         for name, cell in zip(grid["names"], row["cells"], strict=True):
-            ratio = deciding_ratio(tier.channels[name])
+            ratio = tier.channels[name].ratio
             assert cell["verdict"] == tier.channels[name].verdict
             assert cell["ratio"] == ("" if np.isnan(ratio) else number(ratio, 2))
 

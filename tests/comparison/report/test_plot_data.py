@@ -106,7 +106,7 @@ def test_the_first_sample_outside_is_marked(differing: SceneComparison) -> None:
     head, _ = unpacked(plot_data(differing))
     marked = {channel["name"]: channel["outside"] for channel in head["channels"]}
     for name, first in marked.items():
-        mask = rule.outside(differing.channels[name])
+        mask = differing.channels[name].beyond
         assert first == ([int(mask.argmax())] if mask.any() else [])
     assert any(marked.values())
 

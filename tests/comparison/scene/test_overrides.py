@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import shlex
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -48,3 +50,111 @@ def test_whatever_is_given_the_scene_is_valid_or_refused_in_one_line(values):
     except SceneError as error:
         outcome = str(error)
     assert re.fullmatch(r"clearance [0-9][^\n]*|scene [^\n]*", outcome)
+
+
+RANDOM = {"key": "drive.speed_rpm", "distribution": "normal", "deviation": 1e-3}
+TEXT = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
+CHANGES = st.fixed_dictionaries(
+    {},
+    optional={
+        "clearance.slider": st.floats(1e-6, 1e-2),
+        "drive.cycles": st.integers(1, 9),
+        "mechanism.rocker_pivot": st.lists(st.floats(-1, 1), min_size=2, max_size=2),
+        "joints.slider": st.just("clearance"),
+        "output": st.fixed_dictionaries({"groups": st.just(["energy", "joints"])}),
+        "scene.title": TEXT,
+        "scene.description": TEXT,
+        "solver.exudyn": st.just({"formulation": "tree", "tolerance": 1e-10}),
+        "random": st.lists(st.just(RANDOM), max_size=1),
+    },
+)
+
+
+def repeated(command):
+    """Load the scene of a command as a shell and the command line read it."""
+    sixbar, verb, source, *options = shlex.split(command)
+    assert (sixbar, verb, set(options[::2])) == ("sixbar", "plan", {"--set"} if options else set())
+    return load_scene(source, parse_set(options[1::2]))
+
+
+@given(CHANGES, CHANGES)
+def test_the_command_of_a_scene_repeats_it_and_python_does_as_the_command_line_does(first, second):
+    scene = load_scene(PAPER, first).with_values(second)
+    again = repeated(scene.command("plan"))
+    assert (again.hash, again.overrides, again.random) == (scene.hash, scene.overrides, scene.random)
+    assert (again.name, again.title, again.description) == (scene.name, scene.title, scene.description)
+    assert (scene.name == PAPER) == all(key.startswith("scene.") for key in scene.overrides)
+    assert re.fullmatch(r"[A-Za-z0-9._+=-]{1,64}", scene.name)  # a folder, everywhere
+
+
+@pytest.mark.parametrize(
+    "text", ["", "210", "true", "a b", "it's", '"', "\\", "x\ny", "\x7f\x01", "inf", "é #="]
+)
+def test_any_text_survives_the_shell(text):
+    assert repeated(load_scene(PAPER, {"scene.title": text}).command("plan")).title == text
+
+
+def test_what_is_changed_is_in_the_title_and_nothing_false_is_said():
+    plain = load_scene(PAPER)
+    changed = load_scene(
+        PAPER, {"clearance.slider": 4e-4, "contact.youngs_modulus": 69e9, "joints.slider": "ideal"}
+    )
+    assert changed.title == (
+        "150rpm-0.2mm with clearance.slider = 0.4 mm, contact.youngs_modulus = 69 GPa, joints.slider = ideal"
+    )
+    assert changed.description == ""
+    assert changed.data["scene"] == {"name": changed.name, "title": changed.title, "description": ""}
+    # What is there already is no change, nor is what is changed back.
+    same = load_scene(PAPER, {"clearance.slider": 2e-4, "drive.speed_rpm": 150, "drive": {"cycles": 2}})
+    back = changed.with_values({"clearance": {"slider": 2e-4}, "contact.youngs_modulus": 210e9}).with_values(
+        {"joints.slider": "clearance"}
+    )
+    for scene in (same, back):
+        assert (scene.overrides, scene.data) == ({}, plain.data)
+        assert scene.command("run", "--out", "a b.csv") == "sixbar run 150rpm-0.2mm --out 'a b.csv'"
+
+
+def test_two_scenes_have_two_names():
+    values = [np.float64(4e-4), 4.1e-4, 1 / 3e4]
+    changes = [{"clearance.slider": value} for value in values] + [{"mechanism.rocker_pivot": [0.25, 0.2]}]
+    changes += [{"mechanism.rocker_pivot": [0.25, 0.21]}, {"drive.cycles": 1, "clearance.slider": 4e-4}]
+    names = [load_scene(PAPER, change).name for change in changes]
+    assert len(set(names)) == len(names)
+    assert names[0] == "150rpm-0.2mm+clearance.slider=0.0004"
+
+
+def test_texts_that_are_given_hold():
+    own = {"scene.name": "mine", "drive.cycles": 1}
+    assert load_scene(PAPER, own).title == "mine with drive.cycles = 1"
+    scene = load_scene(PAPER, own | {"scene.title": "Mine", "scene.description": "One cycle."})
+    assert (scene.name, scene.title, scene.description) == ("mine", "Mine", "One cycle.")
+
+
+def test_a_run_at_another_setting_keeps_the_name_and_its_command_has_the_setting():
+    scene = load_scene(PAPER, {"clearance.slider": 4e-4})
+    finer = scene.variant({"solver.reference.tolerance": 1e-12})
+    assert (finer.name, finer.title, finer.data["scene"]) == (scene.name, scene.title, scene.data["scene"])
+    assert repeated(finer.command("plan")).hash == finer.hash != scene.hash
+    # A step of one formulation is none of another: it is not carried on.
+    tree = scene.with_values({"solver.exudyn.step": 1e-6}).variant({"solver.exudyn.formulation": "tree"})
+    assert tree.data["solver"]["exudyn"]["step"] == 1e-4
+    assert repeated(tree.command("plan")).hash == tree.hash
+
+
+def test_a_file_that_extends_another_has_texts_of_its_own(tmp_path):
+    path = tmp_path / "my press.toml"
+    path.write_text('[scene]\nname = "own"\nextends = "150rpm-0.2mm"\n[clearance]\nslider = 4e-4\n')
+    scene = load_scene(path)
+    assert (scene.title, scene.description, scene.overrides) == ("own", "", {})
+    changed = load_scene(path, {"drive.cycles": 1})
+    assert changed.title == "own with drive.cycles = 1"
+    assert repeated(changed.command("plan")).hash == changed.hash  # its name has a space
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("mechanism.rocker_branch", 1.0), ("mechanism.rocker_branch", True), ("drive.cycles", {})],
+)
+def test_what_equals_a_value_without_being_one_is_refused(key, value):
+    with pytest.raises(SceneError, match=key):
+        load_scene(PAPER, {key: value})

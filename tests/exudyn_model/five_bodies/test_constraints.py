@@ -96,7 +96,7 @@ def test_no_state_is_left_out(make_scene, worst):
     state = assemble(parameters)
     model = build(parameters, state, 1e-9)
     choice = StepChoice(model.constants, model.contacts, 1e-9, 1, 1)
-    recorder = Recorder(model, choice, 800, np.zeros(0), Constraints(parameters))
+    recorder = Recorder(model, choice, 800, 0.4, np.zeros(0), Constraints(parameters))
     q, v = state.positions.ravel(), state.velocities.ravel()
     q[12] -= parameters.mechanism.guide_x
     recorder.follow(q, v, np.zeros(13))

@@ -37,7 +37,7 @@ def test_a_recorder_reads_its_vectors_anew_and_notices_if_others_take_their_plac
     state = assemble(parameters)
     model = build(parameters, state, 1e-6)
     choice = StepChoice(model.constants, model.contacts, 1e-6, 2, 1)
-    recorder = Recorder(model, choice, 2, np.zeros(0), Constraints(parameters))
+    recorder = Recorder(model, choice, 2, 0.4, np.zeros(0), Constraints(parameters))
     q, v, multipliers = state.positions.ravel(), state.velocities.ravel(), np.zeros(13)
     q[12] -= parameters.mechanism.guide_x
     recorder.follow(q, v, multipliers)

@@ -10,7 +10,6 @@ from exudyn_model.contact.gaps import contact_law, corner_motion
 from exudyn_model.five_bodies.samples_between import interpolate
 from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.reading import read_scene
-from exudyn_model.tables import new_extrema
 
 FULL = {"drive.cycles": 0.1, "solver.exudyn.formulation": "full", "solver.exudyn.step": 4e-6}
 # One in four ticks, and one a tick, which leaves no longer step
@@ -44,14 +43,13 @@ def test_a_cubic_motion_is_interpolated_exactly(make_scene):
         return found
 
     times = start + step * np.array([0.1, 0.4, 0.95])
-    samples, extrema = np.zeros((3, len(CHANNELS))), new_extrema(len(CHANNELS))
+    samples = np.zeros((3, len(CHANNELS)))
     ends = values(start), values(start + step)
-    interpolate(*ends, start, step, times, linkage[0], law[0], extrema, samples)
+    interpolate(*ends, start, step, times, linkage[0], law[0], samples)
     expected = np.array([values(time) for time in times])
     expected[:, SLIDER_ALPHA] = 0.0  # without a force at a corner
     # Rounding of terms of the size of the coordinates
     np.testing.assert_allclose(samples, expected, rtol=1e-12, atol=1e-15)
-    np.testing.assert_array_equal(extrema["max"], samples.max(axis=0))
 
 
 def test_samples_inside_steps_are_as_accurate_as_states(make_scene):
@@ -80,14 +78,21 @@ def test_more_samples_change_no_step(make_scene):
     for name, values in usual.columns.items():
         if name != "time":
             np.testing.assert_array_equal(dense.columns[name][::50], values)
+    # Nor an extremum, of the run or of a cycle
+    assert dense.extrema == usual.extrema
+    for name, values in usual.cycle_extrema.items():
+        np.testing.assert_array_equal(dense.cycle_extrema[name], values)
 
 
 def test_extrema_enclose_all_samples(make_scene):
     result = simulate(make_scene(FULL | DENSE))
     assert set(result.extrema) == set(result.columns) - {"time"}
     for name, extrema in result.extrema.items():
-        assert extrema["min"] <= result.columns[name].min()
-        assert extrema["max"] >= result.columns[name].max()
+        values = result.columns[name]
+        # A gap between two states, where no channel says how it turns: (15.7 1.3e-4)^2 / 8 of the motion, but
+        # 20 times as much of the gap, whose range is that much less
+        assert extrema["min"] <= values.min() + 1e-5 * np.ptp(values)
+        assert extrema["max"] >= values.max() - 1e-5 * np.ptp(values)
 
 
 @pytest.mark.parametrize("groups", [["joints"], ["energy"]])

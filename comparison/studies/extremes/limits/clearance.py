@@ -10,10 +10,10 @@ import pandas as pd
 
 from comparison.execution.job import MODELS, Job
 from comparison.formatting import number, quantity
+from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.impact import rod4_inclination
 from comparison.studies.extremes.limits.convergence import Case, Limit, Panel
-from comparison.studies.shared.errors import error
 from comparison.studies.shared.switches import contacts
 from comparison.tables.table import Table
 
@@ -43,7 +43,9 @@ def ideal(_: Case) -> Job:
 def measure(_: Case, run: Table, still: Table) -> dict[str, float]:
     """Return the largest deviations (m, m/s), depth (m), force (N) and normal speed (m/s) of a cycle."""
     events = contacts(run)
-    largest = {name: float(np.abs(error(run, still, f"slider_{name}")).max()) for name in _DEVIATIONS}
+    names = {name: f"slider_{name}" for name in _DEVIATIONS}
+    errors = slider_errors(run, still, float(run.time[-1]), names=list(names.values()))
+    largest = {name: abs(errors.peak(channel).value) for name, channel in names.items()}
     return largest | {
         "contacts": len(events),
         "deepest": float(events["largest_depth"].max()),

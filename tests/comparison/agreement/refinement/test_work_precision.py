@@ -108,11 +108,11 @@ def test_a_row_a_setting_and_a_command_for_each_error():
     asked = [(row.candidate.formulation, row.candidate.setting) for row in found.rows]
     coarsest = found.rows[asked.index(("minimal", 1e-6))]
     assert rows[1] == ("reference minimal, tolerance 1e-06", "1.0e-06", f"{coarsest.seconds:.3g}", "*")
-    said = commands(found, ["clearance.slider=2e-4"])
+    said = commands(found)
     assert said[0][0].startswith("1e-05 m on 49% of the run, ")  # a window less than half
     assert said[0][1] == (
-        "sixbar run 150rpm-0.2mm --model reference --formulation minimal --set clearance.slider=2e-4 "
-        "--set solver.reference.tolerance=1e-06 --out 150rpm-0.2mm.csv"
+        f"{SCENE.command('run')} --set solver.reference.formulation=minimal --set "
+        f"solver.reference.tolerance=1e-06 --model reference --out {SCENE.name}.csv"
     )
     # Without 1e-7 one setting is the cheapest for two errors.
     assert said[1][0].startswith("1e-06 to 1e-07 m on ")

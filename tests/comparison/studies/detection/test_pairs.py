@@ -8,6 +8,7 @@ import pytest
 
 from comparison.accuracy.uncertainty import moved
 from comparison.agreement.compare import Runs
+from comparison.agreement.refine import Settled
 from comparison.agreement.results import Confirmation
 from comparison.execution.job import Outcome, RunError
 from comparison.studies.detection import limits, pairs
@@ -117,9 +118,9 @@ def test_a_difference_that_is_not_confirmed_is_a_miss(two, monkeypatch):
         assert (of, scene, models) == (both, pair.scene, ("exudyn", "reference"))
         assert (run, run_families) == (pair.ensemble, pair.families)
         made = Confirmation("underestimated", (99, 30), factor=7.0, sentence="too small by 7")
-        return replace(result, verdict="agree", confirmation=made)
+        return Settled(replace(result, verdict="agree", confirmation=made), of, scene)
 
-    monkeypatch.setattr(pairs, "confirm_refined", confirm)
+    monkeypatch.setattr(pairs, "settle", confirm)
     found = pairs.summary(pair.judged(both))
     assert found["verdict"] == "agree"
     assert found["confirmation"]["outcome"] == "underestimated"
@@ -145,7 +146,8 @@ def test_finer_runs_of_both_sides_keep_their_difference(two):
 
 def test_models_that_agree_run_nothing_more(two, monkeypatch):
     pair, (a, _) = two
-    monkeypatch.setattr(pairs, "confirm_refined", lambda *_, **__: pytest.fail("was asked"))
+    for more in ("ensemble", "families"):
+        monkeypatch.setattr(Pair, more, lambda *_, **__: pytest.fail("was asked"))
     found = pairs.summary(pair.judged((a, a)))
     assert (found["verdict"], found["confirmation"]) == ("agree", None)
 

@@ -8,13 +8,14 @@ from math import log
 import numpy as np
 import pytest
 
+from comparison.studies.nonlinear.chaos import Chaos, believed, verdict
 from comparison.studies.nonlinear.methods import bouncing_ball as ball
 from comparison.studies.nonlinear.methods.lyapunov import Exponent, closest_measured, exponents, mean_interval
 from comparison.studies.nonlinear.methods.perturbed_orbits import CLEAR, follow
 from comparison.studies.nonlinear.methods.recurrence import period
 from comparison.studies.nonlinear.methods.zero_one import LEAST, chaos_indicator, growth_rates
 from comparison.studies.nonlinear.scenes import DISTANCES, MAIN
-from comparison.studies.nonlinear.tables import answer, believed
+from comparison.studies.nonlinear.tables import answer, finding
 
 FINE = {"round_off": 1e-15}
 
@@ -208,3 +209,31 @@ def test_a_scene_is_judged_by_the_orbits_that_could_be_followed():
     best = believed({(MAIN, "reference", 1e-10): chaotic, (MAIN, "exudyn", 1e-10): []}, {MAIN: 1e-6})
     assert list(best) == [(MAIN, "reference", 1e-10)]
     assert "| **undecided** | 1 of 1 | 0 of 0 |" in answer(best, [MAIN])
+
+
+@pytest.mark.parametrize(
+    ("reference", "exudyn", "expected"),
+    [
+        ([(2.0, 0.0), (1.0, 0.0)], [(2.0, 0.0)], Chaos.CHAOTIC),
+        ([(2.0, 0.0), (1.0, 0.9)], [(2.0, 0.0)], Chaos.CHAOTIC),  # a bound above zero says nothing
+        ([(2.0, 0.0)], [(2.0, 0.9)], Chaos.UNDECIDED),  # one model alone measures it
+        ([(2.0, 0.0), (0.1, 0.0)], [(2.0, 0.0)], Chaos.UNDECIDED),  # one interval holds zero
+        ([(2.0, 0.0)], [(-2.0, 0.0)], Chaos.UNDECIDED),
+        ([(-2.0, 0.0), (-1.0, 0.9)], [(-2.0, 0.9)], Chaos.REGULAR),  # a bound below zero is enough
+        ([(-2.0, 0.0)], [(0.1, 0.0)], Chaos.UNDECIDED),
+        ([], [], Chaos.UNDECIDED),
+    ],
+)
+def test_a_scene_is_chaotic_where_every_run_of_both_models_that_measures_it_says_so(
+    reference, exudyn, expected
+):
+    best = {
+        (MAIN, model, 10.0**-k): Exponent(value, value - 0.5, value + 0.5, collapsed)
+        for model, of in (("reference", reference), ("exudyn", exudyn))
+        for k, (value, collapsed) in enumerate(of)
+    }
+    best["another", "reference", 1e-10] = Exponent(9.0, 8.0, 10.0, 0.0)
+    assert verdict(best, MAIN) is expected
+    # The page has no other.
+    assert f"| **{expected.value}** |" in answer(best, [MAIN])
+    assert finding(best, [MAIN]) == f"Of 1 scenes: 1 {expected.value}."

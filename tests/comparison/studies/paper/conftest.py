@@ -10,12 +10,16 @@ import pytest
 
 from comparison.execution.job import MODELS
 from comparison.scene import load_scene
+from comparison.studies.nonlinear.methods.lyapunov import Exponent
 from comparison.studies.paper import runs
+from comparison.studies.paper.study import STUDY
 from comparison.tables.table import Table
 
 CYCLES = 12
 DENSE, SPARSE = 200, 50
-CONFIG = runs.Config(samples=DENSE, long_samples=SPARSE, cycles=CYCLES, fewer=CYCLES, members=1)
+CONFIG = runs.Config(
+    samples=DENSE, long_samples=SPARSE, cycles=CYCLES, fewer=CYCLES, members=1, chaos=STUDY.small.chaos
+)
 
 
 def table(period, cycles, per_cycle, y=0.0, x=0.0, vy=0.0, ay=0.0, events=()):
@@ -38,12 +42,16 @@ def table(period, cycles, per_cycle, y=0.0, x=0.0, vy=0.0, ay=0.0, events=()):
     return Table(frame, contacts, extrema)
 
 
-def motions(changes=None, long=None, perturbed=None):
-    """Runs of all conditions without any error, but for some: (scene, channel) -> sizes of each member's."""
+def motions(changes=None, long=None, angles=(45,), exponent=0.0, shape=np.sin):
+    """Runs of all conditions without any error, but for some: (scene, channel) -> sizes of each member's.
+
+    A shape is that of the errors over the cycle; a size may be a series of its own instead. The pin pushes
+    its bearing at angles (deg) by turns.
+    """
     short, ideal, many = {}, {}, {}
+    phase = shape(2 * np.pi * np.arange(2 * DENSE + 1) / DENSE)
     for scene in runs.SCENES:
         period = load_scene(scene).period
-        phase = np.sin(2 * np.pi * np.arange(2 * DENSE + 1) / DENSE)
         for model in MODELS:
             ideal[scene, model] = table(period, 2, DENSE)
             short[scene, model] = [
@@ -51,14 +59,24 @@ def motions(changes=None, long=None, perturbed=None):
                     period,
                     2,
                     DENSE,
-                    **{c.removeprefix("slider_"): each * phase for (s, c), each in of.items() if s == scene},
+                    **{
+                        channel.removeprefix("slider_"): each * phase if np.isscalar(each) else each
+                        for (name, channel), each in of.items()
+                        if name == scene
+                    },
                 )
                 for of in (changes or [{}])
             ]
             many[scene, model] = table(period, CYCLES, SPARSE, **(long or {}).get(scene, {}))
-    period = load_scene(runs.CENTRAL).period
-    moved = {model: table(period, CYCLES, SPARSE, **(perturbed or {})) for model in MODELS}
-    return runs.Runs(CONFIG, short, ideal, many, moved, moved, {})
+    time = np.linspace(0.0, 0.8, 2 * DENSE + 1)
+    # In the first cycle it pushes elsewhere.
+    angle = np.radians(np.where(time < 0.399, 45, np.resize(angles, time.size)))
+    push = pd.DataFrame(
+        {"time": time, "reaction_A_x": 50 * np.cos(angle), "reaction_A_y": 50 * np.sin(angle)}
+    )
+    found = Exponent(exponent, exponent - 0.1, exponent + 0.1, collapsed=0.0)
+    exponents = {(runs.CENTRAL, model, 1e-10): found for model in MODELS}
+    return runs.Runs(CONFIG, short, ideal, many, {model: Table(push) for model in MODELS}, exponents)
 
 
 @pytest.fixture

@@ -7,11 +7,12 @@ import pytest
 from comparison.execution.job import MODELS
 from comparison.execution.run import run_one
 from comparison.studies.paper import measures, runs
+from comparison.studies.paper.study import STUDY
 from comparison.studies.shared.published import published
 
 pytestmark = pytest.mark.slow
 
-CONFIG = runs.Config(samples=1000, long_samples=1000, cycles=20, fewer=20, members=1)
+CONFIG = runs.Config(samples=1000, long_samples=1000, cycles=20, fewer=20, members=1, chaos=STUDY.small.chaos)
 """The extremes of the first cycles and those at the top dead centres are among those of twenty."""
 
 
@@ -21,7 +22,7 @@ def measured(request):
     model, central = request.param, runs.CENTRAL
     ideal = run_one(runs.ideal_scene(CONFIG, central).with_values({"solver.exudyn.step": 4e-5}), model)
     many = run_one(runs.long_scene(CONFIG, central), model)
-    of = runs.Runs(CONFIG, {}, {(central, model): ideal}, {(central, model): many}, {}, {}, {})
+    of = runs.Runs(CONFIG, {}, {(central, model): ideal}, {(central, model): many}, {}, {})
     return lambda identifier, quantity: measures.measure(identifier, quantity, of, model).value
 
 

@@ -2,120 +2,177 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
-import pandas as pd
 import pytest
 
+from comparison.execution.job import MODELS
 from comparison.scene import load_scene
-from comparison.studies.paper import dynamics, runs, trends
-from comparison.studies.paper.decision import CONTRADICTED, SUPPORTED, UNDECIDED, decide
-from comparison.tables.table import Table
+from comparison.studies.nonlinear import chaos, scenes
+from comparison.studies.nonlinear.study import STUDY as NONLINEAR
+from comparison.studies.paper import claims, runs
+from comparison.studies.paper.claims import Verdict
+from comparison.studies.paper.study import STUDY
+
+SUPPORTED, CONTRADICTED, UNDECIDED = Verdict.SUPPORTED, Verdict.CONTRADICTED, Verdict.UNDECIDED
+AS_THE_PAPER_SAYS = {
+    "90rpm-0.1mm": 1, "90rpm-0.5mm": 3, runs.CENTRAL: 1, "poisson-0.33": 1, "69GPa": 2, "300rpm-0.2mm": 3,
+    runs.PIN: 10,
+}  # fmt: skip
+THE_OPPOSITE = {
+    "90rpm-0.1mm": 3, "90rpm-0.5mm": 1, runs.CENTRAL: 3, "poisson-0.33": 6, "69GPa": 1, "300rpm-0.2mm": 1,
+    runs.PIN: 1,
+}  # fmt: skip
 
 
-def larger(channel="slider_y"):
-    return {"channel": channel, "more": "69GPa", "less": runs.CENTRAL}
+def short(sizes, chatter=0.0):
+    """Errors of two cycles by their sizes in each scene; chatter: of the acceleration, 40 times a cycle."""
+    angle = 2 * np.pi * np.arange(401) / 200
+    acceleration = 20.0 * np.sin(angle) ** 5 + chatter * np.cos(40 * angle)
+    units = {"slider_y": 1e-5, "slider_vy": 1e-3, "slider_ay": acceleration}
+    return {(scene, channel): unit * size for scene, size in sizes.items() for channel, unit in units.items()}
 
 
-def noise(made_up, seed, size=5e-5):
+def noise(made_up, seed, size):
     return size * np.random.default_rng(seed).standard_normal(made_up.cycles * made_up.sparse + 1)
 
 
-def of_starts(made_up, base, perturbed, finer):
-    many = made_up.motions(long={runs.CENTRAL: {"x": base}}, perturbed={"x": perturbed})
-    other = made_up.motions(perturbed={"x": finer})
-    return replace(many, finer=other.perturbed)
+def wave(made_up, times=1):
+    return np.sin(2 * np.pi * times * np.arange(made_up.cycles * made_up.sparse + 1) / made_up.sparse)
 
 
-def test_larger_errors_in_both_comparisons_support_and_smaller_ones_contradict(made_up):
-    base, soft = (runs.CENTRAL, "slider_y"), ("69GPa", "slider_y")
-    cycle = np.repeat(1 + 0.01 * np.arange(made_up.cycles), made_up.sparse)
-    wave = np.append(
-        cycle * np.sin(2 * np.pi * np.arange(made_up.cycles * made_up.sparse) / made_up.sparse), 0.0
+def hits(made_up, scene, size):
+    """As many contacts a cycle as ten times the size, and as hard."""
+    period, count = load_scene(scene).period, 10 * size
+    return [
+        ((c + (k + 0.5) / count) * period, 10.0 * size) for c in range(made_up.cycles) for k in range(count)
+    ]
+
+
+def long(made_up, sizes, y, x):
+    """Errors of many cycles: a series of y and its rate by their sizes in each scene, one of x in all."""
+    return {
+        scene: {"y": 4e-5 * size * y, "vy": 1e-2 * size * y, "x": x, "events": hits(made_up, scene, size)}
+        for scene, size in sizes.items()
+    }
+
+
+def favourable(made_up):
+    """Motions of which every statement of the paper holds."""
+    y = wave(made_up) + noise(made_up, 1, 0.02)
+    x = 2e-4 * wave(made_up, 4) + noise(made_up, 2, 1e-5)
+    return made_up.motions(
+        [short(AS_THE_PAPER_SAYS, chatter=5.0)],
+        long(made_up, AS_THE_PAPER_SAYS, y, x),
+        angles=(135, 225),
+        exponent=2.0,
+        shape=lambda angle: np.sin(angle) ** 3,  # close to zero around the lowest point
     )
-    small, big = {"y": 1e-5 * wave}, {"y": 2e-5 * wave}
-    members = [{base: 1.0e-5, soft: 2.0e-5}, {base: 1.1e-5, soft: 2.1e-5}]
-    up = made_up.motions(members, {runs.CENTRAL: small, "69GPa": big})
-    assert trends.larger(up, "reference", larger()).verdict == SUPPORTED
-    down = made_up.motions([{base: 2e-5, soft: 1e-5}], {runs.CENTRAL: big, "69GPa": small})
-    assert trends.larger(down, "reference", larger()).verdict == CONTRADICTED
-    at_odds = made_up.motions(members, {runs.CENTRAL: big, "69GPa": small})
-    assert trends.larger(at_odds, "reference", larger()).verdict == UNDECIDED
-    overlapping = made_up.motions(
-        [{base: 1e-5, soft: 2e-5}, {base: 3e-5, soft: 1e-5}], {runs.CENTRAL: small, "69GPa": big}
+
+
+def adverse(made_up, series):
+    """Motions that contradict the paper, with a series of the errors of y; the two models differ."""
+    of = made_up.motions(
+        [short(THE_OPPOSITE)],
+        long(made_up, THE_OPPOSITE, series, 2e-4 * wave(made_up)),
+        angles=(135, -45),
+        exponent=-2.0,
+        shape=np.cos,
     )
-    assert trends.larger(overlapping, "reference", larger()).verdict == UNDECIDED
+    other = made_up.motions([short({scene: 2 * size for scene, size in THE_OPPOSITE.items()})], shape=np.cos)
+    for scene in runs.SCENES:
+        of.short[scene, "exudyn"] = other.short[scene, "exudyn"]
+    return of
+
+
+def test_every_statement_has_its_criteria_and_known_scenes():
+    found = claims.all_claims()
+    assert len({claim["id"] for claim in found}) == len(found) == 33
+    for claim in found:
+        assert claim["test"] in claims.TESTS
+        named = [claim.get(key) for key in ("scene", "more", "less")] + claim.get("scenes", [])
+        assert set(named) - {None} <= set(runs.SCENES)
+    assert all(of.reason and of.supported != of.contradicted for of in claims.criteria().values())
+
+
+def test_every_statement_can_be_supported_and_can_be_contradicted(made_up):
+    held = {judged.claim["id"]: judged.verdict for judged in claims.judge_all(favourable(made_up))}
+    assert held == dict.fromkeys(held, SUPPORTED)
+    # A map of y cannot both be without scatter and not repeat: each needs a motion of its own.
+    restless, still = (
+        {judged.claim["id"]: judged for judged in claims.judge_all(adverse(made_up, series))}
+        for series in (noise(made_up, 3, 1.0), wave(made_up))
+    )
+    only_still = {"y-error-scattered"}
+    off = {name for name, judged in restless.items() if judged.verdict is CONTRADICTED}
+    assert off == set(held) - only_still
+    assert all(still[name].verdict is CONTRADICTED for name in only_still)
+    # Every criterion decided something.
+    used = {name for judged in restless.values() for of in judged.evidence.values() for name in of.values}
+    assert used == set(claims.criteria())
+
+
+@pytest.mark.parametrize(
+    ("criterion", "value", "verdict"),
+    [
+        ("peaks", 1.05, SUPPORTED),
+        ("peaks", 1.04, UNDECIDED),
+        ("peaks", 0.95, CONTRADICTED),
+        ("bottom", 0.25, SUPPORTED),  # the smaller the closer
+        ("bottom", 0.89, CONTRADICTED),
+        ("swings", 2.0, UNDECIDED),
+        ("swings", 1.0, CONTRADICTED),
+        ("exponent", 0.0, UNDECIDED),
+        ("repetition", float("nan"), UNDECIDED),
+    ],
+)
+def test_what_a_value_says(criterion, value, verdict):
+    assert claims.criteria()[criterion].decide(value) is verdict
+
+
+def test_a_larger_error_must_be_larger_in_both_comparisons_in_all_starts_and_by_more_than_little(made_up):
+    claim = {"channel": "slider_y", "more": "69GPa", "less": runs.CENTRAL}
+
+    def judged(central, soft, later):
+        members = [
+            {(runs.CENTRAL, "slider_y"): a, ("69GPa", "slider_y"): b}
+            for a, b in zip(central, soft, strict=True)
+        ]
+        sizes = {runs.CENTRAL: 1e-5, "69GPa": later * 1e-5}
+        many = {scene: {"y": size * wave(made_up)} for scene, size in sizes.items()}
+        return claims.larger(made_up.motions(members, many), "reference", claim).verdict
+
+    assert judged([1.0e-5, 1.1e-5], [2.0e-5, 2.1e-5], 2.0) is SUPPORTED
+    assert judged([2.0e-5], [1.0e-5], 0.5) is CONTRADICTED
+    assert judged([1.0e-5, 1.1e-5], [2.0e-5, 2.1e-5], 0.5) is UNDECIDED
+    assert judged([1e-5, 3e-5], [2e-5, 1e-5], 2.0) is UNDECIDED
+    assert judged([1.0e-5], [1.04e-5], 1.04) is UNDECIDED
 
 
 def test_accelerations_of_later_cycles_are_judged_by_the_forces_of_the_contacts(made_up):
     period = load_scene(runs.CENTRAL).period
-    hits = [((k + 0.3) * period, 10.0 + k) for k in range(made_up.cycles)] + [(0.9 * period, 900.0)]
-    of = made_up.motions(long={"69GPa": {"events": hits}})
-    # The first cycle, with its 900 N, does not count.
-    assert trends.later_cycles(of, "69GPa", "exudyn", "slider_ay") == pytest.approx(
+    forces = [((k + 0.3) * period, 10.0 + k) for k in range(made_up.cycles)] + [(0.9 * period, 900.0)]
+    of = made_up.motions(long={"69GPa": {"events": forces}})
+    # The first cycle, with its 900 N, does not count, nor do its two contacts.
+    assert claims.later_cycles(of, "69GPa", "exudyn", "slider_ay") == pytest.approx(
         10.0 + np.arange(1, made_up.cycles)
     )
-    assert trends.later_cycles(of, runs.PIN, "exudyn", "slider_y").size == made_up.cycles - 1
-    # Nor do its two contacts.
-    assert trends.contacts_by_cycle(of, "69GPa", "exudyn")["size"].tolist() == [1] * (made_up.cycles - 1)
-    more = trends.more_contacts(of, "reference", {"more": "69GPa", "less": runs.CENTRAL})
-    assert more.verdict == SUPPORTED
+    assert claims.later_cycles(of, runs.PIN, "exudyn", "slider_y").size == made_up.cycles - 1
+    assert claims.contacts_by_cycle(of, "69GPa", "exudyn")["size"].tolist() == [1] * (made_up.cycles - 1)
 
 
-def test_mann_and_whitney():
-    assert trends.above(np.array([2.0, 3.0]), np.array([1.0, 2.0])) == pytest.approx(3.5 / 4)
+def test_pairs_that_differ_by_little_count_for_neither_side():
+    # Of six pairs 3 > 1, 3 > 2, 2 > 1; 2 = 2, 1.04 and 2 as good as 1 and 2, and 1.04 < 2.
+    assert claims.net_share(np.array([2.0, 3.0, 1.04]), np.array([1.0, 2.0])) == pytest.approx((3 - 1) / 6)
 
 
-def test_a_perturbed_run_as_different_as_any_two_cycles_is_chaos_and_one_that_stays_close_is_not(made_up):
-    claim = {"scene": runs.CENTRAL}
-    base = noise(made_up, 1)
-    chaos = dynamics.sensitive(
-        of_starts(made_up, base, noise(made_up, 2), noise(made_up, 3)), "reference", claim
-    )
-    assert chaos.verdict == SUPPORTED
-    close = dynamics.sensitive(of_starts(made_up, base, base + 1e-9, noise(made_up, 3)), "reference", claim)
-    assert close.verdict == CONTRADICTED
-    nothing = dynamics.sensitive(of_starts(made_up, 0.0, 0.0, 0.0), "reference", claim)
-    assert nothing.verdict == CONTRADICTED
-    # A map that is ten times narrower at a closer tolerance is the solver's own.
-    solver = dynamics.sensitive(
-        of_starts(made_up, base, noise(made_up, 2), noise(made_up, 3, 5e-6)), "reference", claim
-    )
-    assert solver.verdict == UNDECIDED
-    assert "0.10 times as wide" in solver.evidence or "0.0" in solver.evidence
-
-
-def test_scattered_points_and_a_repeating_motion(made_up):
-    noisy = made_up.motions(long={runs.CENTRAL: {"x": noise(made_up, 1), "y": noise(made_up, 2)}})
-    of_x, of_y = ({"scene": runs.CENTRAL, "channel": f"slider_{axis}"} for axis in "xy")
-    assert dynamics.scattered(noisy, "reference", of_x).verdict == SUPPORTED
-    assert dynamics.scattered(made_up.motions(), "reference", of_x).verdict == CONTRADICTED
-    # Scattered at a fifth of all angles only: it depends on the angle of the section.
-    here = np.append(np.tile(np.arange(made_up.sparse) < made_up.sparse // 5, made_up.cycles), False)
-    partly = made_up.motions(long={runs.CENTRAL: {"x": here * noise(made_up, 1)}})
-    assert dynamics.scattered(partly, "reference", of_x).verdict == UNDECIDED
-    assert dynamics.periodic(noisy, "reference", of_y).verdict == SUPPORTED  # noise of 1e-3 of the stroke
-    shaken = made_up.motions(long={runs.CENTRAL: {"y": 100 * noise(made_up, 2)}})
-    assert dynamics.periodic(shaken, "reference", of_y).verdict == CONTRADICTED
-    assert dynamics.recurring(noisy, "reference", of_y).verdict != SUPPORTED
-    wave = np.sin(2 * np.pi * np.arange(made_up.cycles * made_up.sparse + 1) / made_up.sparse)
-    again = made_up.motions(long={runs.CENTRAL: {"y": 1e-5 * wave}})
-    assert dynamics.recurring(again, "reference", of_y).verdict == SUPPORTED
-
-
-def test_contacts_and_crossings_are_counted_by_the_cycle(made_up):
-    claim = {"scene": runs.CENTRAL}
+@pytest.mark.parametrize("times", [1, 3])
+def test_swings_count_in_a_cycle_only_if_they_are_wide_however_many_contacts_there_are(made_up, times):
     clearance = load_scene(runs.CENTRAL).data["clearance"]["slider"]
-    period = load_scene(runs.CENTRAL).period
-    wave = np.sin(2 * np.pi * 3 * np.arange(made_up.cycles * made_up.sparse + 1) / made_up.sparse)
-    hits = [((cycle + (k + 0.5) / 12) * period, 1.0) for cycle in range(made_up.cycles) for k in range(12)]
-    # From the guide's centre line: the ideal slider's is 0.05 mm beside it.
-    of = made_up.motions(long={runs.CENTRAL: {"x": clearance * wave - 5e-5, "events": hits}})
-    decision = dynamics.traversals(of, "reference", claim)
-    assert decision.verdict == SUPPORTED
-    assert decision.evidence.startswith("12.0 contacts a cycle or more; 5 to 5 crossings")
-    assert dynamics.traversals(made_up.motions(), "reference", claim).verdict == CONTRADICTED
+    # Each goes 0.9 of the clearance there and back, the ripple on it a tenth.
+    x = 0.45 * clearance * wave(made_up, times) + 0.05 * clearance * wave(made_up, 10)
+    of = made_up.motions(long={runs.CENTRAL: {"x": x, "events": hits(made_up, runs.CENTRAL, 9)}})
+    found = claims.oscillating(of, "reference", {"scene": runs.CENTRAL})
+    assert found.values == {"swings": times}
 
 
 @pytest.mark.parametrize(
@@ -124,43 +181,29 @@ def test_contacts_and_crossings_are_counted_by_the_cycle(made_up):
         ((135, 225), SUPPORTED),
         ((-45, 45), SUPPORTED),  # the same in the frame of the pin
         ((135, -45), CONTRADICTED),
-        ((135, 135, 135, 135, 135, 135, 135, 135, 135, 135, 135, 135, 135, 135, 135, 225), UNDECIDED),
+        ((135, 225, 45, -45), SUPPORTED),  # no other zone is hit more
+        ((135, 135, 225, 45, 45, 45), CONTRADICTED),
+        ((135, 135, 135, 225, 225, 45, 45, 45), UNDECIDED),
     ],
 )
 def test_the_quadrants_in_which_the_pin_pushes(made_up, angles, verdict):
-    time = np.linspace(0.0, 0.8, 2 * made_up.dense + 1)
-    # In the first cycle it pushes elsewhere.
-    angle = np.radians(np.where(time < 0.399, 45, np.resize(angles, time.size)))
-    frame = pd.DataFrame(
-        {"time": time, "reaction_A_x": 50 * np.cos(angle), "reaction_A_y": 50 * np.sin(angle)}
-    )
-    of = replace(made_up.motions(), pin={(runs.PIN, "reference"): Table(frame)})
-    assert dynamics.pin_zones(of, "reference", {"scene": runs.PIN}).verdict == verdict
+    # Forty of the two hundred samples of a cycle, so that whole turns of the angles fit.
+    of = made_up.motions(angles=np.resize(angles, 24).repeat(1))
+    assert claims.pin_zones(of, "reference", {}).verdict is verdict
 
 
-def test_contacts_near_the_lowest_point(made_up):
-    period = load_scene(runs.CENTRAL).period
-    of = made_up.motions()
-    short = of.short[runs.CENTRAL, "reference"]
-    claim = {"scene": runs.CENTRAL}
-    assert dynamics.contacts_at_the_bottom(of, "reference", claim).verdict == CONTRADICTED
-    # The lowest point of the second cycle of a cosine.
-    short[0] = made_up.table(
-        period, 2, made_up.dense, events=[(1.5 * period + by, 1.0) for by in (-0.015, 0.0, 0.01, 0.03)]
-    )
-    decision = dynamics.contacts_at_the_bottom(of, "reference", claim)
-    assert decision.verdict == SUPPORTED
-    assert decision.evidence.startswith("3 contacts")
-
-
-def test_two_codes_that_differ_by_half_of_the_error_are_not_consistent(made_up):
-    of = made_up.motions([{(runs.CENTRAL, channel): 1e-5 for channel in runs.CHANNELS}])
-    claim = {"scene": runs.CENTRAL}
-    assert dynamics.two_codes(of, "reference", claim).verdict == SUPPORTED
-    other = made_up.motions([{(runs.CENTRAL, channel): 2e-5 for channel in runs.CHANNELS}])
-    of.short[runs.CENTRAL, "exudyn"] = other.short[runs.CENTRAL, "exudyn"]
-    assert dynamics.two_codes(of, "reference", claim).verdict == CONTRADICTED
-
-
-def test_decide_leaves_the_middle_open():
-    assert [decide(v, 0.0, 1.0, "").verdict for v in (0.0, 0.5, 1.0)] == [CONTRADICTED, UNDECIDED, SUPPORTED]
+def test_the_verdict_on_chaos_is_that_of_the_study_nonlinear_from_the_same_runs(made_up):
+    for asked, full in ((STUDY.full.chaos, NONLINEAR.full), (STUDY.small.chaos, NONLINEAR.small)):
+        assert scenes.chains(asked).items() <= scenes.chains(full).items()
+        main = runs.CENTRAL, MODELS[0]
+        assert scenes.long_runs(asked)[main] == scenes.long_runs(full)[main]
+    claim = next(claim for claim in claims.all_claims() if claim["id"] == "x-chaotic")
+    for exponent, expected, word in (
+        (2.0, SUPPORTED, "chaotic"),
+        (-2.0, CONTRADICTED, "not chaotic"),
+        (0.05, UNDECIDED, "undecided"),
+    ):
+        of = made_up.motions(exponent=exponent)
+        assert chaos.verdict(of.exponents, runs.CENTRAL).value == word
+        for model in MODELS:
+            assert claims.chaotic(of, model, claim).verdict is expected

@@ -9,18 +9,11 @@ import pytest
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
 from comparison.studies.crank_pin.runs import _shifts, scene
-from comparison.studies.shared.errors import error, peak, second_cycle, shift_bound
+from comparison.studies.shared.errors import error, second_cycle, shift_bound
 from comparison.studies.shared.published import published
 from comparison.tables.table import Table
 
 SAMPLES = 10_000
-
-
-def test_the_peak_is_the_largest_in_size_with_its_sign_and_inside_the_window():
-    time = np.arange(11) / 10
-    values = np.array([9.0, 1, 2, -3, 1, 0, 0, 0, 0, 0, 0])
-    found = peak(time, values, (time >= 0.1) & (time <= 0.5))
-    assert (found.value, found.time) == (-3.0, 0.3)
 
 
 def test_the_second_cycle_holds_both_of_its_ends_whatever_the_rounding():

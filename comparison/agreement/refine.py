@@ -1,0 +1,179 @@
+"""Verdicts of a model with fixed steps are refined until it is known what its runs converge to.
+
+The uncertainty of Exudyn's five bodies rests on three step sizes. In stiff contacts these can err alike: two
+runs with one wrong sequence of contacts lie close together, both far from the solution (measured at 0.4 mm of
+clearance: errors of x of 1.3e-6, 7.5e-7, 7.7e-7, 1.2e-8 and 3.0e-9 m at 2, 1, 0.5, 0.25 and 0.125 us). An
+ensemble does not show that, since its starts are moved, not its steps. So a verdict other than "agree" is
+judged again with both models one level finer (five bodies at half the step), and so on:
+
+- "agree" at any level stands: numerical errors, the cause of nearly all differences, vanish with the step;
+- "differ" stands where the difference outlasts two refinements, i.e. where these have moved the five bodies
+  by a small part of it (`CONVERGED`), and the ensembles confirm it at that level. Where the third opinion
+  contradicts it, the tree of the same package at the tight tier, it must outlast all levels;
+- "differ" after which the runs still move by as much as they differ is no difference of models: what they
+  converge to is unknown, and the verdict is "indeterminate";
+- "indeterminate" stands after `ENOUGH` levels: the motion, not the step, is what cannot be predicted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from comparison.accuracy.levels import finer
+from comparison.accuracy.tiers import tight
+from comparison.accuracy.uncertainty import Runs
+from comparison.agreement.compare import compare
+from comparison.agreement.confirmation import Run, confirm
+from comparison.agreement.confirmation_causes import judged_samples
+from comparison.agreement.confirmation_starts import too_slow
+from comparison.agreement.results import SceneComparison
+from comparison.scene import Scene
+
+ENOUGH = 2
+"""Levels after which "indeterminate" stands, and after which "differ" can."""
+MOST = 4
+"""Levels at most: 2 us become 0.125 us, in 16 times the time of a run."""
+SMALLEST_STEP = 1.2e-7
+"""s; beyond `ENOUGH` levels none below this, where a run of two cycles takes minutes."""
+FINEST_TOLERANCE = 1e-12
+"""Of the reference, whose finer run is a tenth of it; below there is only round-off."""
+CONVERGED = 0.25
+"""Of a difference: the most by which either of the last two refinements moved the run, at the median of the
+samples that differ. At second order a halved step leaves a quarter of an error, so runs whose difference is
+an error move by three quarters of it at the next level.
+"""
+
+RunFamilies = Callable[[Scene], tuple[Runs, Runs] | None]
+"""Runs the families of both models at the settings of a scene; None if a run did not succeed."""
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A verdict that stands, with the runs and the scene's settings that it is of."""
+
+    comparison: SceneComparison
+    runs: tuple[Runs, Runs]
+    scene: Scene
+
+
+def settle(
+    result: SceneComparison,
+    runs: tuple[Runs, Runs],
+    *,
+    scene: Scene,
+    models: tuple[str, str],
+    run: Run,
+    run_families: RunFamilies,
+) -> Settled:
+    """Confirm a verdict "differ" by ensembles; one of a model with fixed steps is first refined.
+
+    Parameters
+    ----------
+    result, runs, scene, models, run
+        As of `comparison.agreement.confirmation.confirm`.
+    run_families
+        Called once a level, and once for the third opinion.
+    """
+    if result.verdict not in ("differ", "indeterminate") or not any(too_slow(scene, m) for m in models):
+        return Settled(confirm(result, runs, scene=scene, models=models, run=run), runs, scene)
+    levels = [Settled(result, runs, scene)]
+    opposed: bool | None = None
+    while True:
+        last = levels[-1]
+        stays = last.comparison.verdict == "differ" and _converged(levels, models)
+        if stays and opposed is None:
+            opposed = _third_opinion(last, models, run, run_families) == "agree"
+        closer = _finer(last.scene, models, len(levels))
+        if stays and (not opposed or closer is None):
+            return _confirmed(last, models, run)
+        if last.comparison.verdict == "indeterminate" and len(levels) > ENOUGH:
+            return last
+        again = None if closer is None else run_families(closer)
+        if closer is None or again is None:
+            break
+        levels.append(_judged(closer, again, levels[0].comparison, len(levels)))
+        if levels[-1].comparison.verdict == "agree":
+            return levels[-1]
+    return _unsettled(levels, models, run)
+
+
+def _finer(scene: Scene, models: Sequence[str], level: int) -> Scene | None:
+    """Return the scene with both models one level finer; None at the last, or if one cannot be refined."""
+    closer: Scene | None = scene
+    for model in dict.fromkeys(models):
+        tolerance = scene.data["solver"].get(model, {}).get("tolerance", 1.0)
+        if closer is not None and not (model == "reference" and tolerance <= 1.01 * FINEST_TOLERANCE):
+            closer = finer(model, closer)
+    if closer is None or level > MOST:
+        return None
+    small = closer.data["solver"]["exudyn"]["step"] < SMALLEST_STEP
+    return None if small and level > ENOUGH else closer
+
+
+def _judged(closer: Scene, runs: tuple[Runs, Runs], first: SceneComparison, level: int) -> Settled:
+    comparison = compare(
+        *runs,
+        scene=closer,
+        labels=first.labels,
+        command=first.command,
+        tier=first.tier,
+        only=list(first.channels),
+    )
+    return Settled(replace(comparison, name=first.name, warnings=first.warnings, refined=level), runs, closer)
+
+
+def _converged(levels: Sequence[Settled], models: Sequence[str]) -> bool:
+    """Return whether what differs at the last level has outlasted two refinements of the stepped models."""
+    if len(levels) <= ENOUGH:
+        return False
+    comparison, scene = levels[-1].comparison, levels[-1].scene
+    ratios = []
+    for name, channel in comparison.channels.items():
+        if channel.verdict != "differ":
+            continue
+        mask, u = judged_samples(channel)
+        difference = np.abs(channel.difference[mask])
+        outside = difference > channel.limits.k * u
+        moves = [
+            np.abs(one.runs[side].base.values(name) - other.runs[side].base.values(name))[mask]
+            for one, other in zip(levels[-3:], levels[-2:], strict=False)
+            for side, model in enumerate(models)
+            if too_slow(scene, model)
+        ]
+        ratios.append(np.max(moves, axis=0)[outside] / difference[outside])
+    return bool(np.median(np.concatenate(ratios)) <= CONVERGED)
+
+
+def _third_opinion(last: Settled, models: tuple[str, str], run: Run, run_families: RunFamilies) -> str:
+    """Return the verdict at the tight tier, if there the tree replaces five bodies; else nothing."""
+    closer = tight(last.scene, models)
+    if closer is None or any(too_slow(closer, model) for model in models):
+        return ""
+    runs = run_families(closer)
+    if runs is None:
+        return ""
+    comparison = compare(*runs, scene=closer, labels=last.comparison.labels, tier="tight")
+    return confirm(comparison, runs, scene=closer, models=models, run=run).verdict
+
+
+def _confirmed(last: Settled, models: tuple[str, str], run: Run) -> Settled:
+    comparison = confirm(last.comparison, last.runs, scene=last.scene, models=models, run=run)
+    return replace(last, comparison=replace(comparison, refined=last.comparison.refined))
+
+
+def _unsettled(levels: Sequence[Settled], models: tuple[str, str], run: Run) -> Settled:
+    """Return the last level; "differ" there is indeterminate, unless no finer run was to be had."""
+    last = levels[-1]
+    if last.comparison.verdict != "differ":
+        return last
+    if len(levels) <= ENOUGH:
+        return _confirmed(last, models, run)
+    step = last.scene.data["solver"]["exudyn"]["step"]
+    reason = (
+        f"the models differ, but refinement still moves five bodies by as much at a step of {step:g} s: "
+        f"what they converge to is unknown. {last.comparison.reason}"
+    )
+    return replace(last, comparison=replace(last.comparison, verdict="indeterminate", reason=reason))

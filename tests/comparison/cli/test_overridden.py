@@ -1,0 +1,137 @@
+"""Scenes that --set changes: what is written about them, where, and the commands. The models are fakes."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+import shlex
+import shutil
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from comparison.cli import main
+from comparison.formatting import number
+from comparison.scene import load_scene, parse_set
+from comparison.tables.table_files import read
+
+pytestmark = pytest.mark.usefixtures("fake_models", "wide")
+
+CLEARANCE = "clearance.slider=4e-4"
+NAME = "150rpm-0.2mm+clearance.slider=0.0004"
+QUICK = ["validate", "150rpm-0.2mm", "--quick", "-q"]
+
+
+def commands(text: str) -> list[str]:
+    """Return the lines of a page or of the console that are commands."""
+    plain = html.unescape(re.sub(r"<[^>]+>", "\n", text))
+    return [line.strip() for line in plain.splitlines() if line.strip().startswith("sixbar ")]
+
+
+def test_nothing_false_is_said_of_a_changed_scene_and_the_plain_ones_report_stays(capsys):
+    assert main(QUICK) == 0
+    plain = {path: path.read_bytes() for path in Path("reports/out").rglob("*") if path.is_file()}
+    assert main([*QUICK, "--set", CLEARANCE]) == 0
+    sentence, page = capsys.readouterr().out.splitlines()[-2:]
+    assert sentence == f"The scene {NAME} agrees."
+    assert page == f"reports/out/{NAME}/report.html"
+    assert plain == {path: path.read_bytes() for path in plain}
+
+    folder = Path(page).parent
+    said = Path(page).read_text()
+    assert "<h1>150rpm-0.2mm with clearance.slider = 0.4 mm</h1>" in said
+    assert "150 rpm, 0.2 mm clearance" not in said
+    assert "central case" not in said
+    command = "sixbar validate 150rpm-0.2mm --set clearance.slider=0.0004 --quick"
+    assert set(commands(said)) == {command}
+    (scene,) = json.loads((folder / "summary.json").read_text())["scenes"]
+    assert (scene["name"], scene["command"]) == (NAME, command)
+    assert ET.parse(folder / "junit.xml").getroot().find("testsuite").get("name") == NAME
+    assert f"| {NAME} | standard | agree |" in (folder / "summary.md").read_text()
+    assert f"Made by: {command}" in (folder / "summary.md").read_text()
+    table = read(folder / "tables" / f"{NAME}-exudyn.csv")
+    assert table.provenance["scene"]["scene"]["description"] == ""
+
+
+@pytest.mark.parametrize("scenes", [["ideal", "150rpm-0.2mm"], ["150rpm-0.2mm"]])
+def test_each_set_of_changes_has_a_folder(scenes, capsys):
+    pages = set()
+    for options in ([], ["--set", CLEARANCE], ["--set", CLEARANCE, "--set", "output.groups=[]"]):
+        assert main(["validate", *scenes, "--quick", "-q", *options]) == 0
+        pages.add(capsys.readouterr().out.splitlines()[-1])
+    assert len(pages) == 3
+
+
+@pytest.mark.parametrize(("what", "count"), [("differ", 3), ("fail", 1), ("crash", 1)])
+def test_each_command_of_the_report_repeats_the_changed_scene(what, count, gravity, scene_file, capsys):
+    Path("my scenes").mkdir()
+    path = shutil.copy(scene_file("own", extra="[drive]\ncycles = 1\n"), "my scenes")
+    changes = [f"environment.gravity={getattr(gravity, what)}", "mechanism.rocker_pivot=[0.2568, 0.21]"]
+    options = [word for change in changes for word in ("--set", change)]
+    code = main(["validate", path, "--quick", "-q", *options])
+    page = Path(capsys.readouterr().out.splitlines()[-1])
+    asked = load_scene(path, parse_set(changes))
+    own, *advice = dict.fromkeys(commands(page.read_text()))
+    assert own == asked.command("validate", "--quick")
+    assert len(advice) == count
+    for command in advice:
+        _, verb, source, *options = shlex.split(command)
+        if verb == "compare":
+            assert main([verb, source, *options]) in (1, 3)
+            continue
+        again = load_scene(source, parse_set(options[1 : options.index("--model") : 2]))
+        for section in ("environment", "mechanism", "drive"):
+            assert again.data[section] == asked.data[section]
+        # The run that failed fails again; each other one is made.
+        assert main([verb, source, *options, "-q"]) == (code if what != "differ" else 0)
+    if what != "differ":
+        assert capsys.readouterr().err.count("did not succeed") == 1
+
+
+def test_an_indeterminate_scene_is_looked_at_again_at_finer_settings(scene_file, capsys):
+    path = scene_file("coarse", extra="[solver.exudyn]\nstep = 1e-3\n")
+    options = ["--set", "drive.cycles=1", "--quick", "-q"]
+    assert main(["validate", path, *options]) == 3
+    page = Path(capsys.readouterr().out.splitlines()[-1])
+    finer = load_scene(path, {"drive.cycles": 1}).command("validate", "--quick", "--accuracy", "strict")
+    assert finer in commands(page.read_text())
+    assert main([*shlex.split(finer)[1:], "-q"]) == 0
+
+
+def test_the_other_commands_name_the_changed_scene_too(capsys):
+    assert main(["plan", "150rpm-0.2mm", "--set", CLEARANCE]) == 0
+    assert capsys.readouterr().out.startswith(f"{NAME}: ")
+    assert main(["run", "150rpm-0.2mm", "--set", CLEARANCE, "--model", "exudyn", "--out", "x.csv"]) == 0
+    assert (
+        read("x.csv").provenance["scene"]["scene"]["title"] == "150rpm-0.2mm with clearance.slider = 0.4 mm"
+    )
+    sweep = ["study", "sweep", "150rpm-0.2mm", "--set", "drive.cycles=1", "--grid", "drive.speed_rpm=90,91"]
+    assert main(sweep) == 0
+    out = capsys.readouterr().out
+    assert out.splitlines()[-1] == "reports/out/sweep-150rpm-0.2mm+drive.cycles=1/sweep.csv"
+    assert main(["settings", "150rpm-0.2mm", "--set", CLEARANCE, "--set", "drive.cycles=1", "-q"]) == 0
+    printed = commands(capsys.readouterr().out)
+    assert printed
+    assert all("--set clearance.slider=0.0004 --set drive.cycles=1" in command for command in printed)
+
+
+def test_one_ratio_on_the_console_in_the_report_and_in_the_files(scene_file, gravity, capsys):
+    """The rule's: what 99 % of the judged samples stay within. The maximum is called so."""
+    for name, value in (("good", gravity.normal), ("bad", gravity.differ)):
+        main(["validate", scene_file(name, value), "--quick", "--out", name])
+        heading, line, *_ = capsys.readouterr().out.splitlines()
+        start = heading.index("|E|/2u (99%)")
+        shown = line[start : start + 12].strip()
+        (scene,) = json.loads(Path(name, "summary.json").read_text())["scenes"]
+        assert number(scene["ratio"], 2) == shown
+        channel = scene["channels"][scene["decisive_channel"]]
+        assert channel["ratio"] == scene["ratio"] <= channel["largest_ratio"]
+        assert (scene["ratio"] <= 1) == (scene["verdict"] == "agree")
+        others = [each["ratio"] for each in scene["channels"].values() if each["ratio"] is not None]
+        assert max(others) == scene["ratio"]
+        assert f"{scene['decisive_channel']}, |E|/2u (99%) = {shown}: " in scene["reason"]
+        page = Path(name, "report.html").read_text()
+        assert f"<b>{shown}</b>" in page
+        assert f"|E|/2u (99%) is {shown}, the maximum " in page

@@ -1,0 +1,109 @@
+"""Errors of a result against the ideal mechanism's, and their peaks between samples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from comparison.reliability.errors import slider_errors
+from comparison.tables.table import Table, TableError
+
+PERIOD = 0.4
+
+
+def pulse(time, at, length=2e-4):
+    """A half wave of height 1 around an instant."""
+    phase = (time - at) / length + 0.5
+    return np.where((phase > 0) & (phase < 1), np.sin(np.pi * phase), 0.0)
+
+
+def with_extrema(table: Table, found: dict[str, list[float]]) -> Table:
+    columns = {f"slider_ay_{part}": np.array(values) for part, values in found.items()}
+    return Table(table.frame, cycle_extrema=columns)
+
+
+def test_the_ideal_is_interpolated_to_the_times_of_the_result_whatever_they_are(press):
+    fine, coarse = press(5.0, per_cycle=1000), press(per_cycle=400)
+    errors = slider_errors(fine, coarse, PERIOD)
+    assert np.array_equal(errors.time, fine.time)
+    # Cubics with slopes to second order: h^3 y''''/ 24 = 1e-9 * 0.1 * 15.7^4 / 24, twice as much at the ends.
+    assert np.abs(errors.by_channel["slider_y"]).max() < 4e-7
+    assert errors.by_channel["slider_ay"] == pytest.approx(np.full(2001, 5.0), abs=1e-4)
+    odd = Table(fine.frame.iloc[np.r_[0:999, 1000:2001]])
+    assert slider_errors(odd, press(), PERIOD).time.size == 2000
+    assert not slider_errors(press(), press(), PERIOD).by_channel["slider_vy"].any()
+
+
+def test_only_what_both_cover_counts_and_cycles_may_be_left_out(press):
+    short = press(cycles=1.5)
+    errors = slider_errors(press(3.0, cycles=3), short, PERIOD)
+    assert errors.time[-1] == pytest.approx(1.5 * PERIOD)
+    time = press(cycles=3).time
+    later = slider_errors(press(time, cycles=3), press(cycles=3), PERIOD, start=PERIOD)
+    assert (later.time[0], later.time.size) == (0.0, 2001)
+    assert later.by_channel["slider_ay"] == pytest.approx(time[1000:], abs=1e-12)
+
+
+def test_tables_that_cannot_be_held_against_each_other_are_refused_in_one_line(press):
+    bare = Table(press().frame.drop(columns="slider_ay"))
+    with pytest.raises(TableError, match=r"ideal mechanism's: channel slider_ay is missing"):
+        slider_errors(press(), bare, PERIOD)
+    late = Table(press().frame.assign(time=press().time + 0.1))
+    with pytest.raises(TableError, match=r"the result: does not start at t = 0 s"):
+        slider_errors(late, press(), PERIOD)
+    with pytest.raises(TableError, match=r"holds none of slider_z"):
+        slider_errors(press(), press(), PERIOD, names=["slider_z"])
+    with pytest.raises(TableError, match="no interval in common"):
+        slider_errors(press(), press(), PERIOD, start=1.0)
+
+
+def test_the_peak_has_its_sign_and_lies_in_the_window(press):
+    time = press().time
+    errors = slider_errors(
+        press(-3.0 * pulse(time, 0.1, 0.05) + 2.0 * pulse(time, 0.6, 0.05)), press(), PERIOD
+    )
+    for window, expected in (((), -3.0), ((0.4, 0.8), 2.0), ((0.0, 0.4), -3.0)):
+        peak = errors.peak("slider_ay", *window)
+        assert peak.value == pytest.approx(expected, abs=1e-9)
+    assert errors.peak("slider_ay", 0.4, 0.8).time == pytest.approx(0.6)
+    with pytest.raises(TableError, match=r"no sample from 0\.9 to 1 s"):
+        errors.peak("slider_ay", 0.9, 1.0)
+
+
+def test_the_peak_of_a_window_is_that_of_its_cycle_also_between_samples(press):
+    """The case of the second cycle: the run's extremum is in the first."""
+    time = press().time
+    # Half an interval beside the samples, which are two to a contact.
+    high, low = 0.1002, 0.6002
+    error = -100.0 * pulse(time, high) - 77.5 * pulse(time, low)
+    ideal = [-0.1 * (2 * np.pi / PERIOD) ** 2 * np.cos(2 * np.pi * at / PERIOD) for at in (high, low)]
+    found = {
+        "time_of_min": [high, low],
+        "min": [ideal[0] - 100.0, ideal[1] - 77.5],
+        "time_of_max": [0.2, 0.6],
+        "max": [ideal[1], ideal[1]],
+    }
+    errors = slider_errors(with_extrema(press(error), found), press(), PERIOD)
+    for window, size, at in (((0.0, 0.4), 100.0, high), ((0.4, 0.8), 77.5, low)):
+        peak = errors.peak("slider_ay", *window)
+        # The ideal one between its samples: as above.
+        assert peak.value == pytest.approx(-size, abs=1e-4)
+        assert peak.time == at
+    sampled = slider_errors(press(error), press(), PERIOD).peak("slider_ay", 0.4, 0.8)
+    assert abs(sampled.value) < 60.0
+
+
+@pytest.mark.parametrize("per_cycle", [5000, 10_000, 30_000])
+def test_the_true_peak_lies_within_its_stated_error_where_pulses_are_resolved(press, per_cycle):
+    rng = np.random.default_rng(per_cycle)
+    ideal = press(per_cycle=per_cycle)
+    time, interval = ideal.time, PERIOD / per_cycle
+    for _ in range(20):
+        at, height = rng.uniform(0.45, 0.75), rng.uniform(20.0, 80.0)
+        wave, kink = pulse(time, at, 4e-4), np.maximum(0.0, 1.0 - np.abs(time - at) / 1e-3)
+        # Where the lines meet: of a half wave of n intervals (pi / n)^2 / 2 above it; of a kink, on it.
+        for shape, most in ((wave, (np.pi * interval / 4e-4) ** 2 / 2), (kink, interval / 1e-3 / 2)):
+            errors = slider_errors(press(height * shape, per_cycle=per_cycle), ideal, PERIOD)
+            peak = errors.peak("slider_ay")
+            assert peak.value - 1e-9 <= height <= peak.value + peak.error + 1e-9
+            assert peak.error <= most * height + 1e-9

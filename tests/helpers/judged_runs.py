@@ -1,0 +1,160 @@
+"""Runs to be judged: random scenes in both models, and random tables without any model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from comparison.accuracy.levels import refinement
+from comparison.accuracy.tiers import tight
+from comparison.accuracy.uncertainty import Runs
+from comparison.agreement.compare import compare
+from comparison.agreement.planned_runs import levels
+from comparison.agreement.results import SceneComparison
+from comparison.execution.run import run_one
+from comparison.scene import Scene, load_scene
+from comparison.tables.table import Table
+
+MODELS = ("reference", "exudyn")
+KINDS = ("base", "finer", "coarser", "perturbed", "other_perturbed")
+SHIPPED = ("150rpm-0.2mm", "300rpm-0.2mm", "69GPa", "90rpm-0.1mm", "90rpm-0.5mm", "poisson-0.33")
+# What a user would change: between which factors of what stands there, or between which values.
+FACTORS = {
+    "drive.speed_rpm": (0.5, 2.0),
+    "clearance.slider": (0.3, 3.0),
+    "contact.youngs_modulus": (0.1, 2.0),
+    "mechanism.slider.mass": (0.5, 2.0),
+}
+VALUES = {
+    "contact.restitution": (0.3, 0.98),
+    "friction.coefficient": (0.0, 0.4),
+    "initial.slider_angle": (-3e-4, 3e-4),
+    "environment.gravity": (-10.0, 20.0),
+}
+CASES = ((1, 0.0), (2, 0.0), (3, 0.0), (13, 0.0), (3, 0.02))
+"""Of `random_scene`, seed and fault: both tiers; 13 is indeterminate, a faulty one differs."""
+PERIOD = 0.4
+"""Of the random tables, s: that of the scene 150rpm-0.2mm."""
+
+
+class Judged(NamedTuple):
+    """A scene and the runs of both models."""
+
+    scene: Scene
+    tier: str
+    a: Runs
+    b: Runs
+
+
+def changed_scene(seed: int) -> tuple[Scene, str]:
+    """A shipped scene with one to three keys changed, Exudyn's tree instead of five bodies; and a tier."""
+    rng = np.random.default_rng(seed)
+    name, tier = str(rng.choice(SHIPPED)), str(rng.choice(["standard", "tight"]))
+    changes = {}
+    for key in map(str, rng.choice([*FACTORS, *VALUES], rng.integers(1, 4), replace=False)):
+        low, high = FACTORS.get(key) or VALUES[key]
+        value = float(rng.uniform(low, high))
+        if key in FACTORS:
+            there = load_scene(name).data
+            for part in key.split("."):
+                there = there[part]
+            value = float(there * np.exp(rng.uniform(np.log(low), np.log(high))))
+        changes[key] = value
+    tree = {"solver.exudyn.formulation": "auto", "solver.exudyn.tolerance": 1e-8}
+    return load_scene(name, tree | changes), tier
+
+
+@lru_cache(maxsize=12)
+def random_scene(
+    seed: int, samples_per_cycle: int = 1000, *, only_base: bool = False, fault: float = 0.0
+) -> Judged:
+    """A changed scene by both models, with all their runs.
+
+    ``fault`` is a relative error of the second model's restitution.
+    """
+    scene, tier = changed_scene(seed)
+    scene = scene.with_values({"output.samples_per_cycle": samples_per_cycle})
+    scene = scene if tier == "standard" else tight(scene, MODELS)
+    assert scene is not None
+    wrong = scene.with_values({"contact.restitution": scene.data["contact"]["restitution"] * (1 + fault)})
+
+    def runs(model: str, of: Scene) -> Runs:
+        kinds = {"base": of} if only_base else levels(of, model)
+        there = {kind: run_one(level, model) for kind, level in kinds.items()}
+        return Runs(refinement=refinement(model, of), **there)
+
+    return Judged(scene, tier, runs(MODELS[0], scene), runs(MODELS[1], wrong))
+
+
+def random_tables(seed: int) -> Judged:
+    """Tables whose errors and differences are drawn over decades, by channel and stretch of time.
+
+    No mechanism moves like that: it is to lead the judge into every branch.
+    """
+    rng = np.random.default_rng(seed)
+    tier = str(rng.choice(["standard", "tight"]))
+    per_cycle, cycles = int(rng.integers(40, 260)), float(rng.choice([0.5, 1.0]))
+    values = {"output.samples_per_cycle": per_cycle, "drive.cycles": cycles}
+    scene = load_scene("150rpm-0.2mm", values)
+    count = round(per_cycle * cycles)
+    time = np.arange(count + 1) * (PERIOD / per_cycle)
+    limits = {"standard": 1e-2, "tight": 5e-5}
+    sizes = {"slider_x": 2e-4, "slider_y": 4e-5, "slider_vx": 5e-2, "slider_ax": 500.0}
+    sizes |= {"corner_ll_gap": 2e-4, "corner_ll_normal": 40.0, "corner_ll_friction": 6.0}
+    follows = {"slider_ax", "corner_ll_normal", "corner_ll_friction"}
+    both: tuple[dict, dict] = (
+        {kind: {"time": time} for kind in KINDS},
+        {kind: {"time": time} for kind in KINDS},
+    )
+    most = rng.choice([0.0, 1.3])  # of the decades between a difference and the errors
+    for name, size in sizes.items():
+        signal = size * np.sin(2 * np.pi * time / PERIOD * rng.uniform(0.5, 5) + rng.uniform(0, 6))
+        if name in follows:  # mostly zero
+            signal = np.where(rng.random(time.size) < rng.choice([0.02, 0.3]), np.abs(signal), 0.0)
+        if rng.random() < 0.05:
+            signal = np.full(time.size, -0.55)
+        level = limits[tier] * size * 10 ** rng.uniform(-4, 0.5, 4)  # one for each quarter of the time
+        level = level[4 * np.arange(time.size) // time.size]
+        happens = signal != 0
+        errors = [level * rng.normal(size=time.size) * happens for _ in range(5)]
+        part = rng.choice([0.006, 0.02, 1.0])
+        size_of = 10 ** rng.uniform(-1 if part == 1 else 1, 1.3 if part < 1 else most)
+        apart = level * size_of * rng.normal(size=time.size) * (rng.random(time.size) < part)
+        if most > 0 and rng.random() < 0.1:
+            apart = apart + 30 * size
+        for side, shift in ((both[0], 0.0), (both[1], apart * happens)):
+            scale = [1.0, rng.choice([0.25, 0.1, 1.0]), rng.choice([4.0, 10.0, 1.0]), 1.0, 0.1]
+            for kind, error, times in zip(KINDS, errors, scale, strict=True):
+                side[kind][name] = signal + shift + times * error * rng.choice([1.0, 1.0, 0.0])
+    refined = ((2.0, 2.0), (10.0, 1.0))
+    lacking = rng.choice([0, 0, 1, 2])
+
+    def runs(side: dict, refinement: tuple[float, float]) -> Runs:
+        tables = {kind: Table(pd.DataFrame(columns)) for kind, columns in side.items()}
+        for kind in KINDS[5 - lacking :] if lacking else ():
+            del tables[kind]
+        return Runs(refinement=refinement, **tables)
+
+    return Judged(scene, tier, runs(both[0], refined[0]), runs(both[1], refined[1]))
+
+
+def compared(judged: Judged, **options: Any) -> SceneComparison:
+    """The product's comparison; of the channels that the tables hold."""
+    usual = {"scene": judged.scene, "tier": judged.tier, "labels": MODELS, "only": judged.a.base.channels}
+    return compare(judged.a, judged.b, **(usual | options))
+
+
+def each(runs: Runs, change: Callable[[Table], Table]) -> Runs:
+    """Every table of one model changed in the same way."""
+    there = {kind: getattr(runs, kind) for kind in KINDS if getattr(runs, kind) is not None}
+    return replace(runs, **{kind: change(table) for kind, table in there.items()})
+
+
+def frames(runs: Runs) -> dict[str, pd.DataFrame]:
+    """The bare numbers of one model's runs."""
+    return {kind: getattr(runs, kind).frame for kind in KINDS if getattr(runs, kind) is not None}

@@ -1,0 +1,162 @@
+"""Measures of signals, interpolation and the time shift once more, by a second and plainly different way."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+import second_measures
+from judged_runs import CASES, compared, random_scene
+from scipy.interpolate import CubicHermiteSpline
+
+from comparison.accuracy.uncertainty import Runs
+from comparison.agreement.compare import compare
+from comparison.metrics.iso18571 import rating
+from comparison.metrics.norms import rms, sprague_geers, tube_share
+from comparison.tables.channels import Channel
+from comparison.tables.resample import resample
+from comparison.tables.table import Table
+from comparison.tables.time_shift import estimate
+
+
+def noise(seed: int, size: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Uneven times and two signals that have something in common."""
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(rng.exponential(1.0, size) + 1e-3)
+    first = np.cumsum(rng.normal(size=size))
+    return time, first, first + rng.normal(size=size) * rng.uniform(0, 2)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_measures_of_random_signals(seed):
+    time, first, other = noise(seed)
+    assert rms(time, first - other) == pytest.approx(
+        second_measures.root_mean_square(time, first - other), rel=1e-13
+    )
+    magnitude, phase, combined = sprague_geers(time, first, other)
+    expected = second_measures.sprague_geers(time, first, other)
+    assert (magnitude, combined) == pytest.approx((expected[0], expected[2]), abs=1e-7)
+    assert phase == pytest.approx(expected[1], abs=1e-7)  # the arc cosine's
+    even = np.linspace(0.0, 7.0, 1237)  # 0.002 of it are two and a half samples
+    first, other = (np.interp(even, np.linspace(0.0, 7.0, 60), of) for of in (first, other))
+    other = first + 0.01 * np.ptp(first) * np.sin(9 * even)  # outside where it is flat
+    assert tube_share(even, first, other) == second_measures.tube_share(even, first, other)
+    assert 0.0 < tube_share(even, first, other) < 1.0
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_rating_of_random_signals(seed):
+    _, first, other = noise(seed, 90)
+    late = int(np.random.default_rng(seed).integers(-12, 13))
+    found = rating(first[12:-12], np.roll(other, late)[12:-12])
+    expected = second_measures.iso18571(first[12:-12], np.roll(other, late)[12:-12])
+    assert vars(found) == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("name", ["slider_y", "slider_omega"])
+def test_measures_of_random_scenes(seed, name):
+    channel = compared(random_scene(seed)).channels[name]
+    time, a, b = channel.time, channel.a, channel.b
+    if name == "slider_y":  # a position: its zero is arbitrary
+        middle = (a.sum() + b.sum()) / (2 * a.size)
+        a, b = a - middle, b - middle
+    expected = second_measures.sprague_geers(time, a, b)
+    found = [channel.metrics[f"sprague_geers_{key}"] for key in ("magnitude", "phase", "combined")]
+    assert found == pytest.approx(expected, abs=1e-7)  # the arc cosine's
+    assert channel.metrics["tube_share"] == second_measures.tube_share(time, a, b)
+    expected = second_measures.iso18571(a[:300], b[:300])
+    assert vars(rating(a[:300], b[:300])) == pytest.approx(expected, abs=1e-12)
+
+
+# Alignment and shift
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_interpolation_between_events(seed):
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(rng.uniform(0.5, 1.5, 40))
+    at = np.sort(np.concatenate([rng.uniform(time[0], time[-1], 60), time[::7], time[-1:]]))
+    starts = rng.uniform(time[0] - 1, time[-1] - 1, 9)
+    events = pd.DataFrame(
+        {
+            "corner": rng.choice(["ll", "ur", "pin"], 9),
+            "start": starts,
+            "end": starts + rng.exponential(2.0, 9),
+        }
+    )
+    columns = {
+        name: rng.normal(size=40)
+        for name in ("slider_x", "slider_vx", "slider_ax", "corner_ll_normal", "corner_ll_gap")
+    }
+    found, unknown = resample(time, columns, at, events)
+    curve = CubicHermiteSpline(time, columns["slider_x"], columns["slider_vx"])
+    np.testing.assert_allclose(found["slider_x"], curve(at), atol=1e-13)
+    for name in ("slider_vx", "corner_ll_gap"):  # continuous
+        expected = second_measures.between_events(time, columns[name], at, [])
+        np.testing.assert_allclose(found[name], expected, atol=1e-13)
+    own = events[events["corner"] == "ll"]
+    for name, of in (("slider_ax", events), ("corner_ll_normal", own)):
+        expected = second_measures.between_events(time, columns[name], at, [*of["start"], *of["end"]])
+        known = ~unknown.get(name, np.zeros(at.size, bool))
+        np.testing.assert_array_equal(known, np.isfinite(expected))
+        np.testing.assert_allclose(found[name][known], expected[known], atol=1e-12)
+
+
+RATES = {"slider_x": "slider_vx", "slider_y": "slider_vy", "slider_angle": "slider_omega"}
+
+
+@pytest.mark.parametrize(("seed", "fault"), CASES)
+def test_the_shift_of_random_scenes(seed, fault):
+    """Both find the same minimum, and another seed's crank turns no faster: within the stated uncertainty."""
+    judged = random_scene(seed, fault=fault)
+    shift = compared(judged).shift
+    sides = [{name: run.base.values(name) for name in (*RATES, *RATES.values())} for run in judged[2:]]
+    assert shift is not None
+    reach = max(10 * shift.uncertainty, 2 * abs(shift.value))
+    other = second_measures.shift_between(judged.a.base.time, *sides, RATES, reach)
+    assert abs(other - shift.value) <= shift.uncertainty
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_shift_of_random_signals(seed):
+    rng = np.random.default_rng(seed)
+    time, late = np.arange(900) * 1e-3, rng.uniform(-0.03, 0.03)
+    waves = [rng.uniform((0.1, 5, 0), (1, 30, 6), (4, 3)) for _ in RATES]
+
+    def tables(t: np.ndarray, noise: float) -> dict[str, np.ndarray]:
+        made = {}
+        for (position, rate), parts in zip(RATES.items(), waves, strict=True):
+            made[position] = sum(s * np.sin(w * t + p) for s, w, p in parts) + noise * rng.normal(size=t.size)
+            made[rate] = sum(s * w * np.cos(w * t + p) for s, w, p in parts)
+        return made
+
+    a, b = tables(time, 0.0), tables(time - late, 10 ** rng.uniform(-9, -3))
+    found = estimate(time, a, b)
+    other = second_measures.shift_between(time, a, b, RATES, 0.04)
+    assert found.value == pytest.approx(late, abs=3 * found.uncertainty)
+    assert found.value == pytest.approx(other, abs=3 * found.uncertainty)
+    # Interpolation alone: (w h)^4 / 384 over the rate, some 1e-9 s.
+    assert found.uncertainty < 1e-4
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_tolerance_allows_a_shift_in_which_the_motion_crosses_its_tolerance_at_its_largest_rate(seed):
+    """Of a wave of frequency w a share T of its range is crossed in T / w, whatever its size and sign."""
+    rng = np.random.default_rng(seed)
+    time, w, size = np.arange(4001) * 1e-3, rng.uniform(3, 20), 10 ** rng.uniform(-3, 3)
+    tolerance, sign = 10 ** rng.uniform(-3, -1.5), rng.choice([-1, 1])
+    own = Channel("height", "height", "m", "", "own", "range", 1e-12 * size, 0.0, rate="climb")
+    known = {"height": own, "climb": Channel("climb", "climb", "m/s", "", "own", "range", 1e-12 * size, 0.0)}
+
+    def table(late: float) -> Runs:
+        height, climb = size * np.sin(w * (time - late)), size * w * np.cos(w * (time - late))
+        return Runs(Table(pd.DataFrame({"time": time, "height": height, "climb": climb}), own=known))
+
+    for times, verdict in ((0.98, "agree"), (1.02, "differ")):
+        late = sign * times * tolerance / w
+        # A shift moves samples by its share of the range at most, half of what is allowed for the shift.
+        result = compare(table(0.0), table(late), tolerance=tolerance)
+        assert {channel.verdict for channel in result.channels.values()} == {"agree"}
+        assert result.verdict == verdict
+        assert result.shift.value == pytest.approx(late, rel=1e-6)

@@ -1,0 +1,196 @@
+"""Every number of a comparison once more by a second judge, on random tables and on random scenes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import second_judge
+from judged_runs import CASES, Judged, changed_scene, compared, frames, random_scene, random_tables
+
+from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.uncertainty import Runs
+from comparison.agreement.compare import compare
+from comparison.agreement.results import SceneComparison
+from comparison.agreement.scene_verdict import scene_verdict
+from comparison.agreement.verdict import compare_channel
+from comparison.execution.run import run_one
+from comparison.metrics.impacts import WINDOW
+from comparison.tables.channels import channels
+
+EXACT = ("verdict", "outside")
+# Numbers that both make of the same few operations in another order.
+ROUNDED = (
+    "coverage", "explained", "worst_time", "worst_difference", "worst_threshold", "max_difference",
+    "rms_difference", "scale",
+)  # fmt: skip
+
+
+def assert_same(found: SceneComparison, channels: dict[str, SimpleNamespace]) -> None:
+    assert set(found.channels) == set(channels)
+    for name, second in channels.items():
+        channel = found.channels[name]
+        for key in EXACT:
+            assert getattr(channel, key) == getattr(second, key), (name, key)
+        for key in ROUNDED:
+            expected = pytest.approx(getattr(second, key), rel=1e-12, abs=0, nan_ok=True)
+            assert getattr(channel, key) == expected, (name, key)
+        for key in ("max", "rms"):
+            size = getattr(second, f"{key}_difference")
+            expected = size / second.scale if second.scale else np.nan
+            assert getattr(channel, f"{key}_scaled") == pytest.approx(expected, rel=1e-12, nan_ok=True)
+        if channel.u is not None:
+            np.testing.assert_allclose(channel.u, second.u, rtol=1e-12)
+            np.testing.assert_array_equal(channel.predictable, second.predictable)
+
+
+def second(judged: Judged) -> SimpleNamespace:
+    refined = judged.a.refinement, judged.b.refinement
+    return second_judge.judge(frames(judged.a), frames(judged.b), judged.scene.data, judged.tier, refined)
+
+
+def test_random_tables_are_judged_alike_in_every_branch():
+    verdicts: Counter[str] = Counter()
+    for seed in range(100):
+        judged = random_tables(seed)
+        found, other = compared(judged), second(judged)
+        assert_same(found, other.channels)
+        assert found.verdict == other.verdict, seed
+        assert found.coverage == pytest.approx(other.coverage, rel=1e-12)
+        verdicts += Counter(f"scene {found.verdict}" for _ in [0])
+        verdicts += Counter(channel.verdict for channel in found.channels.values())
+        little = [c for c in found.channels.values() if c.coverage < c.limits.coverage]
+        verdicts += Counter(f"little {channel.verdict}" for channel in little)
+        share = [c for c in found.channels.values() if c.verdict == "agree" and c.outside]
+        verdicts += Counter(["agree with some outside"] * len(share))
+    branches = {"agree", "differ", "indeterminate", "unexcited", "little differ", "agree with some outside"}
+    assert all(verdicts[name] >= 5 for name in branches), verdicts
+    assert all(verdicts[f"scene {name}"] >= 5 for name in ("agree", "differ", "indeterminate")), verdicts
+
+
+@pytest.mark.parametrize("share", [1.0, 0.99, 0.9])
+def test_random_tables_are_judged_alike_by_a_tolerance(share):
+    verdicts: Counter[str] = Counter()
+    for seed in range(40):
+        judged = random_tables(seed)
+        a, b = judged.a.base, judged.b.base
+        tolerance = 10 ** np.random.default_rng(seed).uniform(-5, 0)
+        pair = (Runs(a), Runs(b))
+        found = compare(*pair, scene=judged.scene, tolerance=tolerance, share=share, only=a.channels)
+        data = judged.scene.data
+        other = {}
+        for name in a.channels:
+            values = a.values(name)
+            scale = second_judge.scale_of(name, data, values.min(), values.max())  # that of the first
+            other[name] = second_judge.judge_by_tolerance(
+                name, a.time, values, b.values(name), scale, tolerance, share
+            )
+        assert_same(found, other)
+        verdicts += Counter(channel.verdict for channel in found.channels.values())
+    assert min(verdicts["agree"], verdicts["differ"]) >= 20
+
+
+@pytest.mark.parametrize(("seed", "fault"), CASES)
+def test_random_scenes_are_judged_alike(seed, fault):
+    judged = random_scene(seed, fault=fault)
+    found, other = compared(judged), second(judged)
+    assert_same(found, other.channels)
+    assert (found.verdict, found.coverage) == (other.verdict, pytest.approx(other.coverage, rel=1e-12))
+    assert (found.verdict == "differ") == bool(fault)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20, 50))
+def test_many_random_scenes_are_judged_alike(seed):
+    judged = random_scene(seed)
+    found, other = compared(judged), second(judged)
+    assert_same(found, other.channels)
+    assert found.verdict == other.verdict
+
+
+# Impacts
+
+
+@pytest.mark.parametrize(("seed", "fault"), CASES)
+def test_the_impacts_of_random_scenes_are_compared_alike(seed, fault):
+    judged = random_scene(seed, fault=fault)
+    found = compared(judged)
+    assert found.impacts is not None
+    a, b = found.events
+    window, time = WINDOW * judged.scene.period, found.time
+    assert WINDOW == 1 / 5000
+    masks = {place: found.channels[f"corner_{place}_gap"].predictable for place in ("ll", "lr", "ul", "ur")}
+    within = [second_judge.begins_in(events, time, masks) for events in (a, b)]
+    for part, of in (("all", (None, None)), ("predictable", within)):
+        expected = second_judge.impacts(a, b, window, *of)
+        assert [tuple(pair) for pair in found.impacts[part].pairs] == expected.pop("pairs")
+        assert len(found.impacts[part].pairs) >= 5
+        for name, value in expected.items():
+            # Sums of hundreds of terms.
+            assert getattr(found.impacts[part], name) == pytest.approx(value, rel=1e-12, abs=1e-14), name
+
+
+def test_an_impulse_is_the_area_below_the_force_of_a_dense_table():
+    """Both models integrate it on the way; from samples without them it has the error of a quadrature.
+
+    The trapezoidal rule on two grids tells that error. Peaks are those of parabolas through three samples;
+    contacts of fewer than 40 samples are left out.
+    """
+    for model in ("reference", "exudyn"):
+        scene, _ = changed_scene(2)
+        table = run_one(scene.with_values({"output.samples_per_cycle": 60_000, "drive.cycles": 0.5}), model)
+        time, seen = table.time, 0
+        for event in table.events.itertuples():
+            if event.corner == "pin":
+                continue
+            inside = (time > event.start) & (time < event.end)
+            if inside.sum() < 40:
+                continue
+            at = np.concatenate([[event.start], time[inside], [event.end]])
+            normal = table.values(f"corner_{event.corner}_normal")[inside]
+            # At its start and end a contact presses by nothing, but that damping may end it earlier.
+            force = np.concatenate([[0.0], normal, [0.0 if normal[-1] < 0.1 * normal.max() else normal[-1]]])
+            area, coarse = np.trapezoid(force, at), np.trapezoid(force[::2], at[::2])
+            # Twice the step of a rule of second order: a third of the change, three times for safety.
+            assert event.impulse == pytest.approx(area, abs=abs(area - coarse) + 1e-5 * area)
+            gap = -table.values(f"corner_{event.corner}_gap")[inside]
+            for name, values in (("peak_force", normal), ("largest_depth", gap)):
+                k = int(np.clip(values.argmax(), 1, values.size - 2))
+                before, most, after = values[k - 1 : k + 2]
+                vertex = most - (before - after) ** 2 / (8 * (before - 2 * most + after))
+                # The event's is that over the integrator's steps.
+                assert getattr(event, name) == pytest.approx(vertex, rel=1e-4)
+            seen += 1
+        assert seen >= 10
+
+
+@pytest.mark.parametrize(
+    ("beyond", "predictable", "verdict"),
+    [(0, 200, "agree"), (2, 200, "agree"), (3, 200, "differ"), (1, 100, "agree"), (0, 99, "indeterminate")],
+)
+def test_what_is_met_exactly_is_met(beyond, predictable, verdict):
+    """Numbers of few binary digits: u = 5 of 3 and 4, differences of 2 u, 99 % of samples, half of all."""
+    time, digit = np.arange(200) / 128, 2.0**-20
+    a = np.where(np.arange(200) % 2, 1.0, -1.0)
+    b = a - 10 * digit
+    b[:beyond] -= digit
+    u = np.where(np.arange(200) < predictable, digit, 1.0)
+    found = compare_channel(
+        channels()["slider_ax"], time, a, b, scene=None, u=(3 * u, 4 * u), tolerance=None, limits=thresholds()
+    )
+    assert (found.verdict, found.coverage, found.outside) == (verdict, predictable / 200, beyond)
+    assert found.worst_threshold == 10 * digit
+    assert scene_verdict({"slider_ax": found}, thresholds().coverage)[0] == verdict
+    by_tolerance = compare_channel(
+        channels()["slider_ax"],
+        time,
+        a,
+        b,
+        scene=None,
+        u=(None, None),
+        tolerance=5 * digit,
+        limits=thresholds(),
+    )
+    assert by_tolerance.outside == beyond  # of a range of 2
