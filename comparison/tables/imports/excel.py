@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 import warnings
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -86,4 +87,4 @@ def _written(cell: object) -> str:
     """Return a cell as it is read again; text that looks like a number is marked as such, as Excel does."""
     if isinstance(cell, str) and NUMBER.fullmatch(cell.strip()):
         return f"'{cell}"
-    return "" if cell is None else str(cell).replace("\r", " ").replace("\0", " ")
+    return "" if cell is None else re.sub(r"[\r\n\0]+", " ", str(cell))

@@ -48,10 +48,10 @@ def is_comment(line: str) -> bool:
 
 
 def is_below_time(row: Sequence[str], above: Sequence[str], separator: str) -> bool:
-    """Return whether one of the two lines above a row names the time where it has a number."""
+    """Return whether one of the lines above a row names the time where the row has a number."""
     return len(row) > 1 and any(
         NUMBER.fullmatch(field) and is_time(_split(name)[0])
-        for line in [line for line in above if line.strip(_RULE)][-2:]
+        for line in above
         for names in _fitting([_split_names(line, separator)], row)
         for name, field in zip(names, row, strict=True)
     )

@@ -39,6 +39,7 @@ from comparison.tables.table import TableError
 
 _HEAD = 1 << 18  # characters that must contain the first row of numbers
 _LONGEST_LINE = 100_000
+_RECENT = 3  # names, units, a line below them
 _DEGREES = re.compile(r"^\s*inDegrees\s*=\s*(yes|no)\s*$", re.IGNORECASE | re.MULTILINE)
 _UNIT_SEPARATOR = "\x1f"
 
@@ -154,7 +155,7 @@ def parse(
         lines, first, separator = _first_row(text, separators)
         row = split(_uncommented(lines[first], separator), separator)
         above = lines[:first]
-        if (second := _below_size(row, text, first, separator)) is not None:
+        if (second := _below_size(row, text, lines, first, separator)) is not None:
             first, row = second, split(_uncommented(lines[second], separator), separator)
         named = names_and_units(list(enumerate(above, 1)), separator, row)
         if named is None:
@@ -173,7 +174,7 @@ def parse(
         path,
         columns,
         degrees=degrees[1].lower() if degrees else "",
-        nameless=columns[0].name == position(0) and not any(map(is_time, names)),
+        nameless=[of.name for of in columns[:1]] == [position(0)] and not any(map(is_time, names)),
         plain="time" in names and above == [",".join(names)],
     )
 
@@ -199,15 +200,14 @@ def _first_row(text: str, separators: Sequence[str]) -> tuple[list[str], int, st
     lines = text[:_HEAD].split("\n")[: None if len(text) <= _HEAD else -1]
     if any(len(line) > _LONGEST_LINE for line in lines):
         raise TableError(f"has a line of more than {_LONGEST_LINE} characters")
+    recent: list[str] = []
     for n, line in enumerate(lines):
-        rows = {
-            separator: split(_uncommented(line, separator), separator)
-            for separator in separators
-            if not is_comment(line)
-        }
-        found = [separator for separator, row in rows.items() if is_below_time(row, lines[:n], separator)]
+        tried = () if is_comment(line) else separators
+        rows = {separator: split(_uncommented(line, separator), separator) for separator in tried}
+        found = [separator for separator, row in rows.items() if is_below_time(row, recent, separator)]
         if found := found + [separator for separator, row in rows.items() if _are_numbers(row)]:
             return lines, n, found[0]
+        recent = [*recent, line][-_RECENT:] if line.strip() else recent
     raise TableError("contains no row of two or more numbers")
 
 
@@ -247,7 +247,9 @@ def _columns(
     return columns
 
 
-def _below_size(row: Sequence[str], text: str, first: int, separator: str) -> int | None:
+def _below_size(
+    row: Sequence[str], text: str, lines: Sequence[str], first: int, separator: str
+) -> int | None:
     """Return the line below one that holds only the number of rows and of columns; None if this is none.
 
     Raises
@@ -257,15 +259,18 @@ def _below_size(row: Sequence[str], text: str, first: int, separator: str) -> in
     """
     if len(row) != 2 or not all(re.fullmatch(r"[0-9]{1,9}", field) for field in row):
         return None
-    below = [(n, line) for n, line in enumerate(text.split("\n")) if n > first and line.strip()]
-    size, fields = (int(row[0]), int(row[1])), split(below[0][1], separator) if below else []
-    if size != (len(below), len(fields)):
+    rows, columns = map(int, row)
+    below = next((n for n in range(first + 1, len(lines)) if lines[n].strip()), 0)
+    fields = split(lines[below], separator)
+    if not below or columns != len(fields):
         return None
-    if len(fields) == 2 and not column("", None, pd.Series(fields[:1])).numbers[0] <= size[0]:
+    if rows != sum(bool(line.strip()) for line in text.split("\n")[below:]):
+        return None
+    if columns == 2 and not column("", None, pd.Series(fields[:1])).numbers[0] <= rows:
         raise TableError(
             f"line {first + 1} may be a row, or the size of the table: write a line of names above it"
         )
-    return below[0][0]
+    return below
 
 
 def _rows(body: str, first: int, separator: str) -> tuple[str, str]:

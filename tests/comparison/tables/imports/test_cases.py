@@ -6,10 +6,12 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from foreign_tables import put, read_pair
 
 from comparison.cli import main
+from comparison.tables.imports.reading import read_tables
 
 CASES = Path(__file__).with_name("cases")
 
@@ -144,6 +146,7 @@ def test_a_table_as_programs_write_it_agrees_with_itself(text, capsys):
         ("0,1,false\n1,2,5\n2,3,6\n", "line 1 begins like a row of numbers, but is none"),
         ("time,slider_y [mm each]\n0,1\n1,2\n", "'slider_y': unit 'mm each' is not known"),
         ("time,Ö\n0,1\n1,²\n", "'Ö' is not a number in data row 2: '²'"),
+        (",\n0,\n1,\n", "channel time is missing"),
         ("time x\n² ³\n0 1\n", "unit '²' is not known"),
     ],
 )
@@ -224,3 +227,28 @@ def test_whole_turns_do_not_matter_whichever_table_is_coarser(unit, every, capsy
             code, said = compared(capsys, *pair, "--mapping", "map.toml", "--tolerance", "1e-3")
             assert code == right, (pair, said)
             assert "stand out" not in said
+
+
+def test_many_lines_without_numbers_are_passed_over_at_once(lines_run):
+    """Twice as many take twice as long, not four times."""
+    count = [5_000, 10_000]
+    for name, lines in zip("ab", count, strict=True):
+        put(f"{name}.txt", "a\n# time b\n" * lines + "time x\n0 1\n1 2\n")
+    small, large = (lines_run(lambda of=name: read_tables([Path(f"{of}.txt")], ["a"])) for name in "ab")
+    assert large < 2.1 * small
+
+
+def test_a_column_of_text_in_parquet(capsys):
+    frame = pd.DataFrame(
+        {"time": [0.0, 1.0, 2.0], "x": ["a", "b", "c"], "y": [True, False, True], "z": [1, 2, None]}
+    )
+    frame.to_parquet("a.parquet")
+    code, said = compared(capsys, "a.parquet", "a.parquet")
+    assert (code, "'x' is not a number in data row 1: 'a'" in said) == (2, True)
+    for compare, words in (
+        ("y", "'y' is not a number in data row 1: 'True'"),
+        ("z", "z is nan in data row 3"),
+    ):
+        put("map.toml", f'compare = ["{compare}"]\n')
+        code, said = compared(capsys, "a.parquet", "a.parquet", "--mapping", "map.toml")
+        assert (code, words in said) == (2, True)

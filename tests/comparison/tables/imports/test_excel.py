@@ -12,6 +12,7 @@ from openpyxl import Workbook
 
 from comparison.cli import main
 from comparison.tables.imports.excel import read_workbook
+from comparison.tables.imports.mapping import Mapping
 from comparison.tables.table import Table, TableError
 
 FILE = Path("run.xlsx")
@@ -92,6 +93,21 @@ def test_an_empty_cell_is_no_number(capsys):
     workbook(NAMES, *ROWS[:3], [ROWS[3][0], None, ROWS[3][2]], *ROWS[4:])
     assert main(["compare", str(FILE), str(FILE), "--tolerance", "1"]) == 2
     assert "slider_y" in capsys.readouterr().err
+
+
+def test_a_column_of_text_can_be_left_out_and_digits_as_text_are_no_number():
+    names = [*NAMES, "contact\nof the corner"]
+    workbook(
+        names, *([*row, contact] for row, contact in zip(ROWS, ["no", "yes", None, *"12345678"], strict=True))
+    )
+    with pytest.raises(TableError, match="'contact of the corner' is not a number in data row 1: 'no'"):
+        read()
+    table, _, warnings = read_pair(FILE, FILE, Mapping(compare=["slider_y", "slider_angle"]))
+    assert table.values("slider_y").tobytes() == EXACT["slider_y"].to_numpy().tobytes()
+    assert "contact of the corner" in warnings[0]
+    workbook(NAMES, *ROWS[:3], [0.004, "1.500", 1.0])
+    with pytest.raises(TableError, match="'slider_y' is not a number in data row 4"):
+        read()
 
 
 def test_of_two_sheets_with_numbers_neither_is_taken():
