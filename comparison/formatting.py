@@ -53,6 +53,16 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
     return f"{number(value / factor, digits)}{NO_BREAK}{scaled_unit}".rstrip()
 
 
+def instant(time: float, *others: float) -> str:
+    """Return a time in as few digits, six at least, as tell it from others: some count from an epoch."""
+    text = ""
+    for digits in range(6, 18):
+        text = f"{time:.{digits}g}"
+        if all(other == time or f"{other:.{digits}g}" != text for other in others):
+            break
+    return text
+
+
 def decade(value: float) -> str:
     """Return a power of ten for an axis: ``decade(1e-9)`` is "10⁻⁹"."""
     return f"10{str(round(math.log10(value))).translate(_SUPERSCRIPT)}"

@@ -32,7 +32,7 @@ def describe(
     scene
         The scene mapping, for the crank's angle at the start and its sense of rotation; without it from zero.
     """
-    where = f"{time:.4g} s"
+    where = f"{time:.4g} s" if abs(time) < 1e4 else f"{time:.15g} s"  # counted from an epoch
     if period is not None:
         cycles = time / period
         start = 0.0 if scene is None else float(scene["mechanism"]["crank_angle_deg"])

@@ -8,7 +8,8 @@ import numpy as np
 
 from comparison.accuracy.uncertainty import Runs
 from comparison.agreement.results import ChannelComparison
-from comparison.tables.align import Aligned
+from comparison.formatting import instant
+from comparison.tables.align import Aligned, continuous
 from comparison.tables.holes import holes, isolated
 from comparison.tables.table import Table, TableError
 
@@ -41,8 +42,10 @@ def check_times(both: tuple[tuple[str, Runs], ...]) -> None:
     (label_a, a), (label_b, b) = ((label, runs.base.time) for label, runs in both)
     slack = max(float(np.median(np.diff(a))), float(np.median(np.diff(b)))) * (1 + 1e-6)
     if abs(a[0] - b[0]) > slack or abs(a[-1] - b[-1]) > slack:
+        ends = a[0], a[-1], b[0], b[-1]
+        (start_a, end_a, start_b, end_b) = (instant(end, *ends) for end in ends)
         raise TableError(
-            f"{label_a} spans {a[0]:g} to {a[-1]:g} s and {label_b} {b[0]:g} to {b[-1]:g} s: "
+            f"{label_a} spans {start_a} to {end_a} s and {label_b} {start_b} to {end_b} s: "
             "one of them is truncated"
         )
 
@@ -64,7 +67,8 @@ def check_holes(both: tuple[tuple[str, Runs], ...]) -> tuple[str, ...]:
         first = max(found, key=lambda hole: hole.end - hole.start)
         missing = sum(hole.missing for hole in found)
         message = "both tables have" if shared else f"{label} has"
-        message += f" no row between {first.start:.6g} and {first.end:.6g} s"
+        start, end = instant(first.start, first.end), instant(first.end, first.start)
+        message += f" no row between {start} and {end} s"
         message += f" (and {len(found) - 1} more such holes)" if len(found) > 1 else ""
         message += f": {missing} {'row is' if missing == 1 else 'rows are'} missing" if missing else ""
         if not shared and missing != 1:
@@ -83,7 +87,8 @@ def between(
         return ()
     found = []
     for name, result in results.items():
-        distance = np.where(used, 0.0, isolated(time, table.values(name), tolerance * result.scale))
+        values = continuous(table.values(name), result.definition)
+        distance = np.where(used, 0.0, isolated(time, values, tolerance * result.scale))
         if distance.any():
             found.append((float(distance.max()) / (result.scale or 1.0), name, distance))
     if not found:
@@ -92,8 +97,9 @@ def between(
     worst = int(distance.argmax())
     return (
         f"{label}: samples between the compared times are not judged; some stand out from their neighbours "
-        f"by more than the tolerance, in {len(found)} channels, most of all {name} at t = {time[worst]:.6g} "
-        f"s by {distance[worst]:.3g} {results[name].unit}".rstrip(),
+        f"by more than the tolerance, in {len(found)} channels, most of all {name} at "
+        f"t = {instant(time[worst], time[worst - 1], time[worst + 1])} s by {distance[worst]:.3g} "
+        f"{results[name].unit}".rstrip(),
     )
 
 

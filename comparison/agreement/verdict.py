@@ -19,6 +19,7 @@ import numpy as np
 from comparison.accuracy.thresholds import Thresholds
 from comparison.accuracy.uncertainty import combined
 from comparison.agreement.results import ChannelComparison
+from comparison.formatting import instant
 from comparison.metrics.norms import maximum, rms, scaled
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import Channel
@@ -151,7 +152,7 @@ def _judge(
     """Compare the predictable, non-zero samples with their thresholds; fixed: the same for all."""
     of = partial(_number, channel.unit)
     judged, coverage = predictable & happens, float(predictable.mean())
-    numbers = (nan, nan, nan, nan, 0)
+    numbers, where = (nan, nan, nan, nan, 0), ""
     count = int(judged.sum())
     if threshold is not None and count:
         size = np.abs(difference)
@@ -162,7 +163,8 @@ def _judge(
         inside = (size <= threshold)[judged]
         explained, outside = float(np.mean(inside)), count - int(inside.sum())
         numbers = explained, float(time[worst]), float(difference[worst]), float(threshold[worst]), outside
-    explained, at, worst_difference, worst_threshold, outside = numbers
+        where = instant(time[worst], *time[max(0, worst - 1) : worst + 2])
+    explained, _, worst_difference, worst_threshold, outside = numbers
     if extent < channel.floor:
         reason = f"its range in both, {of(extent, 2)}, is below {of(channel.floor)}"
         return _Judgement("unexcited", reason, *numbers)
@@ -183,7 +185,7 @@ def _judge(
         text = (
             f"{outside} of {count} {'samples' if fixed else 'predictable samples'} are outside "
             f"{'the tolerance' if fixed else 'their threshold'}"
-            f"{', at worst' if outside else ', the nearest'} at t = {at:.6g} s: the difference is "
+            f"{', at worst' if outside else ', the nearest'} at t = {where} s: the difference is "
             f"{of(worst_difference)}, the threshold {of(worst_threshold, 2)}"
         )
         if fixed and worst_threshold == 0.0:
@@ -212,8 +214,9 @@ def _outside_all(
     if np.mean(np.abs(difference[happens]) <= largest) >= limits.share:
         return None
     worst, of = int(np.abs(difference).argmax()), partial(_number, channel.unit)
+    where = instant(time[worst], *time[max(0, worst - 1) : worst + 2])
     reason = (
-        f"at t = {time[worst]:.6g} s the difference is {of(difference[worst])}, "
+        f"at t = {where} s the difference is {of(difference[worst])}, "
         f"{limits.k:g} times the largest uncertainty of all times {of(largest, 2)}"
     )
     return _Judgement(

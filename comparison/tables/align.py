@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from comparison.formatting import instant
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import Channel
 from comparison.tables.resample import resample
@@ -45,8 +46,8 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
 
     Identical grids are used unchanged. Otherwise the grid is that of the table with the longer mean interval,
     within the common span, and the other table is interpolated (`comparison.tables.resample`), piecewise
-    between its own contact events, or the other table's if it has none. Angles are unwrapped first, and a
-    whole number of revolutions between the two is removed from ``b``.
+    between its own contact events, or the other table's if it has none. Angles are unwrapped first, and
+    whole revolutions between the two are removed at every sample, as the table with more samples turns.
 
     Parameters
     ----------
@@ -61,8 +62,8 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
         If the tables have fewer than two common times.
     """
     known = a.known | b.known
-    columns_a = {name: _continuous(a.values(name), known.get(name)) for name in names}
-    columns_b = {name: _continuous(b.values(name), known.get(name)) for name in names}
+    columns_a = {name: continuous(a.values(name), known[name]) for name in names}
+    columns_b = {name: continuous(b.values(name), known[name]) for name in names}
     time_a, time_b = a.time, b.time
     unknown: dict[str, BoolArray] = {}
     slack = SAME_GRID * min(_interval(time_a), _interval(time_b))
@@ -76,9 +77,11 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
         time, interpolated = _within(time_b, time_a), "a"
     if interpolated:
         if time.size < 2:
+            ends = time_a[0], time_a[-1], time_b[0], time_b[-1]
+            start_a, end_a, start_b, end_b = (instant(end, *ends) for end in ends)
             raise TableError(
-                f"the tables have {time.size} common times: "
-                f"{time_a[0]:g} to {time_a[-1]:g} s against {time_b[0]:g} to {time_b[-1]:g} s"
+                f"the tables have {time.size} common times: {start_a} to {end_a} s against {start_b} to "
+                f"{end_b} s"
             )
         # The table that provides the grid is only truncated, at its own samples.
         if interpolated == "a":
@@ -92,11 +95,14 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
             )
             columns_a = {name: np.interp(time, time_a, own) for name, own in columns_a.items()}
     for name in names:
-        channel = known.get(name)
-        if channel is not None and channel.angle:
-            turns = np.round((columns_a[name][0] - columns_b[name][0]) / channel.turn)
-            if turns:
-                columns_b[name] = columns_b[name] + channel.turn * turns
+        channel = known[name]
+        if channel.angle:
+            revolutions = np.round((columns_a[name][0] - columns_b[name][0]) / channel.turn)
+            columns_b[name] = columns_b[name] + channel.turn * revolutions
+            if interpolated == "b":  # it has more samples to tell how often it has turned
+                columns_a[name] = turned(columns_a[name], columns_b[name], channel)
+            else:
+                columns_b[name] = turned(columns_b[name], columns_a[name], channel)
     shift = estimate(time, columns_a, columns_b, known)
     return Aligned(time, columns_a, columns_b, interpolated, unknown, shift)
 
@@ -114,7 +120,7 @@ def unwound(table: Table, like: Table) -> Table:
         columns = [of.columns[name] for of in (table, like)]
         if not all(len(of) and of.dtype.kind in "fiu" and np.isfinite(of).all() for of in columns):
             continue
-        values = _continuous(table.values(name), channel)
+        values = continuous(table.values(name), channel)
         values = values + channel.turn * np.round((like.values(name)[0] - values[0]) / channel.turn)
         if not np.array_equal(values, table.values(name)):
             changed[name] = values
@@ -135,11 +141,18 @@ def _is_coarser(time: Array, other: Array) -> bool:
     return bool(time[ahead[0]] < other[ahead[0]]) if ahead.size else time.size > other.size
 
 
-def _continuous(values: Array, channel: Channel | None) -> Array:
-    """Unwrap an angle; one without jumps is returned unchanged (bit for bit)."""
-    if channel is None or not channel.angle or np.abs(np.diff(values)).max() <= channel.turn / 2:
+def continuous(values: Array, channel: Channel) -> Array:
+    """Unwrap an angle; one without jumps, or that always turns so far in a step, is returned unchanged."""
+    steps = np.abs(np.diff(values))
+    if not channel.angle or steps.max() <= channel.turn / 2 or np.median(steps) > channel.turn / 2:
         return values
     return np.unwrap(values, period=channel.turn)
+
+
+def turned(values: Array, towards: Array, channel: Channel) -> Array:
+    """Return an angle with whole revolutions added at each sample, so that it is close to another one."""
+    revolutions = np.round((towards - values) / channel.turn)
+    return values + channel.turn * revolutions if channel.angle and revolutions.any() else values
 
 
 def _within(time: Array, other: Array) -> Array:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from comparison.formatting import instant
 from comparison.tables.arrays import Array
 from comparison.tables.channels import CONTACTS
 from comparison.tables.pulses import check_pulses
@@ -57,7 +58,7 @@ def check(
         bad = np.flatnonzero(~np.isfinite(values))
         if column.dtype.kind not in "fiu":
             row = int(bad[0]) if bad.size else 0
-            text = column.iloc[row] if len(column) else ""
+            text = str(column.iloc[row]) if len(column) else ""
             raise TableError(f"{name}: {channel} is not a number in data row {row + 1}: {text!r}")
         if bad.size:
             raise TableError(
@@ -82,8 +83,8 @@ def check(
         slack = 0.5 * float(np.median(steps))
         if abs(time[0] - span[0]) > slack or abs(time[-1] - span[1]) > slack:
             raise TableError(
-                f"{name}: truncated: it spans {time[0]:g} to {time[-1]:g} s "
-                f"and must span {span[0]:g} to {span[1]:g} s"
+                f"{name}: truncated: it spans {instant(time[0], span[0])} to {instant(time[-1], span[1])} s "
+                f"and must span {instant(span[0], time[0])} to {instant(span[1], time[-1])} s"
             )
     contacts = table.contacts
     if contacts is not None and any(column.size for column in contacts.values()):
@@ -113,8 +114,9 @@ def _check_events(events: Mapping[str, NDArray[Any]], time: Array, name: str) ->
     slack = 0.5 * float(np.median(np.diff(time)))
     if (bad := np.flatnonzero((start < time[0] - slack) | (end > time[-1] + slack))).size:
         raise TableError(
-            f"{name}: contact {bad[0] + 1}, {start[bad[0]]:g} to {end[bad[0]]:g} s, is outside the times of "
-            f"the table, {time[0]:g} to {time[-1]:g} s"
+            f"{name}: contact {bad[0] + 1}, {instant(start[bad[0]], time[0])} to "
+            f"{instant(end[bad[0]], time[-1])} s, is outside the times of the table, "
+            f"{instant(time[0], start[bad[0]])} to {instant(time[-1], end[bad[0]])} s"
         )
 
 

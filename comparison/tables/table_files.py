@@ -37,15 +37,14 @@ def read(path: str | Path) -> Table:
     check_format(path)
     frame = read_frame(path)
     beside = _beside(path)
-    with _readable(beside["record"]):
-        record = read_record(beside["record"])
+    extrema, record = read_provenance(path)
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
     frame.insert(0, "time", frame.pop("time"))
     return Table(
         frame,
         read_events(path),
-        record.pop("extrema", None) or {},
+        extrema,
         record,
         pulses=_numbers(beside["pulses"], whole=("row",)),
         cycle_extrema=_numbers(beside["cycle_extrema"]),
@@ -62,17 +61,8 @@ def _numbers(path: Path, whole: Sequence[str] = ()) -> Columns | None:
     return {str(name): column.to_numpy() for name, column in frame.astype(dict.fromkeys(real, float)).items()}
 
 
-def read_frame(path: Path, *, parquet: bool | None = None, **layout: Any) -> pd.DataFrame:
-    """Read the columns of one file: Parquet or text.
-
-    Parameters
-    ----------
-    path
-        The file.
-    parquet
-        Whether it is one of Parquet; None: by its extension.
-    layout
-        Text format, as arguments of `pandas.read_csv`; default: commas and one header line.
+def read_frame(path: Path, *, parquet: bool | None = None) -> pd.DataFrame:
+    """Read the columns of one file: Parquet (None: if its extension says so), else text as we write it.
 
     Raises
     ------
@@ -83,19 +73,16 @@ def read_frame(path: Path, *, parquet: bool | None = None, **layout: Any) -> pd.
 
     from comparison.tables.frames import LARGEST, named, read_parquet
 
-    frame: pd.DataFrame
     with _readable(path), warnings.catch_warnings():
         check_size(path, LARGEST)
         if path.suffix.lower() == ".parquet" if parquet is None else parquet:
             return read_parquet(path)
         # Rows longer than the header: pandas would drop the excess, with a warning.
         warnings.simplefilter("error", pd.errors.ParserWarning)
-        options: dict[str, Any] = {"skipinitialspace": True, "index_col": False, "encoding": "utf-8-sig"}
         try:
-            frame = pd.read_csv(path, **(options | layout))
+            return named(pd.read_csv(path, skipinitialspace=True, index_col=False, encoding="utf-8-sig"))
         except pd.errors.ParserWarning as warning:
             raise ValueError("its rows have more values than its header") from warning
-        return frame if "names" in layout else named(frame)
 
 
 def read_events(path: Path) -> pd.DataFrame | None:
@@ -108,6 +95,19 @@ def read_events(path: Path) -> pd.DataFrame | None:
     """
     events = _beside(path)["events"]
     return read_frame(events) if events.is_file() else None
+
+
+def read_provenance(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Read the record beside a table: the extrema, and all else.
+
+    Raises
+    ------
+    TableError
+        If it cannot be read.
+    """
+    with _readable(_beside(path)["record"]):
+        record = read_record(_beside(path)["record"])
+    return record.pop("extrema", None) or {}, record
 
 
 def write(table: Table, path: str | Path) -> Path:

@@ -7,6 +7,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from comparison.tables.imports.mapping import Mapping
+from comparison.tables.imports.reading import read_tables
+from comparison.tables.table import Table
+
 TIME = np.arange(0, 11) / 1000
 
 
@@ -28,3 +32,10 @@ def put(name: str, content: str | bytes, encoding: str = "utf-8") -> Path:
     path = Path(name)
     path.write_bytes(content if isinstance(content, bytes) else content.encode(encoding))
     return path
+
+
+def read_pair(
+    a: Path, b: Path, mapping: Mapping | None = None, at_events: str | None = None
+) -> tuple[Table, Table, tuple[str, ...]]:
+    (first, second), warnings = read_tables([a, b], ["a", "b"], mapping, at_events)
+    return first, second, warnings

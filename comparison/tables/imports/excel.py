@@ -2,48 +2,45 @@
 
 from __future__ import annotations
 
-import math
+import csv
+import io
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
 
-import numpy as np
-
 from comparison.tables.frames import LARGEST
-from comparison.tables.imports.exports import Column
-from comparison.tables.imports.titles import names_and_units, numbered
+from comparison.tables.imports.heading import NUMBER
+from comparison.tables.imports.text import Source, parse
 from comparison.tables.table import TableError
 
 _Row = Sequence[Any]
 _EXPORT = "save its sheet as CSV"
 
 
-def read_workbook(path: Path) -> tuple[list[Column], bool]:
-    """Read the columns of a workbook.
-
-    Of a formula its stored value counts.
-
-    Returns
-    -------
-    columns
-        In the order of the sheet; names, units and titles are found as in a text table.
-    nameless
-        Whether the columns are numbered for want of names.
+def read_workbook(path: Path) -> Source:
+    """Read the columns of a workbook as those of a text: of a formula its stored value counts.
 
     Raises
     ------
     TableError
         If openpyxl is missing, or the workbook does not hold exactly one table: with what to do instead.
     """
-    sheets = {name: rows for name, rows in _sheets(path).items() if _first_numbers(rows) is not None}
-    if not sheets:
+    sheets = _sheets(path)
+    # A table may have columns of text; a sheet of notes has numbers beside text.
+    holding = [name for name in sheets if any(map(_are_numbers, sheets[name]))] or [
+        name for name in sheets if any(sum(map(_is_number, row)) > 1 for row in sheets[name])
+    ]
+    if not holding:
         raise TableError(f"{path}: no sheet contains a row of two or more numbers")
-    if len(sheets) > 1:
-        raise TableError(f"{path}: sheets {' and '.join(map(repr, sheets))} hold numbers: save one per file")
-    (rows,) = sheets.values()
-    return _columns(path, rows)
+    if len(holding) > 1:
+        raise TableError(f"{path}: sheets {' and '.join(map(repr, holding))} hold numbers: save one per file")
+    text = io.StringIO()
+    csv.writer(text, delimiter="\t", lineterminator="\n").writerows(
+        [_written(cell) for cell in row] for row in sheets[holding[0]]
+    )
+    return parse(path, text.getvalue(), ("\t",), ".")
 
 
 def _sheets(path: Path) -> dict[str, list[_Row]]:
@@ -76,48 +73,17 @@ def _check_unpacked(path: Path) -> None:
         raise TableError(f"{path}: holds more than {LARGEST} bytes once it is unpacked")
 
 
-def _first_numbers(rows: Sequence[_Row]) -> int | None:
-    """Return the first row that consists of two or more numbers; None without one."""
-    for n, row in enumerate(rows):
-        cells = [cell for cell in row if cell is not None]
-        if len(cells) > 1 and all(map(_is_number, cells)):
-            return n
-    return None
+def _are_numbers(row: Iterable[Any]) -> bool:
+    cells = [cell for cell in row if cell is not None]
+    return len(cells) > 1 and all(map(_is_number, cells))
 
 
 def _is_number(cell: object) -> bool:
     return isinstance(cell, int | float) and not isinstance(cell, bool)
 
 
-def _columns(path: Path, rows: Sequence[_Row]) -> tuple[list[Column], bool]:
-    first = _first_numbers(rows)
-    assert first is not None
-    above = [n for n in range(first) if any(cell is not None for cell in rows[n])]
-    heads = [rows[first], *(rows[n] for n in above[-1:])]
-    places = sorted({n for row in heads for n, cell in enumerate(row) if cell is not None})
-    titles = [[str(_cell(rows[n], place) or "") for place in places] for n in above[-2:]]
-    if len(titles) == 2 and not all(titles[0]):
-        titles = titles[1:]
-    names, units = names_and_units(titles) if titles else numbered(len(places))
-    if not all(names):
-        count = sum(map(bool, names))
-        raise TableError(
-            f"{path}: row {first + 1} holds {len(places)} columns, but row {above[-1] + 1} names {count}: "
-            "each column needs a name, or none does"
-        )
-    if twice := next((name for name in names if names.count(name) > 1), None):
-        raise TableError(f"{path}: column {twice!r} occurs twice: which one is meant is ambiguous")
-    body = [n for n in range(first, len(rows)) if any(cell is not None for cell in rows[n])]
-    columns = []
-    for place, name, unit in zip(places, names, units, strict=True):
-        cells = [_cell(rows[n], place) for n in body]
-        for n, cell in zip(body, cells, strict=True):
-            if cell is not None and not _is_number(cell):
-                raise TableError(f"{path}: column {name!r} is not a number in row {n + 1}: {str(cell)!r}")
-        numbers = np.array([math.nan if cell is None else cell for cell in cells], dtype=np.float64)
-        columns.append(Column(name, unit, numbers))
-    return columns, not titles
-
-
-def _cell(row: _Row, place: int) -> Any:
-    return row[place] if place < len(row) else None
+def _written(cell: object) -> str:
+    """Return a cell as it is read again; text that looks like a number is marked as such, as Excel does."""
+    if isinstance(cell, str) and NUMBER.fullmatch(cell.strip()):
+        return f"'{cell}"
+    return "" if cell is None else str(cell).replace("\r", " ").replace("\0", " ")

@@ -23,7 +23,7 @@ except ImportError:  # Windows
 
 from comparison.files import check_size
 from comparison.tables.frames import LARGEST
-from comparison.tables.imports.exports import Column
+from comparison.tables.imports.text import Column
 from comparison.tables.table import TableError
 
 _LONGEST = 600.0

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from comparison.tables.arrays import Array
 from comparison.tables.channels import Channel, channels
@@ -46,7 +45,9 @@ def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated]) -> Chan
         if known is None or known.powers != (0, 0, 0, 1):
             raise TableError(f"mapping: channels.{name!r}: angle = true, but its unit {unit!r} is no angle")
         turn /= float(known.factor)
-    largest = max((_largest(of.values) for of in stated), default=0.0)
+    largest = max(
+        (float(np.abs(of.values[np.isfinite(of.values)]).max(initial=0.0)) for of in stated), default=0.0
+    )
     return Channel(
         name=name,
         label=name,
@@ -85,22 +86,30 @@ def check_rates(defined: Iterable[Channel]) -> None:
             )
 
 
+def is_prose(unit: str) -> bool:
+    """Return whether what stands in brackets beside a name is no unit, not even one that is not known."""
+    return " " in unit and parse(unit) is None
+
+
 def _common_unit(name: str, stated: Sequence[Stated]) -> str:
-    units = {of.unit: of.table for of in stated}
+    units = {None if of.unit is None or is_prose(of.unit) else of.unit: of.table for of in stated}
     if len(units) < 2:
         return next(iter(units)) or "" if units else ""
     (first, a), (second, b) = list(units.items())[:2]
-    hint = f"[channels.{name}] unit in a mapping decides"
     if first is None or second is None:
         has, lacks = (a, b) if second is None else (b, a)
-        raise TableError(f"{has}: column {name!r} is in {first or second}, {lacks} states no unit; {hint}")
+        raise TableError(
+            f"{has}: column {name!r} is in {first or second}, {lacks} states no unit; {_decides(name)}"
+        )
     known: tuple[Unit | None, Unit | None] = (parse(first), parse(second))
-    if known[0] is None or known[1] is None or known[0].powers != known[1].powers:
-        raise TableError(f"column {name!r} is in {first} in {a} and in {second} in {b}; {hint}")
+    message = f"column {name!r} is in {first} in {a} and in {second} in {b}"
+    if known[0] is None or known[1] is None:
+        unknown = first if known[0] is None else second
+        raise TableError(f"{message}; {unknown!r} is not a known unit: {_decides(name)}")
+    if known[0].powers != known[1].powers:
+        raise TableError(message)
     return first
 
 
-def _largest(values: Array) -> float:
-    """Return the largest size of the numbers of a column, which may hold others."""
-    numbers = pd.to_numeric(pd.Series(values), errors="coerce").to_numpy(dtype=np.float64)
-    return float(np.abs(numbers[np.isfinite(numbers)]).max(initial=0.0))
+def _decides(name: str) -> str:
+    return f'a mapping (--mapping) with [channels."{name}"] and its unit = "..." decides'

@@ -1,241 +1,389 @@
-"""Conversion of other programs' tables to `Table`.
+"""Text tables of any program: where the numbers begin, what the columns are called, which sign is decimal.
 
-All conversions happen here: the result has SI units and the names and signs of the channels; columns that are
-no channels of the press are compared under their own names and in the tables' units.
+Lines end with a line feed, a carriage return or both, as in `csv` and pandas; other characters that Python
+takes for line ends (form feed, U+2028) are part of a line. The text is cut where the numbers begin, so that
+no line is counted twice, and pandas reads the rest.
 """
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable, Sequence
-from collections.abc import Mapping as Pairs
-from dataclasses import dataclass, field, replace
+import csv
+import re
+import warnings
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from comparison.tables.channels import Channel, channels
-from comparison.tables.imports.conversion import convert
-from comparison.tables.imports.exports import Column
-from comparison.tables.imports.mapping import TIME, Mapping, Quantity, Rule
-from comparison.tables.imports.own_channels import Stated, check_rates, own_channel
-from comparison.tables.imports.prescribed import prescribed
-from comparison.tables.imports.reading import Source, open_source
-from comparison.tables.imports.repeated_times import resolved
-from comparison.tables.imports.titles import position
-from comparison.tables.table import Table, TableError
+from comparison.files import check_size
+from comparison.tables.arrays import Array
+from comparison.tables.frames import LARGEST
+from comparison.tables.imports.heading import (
+    COMMENT,
+    EXPONENT,
+    NUMBER,
+    SEPARATORS,
+    SPACES,
+    is_below_time,
+    is_comment,
+    is_time,
+    names_and_units,
+    split,
+)
+from comparison.tables.table import TableError
 
-_HINT = "a mapping file (--mapping) assigns columns to channels"
+_HEAD = 1 << 18  # characters that must contain the first row of numbers
+_LONGEST_LINE = 100_000
+_DEGREES = re.compile(r"^\s*inDegrees\s*=\s*(yes|no)\s*$", re.IGNORECASE | re.MULTILINE)
+_UNIT_SEPARATOR = "\x1f"
 
 
 @dataclass(frozen=True)
-class _Assigned:
-    """A table's columns by channel."""
+class Column:
+    """Unconverted column of another program's table.
 
-    source: Source
-    columns: dict[str, Column]
-    rules: dict[str, Rule]
-    """By channel, of those that have one."""
-    others: list[str] = field(default_factory=list)
-    """Columns without a channel."""
-
-
-def read_pair(
-    a: Path, b: Path, mapping: Mapping | None = None, at_events: str | None = None
-) -> tuple[Table, Table, tuple[str, ...]]:
-    """Read two tables, each native or from another program.
-
-    Parameters
+    Attributes
     ----------
-    a, b
-        Files of any kind that `comparison.tables.imports.content.kind` knows.
-    mapping
-        Assigns columns to channels. Without one columns have the name of a channel, or the same in both.
-    at_events
-        Which rows of one time are compared, see `comparison.tables.imports.repeated_times.resolved`.
+    name, unit
+        Without quotes and brackets; None where the table has no unit. A column without a name has that of its
+        place, ``#2``.
+    numbers
+        Shape (n,); nan where there is none.
+    text
+        Row (from 1) and text of the first entry that is no number; None if all are.
+    """
 
-    Returns
-    -------
-    a, b
-        In SI units; not yet checked.
-    warnings
-        What was left out or assumed.
+    name: str
+    unit: str | None
+    numbers: Array
+    text: tuple[int, str] | None = None
+
+
+@dataclass(frozen=True)
+class Source:
+    """Unconverted table of any program.
+
+    Attributes
+    ----------
+    path
+        Its file.
+    columns
+        In the order of the file.
+    others
+        Other contents of the file, which cannot be compared.
+    events, extrema, record
+        Companions of a table of this project; None: there is no record of its origin.
+    nameless
+        Whether the first column has no name and must be the time.
+    degrees
+        "yes" or "no" where the file says whether its angles are in degrees; else empty.
+    plain
+        Whether it is in the layout of this project's tables: one line of names with ``time``, commas.
+    """
+
+    path: Path
+    columns: list[Column]
+    others: list[str] = field(default_factory=list)
+    events: pd.DataFrame | None = None
+    extrema: dict[str, Any] = field(default_factory=dict)
+    record: dict[str, Any] | None = None
+    nameless: bool = False
+    degrees: str = ""
+    plain: bool = False
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns."""
+        return [column.name for column in self.columns]
+
+
+def position(n: int) -> str:
+    """Return the name of a column by its place, counted from 0: ``#1`` for the first."""
+    return f"#{n + 1}"
+
+
+def decoded(path: Path) -> str:
+    """Return a text with line feeds; in UTF-8, UTF-16 with its mark, or as older Windows programs write it.
 
     Raises
     ------
     TableError
-        One line: file, column and rule.
+        If it cannot be read, or is no text.
     """
-    tables, warnings = read_tables([a, b], ["a", "b"], mapping, at_events)
-    return tables[0], tables[1], warnings
+    try:
+        check_size(path, LARGEST)
+        content = path.read_bytes()
+    except OSError as error:
+        raise TableError(f"{path}: {error.strerror or error}") from error
+    try:
+        text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("cp1252", errors="replace")
+    if "\0" in text:
+        raise TableError(f"{path}: has a zero byte: it is not text, or not in UTF-8")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def read_tables(
-    paths: Sequence[Path], sides: Sequence[str], mapping: Mapping | None, at_events: str | None
-) -> tuple[list[Table], tuple[str, ...]]:
-    """Read the runs of two programs, as `read_pair`; ``sides`` says for each which rules hold, "a" or "b"."""
-    mapping = mapping or Mapping()
-    sources = [open_source(path) for path in paths]
-    _refuse_missing_columns(sources, sides, mapping)
-    assigned = _assign(sources, sides, mapping)
-    completed = list(_complete(assigned, mapping))
-    known = _definitions(assigned, mapping)
-    warnings = [*_assumptions(sources, known), *completed]
-    tables = []
-    for one in assigned:
-        table = _convert_all(one, known, mapping, at_events)
-        left = list(one.others)
-        if mapping.compare is not None:
-            wanted = [name for name in table.frame if name == TIME or name in mapping.compare]
-            left += [name for name in table.channels if name not in wanted]
-            table = replace(table, frame=table.frame[wanted])
-        if left:
-            warnings.append(
-                f"{one.source.path.name}: not compared, since the mapping leaves it out: {', '.join(left)}"
-            )
-        tables.append(table)
-    return tables, tuple(warnings)
+def parse(
+    path: Path, text: str, separators: Sequence[str] = SEPARATORS, decimal: str | None = None
+) -> Source:
+    """Read the columns of a text.
 
+    Parameters
+    ----------
+    path
+        Of messages.
+    text
+        With line feeds.
+    separators
+        That are tried, in this order.
+    decimal
+        Sign; None: as the numbers show.
 
-def _assign(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping) -> list[_Assigned]:
-    """Assign the columns of all tables to channels: by rules, by name, else by one name in all tables."""
-    rules = [mapping.of("a" if side == "a" else "b") for side in sides]
-    assigned = [_by_rules(source, own, mapping) for source, own in zip(sources, rules, strict=True)]
-    shared = set.intersection(*(set(one.others) for one in assigned))
-    # A mapping that names columns leaves out the others, even if both tables have them.
-    wanted = shared & set(mapping.compare or ()) if any(one.rules for one in assigned) else shared
-    for one in assigned:
-        for column in one.source.columns:
-            if column.name in wanted:
-                one.columns[column.name] = column
-        others = [name for name in one.others if name not in wanted]
-        lacking = [*others, *one.source.others]
-        unknown = [name for name in lacking if name not in shared]
-        if unknown and not one.rules and mapping.compare is None:
-            raise TableError(
-                f"{one.source.path}: {unknown[0]!r} is not a channel, nor a column of both tables; {_HINT}"
-            )
-        one.others[:] = lacking
-    return assigned
-
-
-def _by_rules(source: Source, rules: Pairs[str, Rule], mapping: Mapping) -> _Assigned:
-    assigned = _Assigned(source, {}, {})
-    for n, column in enumerate(source.columns):
-        rule = rules.get(column.name) or rules.get(position(n))
-        channel = rule.channel if rule is not None else _channel(column.name, mapping)
-        if channel is None and source.nameless and n == 0 and TIME not in {r.channel for r in rules.values()}:
-            channel = TIME
-        if channel is None:
-            assigned.others.append(column.name)
-        elif channel in assigned.columns:
-            both = f"{assigned.columns[channel].name!r} and {column.name!r}"
-            raise TableError(f"{source.path}: columns {both} are both the channel {channel}")
-        else:
-            assigned.columns[channel] = column
-            if rule is not None:
-                assigned.rules[channel] = rule
-    if TIME not in assigned.columns:
-        names = ", ".join(sorted(source.names))
-        raise TableError(f"{source.path}: channel time is missing; columns: {names}; {_HINT}")
-    return assigned
-
-
-def _complete(assigned: Sequence[_Assigned], mapping: Mapping) -> Iterable[str]:
-    """Give tables of ours what their scenes prescribe, where another table has it; say so."""
-    wanted = {name for one in assigned for name in one.columns}
-    if mapping.compare is not None:
-        wanted &= set(mapping.compare)
-    for one in assigned:
-        found = prescribed(one.source.record, one.columns[TIME].numbers)
-        added = {c.name: c for c in found if c.name in wanted and c.name not in one.columns}
-        one.columns.update(added)
-        if added:
-            yield f"{one.source.path.name}: as its scene prescribes: {', '.join(added)}"
-
-
-def _channel(name: str, mapping: Mapping) -> str | None:
-    """Return the channel of a column without a rule, if any; case is ignored for ``time``."""
-    if name.lower() == TIME:
-        return TIME
-    return name if name in channels() or name in mapping.channels else None
-
-
-def _definitions(assigned: Sequence[_Assigned], mapping: Mapping) -> dict[str, Channel]:
-    """Return the channels of these tables that are not the press's, or have a scale of their own."""
-    degrees = {one.source.degrees: one.source.path.name for one in assigned if one.source.degrees}
-    if len(degrees) > 1:
-        raise TableError(
-            f"{degrees['yes']} is inDegrees=yes and {degrees['no']} inDegrees=no: export both alike"
-        )
-    names = dict.fromkeys(name for one in assigned for name in one.columns if name != TIME)
-    defined = {}
-    for name in names:
-        quantity = mapping.channels.get(name, Quantity())
-        if name in channels():
-            if quantity.scale is not None:
-                defined[name] = replace(channels()[name], given=quantity.scale)
-            continue
-        stated = [
-            Stated(one.source.path.name, _stated_unit(one, name), one.columns[name].numbers)
-            for one in assigned
-            if name in one.columns
-        ]
-        defined[name] = own_channel(name, quantity, stated)
-    check_rates(defined.values())
-    return defined
-
-
-def _stated_unit(one: _Assigned, name: str) -> str | None:
-    rule = one.rules.get(name)
-    return one.columns[name].unit if rule is None or rule.unit is None else rule.unit
-
-
-def _assumptions(sources: Sequence[Source], known: Pairs[str, Channel]) -> Iterable[str]:
-    for source in sources:
-        if source.nameless:
-            yield f"{source.path.name}: columns without names: the first is the time, others are numbered"
-    if bare := [name for name, channel in known.items() if not channel.unit]:
-        yield f"no unit is stated for {', '.join(bare)}: compared as numbers"
-
-
-def _convert_all(
-    one: _Assigned, known: Pairs[str, Channel], mapping: Mapping, at_events: str | None
-) -> Table:
-    converted, settings = {}, {}
-    for name in (TIME, *(name for name in one.columns if name != TIME)):
-        channel = None if name == TIME else known.get(name) or channels()[name]
-        factor = mapping.channels[name].factor if name in mapping.channels else 1.0
-        converted[name], settings[name] = convert(
-            one.source.path, one.columns[name], channel, one.rules.get(name), factor
-        )
-    frame = resolved(pd.DataFrame(converted, copy=False), at_events, str(one.source.path))
-    provenance = one.source.record
-    if provenance is None or one.rules:
-        provenance = {"formulation": f"taken from {one.source.path.name}", "settings": settings}
-    own = {name: channel for name, channel in known.items() if name in one.columns}
-    return Table(frame, one.source.events, one.source.extrema, provenance, own)
-
-
-def _refuse_missing_columns(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping) -> None:
-    """Reject rules for missing columns: a misspelt name would leave a channel out."""
-    names = [{*source.names, *map(position, range(len(source.names)))} for source in sources]
-    for source, side, own in zip(sources, sides, names, strict=True):
-        _refuse_missing(str(source.path), mapping.a if side == "a" else mapping.b, own, source.names)
-    _refuse_missing(
-        "either table", mapping.columns, set().union(*names), [n for s in sources for n in s.names]
+    Raises
+    ------
+    TableError
+        One line: if it contains no table, or is not clear.
+    """
+    try:
+        lines, first, separator = _first_row(text, separators)
+        row = split(_uncommented(lines[first], separator), separator)
+        above = lines[:first]
+        if (second := _below_size(row, text, first, separator)) is not None:
+            first, row = second, split(_uncommented(lines[second], separator), separator)
+        named = names_and_units(list(enumerate(above, 1)), separator, row)
+        if named is None:
+            _check_nameless(first + 1, lines[first], above, separator, row)
+        names, units = named or ([""] * len(row), [None] * len(row))
+        text = text[sum(len(line) + 1 for line in lines[:first]) :]  # not both, which may be large
+        text, separator = _rows(text, first + 1, separator)
+        if decimal is None:
+            decimal, text = _decimal_sign(text, separator)
+        frame = _frame(text, first + 1, separator, decimal, len(row))
+        columns = _columns(frame, names, units, decimal, nameless=named is None)
+    except TableError as error:
+        raise TableError(f"{path}: {error}") from None
+    degrees = _DEGREES.search("\n".join(above))
+    return Source(
+        path,
+        columns,
+        degrees=degrees[1].lower() if degrees else "",
+        nameless=columns[0].name == position(0) and not any(map(is_time, names)),
+        plain="time" in names and above == [",".join(names)],
     )
-    every = {*channels(), *mapping.channels}.union(*(source.names for source in sources))
-    for name in mapping.compare or ():
-        if name not in every:
-            raise TableError(f"mapping: compare: {name!r} is not a channel")
 
 
-def _refuse_missing(where: str, rules: Pairs[str, Rule], names: set[str], shown: Sequence[str]) -> None:
-    for name in rules:
-        if name not in names:
-            close = difflib.get_close_matches(name, shown, n=1)
-            meant = (
-                f"; did you mean {close[0]!r}?" if close else f"; columns: {', '.join(sorted(set(shown)))}"
+def column(name: str, unit: str | None, entries: pd.Series, decimal: str = ".") -> Column:
+    """Return a column as pandas has read it; numbers that it has read as text have this decimal sign."""
+    if entries.dtype.kind in "fiu":
+        return Column(name, unit, entries.to_numpy(dtype=np.float64, na_value=np.nan))
+    text = entries.astype("str").str.strip()
+    plain = text.str.translate(str.maketrans(",.", ".,")) if decimal == "," else text
+    plain = plain.str.replace(
+        r"^([+-]?[\d.]+)[dDqQ]([+-]?\d+)$|^([+-]?\d*\.\d*)([+-]\d{3})$", r"\1\3e\2\4", regex=True
+    )
+    numbers = pd.to_numeric(plain, errors="coerce").to_numpy(dtype=np.float64)
+    absent = entries.isna() | text.str.fullmatch("[+-]?nan", case=False)
+    unknown = np.flatnonzero(np.isnan(numbers) & ~absent.to_numpy(dtype=bool))
+    found = (int(unknown[0]) + 1, str(text.iloc[unknown[0]])) if unknown.size else None
+    return Column(name, unit, numbers, found)
+
+
+def _first_row(text: str, separators: Sequence[str]) -> tuple[list[str], int, str]:
+    """Return the first lines, the place of the first row of numbers among them, and its separator."""
+    lines = text[:_HEAD].split("\n")[: None if len(text) <= _HEAD else -1]
+    if any(len(line) > _LONGEST_LINE for line in lines):
+        raise TableError(f"has a line of more than {_LONGEST_LINE} characters")
+    for n, line in enumerate(lines):
+        rows = {
+            separator: split(_uncommented(line, separator), separator)
+            for separator in separators
+            if not is_comment(line)
+        }
+        found = [separator for separator, row in rows.items() if is_below_time(row, lines[:n], separator)]
+        if found := found + [separator for separator, row in rows.items() if _are_numbers(row)]:
+            return lines, n, found[0]
+    raise TableError("contains no row of two or more numbers")
+
+
+def _are_numbers(row: Sequence[str]) -> bool:
+    """Whether fields are two or more numbers or empty ones."""
+    written = [field for field in row if field]
+    return len(row) > 1 and bool(written) and all(map(NUMBER.fullmatch, written))
+
+
+def _check_nameless(number: int, line: str, above: Sequence[str], separator: str, row: Sequence[str]) -> None:
+    """Reject a first row that need not be one of numbers, or whose columns are not clear without names."""
+    written = [field for field in row if field]
+    counted = any(written == [str(n + begin) for n in range(len(written))] for begin in (0, 1))
+    if counted and not "".join(above).strip():  # as pandas and others write for want of names
+        raise TableError(
+            f"line {number} holds {', '.join(written)}, which may be names or numbers: write a line of names "
+            "above it, or instead of it"
+        )
+    if separator == SPACES and "\t" in line.strip():
+        raise TableError(f"line {number} has tabs and spaces between its numbers: write names above them")
+
+
+def _columns(
+    frame: pd.DataFrame, names: Sequence[str], units: Sequence[str | None], decimal: str, *, nameless: bool
+) -> list[Column]:
+    """Return the columns but for empty ones, and one that counts the rows, without a name."""
+    columns: list[Column] = []
+    for n, (name, unit) in enumerate(zip(names, units, strict=True)):
+        found = column(name or position(len(columns)), unit, frame[n], decimal)
+        counts = (np.arange(found.numbers.size) + begin for begin in (0, 1))
+        is_index = n == 0 and not nameless and any(np.array_equal(found.numbers, own) for own in counts)
+        if name or not (is_index or frame[n].isna().all()):
+            columns.append(found)
+    texts = [found.text for found in columns if found.text is not None]
+    if len(texts) == len(columns) and len({number for number, _ in texts}) == 1:
+        raise TableError(f"text after data row {texts[0][0] - 1}: save one block of columns per file")
+    return columns
+
+
+def _below_size(row: Sequence[str], text: str, first: int, separator: str) -> int | None:
+    """Return the line below one that holds only the number of rows and of columns; None if this is none.
+
+    Raises
+    ------
+    TableError
+        If it may as well be the first of two columns' rows.
+    """
+    if len(row) != 2 or not all(re.fullmatch(r"[0-9]{1,9}", field) for field in row):
+        return None
+    below = [(n, line) for n, line in enumerate(text.split("\n")) if n > first and line.strip()]
+    size, fields = (int(row[0]), int(row[1])), split(below[0][1], separator) if below else []
+    if size != (len(below), len(fields)):
+        return None
+    if len(fields) == 2 and not column("", None, pd.Series(fields[:1])).numbers[0] <= size[0]:
+        raise TableError(
+            f"line {first + 1} may be a row, or the size of the table: write a line of names above it"
+        )
+    return below[0][0]
+
+
+def _rows(body: str, first: int, separator: str) -> tuple[str, str]:
+    """Return the rows without comments and quotation marks, and their separator; all lines remain.
+
+    A comment begins at the start of a line or after a space: ``1.#QNAN`` is none.
+
+    Raises
+    ------
+    TableError
+        If a quotation mark is not closed in its line; lines are counted from the given one.
+    """
+    if any(sign in body for sign in COMMENT):
+        body = _uncommented(re.sub(rf"(?m)^[ \t]*[{COMMENT}].*", "", body), separator)
+    if separator != SPACES and (f" {separator}" in body or " \n" in body):
+        body = re.sub(rf" +(?=[{separator}\n])", "", body)  # pandas rounds what ends with a space otherwise
+    if separator != SPACES and f"\n{separator}" in body:  # a spreadsheet's empty rows
+        body = re.sub(rf"(?m)^{separator}+$", "", body)
+    if '"' not in body:
+        return body, separator
+    lines = body.split("\n")
+    delimiter = separator
+    if separator == SPACES:
+        lines, delimiter = [re.sub(r"[ \t]+", " ", line.strip(" \t")) for line in lines], " "
+    reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True)
+    rows: list[str] = []
+    with suppress(csv.Error):
+        for fields in reader:
+            if reader.line_num > len(rows) + 1:  # it takes a quoted line end for a part of a field
+                break
+            rows.append(_UNIT_SEPARATOR.join(fields))
+    if len(rows) < len(lines):
+        raise TableError(f"line {first + len(rows)}: a quotation mark is not closed in its field")
+    return "\n".join(rows), _UNIT_SEPARATOR
+
+
+def _uncommented(text: str, separator: str) -> str:
+    """Return text without the comments after a space at the ends of lines."""
+    if "#" not in text:
+        return text
+    space, last = ("[ \t]", "") if separator == SPACES else (" ", separator)  # "; #N/A ;" is none
+    return re.sub(rf'(?m){space}#[^"\n{last}]*$', "", text)
+
+
+def _decimal_sign(body: str, separator: str) -> tuple[str, str]:
+    """Return the decimal sign, and the rows without the sign that separates thousands.
+
+    Raises
+    ------
+    TableError
+        If the numbers of the whole text can be read in two ways.
+    """
+    if separator == ",":
+        return ".", body
+    edge = r" \t\n" if separator == SPACES else rf"{separator}\n"
+    end = rf"[ \t]*(?=[{edge}]|\Z)"
+
+    def number(pattern: str) -> re.Match[str] | None:
+        return re.search(rf"(?:\A|[{edge}])[ \t]*(?P<n>{pattern}){end}", body)
+
+    def one(sign: str) -> str:
+        return rf"[+-]?(?:\d+[{sign}]\d*|[{sign}]\d+){EXPONENT}"
+
+    def both(thousands: str, decimal: str) -> str:
+        """Match where each sign can have no other meaning."""
+        groups, rest = rf"[+-]?[1-9]\d{{0,2}}(?:[{thousands}]\d{{3}})", rf"[{decimal}]\d*"
+        return rf"(?:{groups}{{2,}}(?:{rest})?|{groups}{rest}){EXPONENT}"
+
+    patterns = {sign: [one(sign), both(".", ","), both(",", ".")] for sign in ".,"}
+    seen = {
+        sign: match["n"]
+        for sign, tried in patterns.items()
+        if sign in body and (match := next(filter(None, map(number, tried)), None))
+    }
+    signs = "".join(seen)
+    if not signs:
+        return ".", body
+    if len(signs) == 1 and number(rf"(?![+-]?[1-9]\d{{0,2}}[{signs}]\d{{3}}{end}){one(signs)}"):
+        return signs, body
+    readings = [(d, g) for d, g in ((".", ","), (",", ".")) if g in signs and number(both(g, d))]
+    if len(readings) != 1:
+        raise TableError(
+            f"whether a point or a comma is the decimal sign is not clear from "
+            f"{' and '.join(map(repr, seen.values()))}: export the numbers without thousands separators, and "
+            "not with three decimals"
+        )
+    decimal, group = readings[0]
+    fitting = rf"[+-]?[1-9]\d{{0,2}}(?:[{group}]\d{{3}})+(?:[{decimal}]\d*)?{EXPONENT}"
+    return decimal, re.sub(
+        rf"(?P<before>(?:\A|[{edge}])[ \t]*)(?P<n>{fitting}){end}",
+        lambda match: match["before"] + match["n"].replace(group, ""),
+        body,
+    )
+
+
+def _frame(body: str, first: int, separator: str, decimal: str, count: int) -> pd.DataFrame:
+    """Return the rows as pandas reads them; columns with anything but numbers are text."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # it would drop what is too much
+            frame = pd.read_csv(
+                BytesIO(body.encode()),
+                sep=separator,
+                decimal=decimal,
+                header=None,
+                names=range(count),
+                index_col=False,
+                quoting=csv.QUOTE_NONE,
+                skipinitialspace=True,
+                keep_default_na=False,
+                na_values=[""],
+                low_memory=False,  # the type of a column follows from all of it
             )
-            raise TableError(f"mapping: column {name!r} is not in {where}{meant}")
+    except (ValueError, pd.errors.ParserWarning) as error:
+        for n, line in enumerate(body.split("\n"), first):
+            if len(fields := split(line, separator)) > count:
+                raise TableError(f"line {n} holds {len(fields)} fields, but line {first} {count}") from None
+        raise TableError(f"cannot be read: {' '.join(str(error).split())}") from error
+    if separator == SPACES and (short := np.flatnonzero(frame[count - 1].isna())).size:
+        raise TableError(f"data row {short[0] + 1} holds fewer than {count} fields")
+    return frame

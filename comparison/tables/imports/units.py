@@ -70,7 +70,9 @@ _TABLE: tuple[tuple[str, Fraction | str, tuple[int, int, int, int]], ...] = (
     ("s sec second seconds", "1", _S),
     ("ms msec millisecond milliseconds", "1e-3", _S),
     ("us µs μs microsecond microseconds", "1e-6", _S),
+    ("ns nanosecond nanoseconds", "1e-9", _S),
     ("min minute minutes", "60", _S),
+    ("h hr hour hours", "3600", _S),
     ("rad radian radians", "1", _RAD),
     ("deg degree degrees °", _DEGREE, _RAD),
     ("rev turn turns", _TURN, _RAD),
@@ -130,7 +132,10 @@ def _product(text: str) -> Unit | None:
     unit = _NAMED["1"]
     for part in parts:
         found = _FACTOR.fullmatch(part)
-        if found is None or found["name"] not in _NAMED:
+        name = found["name"] if found is not None else ""
+        # DEG, but not MM, which may be megametres.
+        factor = _NAMED.get(name) or (_NAMED.get(name.lower()) if len(name) > 2 else None)
+        if found is None or factor is None:
             return None
-        unit = unit * _NAMED[found["name"]] ** int(found["exponent"] or 1)
+        unit = unit * factor ** int(found["exponent"] or 1)
     return unit

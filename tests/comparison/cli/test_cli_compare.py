@@ -154,5 +154,5 @@ def test_a_second_heading_among_the_rows_is_one_line(make_table, capsys):
     Path("b.csv").write_text("\n".join([head, *rows[:3], head, *rows[3:]]) + "\n")
     assert main(["compare", "a.csv", "b.csv"]) == 2
     err = capsys.readouterr().err
-    assert "data row 4" in err
+    assert "text after data row 3" in err
     assert err.count("\n") == 1

@@ -78,7 +78,7 @@ def test_a_pipe_that_nobody_writes_to_is_not_waited_for(command, name, capsys):
     ("text", "reported"),
     [
         ("# " + "a" * 200_000 + "\n", "has a line of more than 100000 characters"),
-        ("(" * 90_000 + "\n", "has a name of more than 1000 characters"),
+        ("(" * 90_000 + "\n", "each column needs a name, or none does"),
         (f"time,{'a' * 2000}\n", "has a name of more than 1000 characters"),
     ],
 )

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pytest
+from foreign_tables import read_pair
 from pyarrow import parquet
 
-from comparison.tables.imports.text import read_pair
 from comparison.tables.table import TableError
 from comparison.tables.table_files import read, read_frame
 

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from foreign_tables import FRAME, put
+from foreign_tables import FRAME, put, read_pair
 from openpyxl import Workbook
 
 from comparison.cli import main
 from comparison.tables.imports.excel import read_workbook
-from comparison.tables.imports.text import read_pair
 from comparison.tables.table import Table, TableError
 
 FILE = Path("run.xlsx")
@@ -71,10 +70,13 @@ def test_a_workbook_and_a_table_compare():
 @pytest.mark.parametrize(
     ("rows", "rule"),
     [
-        ([NAMES, *ROWS[:3], [0.0, "late", 1.0]], "column 'slider_y' is not a number in row 5: 'late'"),
-        ([NAMES, *ROWS[:3], [0.0, True, 1.0]], "column 'slider_y' is not a number in row 5: 'True'"),
-        ([NAMES, *ROWS[:3], ["run 2"], *ROWS], "column 'time' is not a number in row 5: 'run 2'"),
-        ([["time", "slider_y"], *ROWS], "row 2 holds 3 columns, but row 1 names 2: each column needs a name"),
+        ([NAMES, *ROWS[:3], [0.0, "late", 1.0]], "column 'slider_y' is not a number in data row 4: 'late'"),
+        ([NAMES, *ROWS[:3], [0.0, True, 1.0]], "column 'slider_y' is not a number in data row 4: 'True'"),
+        ([NAMES, *ROWS[:3], ["run 2"], *ROWS], "column 'time' is not a number in data row 4: 'run 2'"),
+        (
+            [["time", "slider_y"], *ROWS],
+            "line 2 holds 3 numbers, but line 1 names 2: each column needs a name",
+        ),
         ([["time", "q", "q"], *ROWS], "column 'q' occurs twice"),
         ([["time", "slider_y"], ["0.1", "0.2"]], "no sheet contains a row of two or more numbers"),
     ],

@@ -13,7 +13,7 @@ from foreign_tables import put
 from comparison.agreement.recorded_runs import Recorded, compare_recorded
 from comparison.cli import main
 from comparison.tables.imports.mapping import load_mapping
-from comparison.tables.imports.text import read_tables
+from comparison.tables.imports.reading import read_tables
 
 MAPPING = """
 compare = ["slider"]

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from foreign_tables import read_pair
 from scipy.io import savemat
 
 from comparison.tables.imports.mapping import load_mapping
-from comparison.tables.imports.text import read_pair
 from comparison.tables.table import Table, TableError
 
 TIME = np.arange(0, 11) / 1000

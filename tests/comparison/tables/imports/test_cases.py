@@ -1,0 +1,226 @@
+"""Tables that once were misread or refused, and their kin: what `sixbar compare` makes of them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from foreign_tables import put, read_pair
+
+from comparison.cli import main
+
+CASES = Path(__file__).with_name("cases")
+
+
+def compared(capsys, a: Path | str, b: Path | str, *options: str) -> tuple[int, str]:
+    """The exit code of a comparison, and what it says; bad input is one line and makes no report."""
+    code = main(["compare", str(a), str(b), "--tolerance", "1e-2", "--out", "out", *options])
+    out, err = capsys.readouterr()
+    assert not re.search(r"np\.|Traceback|internal error", out + err)
+    if code == 2:
+        assert out == ""
+        assert len([line for line in err.splitlines() if "warning" not in line]) == 1
+    return code, " ".join((out + err).split())
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "code", "words"),
+    [
+        ("nan_a.out", "nan_b.out", 2, "'ratio' is not a number in data row 3: '1.#QNAN'"),
+        (
+            "th_a.csv",
+            "th_b.csv",
+            2,
+            "decimal sign is not clear from '1.500' and '0,0': export the numbers without",
+        ),
+        ("qt_a.csv", "qt_b.csv", 1, "at worst at t = 0 s"),
+        ("ff_a.txt", "ff_b.txt", 1, "at worst at t = 0 s"),
+        (
+            "nn_a.csv",
+            "nn_b.csv",
+            2,
+            "line 1 holds 0, 1, 2, which may be names or numbers: write a line of names",
+        ),
+        ("cs.csv", "cs.csv", 0, "x"),
+        ("br.csv", "br.csv", 0, "/bodyset/rod2[v.Y]"),
+        ("os_a.csv", "os_b.csv", 0, "os_b.csv: '8 real output' beside thrust is not a unit"),
+        ("s1.txt", "s1.txt", 0, "no unit is stated for s1, s2"),
+        ("lc.csv", "lc.csv", 0, "F agree"),
+        (
+            "tx.csv",
+            "tx.csv",
+            2,
+            "column 'contact' is not a number in data row 1: 'False'; a mapping (--mapping)",
+        ),
+        ("ep_a.csv", "ep_b.csv", 2, "1700000000 to 1700000000.2 s and ep_b 1700000001 to 1700000001.2 s"),
+    ],
+)
+def test_the_cases(a, b, code, words, capsys):
+    found, said = compared(capsys, CASES / a, CASES / b)
+    assert found == code
+    assert words in said
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "# time,x\n# s,mm\n0,1\n1,2\n",
+        "#time x\n0 1\n1 2\n",
+        "% time; x\n0;1\n1;2\n",
+        "# time, x\n0 1\n1 2\n",  # numpy's savetxt with a header of one's own
+        "#\n# time x\n#\n0 1\n1 2\n",
+        "time   slider x\n0      1\n1      2\n",
+        "time x\n---- ----\n0 1\n1 2\n",
+        "Time [s],x\n0,1\n1,2\n",
+        "Time (ms),x\n0,1\n1,2\n",
+        "TIME(Sec),x\n0,1\n1,2\n",
+        "t,x\n0,1\n1,2\n",
+        "time,T\n0,1\n1,2\n",
+        "time,t\n0,1\n1,2\n",
+        "Press\vrun\ntime,x\n0,1\n1,2\n",
+        "Press\x85run\u2028of\x1cMay\ntime,x\n0,1\n1,2\n",
+        '5" pipe\ntime,x\n0,1\n1,2\n',
+        'time,"x\n[mm]"\n0,1\n1,2\n',  # a heading of two lines, as spreadsheets have them
+        "time,x\r0,1\r1,2\r",
+        "title\r\ntime,x\n0,1\r1,2\n",
+        ",time,x\n0,0,1\n1,0.5,2\n",  # pandas with its index
+        ",x\n0.0,1\n0.5,2\n",  # pandas with the time as the index
+        "time,x,\n0,1,\n1,2,\n",
+        "time,x\n0,1,\n1,2,\n",
+        "time;x\n0;1\n1;2\n;\n;\n",
+        "time,x\n0,1.5D+00\n1,2.5-101\n",
+        'time,x\n"0","1,234.5"\n"1","1,234,567.5"\n',
+        "time;x\n0;1.234,5\n1;1.234.567,5\n",
+        "time x\n0 1 # impact\n1 2\n# end\n",
+        "time,x[0],x[1],pos(1),pos(2),der(x)\n0,1,2,3,4,5\n1,2,3,4,5,6\n",
+        "time x1 x2\ns m2 m2\n0 1 2\n1 2 3\n",
+        "time,load (left),load (right)\n0,1,2\n1,2,3\n",
+        "time,0,1\n0.0,1,2\n1.0,2,3\n",
+        "# rows: 2\n# columns: 2\n 0 1\n 1 2\n",  # Octave's text
+        "sep=;\ntime;x\n0;1,5\n1;2\n",
+    ],
+)
+def test_a_table_as_programs_write_it_agrees_with_itself(text, capsys):
+    path = put("a.csv", text)
+    code, said = compared(capsys, path, path)
+    assert code == 0, said
+    for encoding in ("utf-16", "utf-8-sig"):
+        a, b, _ = read_pair(path, put("b.csv", text, encoding))
+        assert a.frame.equals(b.frame)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("time;x\n0;1.500\n1;2.500\n", "decimal sign is not clear from '1.500'"),
+        ("time;x\n0;1,500\n1;2,500\n", "decimal sign is not clear from '1,500'"),
+        ("time\tx\n0\t0,5\n1\t0.5\n", "decimal sign is not clear from '0.5' and '0,5'"),
+        (
+            "time;x\n" + "".join(f"{n};0\n" for n in range(200)) + "200;1,500\n201;2.5\n",
+            "not clear from '2.5' and '1,5",
+        ),
+        ("0,1,2\n0,0.5,0.6\n1,0.7,0.8\n", "line 1 holds 0, 1, 2, which may be names or numbers"),
+        (",0,1\n0.5,0.6,0.7\n1,0.7,0.8\n", "line 1 holds 0, 1, which may be names or numbers"),
+        ("1;2;3\n0;0.5;0.6\n1;0.7;0.8\n", "line 1 holds 1, 2, 3, which may be names or numbers"),
+        ("3 2\n4 5\n5 6\n6 7\n", "line 1 may be a row, or the size of the table"),
+        ("time;x\n0;1\n1;-\n", "'x' is not a number in data row 2: '-'"),
+        ("time,x\n0,1.#IND\n1,2\n", "'x' is not a number in data row 1: '1.#IND'"),
+        ("time,x\n0,1.#INF\n1,2\n", "'x' is not a number in data row 1: '1.#INF'"),
+        ("time,x\n0,1\n1,1 500\n", "'x' is not a number in data row 2: '1 500'"),
+        ("time,x\n0,1\n1,0x10\n", "'x' is not a number in data row 2: '0x10'"),
+        ("time,x\n0,1\n1,TRUE\n", "'x' is not a number in data row 2: 'TRUE'"),
+        ("time,x\n0,1\n1\n", "x is nan in data row 2"),
+        ("time x\n0 1\n1\n", "data row 2 holds fewer than 2 fields"),
+        ("time,x\n0,1\n1,2,3\n", "line 3 holds 3 fields, but line 2 2"),
+        ('time,x\n0,1\n1,"2\n2,3\n', "line 3: a quotation mark is not closed in its field"),
+        ('time,x,y\n0,1,a"b\n1,2,"c\n2,3,d\n', "line 3: a quotation mark is not closed in its field"),
+        ("time,x\n" + "".join(f"{n},1\n" for n in range(999)) + "\x00\n", "has a zero byte"),
+        ("12:00,1\n12:01,2\n", "contains no row of two or more numbers"),
+        ("time,x\n12:00,1\n12:01,2\n", "contains no row of two or more numbers"),
+        ("time,x\n0,1\n12:01,2\n", "'time' is not a number in data row 2: '12:01'"),
+        ("time,x\n0,1\n1,2\n\ntime,x\n0,1\n", "text after data row 2: save one block of columns per file"),
+        ("0,1,false\n1,2,5\n2,3,6\n", "line 1 begins like a row of numbers, but is none"),
+        ("time,slider_y [mm each]\n0,1\n1,2\n", "'slider_y': unit 'mm each' is not known"),
+        ("time,Ö\n0,1\n1,²\n", "'Ö' is not a number in data row 2: '²'"),
+        ("time x\n² ³\n0 1\n", "unit '²' is not known"),
+    ],
+)
+def test_what_is_not_clear_is_one_line(text, words, capsys):
+    path = put("a.csv", text)
+    code, said = compared(capsys, path, path)
+    assert code == 2, said
+    assert words in said
+
+
+@pytest.mark.parametrize(
+    "line", [b"Press\f", b'"Press', b"Press\xc2\x85", b"\x1d\x0b", b"Press\xe2\x80\xa9run"]
+)
+@pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
+def test_no_title_swallows_the_first_row(line, end, capsys):
+    for name, first in (("a", b"1"), ("b", b"9")):
+        put(f"{name}.csv", end.join([line, b'run 7"', b"time,x", b"0," + first, b"1,2", b"2,3", b"3,4", b""]))
+    code, said = compared(capsys, "a.csv", "b.csv")
+    assert code == 1
+    assert "at worst at t = 0 s" in said
+
+
+def test_a_column_of_text_is_left_out_by_a_mapping(capsys):
+    put("map.toml", 'compare = ["x"]\n')
+    code, said = compared(capsys, CASES / "tx.csv", CASES / "tx.csv", "--mapping", "map.toml")
+    assert code == 0
+    assert "leaves it out: contact" in said
+
+
+def test_units_that_are_none_are_told_apart_by_a_mapping_as_the_message_says(capsys):
+    put("a.csv", "time,U [V]\n0,1\n1,2\n")
+    put("b.csv", "time,U [mV]\n0,1\n1,2\n")
+    code, said = compared(capsys, "a.csv", "b.csv")
+    assert code == 2
+    section = re.search(r"with (\[channels\.\S+\]) and its (unit = )", said)
+    put("map.toml", f'{section[1]}\n{section[2]}"N"\n')
+    assert compared(capsys, "a.csv", "b.csv", "--mapping", "map.toml")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("step", "words"), [(0.01, "1700000000.07"), (1e-4, "1700000000.0007"), (2.0, "1700000014")]
+)
+def test_times_since_an_epoch_are_told_apart(step, words, capsys):
+    for name, error in (("a", 0.0), ("b", 1.0)):
+        rows = (f"{1.7e9 + n * step!r},{n % 5 + error * (n == 7)}\n" for n in range(20))
+        put(f"{name}.csv", "time,x\n" + "".join(rows))
+    code, said = compared(capsys, "a.csv", "b.csv")
+    assert code == 1
+    assert f"at worst at t = {words} s" in said
+    again = Path("a.csv").read_text().replace(f"{1.7e9 + 8 * step!r}", f"{1.7e9 + 7 * step!r}")
+    put("again.csv", again)
+    assert re.search(rf"time {words}(\.0)? s is repeated", compared(capsys, "a.csv", "again.csv")[1])
+
+
+@pytest.mark.parametrize(("unit", "every"), [("rad", 1), ("deg", 7), ("rad", 11)])
+def test_whole_turns_do_not_matter_whichever_table_is_coarser(unit, every, capsys):
+    turn = {"rad": 2 * np.pi, "deg": 360.0}[unit]
+    put("map.toml", f'[channels.q]\nunit = "{unit}"\nangle = true\n')
+    time = np.arange(0, 1.54, 0.01)
+    angle = 7.3 * time * turn  # of the coarsest table eight tenths of a turn from row to row
+
+    def table(name: str, part: slice, values: np.ndarray) -> None:
+        rows = (f"{t!r},{q!r}\n" for t, q in zip(time[part].tolist(), values[part].tolist(), strict=True))
+        put(name, f"time,q [{unit}]\n" + "".join(rows))
+
+    coarse = slice(None, None, every)
+    wrong = np.where(np.arange(time.size) == 5 * every, angle + turn / 50, angle)
+    table("fine.csv", slice(None), np.mod(angle, turn))
+    for name, values in (
+        ("wrapped.csv", angle),
+        ("turned.csv", angle + turn / 4),
+        ("total.csv", angle + 3 * turn),
+    ):
+        table(name, coarse, values if name == "total.csv" else np.mod(values + turn / 2, turn) - turn / 2)
+    table("wrong.csv", coarse, np.mod(wrong, turn))
+    for other, right in (("wrapped.csv", 0), ("total.csv", 0), ("turned.csv", 1), ("wrong.csv", 1)):
+        for pair in (("fine.csv", other), (other, "fine.csv")):
+            code, said = compared(capsys, *pair, "--mapping", "map.toml", "--tolerance", "1e-3")
+            assert code == right, (pair, said)
+            assert "stand out" not in said

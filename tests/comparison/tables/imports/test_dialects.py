@@ -1,0 +1,197 @@
+"""One table in the dialects of all programs: the same names, units and numbers, or one line and exit code 2.
+
+The number of examples is DIALECTS, else a few.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dialects import ENTRIES, NAMES, SPACED, UNITS, Dialect, dialects, meant, written
+from hypothesis import HealthCheck, Phase, given, note, settings
+from hypothesis import strategies as st
+
+from comparison.cli import main
+from comparison.tables.imports.mapping import Mapping
+from comparison.tables.imports.reading import read_tables
+from comparison.tables.imports.units import parse
+from comparison.tables.table import TableError
+
+EXAMPLES = int(os.environ.get("DIALECTS", "150"))
+many = settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck))
+few = settings(many, max_examples=max(10, EXAMPLES // 100), phases=[Phase.generate])  # to shrink takes long
+SEEN: Counter[str] = Counter()
+"""How tables were read, and why they were not."""
+TIMES = st.sampled_from(["time", "Time", "TIME", "t"])
+VALUES = st.one_of(
+    st.sampled_from([0.0, -0.0, 1.0, 0.5, 1.5, 12.125, 250.0, 1500.0, -1234.5, 1234567.875, 1e-9, 1.5e-101]),
+    st.floats(-1e6, 1e6).filter(lambda value: value == 0 or abs(value) > 1e-200),
+)
+ALWAYS = [r"a point or a comma is the decimal sign is not clear from"]
+"""What a table may be refused for that has names and nothing but numbers."""
+NAMELESS = [
+    r"which may be names or numbers",
+    r"begins like a row of numbers",
+    r"has tabs and spaces between its numbers",
+    r"may be a row, or the size of the table",
+]
+
+
+@st.composite
+def tables(draw: st.DrawFn, dialect: Dialect) -> tuple[list[str], list[str] | None, list[list[float]]]:
+    """Draw names, units and columns, the time first, as this dialect can hold them."""
+    count, rows = draw(st.integers(2, 5)), draw(st.sampled_from([2, 3, 5, 7, 120]))
+    names = NAMES if dialect.spaces and dialect.header.startswith("comment") else NAMES + SPACED
+    # A quotation mark does not go with the unit beside a name where spaces separate.
+    names = NAMES if dialect.spaces and dialect.header in ("[]", "()", "attached") else names
+    chosen = draw(st.permutations(names))[: count - 1]
+    units = None
+    if dialect.header in ("[]", "()", "attached", "units below", "comment units"):
+        known = [u for u in UNITS if not (dialect.spaces and " " in u)]
+        if dialect.header in ("()", "attached"):
+            known = [u for u in known if "(" not in u and (u != "furlong" or dialect.header == "()")]
+        units = [draw(st.sampled_from(["s", "ms", "sec"]))]
+        units += [draw(st.sampled_from(known)) for _ in chosen]
+        # Brackets at the end of a name that has a unit in brackets are the unit's.
+        chosen = [
+            f"{name}.u" if name[-1] in "])" and "below" not in dialect.header else name for name in chosen
+        ]
+    step = {".3f": 0.125, ".0f": 1.0}.get(dialect.number, draw(st.sampled_from([0.25, 0.5, 1.0])))
+    columns = [[n * step for n in range(rows)]]
+    for _ in chosen:
+        own = draw(st.lists(VALUES, min_size=min(rows, 7), max_size=min(rows, 7)))
+        # What is not whole may begin after a hundred rows.
+        columns.append([float(n % 3) for n in range(rows - len(own))] + own)
+    return [draw(TIMES), *chosen], units, columns
+
+
+Contents = dict[str, tuple[str | None, np.ndarray]]
+"""Unit and numbers by name."""
+
+
+def read(content: bytes, compare: list[str] | None = None) -> tuple[Contents, str]:
+    """Return what a table holds, or why it is refused."""
+    Path("a.csv").write_bytes(content)
+    mapping = None if compare is None else Mapping(compare=compare)
+    try:
+        (table,), _ = read_tables([Path("a.csv")], ["a"], mapping)
+    except TableError as error:
+        return {}, str(error)
+    units = {name: table.own[name].unit or None if name in table.own else "s" for name in table.frame}
+    return {name: (units[name], table.values(name)) for name in table.frame}, ""
+
+
+def check_message(message: str) -> None:
+    note(message)
+    assert "\n" not in message
+    assert not re.search(r"\bnp\.|dtype|<class", message)
+
+
+def wanted(names, units, columns, dialect) -> Contents:
+    if dialect.header == "none":
+        names = ["time", *(f"#{n + 1}" for n in range(1, len(columns)))]
+    found = {
+        name: (None if units is None else units[n], np.array([meant(value, dialect) for value in column]))
+        for n, (name, column) in enumerate(zip(["time", *names[1:]], columns, strict=True))
+    }
+    return found | {"time": ("s", parse(units[0] if units else "s").to_si(found["time"][1]))}
+
+
+def same(found: Contents, expected: Contents) -> None:
+    assert list(found) == list(expected)
+    for name, (unit, numbers) in expected.items():
+        assert found[name][0] == unit
+        np.testing.assert_array_equal(found[name][1], numbers)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _reported(request):
+    yield
+    if EXAMPLES > 1000:
+        lines = "\n".join(f"{count:6d} {how}" for how, count in SEEN.most_common())
+        with request.config.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():
+            print(f"\n{lines}")  # noqa: T201
+
+
+@many
+@given(data=st.data(), dialect=dialects())
+def test_a_table_is_read_as_it_is_meant_or_refused_in_one_line(data, dialect):
+    names, units, columns = data.draw(tables(dialect))
+    content = written(names, units, columns, dialect)
+    note(repr(content))
+    found, message = read(content)
+    if message:
+        check_message(message)
+        reason = next((rule for rule in ALWAYS + NAMELESS if re.search(rule, message)), None)
+        SEEN[f"refused: {reason}"] += 1
+        assert reason is not None
+        assert reason in ALWAYS or dialect.header == "none"
+    else:
+        SEEN["read"] += 1
+        same(found, wanted(names, units, columns, dialect))
+
+
+@many
+@given(data=st.data(), dialect=dialects(), entry=st.sampled_from(ENTRIES))
+def test_what_is_no_number_is_refused_and_does_not_harm_the_other_columns(data, dialect, entry):
+    names, units, columns = data.draw(tables(dialect))
+    place, row = data.draw(st.integers(1, len(columns) - 1)), data.draw(st.integers(0, len(columns[0]) - 1))
+    if dialect.spaces and (not entry or " " in entry):
+        return
+    content = written(names, units, columns, dialect, (place, row, entry))
+    note(repr(content))
+    expected = wanted(names, units, columns, dialect)
+    name = list(expected)[place]
+    found, message = read(content)
+    check_message(message)
+    assert message or not np.isfinite(found[name][1]).all()
+    others = {other: value for other, value in expected.items() if other != name}
+    if len(others) > 1:
+        found, message = read(content, [other for other in others if other != "time"])
+        check_message(message)
+        SEEN[f"beside text: {'refused' if message else 'read'}"] += 1
+        if not message:
+            same(found, others)
+
+
+def compared(*files: str) -> int:
+    return main(["compare", *files, "--tolerance", "1e-9", "--out", "out"])
+
+
+@few
+@given(data=st.data(), dialect=dialects(exact=True), other=dialects(exact=True))
+def test_a_table_agrees_with_itself_in_any_dialect_and_one_changed_value_differs(
+    data, dialect, other, capsys
+):
+    names = ["time", "x", "y"]
+    columns = [
+        [0.001 * n for n in range(60)],
+        [0.1 + n**2 / 7 for n in range(60)],
+        [-(n % 7) / 3 for n in range(60)],
+    ]
+    scale = data.draw(st.sampled_from([1, 1000]))
+    units = {1: ["s", "m", "rad"], 1000: ["ms", "mm", "rad"]}
+    Path("a.csv").write_bytes(written(names, units[1], columns, dialect))
+    changed = [[v * (scale if n < 2 else 1) for v in column] for n, column in enumerate(columns)]
+    if {"names", "comment", "none"} & {dialect.header, other.header}:
+        changed, scale = columns, 1
+    Path("b.csv").write_bytes(written(names, units[scale], changed, other))
+    note(repr((Path("a.csv").read_bytes(), Path("b.csv").read_bytes())))
+    have_units = [of.header not in ("names", "comment", "none") for of in (dialect, other)]
+    code = compared("a.csv", "a.csv")
+    assert code == 0, capsys.readouterr().err
+    if have_units[0] != have_units[1] or "none" in (dialect.header, other.header):
+        return
+    assert compared("a.csv", "b.csv") == 0, capsys.readouterr().err
+    place, row = data.draw(st.integers(1, 2)), data.draw(st.integers(0, 59))
+    changed = [list(column) for column in changed]
+    changed[place][row] += 1e-6 * (max(changed[place]) - min(changed[place]))
+    Path("c.csv").write_bytes(written(names, units[scale], changed, other))
+    assert compared("a.csv", "c.csv") == 1
+    assert compared("c.csv", "b.csv") == 1
+    capsys.readouterr()

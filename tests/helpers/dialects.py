@@ -1,0 +1,192 @@
+"""Text tables in the dialects that programs write: how one is written, drawn at random, and its bytes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hypothesis import strategies as st
+
+NAMES = [
+    "x", "y", "q1", "s1", "s2", "m2", "x[0]", "x[1]", "pos(1)", "pos(2)", "der(x)", "rod2[w.X]", "rod2[v.Y]",
+    ".press.X", "/body/rod|q", "V(out)", "N", "rad", "t_end", "T", "Δφ", "8th", "a-b", "x.1", "100%",
+]  # fmt: skip
+SPACED = ["slider x", "Joint angle 2", "F, left", "a; b", "hit #3", "time to go"]
+"""Names that need quotation marks where the separator is in them."""
+UNITS = ["mm", "m", "deg", "N", "m/s^2", "N mm", "kg/(m^3)", "-", "furlong", "°"]
+TITLES = [
+    "Press run 7", "Press\frun", "Press\vrun", "Press\x85run", "Press\u2028run", '5" pipe', '"Press',
+    'run "7"', "it's", "a, b, c", "a;b;c;d", "7 runs of 3", "v1.2.3, 2026-01-01 12:00", "Δt = 0,5 s",
+    "x" * 300, "", "  ", "sep=;", "===", "-----", "(", "[]", "made on a day, in May", "inDegrees=no",
+    "endheader", "\ufeff",
+]  # fmt: skip
+COMMENTS = ["# run 7", "#", "% made by hand", "! end of block", "# 1 2 3", '# "', "  # it's", "#0,1"]
+ENTRIES = [
+    "nan", "NaN", "-nan", "1.#QNAN", "-1.#IND", "1.#INF", "nan(ind)", "", "false", "N/A", "***", "−5", "1 5",
+    "0x10", "inf", "1_0", "1.5.2", "#N/A", "12:30", "5%", "1e", "1'000",
+]  # fmt: skip
+"""What stands in a table instead of a number."""
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a table is written; places are rows, of which the last ones are those of the table."""
+
+    separator: str = ","
+    decimal: str = "."
+    thousands: str = ""
+    number: str = "repr"
+    """A format, "D" for Fortran's exponents, or "no letter" for its exponents of three digits."""
+    quotes: str = "needed"
+    """Of "all" fields, of all "names", or where they are "needed"."""
+    header: str = "names"
+    """"names", with "[]", "()" or "attached" units, "units below", "comment", "comment units" or "none"."""
+    titles: tuple[str, ...] = ()
+    end: str = "\n"
+    """Of lines; "mixed": one of three in turn."""
+    last_end: bool = True
+    encoding: str = "utf-8"
+    index: bool = False
+    """A first column without a name counts the rows."""
+    trailing: str = ""
+    """Whether a separator ends the "rows", or "all" lines."""
+    blank: int | None = None
+    comment: tuple[int, str] | None = None
+    inline: tuple[int, str] | None = None
+    empty_rows: bool = False
+
+    @property
+    def spaces(self) -> bool:
+        """Whether nothing but spaces and tabs separate, and several count as one."""
+        return self.separator in ("  ", " ", "     ", "  \t")
+
+    @property
+    def sign(self) -> str:
+        """The separator without the spaces beside it."""
+        return self.separator.strip(" ")
+
+
+@st.composite
+def dialects(draw: st.DrawFn, exact: bool = False) -> Dialect:
+    """Draw a dialect; an exact one writes all digits."""
+
+    def pick(*options):
+        return draw(st.sampled_from(options))
+
+    separator = pick(",", ";", "\t", " ", ", ", "  ", " ; ", "\t ", "  \t", "     ")
+    spaces = Dialect(separator).spaces
+    decimal = pick(".", ".", ",")
+    number = pick("repr", ".17g") if exact else pick(
+        "repr", "repr", ".3f", ".6e", "g", ".10g", ".15g", "+.4e", "D", "no letter", ".0f", "E"
+    )  # fmt: skip
+    grouped = number in ("repr", ".3f", ".0f") and pick(False, False, True)
+    thousands = {".": ",", ",": "."}[decimal] if grouped else ""
+    header = pick("names", "units below", "[]", "()", "attached", "comment", "comment units", "none")
+    return Dialect(
+        separator=separator,
+        decimal=decimal,
+        # No program separates with a comma what it groups with a point.
+        thousands="" if thousands == "." and separator.strip() == "," else thousands,
+        number=number,
+        quotes=pick("all", "names", "needed", "needed"),
+        header=header,
+        titles=()
+        if header == "none"
+        else tuple(draw(st.lists(st.sampled_from(TITLES + COMMENTS), max_size=4))),
+        end=pick("\n", "\r\n", "\r", "mixed"),
+        last_end=pick(True, False),
+        encoding=pick("utf-8", "utf-8", "utf-8-sig", "utf-16", "cp1252"),
+        index=not spaces and header not in ("none", "comment", "comment units") and pick(False, False, True),
+        trailing="" if spaces else pick("", "", "rows", "all"),
+        blank=pick(None, None, 1, 3),
+        comment=pick(None, (2, pick(*COMMENTS))),
+        inline=pick(None, None, (draw(st.integers(1, 4)), pick(" # impact", " #"))),
+        empty_rows=not spaces and pick(False, False, True),
+    )
+
+
+def meant(value: float, dialect: Dialect) -> float:
+    """Return the number that a value is written as."""
+    text = _number(value, dialect.number)
+    return float(re.sub(r"^([^e]*\d)([+-]\d{3})$", r"\1e\2", text.replace("D", "e")))
+
+
+def written(
+    names: Sequence[str],
+    units: Sequence[str] | None,
+    columns: Sequence[Sequence[float]],
+    dialect: Dialect,
+    instead: tuple[int, int, str] | None = None,
+) -> bytes:
+    """Return a table's bytes; ``instead`` is the column and row of an entry that is no number."""
+    cells = [[_cell(value, dialect) for value in column] for column in columns]
+    if instead is not None:
+        cells[instead[0]][instead[1]] = instead[2]
+    heading = _heading(names, units, dialect)
+    lines = []
+    for n, row in enumerate(zip(*cells, strict=True)):
+        fields = [str(n), *row] if dialect.index else row
+        line = dialect.separator.join(_quoted(field, dialect, dialect.quotes == "all") for field in fields)
+        lines.append(line + (dialect.sign if dialect.trailing else ""))
+    if dialect.inline is not None and dialect.inline[0] < len(lines):
+        lines[dialect.inline[0]] += dialect.inline[1]
+    if dialect.comment is not None:
+        lines.insert(*dialect.comment)
+    if dialect.blank is not None:
+        lines.insert(dialect.blank, "")
+    if dialect.empty_rows:
+        lines.append(dialect.sign * (len(cells) - 1))
+    everything = [*dialect.titles, *heading, *lines]
+    ends = ["\n", "\r\n", "\r"] if dialect.end == "mixed" else [dialect.end]
+    # A carriage return before an empty line that ends with a line feed is the end of one line.
+    text = "".join(line + ("\n" if not line else ends[n % len(ends)]) for n, line in enumerate(everything))
+    text = text if dialect.last_end else text.rstrip("\r\n")
+    try:
+        return text.encode(dialect.encoding)
+    except UnicodeEncodeError:
+        return text.encode("utf-8")
+
+
+def _number(value: float, kind: str) -> str:
+    if kind == "repr":
+        return repr(value)
+    if kind in ("D", "no letter"):
+        mantissa, _, exponent = f"{value:.6E}".partition("E")
+        # Three digits are written as 1.5-101; where two do, they are written with their letter.
+        return f"{mantissa}D{exponent}" if kind == "D" or len(exponent) < 4 else mantissa + exponent
+    return f"{value:{kind}}"
+
+
+def _cell(value: float, dialect: Dialect) -> str:
+    text = _number(value, dialect.number)
+    digits = re.match(r"[+-]?(\d+)", text)
+    if dialect.thousands and digits is not None and "e" not in text:
+        text = text.replace(digits[1], f"{int(digits[1]):,}", 1)
+    return text.translate(str.maketrans({".": dialect.decimal, ",": dialect.thousands or ","}))
+
+
+def _quoted(field: str, dialect: Dialect, always: bool) -> str:
+    needed = any(c in field for c in (" \t" if dialect.spaces else dialect.sign))
+    return f'"{field}"' if always or needed else field
+
+
+def _heading(names: Sequence[str], units: Sequence[str] | None, dialect: Dialect) -> list[str]:
+    if dialect.header == "none":
+        return []
+    rows = [list(names)]
+    if units is not None and dialect.header in ("[]", "()", "attached"):
+        left, right = {"[]": (" [", "]"), "()": (" (", ")"), "attached": ("[", "]")}[dialect.header]
+        rows = [[f"{name}{left}{unit}{right}" for name, unit in zip(names, units, strict=True)]]
+    if units is not None and dialect.header in ("units below", "comment units"):
+        rows.append(list(units))
+    always = dialect.quotes in ("all", "names")
+    lines = []
+    for fields in rows:
+        # Between names and their units there may be a space; of both together it needs no quotes.
+        bare = dialect.spaces and dialect.header in ("[]", "()") and not always
+        line = dialect.separator.join(f if bare else _quoted(f, dialect, always) for f in fields)
+        line = (dialect.sign if dialect.index else "") + line
+        line += dialect.sign if dialect.trailing == "all" else ""
+        lines.append(("# " if dialect.header.startswith("comment") else "") + line)
+    return lines
