@@ -32,7 +32,7 @@ def dense_scene(scene: Scene) -> Scene:
     own = int(output["samples_per_cycle"])
     times = max(1, min(ceil(DENSE / own), int(MOST / (own * cycles))))
     groups = dict.fromkeys(["accelerations", *(name for name in output["groups"] if name != "corners")])
-    return scene.with_values({"output.samples_per_cycle": own * times, "output.groups": list(groups)})
+    return scene.variant({"output.samples_per_cycle": own * times, "output.groups": list(groups)})
 
 
 def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
