@@ -14,8 +14,6 @@ class Thresholds:
 
     k: float
     share: float
-    least_outside: int
-    least_judged: int
     alpha: float
     coverage: float
 
@@ -28,5 +26,4 @@ def thresholds_record() -> dict[str, Any]:
 def thresholds(tier: str = "standard") -> Thresholds:
     """Return the numbers of a tier, ``"standard"`` or ``"tight"``."""
     record = thresholds_record()
-    common = {key: value for key, value in record.items() if not isinstance(value, dict)}
-    return Thresholds(**common, **record[tier])
+    return Thresholds(k=record["k"], share=record["share"], **record[tier])

@@ -138,7 +138,7 @@ class Assessment:
         for sign in (-1.0, 1.0):
             cycles = ndtr(self.index[k] + sign * self.left_open[k].sampling) - r
             samples = ndtr(self.index + sign * np.array([of.quadrature for of in self.left_open])).min() - r
-            ends.append(float(r + sign * np.hypot(cycles, samples)))
+            ends.append(float(np.clip(r + sign * np.hypot(cycles, samples), 0.0, 1.0)))
         return ends[0], ends[1]
 
     @property

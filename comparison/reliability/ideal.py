@@ -26,13 +26,13 @@ def dense_scene(scene: Scene) -> Scene:
     """Return a scene with at least `DENSE` samples a cycle, a whole multiple of its own.
 
     Without forces at corners, which nobody reads there. The steps of a run do not depend on its samples, but
-    for those of five bodies that have to be whole parts of a sample interval.
+    for those of five bodies, which are whole parts of a sample interval.
     """
     output, cycles = scene.data["output"], scene.data["drive"]["cycles"]
     own = int(output["samples_per_cycle"])
     times = max(1, min(ceil(DENSE / own), int(MOST / (own * cycles))))
     groups = dict.fromkeys(["accelerations", *(name for name in output["groups"] if name != "corners")])
-    return scene.with_values({"output.samples_per_cycle": own * times, "output.groups": list(groups)})
+    return scene.variant({"output.samples_per_cycle": own * times, "output.groups": list(groups)})
 
 
 def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:

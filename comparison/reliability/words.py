@@ -36,8 +36,8 @@ def notes(comparison: ReliabilityComparison) -> list[str]:
     of_what = "size of the error" if settings.errors == "absolute" else "signed error"
     limits = ", ".join(_limits(name, of.a) for name, of in found.items())
     return [
-        f"Mean and deviation of the {of_what} in each of {settings.bins} intervals of the crank cycle, "
-        "against limits: "
+        f"Mean and deviation over time of the {of_what} in each of {settings.bins} intervals of the crank "
+        "cycle, against limits: "
         f"{limits}.",
         _of_cap(found),
         _of_sampling(next(iter(found.values())).a),

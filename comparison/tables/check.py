@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from comparison.formatting import instant
 from comparison.tables.arrays import Array
 from comparison.tables.channels import CONTACTS
+from comparison.tables.columns import check_cycle_extrema
 from comparison.tables.pulses import check_pulses
 from comparison.tables.table import Table, TableError
 
@@ -91,6 +92,11 @@ def check(
         _check_events(contacts, time, name)
     if table.pulses is not None:
         _check_pulses(table.pulses, contacts or {"start": np.zeros(0), "end": np.zeros(0)}, name)
+    if table.cycle_extrema is not None:
+        try:
+            check_cycle_extrema(table.cycle_extrema)
+        except ValueError as error:
+            raise TableError(f"{name}: its {error}") from None
 
 
 def _check_events(events: Mapping[str, NDArray[Any]], time: Array, name: str) -> None:

@@ -30,6 +30,21 @@ def are_plain(columns: Mapping[str, Any]) -> bool:
     return len(shapes) == 1 and len(shapes.pop()) == 1
 
 
+def check_cycle_extrema(columns: Columns) -> None:
+    """Reject what are no columns of real numbers of one length.
+
+    Raises
+    ------
+    ValueError
+        What is wrong with which.
+    """
+    for name, column in columns.items():
+        if not isinstance(column, np.ndarray) or column.ndim != 1 or column.dtype.kind != "f":
+            raise ValueError(f"cycle_extrema: {name} must be an array of real numbers, shape (cycles,)")
+    if len({column.size for column in columns.values()}) > 1:
+        raise ValueError("cycle_extrema: columns differ in length")
+
+
 def framed(columns: Mapping[str, Any]) -> pd.DataFrame:
     """Return a frame of columns.
 

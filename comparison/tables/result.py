@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comparison.files import plain
+from comparison.tables.columns import check_cycle_extrema
 from comparison.tables.pulses import check_pulses
 from comparison.tables.record import check_record
 
@@ -58,21 +59,10 @@ def check_result(result: Result) -> None:
     if pulses := getattr(result, "pulses", None):
         check_pulses(pulses)
     if cycle_extrema := getattr(result, "cycle_extrema", None):
-        _check_cycle_extrema(cycle_extrema)
+        check_cycle_extrema(cycle_extrema)
     record = {"extrema": result.extrema, "provenance": result.provenance}
     try:
         check_record({**result.provenance, "extrema": result.extrema})
         json.dumps(plain(record))
     except (TypeError, ValueError) as error:
         raise ValueError(f"extrema or provenance: {error}") from error
-
-
-def _check_cycle_extrema(columns: dict[str, Any]) -> None:
-    """Reject what are no columns of real numbers of one length."""
-    lengths = set()
-    for name, column in columns.items():
-        if not isinstance(column, np.ndarray) or column.ndim != 1 or column.dtype.kind != "f":
-            raise ValueError(f"cycle_extrema: {name} must be an array of real numbers, shape (cycles,)")
-        lengths.add(column.size)
-    if len(lengths) > 1:
-        raise ValueError("cycle_extrema: columns differ in length")

@@ -18,9 +18,6 @@ ROUND_OFF = 4e-15
 DIFFERENCE = 1e-7
 """Of a coordinate, at least 1e-2 m or rad: over which Exudyn differentiates forces for its Jacobian."""
 
-_MUCH = 5
-"""Times the shortest step."""
-
 
 @dataclass(frozen=True)
 class Steps:
@@ -65,11 +62,11 @@ def fixed_steps(parameters: Parameters) -> bool:
 def steps_between_states(parameters: Parameters, steps: Steps) -> int:
     """Return after how many of the shortest steps there has to be a state.
 
-    At each sample; of samples so dense that steps in flight could not be much longer, only at one in each
-    thousandth of a cycle: there a run takes the steps of one with 1000 samples. Forces of joints and energies
-    are not interpolated. A sample at each step still makes all steps equal.
+    At one sample in each thousandth of a cycle: with more of them a run takes the steps of one with 1000, if
+    these divide its sample intervals. Forces of joints and energies are not interpolated: there at each
+    sample. A sample at each step still makes all steps equal.
     """
-    if not 1 < steps.per_sample < _MUCH or parameters.integration.method != "generalized-alpha":
+    if steps.per_sample == 1 or parameters.integration.method != "generalized-alpha":
         return steps.per_sample
     in_a_thousandth = max(1, parameters.integration.samples_per_cycle // 1000)
     return steps.per_sample * math.gcd(in_a_thousandth, steps.samples)

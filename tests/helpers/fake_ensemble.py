@@ -86,3 +86,8 @@ class Fake:
 def wide(rng: np.random.Generator) -> float:
     """Errors over four decades: five of them may well lie together."""
     return float(rng.choice([-1.0, 1.0]) * 10 ** rng.uniform(-8.0, -4.0))
+
+
+def narrow(rng: np.random.Generator) -> float:
+    """Errors that the family shows."""
+    return float(LOCAL / 10 * rng.standard_normal())

@@ -6,6 +6,7 @@ from collections import Counter
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 import second_judge
 from judged_runs import CASES, Judged, changed_scene, compared, frames, random_scene, random_tables
@@ -17,7 +18,7 @@ from comparison.agreement.results import SceneComparison
 from comparison.agreement.scene_verdict import scene_verdict
 from comparison.agreement.verdict import compare_channel
 from comparison.execution.run import run_one
-from comparison.metrics.impacts import WINDOW
+from comparison.metrics.impacts import WINDOW, begin_where, compare_impacts
 from comparison.tables.channels import channels
 
 EXACT = ("verdict", "outside")
@@ -130,6 +131,33 @@ def test_the_impacts_of_random_scenes_are_compared_alike(seed, fault):
         for name, value in expected.items():
             # Sums of hundreds of terms.
             assert getattr(found.impacts[part], name) == pytest.approx(value, rel=1e-12, abs=1e-14), name
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_impacts_of_random_tables_are_compared_alike(seed):
+    """Starts on a grid of eighths, many of them equally near, and at places that one table lacks."""
+    rng = np.random.default_rng(seed)
+
+    def events(places: list[str]) -> pd.DataFrame:
+        count = int(rng.integers(0, 30))
+        rows = pd.DataFrame({"corner": rng.choice(places, count), "start": rng.integers(0, 120, count) / 8})
+        rows = rows.drop_duplicates().reset_index(drop=True)
+        drawn = {name: rng.exponential(size=len(rows)) for name in ("normal_speed", "impulse", "peak_force")}
+        return rows.assign(**drawn)
+
+    a, b = events(["ll", "ur", "pin"]), events(["ll", "ur", "lr"])
+    window = rng.choice([0.125, 0.25, 1.0])
+    time = np.linspace(0, 15, 41)
+    masks = {place: rng.random(41) < 0.7 for place in ("ll", "ur", "lr")}
+    within = [second_judge.begins_in(of, time, masks) for of in (a, b)]
+    for found, part in (
+        (compare_impacts(a, b, window), (None, None)),
+        (compare_impacts(a, b, window, (begin_where(a, time, masks), begin_where(b, time, masks))), within),
+    ):
+        expected = second_judge.impacts(a, b, window, *part)
+        assert [tuple(pair) for pair in found.pairs] == expected.pop("pairs")
+        for name, value in expected.items():
+            assert getattr(found, name) == pytest.approx(value, rel=1e-12, abs=1e-14, nan_ok=True), name
 
 
 def test_an_impulse_is_the_area_below_the_force_of_a_dense_table():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from fake_ensemble import COARSE, LATE, LOCAL, MODELS, Fake, wide
+from fake_ensemble import COARSE, LATE, LOCAL, MODELS, Fake, narrow, wide
 
 from comparison.accuracy.uncertainty import Runs
 from comparison.agreement.compare import compare
@@ -16,11 +16,6 @@ from comparison.agreement.confirmation_starts import (
 from comparison.report.text import EXIT_CODES
 from comparison.scene import load_scene
 from comparison.tables.table import Table
-
-
-def narrow(rng: np.random.Generator) -> float:
-    """Errors of the size that the family shows."""
-    return float(LOCAL / 10 * rng.standard_normal())
 
 
 def test_where_models_agree_nothing_is_run(fake):

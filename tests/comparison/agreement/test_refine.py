@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fake_ensemble import COARSE, LOCAL, MODELS, Fake
+from fake_ensemble import COARSE, MODELS, Fake, narrow
 
 from comparison.agreement.compare import compare
 from comparison.agreement.refine import ENOUGH, MOST, Settled, settle
@@ -18,10 +18,6 @@ STEP = 2e-6
 """s, of the shipped scenes."""
 FAULT = 3e-6
 """Of the second model's amplitude: outside the uncertainty of its runs, which is some 3e-7 of it."""
-
-
-def narrow(rng: np.random.Generator) -> float:
-    return float(LOCAL / 10 * rng.standard_normal())
 
 
 @pytest.fixture

@@ -122,7 +122,7 @@ def test_peaks_of_a_cycle_are_those_of_a_second_computation_on_few_samples_too(n
             channel = QUANTITIES[quantity]
             for cycle, size in enumerate(right.peaks):
                 found = errors.peak(channel, cycle * period, (cycle + 1) * period)
-                # The largest of 120,000 samples, 36 to a contact at 90 rpm, lacks (pi / 36)^2 / 8.
+                # The largest of 120,000 samples, 36 to a contact at 90 rpm, lacks (pi / 36)^2 / 8 of it.
                 assert abs(found.value) <= size * (1 + 1e-3), (samples, quantity, cycle)
                 if samples == 10_000:
                     assert size <= abs(found.value) + found.error + 1e-4 * size, (quantity, cycle)

@@ -17,12 +17,12 @@ from comparison.engines.platform import platform_name
 from comparison.execution.job import Outcome
 from comparison.execution.worker_process import kept_workers
 from comparison.formatting import table
+from comparison.reliability.errors import Peak
 from comparison.report import svg
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import NAMES
 from comparison.studies.contact_laws import study as contact_laws
 from comparison.studies.crank_pin.peaks import Case, met, peaks_table, powers
-from comparison.studies.shared.errors import Peak
 from comparison.studies.verdicts import study as verdicts
 from comparison.tables.table import Table
 
