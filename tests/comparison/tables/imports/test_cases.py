@@ -169,6 +169,20 @@ def test_no_title_swallows_the_first_row(line, end, capsys):
     assert "at worst at t = 0 s" in said
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time ; x\n0 ; +1.0206e-57 \n",
+        "time;x;\n0 ;+1,0206E-57;\n",
+        "time\tx\n0\t +1.0206D-57 \n",
+        'time\tx\n0\t"1.0206e-57"\n',
+    ],
+)
+def test_a_number_is_the_double_next_to_it_whatever_stands_beside_it(text):
+    (table,), _ = read_tables([put("a.csv", text)], ["a"])
+    assert table.values("x").tolist() == [1.0206e-57]
+
+
 def test_a_column_of_text_is_left_out_by_a_mapping(capsys):
     put("map.toml", 'compare = ["x"]\n')
     code, said = compared(capsys, CASES / "tx.csv", CASES / "tx.csv", "--mapping", "map.toml")
