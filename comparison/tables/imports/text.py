@@ -185,8 +185,9 @@ def column(name: str, unit: str | None, entries: pd.Series, decimal: str = ".") 
         return Column(name, unit, entries.to_numpy(dtype=np.float64, na_value=np.nan))
     text = entries.astype("str").str.strip()
     plain = text.str.translate(str.maketrans(",.", ".,")) if decimal == "," else text
+    plain = plain.str.replace(r"^\+([\d.])", r"\1", regex=True)  # pandas rounds what has a plus otherwise
     plain = plain.str.replace(
-        r"^([+-]?[\d.]+)[dDqQ]([+-]?\d+)$|^([+-]?\d*\.\d*)([+-]\d{3})$", r"\1\3e\2\4", regex=True
+        r"^(-?[\d.]+)[dDqQ]([+-]?\d+)$|^(-?\d*\.\d*)([+-]\d{3})$", r"\1\3e\2\4", regex=True
     )
     numbers = pd.to_numeric(plain, errors="coerce").to_numpy(dtype=np.float64)
     absent = entries.isna() | text.str.fullmatch("[+-]?nan", case=False)
