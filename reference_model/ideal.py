@@ -58,7 +58,7 @@ def observe_ideal(c: Constants, samples: Samples) -> Array:
 def _extrema(c: Constants, what: int, end: float) -> Array:
     """Return the extrema of each cycle up to `end`, s: all whole ones have those of the first."""
     period = 2.0 * np.pi / abs(c.omega)
-    whole, count = int(end / period + 1e-9), math.ceil(end / period - 1e-9)
+    whole, count = int(end / period + 1e-9), max(1, math.ceil(end / period - 1e-9))
     found = np.empty((count, CHANNELS, 4))
     if whole:
         found[:] = _extrema_to(c, what, period)

@@ -173,7 +173,7 @@ def note_extrema(c: Constants, p: Progress, samples: Samples, t: float, observed
     then, h = last[6], now - last[6]
     for i in range(3):
         r0, r1 = last[i + 3], observed[i + 3]
-        if r0 * r1 < 0.0:
+        if h > 0.0 and r0 * r1 < 0.0:
             rise = (observed[i] - last[i]) / h
             curved, cubic = 3.0 * rise - 2.0 * r0 - r1, r0 + r1 - 2.0 * rise
             # The rate r0 + 2 curved s + 3 cubic s^2 is zero once; in this form also where cubic is 0.

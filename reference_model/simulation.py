@@ -136,7 +136,7 @@ def _simulated(
 ) -> Result:
     c, y0 = start(p, kind)
     largest = p.period * LARGEST_STEP_PER_CYCLE
-    state = begin(c, y0, 1.0e-3 * largest, math.ceil(p.cycles - 1e-9))
+    state = begin(c, y0, 1.0e-3 * largest, max(1, math.ceil(p.cycles - 1e-9)))
     cycles = max(1.0, p.cycles)
     scipy_solver = None if p.method not in SCIPY_METHODS else _scipy_solver(p, c, state, samples)
     # In cycles, often enough to report; a call of the compiled integrator takes as long as six steps.

@@ -118,26 +118,28 @@ def test_the_shift_of_random_scenes(seed, fault):
     assert abs(other - shift.value) <= shift.uncertainty
 
 
-@pytest.mark.parametrize("seed", range(10))
-def test_the_shift_of_random_signals(seed):
-    rng = np.random.default_rng(seed)
-    time, late = np.arange(900) * 1e-3, rng.uniform(-0.03, 0.03)
-    waves = [rng.uniform((0.1, 5, 0), (1, 30, 6), (4, 3)) for _ in RATES]
-
-    def tables(t: np.ndarray, noise: float) -> dict[str, np.ndarray]:
-        made = {}
-        for (position, rate), parts in zip(RATES.items(), waves, strict=True):
-            made[position] = sum(s * np.sin(w * t + p) for s, w, p in parts) + noise * rng.normal(size=t.size)
-            made[rate] = sum(s * w * np.cos(w * t + p) for s, w, p in parts)
-        return made
-
-    a, b = tables(time, 0.0), tables(time - late, 10 ** rng.uniform(-9, -3))
-    found = estimate(time, a, b)
-    other = second_measures.shift_between(time, a, b, RATES, 0.04)
-    assert found.value == pytest.approx(late, abs=3 * found.uncertainty)
-    assert found.value == pytest.approx(other, abs=3 * found.uncertainty)
-    # Interpolation alone: (w h)^4 / 384 over the rate, some 1e-9 s.
-    assert found.uncertainty < 1e-4
+def test_the_shift_of_random_signals():
+    """It is that of the second way, and off by as much as is stated: by more once in 20 times."""
+    shares = []
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        time, late = np.arange(900) * 1e-3, rng.uniform(-0.03, 0.03)
+        waves = [rng.uniform((0.1, 5, 0), (1, 30, 6), (4, 3)) for _ in RATES]
+        sides: list[dict[str, np.ndarray]] = [{}, {}]
+        for side, t, noise in zip(sides, (time, time - late), (0.0, 10 ** rng.uniform(-9, -3)), strict=True):
+            for (position, rate), parts in zip(RATES.items(), waves, strict=True):
+                wave = sum(s * np.sin(w * t + p) for s, w, p in parts)
+                side[position] = wave + noise * rng.normal(size=t.size)
+                side[rate] = sum(s * w * np.cos(w * t + p) for s, w, p in parts)
+        found = estimate(time, *sides)
+        shares.append(abs(found.value - late) / found.uncertainty)
+        if seed < 10:
+            other = second_measures.shift_between(time, *sides, RATES, 0.04)
+            # A minimum is found to the root of the rounding of what is least: 1e-8 of the step searched.
+            assert found.value == pytest.approx(other, abs=3 * found.uncertainty + 1e-10)
+    # Of 30 draws of a normal error over two of its deviations: all but 1.5, and a median of 0.34 +- 0.06.
+    assert np.sum(np.array(shares) <= 1) >= 26
+    assert 0.15 < np.median(shares) < 0.6
 
 
 @pytest.mark.parametrize("seed", range(8))
