@@ -48,9 +48,12 @@ def is_comment(line: str) -> bool:
 
 
 def is_below_time(row: Sequence[str], above: Sequence[str], separator: str) -> bool:
-    """Return whether one of the lines above a row names the time where the row has a number."""
-    return len(row) > 1 and any(
-        NUMBER.fullmatch(field) and is_time(_split(name)[0])
+    """Return whether one of the lines above a row with numbers names the time, and the row no unit of it.
+
+    Text may stand for the time as well, such as that of a clock.
+    """
+    return (len(row) > 1 and any(map(NUMBER.fullmatch, row))) and any(
+        is_time(_split(name)[0]) and (NUMBER.fullmatch(field) or parse(_bare(field) or "1") is None)
         for line in above
         for names in _fitting([_split_names(line, separator)], row)
         for name, field in zip(names, row, strict=True)

@@ -158,7 +158,7 @@ def parse(
         if (second := _below_size(row, text, lines, first, separator)) is not None:
             first, row = second, split(_uncommented(lines[second], separator), separator)
         named = names_and_units(list(enumerate(above, 1)), separator, row)
-        if named is None:
+        if named is None and second is None:
             _check_nameless(first + 1, lines[first], above, separator, row)
         names, units = named or ([""] * len(row), [None] * len(row))
         text = text[sum(len(line) + 1 for line in lines[:first]) :]  # not both, which may be large

@@ -102,6 +102,8 @@ def test_the_cases(a, b, code, words, capsys):
         "time,0,1\n0.0,1,2\n1.0,2,3\n",
         "# rows: 2\n# columns: 2\n 0 1\n 1 2\n",  # Octave's text
         "sep=;\ntime;x\n0;1,5\n1;2\n",
+        "2 3\n0 1 2\n1 2 3\n",  # the number of rows and columns
+        "time,ratio\ns,1\n0,5\n1,6\n",
     ],
 )
 def test_a_table_as_programs_write_it_agrees_with_itself(text, capsys):
@@ -140,7 +142,7 @@ def test_a_table_as_programs_write_it_agrees_with_itself(text, capsys):
         ('time,x,y\n0,1,a"b\n1,2,"c\n2,3,d\n', "line 3: a quotation mark is not closed in its field"),
         ("time,x\n" + "".join(f"{n},1\n" for n in range(999)) + "\x00\n", "has a zero byte"),
         ("12:00,1\n12:01,2\n", "contains no row of two or more numbers"),
-        ("time,x\n12:00,1\n12:01,2\n", "contains no row of two or more numbers"),
+        ("time,x\n12:00,1\n12:01,2\n", "'time' is not a number in data row 1: '12:00'"),
         ("time,x\n0,1\n12:01,2\n", "'time' is not a number in data row 2: '12:01'"),
         ("time,x\n0,1\n1,2\n\ntime,x\n0,1\n", "text after data row 2: save one block of columns per file"),
         ("0,1,false\n1,2,5\n2,3,6\n", "line 1 begins like a row of numbers, but is none"),
