@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -15,7 +17,7 @@ from comparison.files import FolderError, check_folder
 from comparison.tables.channels import expected
 from comparison.tables.check import check
 from comparison.tables.table import Table, TableError
-from comparison.tables.table_files import read, write
+from comparison.tables.table_files import companions, read, write
 
 EVENTS = pd.DataFrame({"corner": ["ll", "ur"], "start": [0.0, 0.1], "end": [0.01, 0.2]})
 
@@ -31,6 +33,50 @@ def test_what_is_written_is_read_bit_for_bit(tmp_path, make_table, ending):
     assert (again.extrema, again.provenance) == (extrema, table.provenance)
     names = {path.name for path in (tmp_path / "deep").iterdir()}
     assert names == {f"run.{ending}", "run.events.csv", "run.json"}
+
+
+def test_extrema_by_cycle_are_kept_in_a_file_of_their_own(tmp_path, make_table):
+    by_cycle = {"slider_x_min": np.array([-1.0, -0.1 - 2e-17]), "slider_x_time_of_min": np.array([0.0, 0.4])}
+    table = replace(make_table(), cycle_extrema=by_cycle)
+    path = write(table, tmp_path / "run.csv")
+    assert companions(table, path) == [tmp_path / "run.extrema.csv", tmp_path / "run.json"]
+    for name, values in read(path).cycle_extrema.items():
+        assert values.tobytes() == by_cycle[name].tobytes()
+    write(make_table(), path)
+    assert not (tmp_path / "run.extrema.csv").exists()
+    assert read(path).cycle_extrema is None
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("slider_x_min\nlow\n", "its cycle_extrema: slider_x_min must be an array of real numbers"),
+        ("slider_x_min\n1,2\n", "cannot be read"),
+    ],
+)
+def test_extrema_by_cycle_that_are_none_are_refused_in_one_line(tmp_path, make_table, text, reason):
+    path = write(make_table(), tmp_path / "run.csv")
+    (tmp_path / "run.extrema.csv").write_text(text)
+    with pytest.raises(TableError, match=reason):
+        check(read(path), make_table().channels, None, name="run.csv")
+
+
+@pytest.mark.parametrize(
+    ("columns", "reason"),
+    [
+        ([1.0], "cycle_extrema must be a dict or None, not list"),
+        ({"slider_x_min": [1.0]}, "slider_x_min must be an array of real numbers"),
+        ({"a": np.zeros(2), "b": np.zeros(3)}, "columns differ in length"),
+    ],
+)
+def test_extrema_by_cycle_of_a_model_are_columns(columns, reason):
+    result = SimpleNamespace(
+        columns={"time": np.zeros(2)}, events={}, extrema={}, status="success", remedy="", provenance={}
+    )
+    Table.from_result(result)
+    result.cycle_extrema = columns
+    with pytest.raises(TableError, match=reason):
+        Table.from_result(result)
 
 
 @given(arrays(np.float64, 20, elements=st.floats(allow_nan=False, allow_infinity=False)))
