@@ -10,7 +10,7 @@ from comparison.agreement.cross_check import validate
 from comparison.execution.job import MODELS, Job
 from comparison.execution.run import run_all
 from comparison.reliability.difference import compare_reliability
-from comparison.reliability.ideal import ideal_scenes
+from comparison.reliability.ideal import dense_scene, ideal_scenes
 from comparison.scene import load_scene
 from comparison.studies.reliability.study import STUDY
 
@@ -30,7 +30,7 @@ def test_the_difference_of_the_two_models_is_within_its_interval_in_every_case(t
 
 def test_a_restitution_one_percent_lower_in_one_model_is_a_difference(tmp_path, monkeypatch):
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
-    usual = tight(load_scene("90rpm-0.5mm"), MODELS)
+    usual = dense_scene(tight(load_scene("90rpm-0.5mm"), MODELS))
     lower = usual.with_values({"contact.restitution": 0.891})
     ideal = ideal_scenes(usual, "reference")["base"]
     levels = [
