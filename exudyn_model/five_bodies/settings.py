@@ -15,6 +15,8 @@ not enough for a corner that starts 10 mm inside its wall, nor 512 for a slider 
 ROUND_OFF = 4e-15
 """Residual that is met, over the weight of all bodies: joints bear four times that, and each rounds by some
 1e-16 of it. At 150, 1000 and 3000 rpm 1e-15 is met and 3e-16 is not."""
+_MUCH = 4 * 32
+"""Times the shortest step; four of the longest (``step_choice``), of which a sample shortens none by much."""
 DIFFERENCE = 1e-7
 """Of a coordinate, at least 1e-2 m or rad: over which Exudyn differentiates forces for its Jacobian."""
 
@@ -62,11 +64,11 @@ def fixed_steps(parameters: Parameters) -> bool:
 def steps_between_states(parameters: Parameters, steps: Steps) -> int:
     """Return after how many of the shortest steps there has to be a state.
 
-    At one sample in each thousandth of a cycle: with more of them a run takes the steps of one with 1000, if
-    these divide its sample intervals. Forces of joints and energies are not interpolated: there at each
-    sample. A sample at each step still makes all steps equal.
+    At each sample; of samples so dense that steps in flight would be shorter for them, only at one in each
+    thousandth of a cycle: there a run takes the steps of one with 1000 samples. Forces of joints and energies
+    are not interpolated. A sample at each step still makes all steps equal.
     """
-    if steps.per_sample == 1 or parameters.integration.method != "generalized-alpha":
+    if not 1 < steps.per_sample < _MUCH or parameters.integration.method != "generalized-alpha":
         return steps.per_sample
     in_a_thousandth = max(1, parameters.integration.samples_per_cycle // 1000)
     return steps.per_sample * math.gcd(in_a_thousandth, steps.samples)
