@@ -85,6 +85,9 @@ def test_interpolation_between_events(seed):
             "end": starts + rng.exponential(2.0, 9),
         }
     )
+    # At an instant that is asked for the right limit counts.
+    events.loc[:2, "start"] = at[[20, 40, 60]]
+    events.loc[:1, "end"] = at[[25, 45]]
     columns = {
         name: rng.normal(size=40)
         for name in ("slider_x", "slider_vx", "slider_ax", "corner_ll_normal", "corner_ll_gap")
@@ -121,7 +124,7 @@ def test_the_shift_of_random_scenes(seed, fault):
 def test_the_shift_of_random_signals():
     """It is that of the second way, and off by as much as is stated: by more once in 20 times."""
     shares = []
-    for seed in range(30):
+    for seed in range(60):
         rng = np.random.default_rng(seed)
         time, late = np.arange(900) * 1e-3, rng.uniform(-0.03, 0.03)
         waves = [rng.uniform((0.1, 5, 0), (1, 30, 6), (4, 3)) for _ in RATES]
@@ -129,7 +132,7 @@ def test_the_shift_of_random_signals():
         for side, t, noise in zip(sides, (time, time - late), (0.0, 10 ** rng.uniform(-9, -3)), strict=True):
             for (position, rate), parts in zip(RATES.items(), waves, strict=True):
                 wave = sum(s * np.sin(w * t + p) for s, w, p in parts)
-                side[position] = wave + noise * rng.normal(size=t.size)
+                side[position] = wave + noise * rng.normal(size=t.size) + rng.normal()  # whatever its zero
                 side[rate] = sum(s * w * np.cos(w * t + p) for s, w, p in parts)
         found = estimate(time, *sides)
         shares.append(abs(found.value - late) / found.uncertainty)
@@ -137,9 +140,10 @@ def test_the_shift_of_random_signals():
             other = second_measures.shift_between(time, *sides, RATES, 0.04)
             # A minimum is found to the root of the rounding of what is least: 1e-8 of the step searched.
             assert found.value == pytest.approx(other, abs=3 * found.uncertainty + 1e-10)
-    # Of 30 draws of a normal error over two of its deviations: all but 1.5, and a median of 0.34 +- 0.06.
-    assert np.sum(np.array(shares) <= 1) >= 26
-    assert 0.15 < np.median(shares) < 0.6
+    # Of 60 draws of a normal error over two of its deviations: all but 2.7 +- 1.6, a median of 0.34 +- 0.05
+    # (of a thousand such draws 0.32 was measured).
+    assert np.sum(np.array(shares) <= 1) >= 53
+    assert 0.17 < np.median(shares) < 0.5
 
 
 @pytest.mark.parametrize("seed", range(8))
