@@ -113,6 +113,8 @@ def judge_channel(name, time, a, b, u, scale, tier, known=None) -> SimpleNamespa
         verdict = "unexcited"
     elif not counts["judged"] or (coverage < COVERAGE[tier] and outside <= (1 - SHARE) * counts["happening"]):
         verdict = "indeterminate"
+    elif outside < 3 and (explained < SHARE or counts["judged"] < 10):  # noqa: SIM114 (a rule of its own)
+        verdict = "indeterminate"  # too few to differ, or to agree
     else:
         verdict = "differ" if explained < SHARE else "agree"
     if verdict == "indeterminate" and "follows" not in rules(name) and counts["happening"]:

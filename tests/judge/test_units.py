@@ -16,7 +16,7 @@ from comparison.metrics import norms
 from comparison.tables.align import align
 from comparison.tables.channels import channels
 from comparison.tables.imports.mapping import load_mapping
-from comparison.tables.imports.text import read_tables
+from comparison.tables.imports.reading import read_tables
 from comparison.tables.table import Table
 
 FOREIGN = {
