@@ -113,7 +113,7 @@ def judge_channel(name, time, a, b, u, scale, tier, known=None) -> SimpleNamespa
         verdict = "unexcited"
     elif not counts["judged"] or (coverage < COVERAGE[tier] and outside <= (1 - SHARE) * counts["happening"]):
         verdict = "indeterminate"
-    elif outside < 3 and (explained < SHARE or counts["judged"] < 10):  # noqa: SIM114 (a rule of its own)
+    elif outside < 3 and (explained < SHARE or counts["judged"] < 10):
         verdict = "indeterminate"  # too few to differ, or to agree
     else:
         verdict = "differ" if explained < SHARE else "agree"
