@@ -14,6 +14,8 @@ class Thresholds:
 
     k: float
     share: float
+    least_judged: int
+    least_outside: int
     alpha: float
     coverage: float
 
@@ -26,4 +28,5 @@ def thresholds_record() -> dict[str, Any]:
 def thresholds(tier: str = "standard") -> Thresholds:
     """Return the numbers of a tier, ``"standard"`` or ``"tight"``."""
     record = thresholds_record()
-    return Thresholds(k=record["k"], share=record["share"], **record[tier])
+    common = {name: number for name, number in record.items() if not isinstance(number, dict)}
+    return Thresholds(**common, **record[tier])

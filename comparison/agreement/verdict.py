@@ -24,11 +24,6 @@ from comparison.metrics.norms import maximum, rms, scaled
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import Channel
 
-LEAST_OUTSIDE = 3
-"""Samples outside by which a channel with uncertainties can differ: one or two may be at a contact's ends."""
-LEAST_JUDGED = 10
-"""Predictable, non-zero samples on which such a channel can agree."""
-
 
 def compare_channel(
     channel: Channel,
@@ -179,12 +174,12 @@ def _judge(
         reason = f"{coverage:.1%} of the samples are predictable, required: at least {limits.coverage:.0%}"
     elif not judged.any():
         reason = "no predictable sample is non-zero"
-    elif not fixed and outside < LEAST_OUTSIDE and count < LEAST_JUDGED:
-        reason = f"{count} predictable samples are non-zero, required: at least {LEAST_JUDGED}"
-    elif not fixed and outside < LEAST_OUTSIDE and explained < limits.share:
+    elif not fixed and outside < limits.least_outside and count < limits.least_judged:
+        reason = f"{count} predictable samples are non-zero, required: at least {limits.least_judged}"
+    elif not fixed and outside < limits.least_outside and explained < limits.share:
         reason = (
             f"{outside} of {count} predictable samples are outside their threshold: too many to agree, fewer "
-            f"than the {LEAST_OUTSIDE} that show a difference"
+            f"than the {limits.least_outside} that show a difference"
         )
     else:
         text = (

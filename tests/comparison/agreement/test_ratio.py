@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from comparison.accuracy.thresholds import thresholds
 from comparison.agreement.results import decisive
 from comparison.agreement.scene_verdict import scene_verdict
-from comparison.agreement.verdict import LEAST_OUTSIDE, compare_channel
+from comparison.agreement.verdict import compare_channel
 from comparison.tables.channels import channels
 
 LIMITS = thresholds()
@@ -38,7 +38,7 @@ def test_the_ratio_is_at_most_one_exactly_where_the_share_of_the_rule_is_within(
         np.r_[np.full(outside, 3.0), np.full(count - outside, 0.5)], limits=replace(LIMITS, share=share)
     )
     if channel.verdict == "indeterminate":  # too few samples
-        assert outside < LEAST_OUTSIDE
+        assert outside < LIMITS.least_outside
         assert np.isnan(channel.ratio)
     else:
         assert (channel.ratio <= 1.0) == (channel.verdict == "agree") == (channel.explained >= share)
