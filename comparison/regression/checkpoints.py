@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from decimal import ROUND_CEILING, Context, Decimal
-from math import floor, log10
+from math import ceil, floor, log10
 from typing import Any
 
 import numpy as np
@@ -86,15 +86,20 @@ def _spread(runs: Runs, neighbours: Sequence[Table]) -> dict[str, int]:
     """Return the largest distance of each counter that varies.
 
     The work of a run depends on its setting; its number of contacts does not, so for contacts the whole
-    family counts.
+    family counts. Without neighbours (five bodies) the work varies in the proportion in which the contacts
+    do: where the family does not have the same ones, rounding alone leads to others, and their steps.
     """
+    own = counters(runs.base)
     others = [counters(neighbour) for neighbour in neighbours]
     family = [run for run in (runs.finer, runs.coarser, *runs.perturbed_runs) if run is not None]
     others += [{"contacts": counters(run)["contacts"]} for run in family]
     largest = {
         name: max((abs(other.get(name, value) - value) for other in others), default=0)
-        for name, value in counters(runs.base).items()
+        for name, value in own.items()
     }
+    if not neighbours and own["contacts"]:
+        share = largest["contacts"] / own["contacts"]
+        largest |= {name: ceil(share * value) for name, value in own.items() if name != "contacts"}
     return {name: distance for name, distance in largest.items() if distance}
 
 

@@ -159,6 +159,21 @@ def test_neighbouring_starts_raise_the_thresholds_and_give_the_spread_of_the_cou
     assert alone.spread == {"contacts": 2}
     made = record(runs, Job(scene, "exudyn"), "standard", neighbours)
     assert made.spread == {"steps": 3, "contacts": 2}
+    # Five bodies have no neighbours: of ten contacts two are uncertain, and so is a fifth of the steps.
+    ten = pd.DataFrame({"corner": ["ll"] * 10})
+    twelve = replace(finer, events=pd.DataFrame({"corner": ["ll"] * 12}))
+    runs = family(1e-4)
+    family_of_ten = {
+        name: replace(getattr(runs, name), events=ten)
+        for name in ("coarser", "perturbed", "other_perturbed")
+        if getattr(runs, name) is not None
+    }
+    uncertain = replace(runs, base=replace(base, events=ten), finer=twelve, **family_of_ten)
+    assert record(uncertain, Job(scene, "exudyn"), "standard").spread == {
+        "steps": 2,
+        "rhs": 14,
+        "contacts": 2,
+    }
     # k times three times the distance of the neighbour that is further off, the largest within the window.
     x = {point.time: point for point in made.channels["slider_x"]}
     sine = np.abs(np.sin(2 * np.pi * np.array(list(x)) / scene.period))
