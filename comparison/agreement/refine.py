@@ -10,8 +10,8 @@ judged again with both models one level finer (five bodies at half the step), an
 - "differ" stands where the difference outlasts two refinements, i.e. where these have moved the five bodies
   by a small part of it (`CONVERGED`), and the ensembles confirm it at that level. Where the third opinion
   contradicts it, the tree of the same package at the tight tier, it must outlast all levels;
-- "differ" after which the runs still move by as much as they differ is no difference of models: what they
-  converge to is unknown, and the verdict is "indeterminate";
+- "differ" after which the runs still move by as much as they differ stands only where the third opinion shows
+  it as well; else what they converge to is unknown, and the verdict is "indeterminate";
 - "indeterminate" stands after `ENOUGH` levels: the motion, not the step, is what cannot be predicted.
 """
 
@@ -80,14 +80,14 @@ def settle(
     if result.verdict not in ("differ", "indeterminate") or not any(too_slow(scene, m) for m in models):
         return Settled(confirm(result, runs, scene=scene, models=models, run=run), runs, scene)
     levels = [Settled(result, runs, scene)]
-    opposed: bool | None = None
+    opinion: str | None = None
     while True:
         last = levels[-1]
         stays = last.comparison.verdict == "differ" and _converged(levels, models)
-        if stays and opposed is None:
-            opposed = _third_opinion(last, models, run, run_families) == "agree"
+        if stays and opinion is None:
+            opinion = _third_opinion(last, models, run, run_families)
         closer = _finer(last.scene, models, len(levels))
-        if stays and (not opposed or closer is None):
+        if stays and (opinion != "agree" or closer is None):
             return _confirmed(last, models, run)
         if last.comparison.verdict == "indeterminate" and len(levels) > ENOUGH:
             return last
@@ -97,7 +97,13 @@ def settle(
         levels.append(_judged(closer, again, levels[0].comparison, len(levels)))
         if levels[-1].comparison.verdict == "agree":
             return levels[-1]
-    return _unsettled(levels, models, run)
+    if last.comparison.verdict != "differ":
+        return last
+    if opinion is None and len(levels) > ENOUGH:
+        opinion = _third_opinion(last, models, run, run_families)
+    if len(levels) <= ENOUGH or opinion == "differ":  # no finer run was to be had, or none is needed
+        return _confirmed(last, models, run)
+    return _unsettled(last)
 
 
 def _finer(scene: Scene, models: Sequence[str], level: int) -> Scene | None:
@@ -164,13 +170,8 @@ def _confirmed(last: Settled, models: tuple[str, str], run: Run) -> Settled:
     return replace(last, comparison=replace(comparison, refined=last.comparison.refined))
 
 
-def _unsettled(levels: Sequence[Settled], models: tuple[str, str], run: Run) -> Settled:
-    """Return the last level; "differ" there is indeterminate, unless no finer run was to be had."""
-    last = levels[-1]
-    if last.comparison.verdict != "differ":
-        return last
-    if len(levels) <= ENOUGH:
-        return _confirmed(last, models, run)
+def _unsettled(last: Settled) -> Settled:
+    """Return the last level, "differ", as indeterminate."""
     step = last.scene.data["solver"]["exudyn"]["step"]
     reason = (
         f"the models differ, but refinement still moves five bodies by as much at a step of {step:g} s: "

@@ -97,12 +97,18 @@ def test_two_steps_that_err_alike_prove_nothing(levels):
 
 def test_runs_that_converge_to_nothing_are_indeterminate(levels):
     errors = {1: FAULT, 2: -FAULT, 4: 2 * FAULT, 8: -2 * FAULT, 16: FAULT}
-    model = levels(lambda step: errors[round(STEP / step)], tree=FAULT)
+    model = levels(lambda step: errors[round(STEP / step)], tree=0.0)
     found = model.settled()
     assert (found.comparison.verdict, found.comparison.refined) == ("indeterminate", MOST)
     assert re.search(r"converge to is unknown", found.comparison.reason)
     assert "1.25e-07 s" in found.comparison.reason
     assert model.fake.asked == []
+    # Where the tree, which does converge, is apart from the reference too, the models are.
+    model = levels(lambda step: errors[round(STEP / step)], tree=FAULT)
+    found = model.settled()
+    assert (found.comparison.verdict, found.comparison.refined) == ("differ", MOST)
+    assert found.comparison.confirmation.outcome == "confirmed"
+    assert model.trees == 1
 
 
 def test_against_the_tree_five_bodies_must_stay_apart_at_all_levels(levels):
