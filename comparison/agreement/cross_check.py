@@ -15,7 +15,7 @@ from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.tiers import TIERS, tight
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.confirmation import Run
-from comparison.agreement.planned_runs import families, ideal_runs, sorted_runs
+from comparison.agreement.planned_runs import families, ideal_runs, sorted_runs, table_of_family
 from comparison.agreement.refine import RunFamilies, settle
 from comparison.agreement.results import SceneComparison, no_comparison
 from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
@@ -119,7 +119,7 @@ def validate(
     def run_families(scene: Scene) -> tuple[Runs, Runs] | None:
         jobs = families(scene, models)
         finer = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
-        if any(outcome.table is None for outcome in finer.values()):
+        if _failed(finer):
             return None
         runs = sorted_runs(scene, models, finer)
         return runs[models[0]], runs[models[1]]
@@ -187,6 +187,11 @@ def options(models: Sequence[str], accuracy: str | float | None, tiers: Sequence
     )
 
 
+def _failed(outcomes: dict[tuple[str, str], Outcome]) -> dict[tuple[str, str], Outcome]:
+    """Return the outcomes without a table that a family can use."""
+    return {which: one for which, one in outcomes.items() if table_of_family(which[1], one) is None}
+
+
 def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
     scene, models = plan.scene, plan.models
 
@@ -194,7 +199,7 @@ def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
         refusal = no_comparison(scene, reason, labels=models, command=plan.command, tier=plan.tier)
         return Validation(replace(refusal, failed=failed), {}, **more)
 
-    failed = {which: outcome for which, outcome in outcomes.items() if outcome.table is None}
+    failed = _failed(outcomes)
     if failed:
         crashed = any(outcome.status == "crashed" for outcome in failed.values())
         which = next((w for w in failed if failed[w].status == "crashed"), next(iter(failed)))
@@ -244,8 +249,7 @@ def _with_reliability(
             ("with more samples", plan.dense, dense),
             ("the ideal mechanism", plan.ideals, ideal),
         )
-        for which, outcome in outcomes.items()
-        if not outcome.table
+        for which, outcome in _failed(outcomes).items()
     ]
     if failed:
         found = ReliabilityComparison(scene.reliability, missing=failed[0])

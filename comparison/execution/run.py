@@ -42,7 +42,7 @@ def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table
         If the run does not succeed.
     """
     job = Job(scene, model)
-    return _of_scene(successful(_attempt(job, progress), job), scene)
+    return successful(_outcome_of_scene(_attempt(job, progress), scene), job)
 
 
 def run_uncached(job: Job, on_progress: Progress | None = None) -> Outcome:

@@ -9,8 +9,8 @@ from typing import Any
 
 from comparison.accuracy.levels import refinement
 from comparison.agreement.compare import Runs
-from comparison.agreement.planned_runs import levels
-from comparison.execution.job import Progress, kernels
+from comparison.agreement.planned_runs import levels, table_of_family
+from comparison.execution.job import Progress, RunError, kernels
 from comparison.execution.run import run_one
 from comparison.execution.task_order import Kernels
 from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
@@ -98,7 +98,15 @@ def runs(side: Side) -> Runs:
     """Run one side at all its levels, in this process."""
     if side.engine:
         load_copy(side.engine)
-    tables = {kind: run_one(scene, side.runs_by) for kind, scene in levels(side.scene, side.model).items()}
+    tables = {}
+    for kind, scene in levels(side.scene, side.model).items():
+        try:
+            tables[kind] = run_one(scene, side.runs_by)
+        except RunError as error:
+            table = table_of_family(kind, error.outcome)
+            if table is None:
+                raise
+            tables[kind] = table
     return Runs(refinement=refinement(side.model, side.scene), **tables)
 
 

@@ -9,7 +9,7 @@ from comparison.agreement import cross_check, planned_runs
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.cross_check import validate
 from comparison.agreement.refine import Settled
-from comparison.execution.job import MODELS, Job
+from comparison.execution.job import MODELS, VIOLATED, Job, Outcome
 from comparison.execution.run import run_all
 from comparison.report.text import reasons
 from comparison.scene import load_scene
@@ -65,6 +65,29 @@ def test_the_reliability_is_a_finding_of_its_own_and_a_failed_ideal_run_only_rep
     (without,) = validate([bare], tiers=("standard",))
     # The runs with more samples have accelerations, whether or not the scene asks for them.
     assert list(without.comparison.reliability.quantities) == ["displacement", "velocity", "acceleration"]
+
+
+@pytest.mark.usefixtures("fake_models")
+@pytest.mark.parametrize(
+    ("step", "verdict"),
+    [(4e-6, "agree"), (2e-6, "cannot compare"), (1e-6, "cannot compare")],
+    ids=["coarser", "base", "finer"],
+)
+def test_only_a_coarser_run_may_violate_an_invariant(scene, step, verdict, monkeypatch):
+    """It is there for the uncertainty of the base run, and the remedy of a violation is a smaller step."""
+
+    def violated(jobs, *arguments):
+        return [
+            Outcome(VIOLATED, "lower the step", partial=outcome.table)
+            if job.model == "exudyn" and job.scene.data["solver"]["exudyn"]["step"] == step
+            else outcome
+            for job, outcome in zip(jobs, run_all(jobs, *arguments), strict=True)
+        ]
+
+    monkeypatch.setattr(cross_check, "run_all", violated)
+    (result,) = validate([scene], tiers=("standard",))
+    assert result.comparison.verdict == verdict
+    assert ("lower the step" in result.comparison.reason) == (verdict != "agree")
 
 
 @pytest.mark.usefixtures("fake_models")
