@@ -16,7 +16,7 @@ from comparison.accuracy.tiers import TIERS, tight
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.confirmation import Run
 from comparison.agreement.planned_runs import families, ideal_runs, sorted_runs, table_of_family
-from comparison.agreement.refine import RunFamilies, settle
+from comparison.agreement.refine import RunFamilies, settle, without_violation
 from comparison.agreement.results import SceneComparison, no_comparison
 from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
 from comparison.execution.run import run_all
@@ -126,7 +126,7 @@ def validate(
 
     results: list[Validation] = []
     for plan, (own, dense, ideal) in zip(planned, ran, strict=True):
-        result = _settled(_judge(plan, own), plan, run, run_families)
+        result = _settled(_judge(plan, own), own, plan, run, run_families)
         result = _with_reliability(result, plan, dense, ideal)
         if plan.tier == "standard":
             results.append(result)
@@ -146,17 +146,49 @@ def _with_tight(usual: Validation, closer: Validation) -> Validation:
     )
 
 
-def _settled(result: Validation, plan: _Plan, run: Run, run_families: RunFamilies) -> Validation:
+def _settled(
+    result: Validation,
+    outcomes: dict[tuple[str, str], Outcome],
+    plan: _Plan,
+    run: Run,
+    run_families: RunFamilies,
+) -> Validation:
     """Confirm a difference, withdraw it, or refine the runs until the verdict stands."""
-    if not result.runs:
-        return replace(result, comparison=replace(result.comparison, ran=plan.scene))
-    a, b = plan.models
-    pair = result.runs[a], result.runs[b]
+    comparison, scene, level = result.comparison, plan.scene, 0
+    if result.runs:
+        pair = result.runs[plan.models[0]], result.runs[plan.models[1]]
+    else:
+        failed = {model: outcome for (model, _), outcome in _failed(outcomes).items()}
+        again = without_violation(scene, failed, plan.models, run_families) if failed else None
+        if again is None:
+            return replace(result, comparison=replace(comparison, ran=scene))
+        scene, pair, warning = again
+        comparison, level = _compare(plan, scene, pair, (warning,)), 1
     settled = settle(
-        result.comparison, pair, scene=plan.scene, models=plan.models, run=run, run_families=run_families
+        comparison,
+        pair,
+        scene=scene,
+        models=plan.models,
+        run=run,
+        run_families=run_families,
+        level=level,
     )
     comparison = replace(settled.comparison, ran=settled.scene, closer_command=plan.closer)
-    return replace(result, comparison=comparison, runs=dict(zip(plan.models, settled.runs, strict=True)))
+    return Validation(comparison, dict(zip(plan.models, settled.runs, strict=True)))
+
+
+def _compare(
+    plan: _Plan, scene: Scene, pair: tuple[Runs, Runs], warnings: tuple[str, ...] = ()
+) -> SceneComparison:
+    return compare(
+        *pair,
+        scene=scene,
+        tolerance=scene.tolerance,
+        labels=plan.models,
+        command=plan.command,
+        warnings=warnings,
+        tier=plan.tier,
+    )
 
 
 class _Plan:
@@ -213,15 +245,7 @@ def _judge(plan: _Plan, outcomes: dict[tuple[str, str], Outcome]) -> Validation:
         )
     runs = sorted_runs(scene, models, outcomes)
     try:
-        comparison = compare(
-            runs[models[0]],
-            runs[models[1]],
-            scene=scene,
-            tolerance=scene.tolerance,
-            labels=models,
-            command=plan.command,
-            tier=plan.tier,
-        )
+        comparison = _compare(plan, scene, (runs[models[0]], runs[models[1]]))
     except TableError as error:
         return refused(f"scene {scene.name!r}: {error}")
     return Validation(comparison, runs)

@@ -12,12 +12,14 @@ judged again with both models one level finer (five bodies at half the step), an
   contradicts it, the tree of the same package at the tight tier, it must outlast all levels;
 - "differ" after which the runs still move by as much as they differ stands only where the third opinion shows
   it as well; else what they converge to is unknown, and the verdict is "indeterminate";
-- "indeterminate" stands after `ENOUGH` levels: the motion, not the step, is what cannot be predicted.
+- "indeterminate" stands after `ENOUGH` levels: the motion, not the step, is what cannot be predicted;
+- a run that violates an invariant at the scene's own step gives no verdict, and a smaller step is the remedy:
+  the first verdict is that of the next level (`without_violation`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,6 +32,7 @@ from comparison.agreement.confirmation import Run, confirm
 from comparison.agreement.confirmation_causes import judged_samples
 from comparison.agreement.confirmation_starts import too_slow
 from comparison.agreement.results import SceneComparison
+from comparison.execution.job import VIOLATED, Outcome
 from comparison.scene import Scene
 
 ENOUGH = 2
@@ -67,6 +70,7 @@ def settle(
     models: tuple[str, str],
     run: Run,
     run_families: RunFamilies,
+    level: int = 0,
 ) -> Settled:
     """Confirm a verdict "differ" by ensembles; one of a model with fixed steps is first refined.
 
@@ -76,17 +80,19 @@ def settle(
         As of `comparison.agreement.confirmation.confirm`.
     run_families
         Called once a level, and once for the third opinion.
+    level
+        By which the runs are finer than the scene's own.
     """
+    levels = [Settled(replace(result, refined=level), runs, scene)]
     if result.verdict not in ("differ", "indeterminate") or not any(too_slow(scene, m) for m in models):
-        return Settled(confirm(result, runs, scene=scene, models=models, run=run), runs, scene)
-    levels = [Settled(result, runs, scene)]
+        return _confirmed(levels[0], models, run)
     opinion: str | None = None
     while True:
         last = levels[-1]
         stays = last.comparison.verdict == "differ" and _converged(levels, models)
         if stays and opinion is None:
             opinion = _third_opinion(last, models, run, run_families)
-        closer = _finer(last.scene, models, len(levels))
+        closer = _finer(last.scene, models, level + len(levels))
         if stays and (opinion != "agree" or closer is None):
             return _confirmed(last, models, run)
         if last.comparison.verdict == "indeterminate" and len(levels) > ENOUGH:
@@ -94,7 +100,7 @@ def settle(
         again = None if closer is None else run_families(closer)
         if closer is None or again is None:
             break
-        levels.append(_judged(closer, again, levels[0].comparison, len(levels)))
+        levels.append(_judged(closer, again, levels[0].comparison, level + len(levels)))
         if levels[-1].comparison.verdict == "agree":
             return levels[-1]
     if last.comparison.verdict != "differ":
@@ -104,6 +110,34 @@ def settle(
     if len(levels) <= ENOUGH or opinion == "differ":  # no finer run was to be had, or none is needed
         return _confirmed(last, models, run)
     return _unsettled(last)
+
+
+def without_violation(
+    scene: Scene, failed: Mapping[str, Outcome], models: tuple[str, str], run_families: RunFamilies
+) -> tuple[Scene, tuple[Runs, Runs], str] | None:
+    """Return scene and families one level finer, where stepped models violate an invariant at their steps.
+
+    Parameters
+    ----------
+    scene, models, run_families
+        As of `settle`.
+    failed
+        Model -> a run of it that did not succeed.
+
+    Returns
+    -------
+    scene, runs, warning
+        None if a model failed otherwise, or fails again.
+    """
+    if any(one.status != VIOLATED or not too_slow(scene, model) for model, one in failed.items()):
+        return None
+    closer = _finer(scene, models, 1)
+    runs = None if closer is None else run_families(closer)
+    if closer is None or runs is None:
+        return None
+    step = scene.data["solver"]["exudyn"]["step"]
+    messages = "; ".join(one.message for one in failed.values())
+    return closer, runs, f"judged at half the scene's step, {step:g} s, at which five bodies fail: {messages}"
 
 
 def _finer(scene: Scene, models: Sequence[str], level: int) -> Scene | None:

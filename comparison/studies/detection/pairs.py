@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from comparison.agreement.compare import Runs, compare
-from comparison.agreement.refine import settle
+from comparison.agreement.refine import settle, without_violation
 from comparison.agreement.results import SceneComparison
 from comparison.execution.job import RunError
 from comparison.execution.run import run_one
@@ -53,24 +53,37 @@ class Pair(Comparison):
     def find(self) -> Found:
         """Run what has not run yet in this process, judge, and have a difference confirmed."""
         try:
-            runs = self.spoiled(cached_runs(self.a), cached_runs(self.b))
-            found = summary(self.judged(runs))
+            found = summary(self.judged(*self.valid_runs()))
         except (RunError, SceneError, TableError) as error:
             found = refusal(str(error))
         return found | {"scene": self.scene.name}
 
-    def judged(self, runs: tuple[Runs, Runs]) -> SceneComparison:
+    def valid_runs(self) -> tuple[tuple[Runs, Runs], Scene, int]:
+        """Return the runs of both sides, one level finer where five bodies violate an invariant."""
+        try:
+            return self.spoiled(cached_runs(self.a), cached_runs(self.b)), self.scene, 0
+        except RunError as error:
+            side = self.a if error.job.model == self.a.runs_by else self.b
+            models = self.a.model, self.b.model
+            again = without_violation(self.scene, {side.model: error.outcome}, models, self.families)
+            if again is None:
+                raise
+            return again[1], again[0], 1
+
+    def judged(self, runs: tuple[Runs, Runs], scene: Scene | None = None, level: int = 0) -> SceneComparison:
         """Compare the runs of both sides; a difference is confirmed by ensembles before it is one."""
         a, b = models = (self.a.model, self.b.model)
         labels = models if a != b else (a, f"{b} again")
-        result = compare(*runs, scene=self.scene, labels=labels, tier=self.tier)
+        scene = scene or self.scene
+        result = compare(*runs, scene=scene, labels=labels, tier=self.tier)
         return settle(
             result,
             runs,
-            scene=self.scene,
+            scene=scene,
             models=models,
             run=self.ensemble,
             run_families=self.families,
+            level=level,
         ).comparison
 
     def spoiled(self, a: Runs, b: Runs) -> tuple[Runs, Runs]:

@@ -69,25 +69,33 @@ def test_the_reliability_is_a_finding_of_its_own_and_a_failed_ideal_run_only_rep
 
 @pytest.mark.usefixtures("fake_models")
 @pytest.mark.parametrize(
-    ("step", "verdict"),
-    [(4e-6, "agree"), (2e-6, "cannot compare"), (1e-6, "cannot compare")],
-    ids=["coarser", "base", "finer"],
+    ("steps", "verdict", "refined"),
+    [
+        # A coarser run is there for the uncertainty of the base run, and may violate an invariant.
+        ([4e-6], "agree", 0),
+        # The remedy of a violation is a smaller step: that is tried, once.
+        ([2e-6], "agree", 1),
+        ([2e-6, 4e-6], "agree", 1),
+        ([1e-6], "cannot compare", 0),
+        ([2e-6, 1e-6], "cannot compare", 0),
+    ],
 )
-def test_only_a_coarser_run_may_violate_an_invariant(scene, step, verdict, monkeypatch):
-    """It is there for the uncertainty of the base run, and the remedy of a violation is a smaller step."""
-
+def test_where_five_bodies_violate_an_invariant_they_run_at_half_the_step(
+    scene, steps, verdict, refined, monkeypatch
+):
     def violated(jobs, *arguments):
         return [
             Outcome(VIOLATED, "lower the step", partial=outcome.table)
-            if job.model == "exudyn" and job.scene.data["solver"]["exudyn"]["step"] == step
+            if job.model == "exudyn" and job.scene.data["solver"]["exudyn"]["step"] in steps
             else outcome
             for job, outcome in zip(jobs, run_all(jobs, *arguments), strict=True)
         ]
 
     monkeypatch.setattr(cross_check, "run_all", violated)
     (result,) = validate([scene], tiers=("standard",))
-    assert result.comparison.verdict == verdict
-    assert ("lower the step" in result.comparison.reason) == (verdict != "agree")
+    assert (result.comparison.verdict, result.comparison.refined) == (verdict, refined)
+    assert ("lower the step" in result.comparison.reason) == (verdict == "cannot compare")
+    assert any("lower the step" in warning for warning in result.comparison.warnings) == bool(refined)
 
 
 @pytest.mark.usefixtures("fake_models")

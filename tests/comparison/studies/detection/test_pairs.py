@@ -113,8 +113,8 @@ def two():
 def test_a_difference_that_is_not_confirmed_is_a_miss(two, monkeypatch):
     pair, both = two
 
-    def confirm(result, of, *, scene, models, run, run_families):
-        assert result.verdict == "differ"
+    def confirm(result, of, *, scene, models, run, run_families, level):
+        assert (result.verdict, level) == ("differ", 0)
         assert (of, scene, models) == (both, pair.scene, ("exudyn", "reference"))
         assert (run, run_families) == (pair.ensemble, pair.families)
         made = Confirmation("underestimated", (99, 30), factor=7.0, sentence="too small by 7")
