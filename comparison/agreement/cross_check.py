@@ -158,7 +158,7 @@ def _settled(
     if result.runs:
         pair = result.runs[plan.models[0]], result.runs[plan.models[1]]
     else:
-        failed = {model: outcome for (model, _), outcome in _failed(outcomes).items()}
+        failed = [(model, outcome) for (model, _), outcome in _failed(outcomes).items()]
         again = without_violation(scene, failed, plan.models, run_families) if failed else None
         if again is None:
             return replace(result, comparison=replace(comparison, ran=scene))

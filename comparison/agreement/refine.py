@@ -19,7 +19,7 @@ judged again with both models one level finer (five bodies at half the step), an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -113,7 +113,10 @@ def settle(
 
 
 def without_violation(
-    scene: Scene, failed: Mapping[str, Outcome], models: tuple[str, str], run_families: RunFamilies
+    scene: Scene,
+    failed: Sequence[tuple[str, Outcome]],
+    models: tuple[str, str],
+    run_families: RunFamilies,
 ) -> tuple[Scene, tuple[Runs, Runs], str] | None:
     """Return scene and families one level finer, where stepped models violate an invariant at their steps.
 
@@ -122,21 +125,21 @@ def without_violation(
     scene, models, run_families
         As of `settle`.
     failed
-        Model -> a run of it that did not succeed.
+        Each run that did not succeed, by its model; at least one.
 
     Returns
     -------
     scene, runs, warning
         None if a model failed otherwise, or fails again.
     """
-    if any(one.status != VIOLATED or not too_slow(scene, model) for model, one in failed.items()):
+    if any(one.status != VIOLATED or not too_slow(scene, model) for model, one in failed):
         return None
     closer = _finer(scene, models, 1)
     runs = None if closer is None else run_families(closer)
     if closer is None or runs is None:
         return None
     step = scene.data["solver"]["exudyn"]["step"]
-    messages = "; ".join(one.message for one in failed.values())
+    messages = "; ".join(one.message for _, one in failed)
     return closer, runs, f"judged at half the scene's step, {step:g} s, at which five bodies fail: {messages}"
 
 

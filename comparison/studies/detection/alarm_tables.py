@@ -73,15 +73,18 @@ def alarm_list(results: Results) -> str:
 
 
 def channel_table(results: Results) -> str:
-    """Return the alarms by channel."""
+    """Return the alarms by channel: a draw that is open as a whole raises none."""
     rows = []
     for name in channels():
         verdicts = {
-            label: Counter(f["channels"][name][0] for f in found if name in f["channels"])
+            label: Counter((f["verdict"], f["channels"][name][0]) for f in found if name in f["channels"])
             for label, found in results.without_fault
         }
         if any(verdicts.values()):
-            cells = {label: f"{v['differ']} of {v['differ'] + v['agree']}" for label, v in verdicts.items()}
+            cells = {}
+            for label, counts in verdicts.items():
+                judged = sum(n for (_, of), n in counts.items() if of in ("agree", "differ"))
+                cells[label] = f"{counts['differ', 'differ']} of {judged}"
             rows.append({"channel": name} | cells)
     return rows_table(rows)
 

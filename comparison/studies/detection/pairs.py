@@ -65,7 +65,7 @@ class Pair(Comparison):
         except RunError as error:
             side = self.a if error.job.model == self.a.runs_by else self.b
             models = self.a.model, self.b.model
-            again = without_violation(self.scene, {side.model: error.outcome}, models, self.families)
+            again = without_violation(self.scene, [(side.model, error.outcome)], models, self.families)
             if again is None:
                 raise
             return again[1], again[0], 1

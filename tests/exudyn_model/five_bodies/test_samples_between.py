@@ -77,7 +77,8 @@ def test_more_samples_change_no_step(make_scene, times):
     assert dense.provenance["settings"]["steps_per_sample"] == 100 // times
     assert dense.provenance["counters"] == usual.provenance["counters"]
     assert list(dense.events["corner"]) == list(usual.events["corner"])
-    # Nor an extremum. A tick of 4e-4 s / 100 is rounded otherwise than one of 4e-5 s / 10
+    # Nor an extremum. A tick of 4e-4 s / 100 is rounded otherwise than one of 4e-5 s / 10, which the contacts
+    # magnify: to 3e-8 of the scale here, and by another factor where another processor rounds otherwise
     pairs = [
         *((dense.events[name], usual.events[name]) for name in usual.events if name != "corner"),
         *((dense.columns[name][::times], usual.columns[name]) for name in usual.columns if name != "time"),

@@ -10,7 +10,7 @@ from comparison.accuracy.uncertainty import moved
 from comparison.agreement.compare import Runs
 from comparison.agreement.refine import Settled
 from comparison.agreement.results import Confirmation
-from comparison.execution.job import Outcome, RunError
+from comparison.execution.job import VIOLATED, Job, Outcome, RunError
 from comparison.studies.detection import limits, pairs
 from comparison.studies.detection.faults import Trial, catalogue, scenes
 from comparison.studies.detection.pairs import Pair
@@ -142,6 +142,31 @@ def test_finer_runs_of_both_sides_keep_their_difference(two):
     # Of 0.81 m/s^2 the share tan^2 of rod 4's inclination, 0.045, since the rocker's tip is driven.
     assert abs(wrong - right) > 0.01
     assert pair.families(pair.scene.with_values({"solver.reference.tolerance": 1e-30})) is None
+
+
+@pytest.mark.parametrize("status", [VIOLATED, "newton-failed"])
+def test_five_bodies_that_violate_an_invariant_run_at_half_the_step(status, monkeypatch):
+    scene = scenes("standard")["press"]
+    wrong = scene.with_values({"environment.gravity": 9.0})
+    pair = Pair(scene, Side(scene, "reference"), Side(wrong, "exudyn"), "standard")
+    step = scene.data["solver"]["exudyn"]["step"]
+
+    def cached(side):
+        """The side itself in place of its runs."""
+        if side.model == "exudyn" and side.scene.data["solver"]["exudyn"]["step"] == step:
+            raise RunError(Outcome(status, "lower the step"), Job(side.scene, side.runs_by))
+        return side
+
+    monkeypatch.setattr(pairs, "cached_runs", cached)
+    if status != VIOLATED:
+        with pytest.raises(RunError, match=status):
+            pair.valid_runs()
+        return
+    sides, closer, level = pair.valid_runs()
+    assert (closer.data["solver"]["exudyn"]["step"], level) == (step / 2, 1)
+    for side, gravity in zip(sides, (9.81, 9.0), strict=True):
+        assert side.scene.data["solver"] == closer.data["solver"]
+        assert side.scene.data["environment"]["gravity"] == gravity  # each keeps its own number
 
 
 def test_models_that_agree_run_nothing_more(two, monkeypatch):
