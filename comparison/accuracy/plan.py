@@ -105,10 +105,9 @@ def _exudyn(scene: Scene) -> Plan:
         return _of(scene, "exudyn", name, integrated, count, 0, (("full", bodies),))
     # Two rows for each of the pins O, A, B, H, C and F, the drive, and an ideal slider's two.
     rows = 2 * (5 if "crank_pin" in free else 6) + 1 + (2 if ideal_slider else 0)
-    name = "five bodies" + (", native contact" if chosen == "native" else "")
     smaller = (("tree", "only the free bodies, with error control"),)
     instead = smaller if free and not forces(scene.data) else ()
-    return _of(scene, "exudyn", name, _BODIES, 15, rows, instead)
+    return _of(scene, "exudyn", "five bodies", _BODIES, 15, rows, instead)
 
 
 def _of(
