@@ -122,7 +122,10 @@ def _of(
     free = joints_with_clearance(scene.data)
     contacts = ("journal and bearing at the crank pin",) if "crank_pin" in free else ()
     if "slider" in free:
-        contacts = (f"four corners of the slider ({scene.data['contact']['law']})", *contacts)
+        contact = scene.data["contact"]
+        modulus = _of_partners(contact["youngs_modulus"], 1e-9)
+        law = f"{contact['law']}; {modulus} GPa, Poisson's ratio {_of_partners(contact['poisson'], 1.0)}"
+        contacts = (f"four corners of the slider ({law})", *contacts)
     found, key = expected(scene, model), f"solver.{model}.formulation"
     # Another formulation than the scene's would run at its own usual setting.
     others = {other: expected(scene.variant({key: other}), model).seconds for other, _ in instead}
@@ -140,6 +143,12 @@ def _of(
             (f"{key} = {other!r}", words, others[other] / found.seconds) for other, words in instead
         ),
     )
+
+
+def _of_partners(number: float | dict[str, float], factor: float) -> str:
+    """Return a material's number: of both partners of a contact, or of slider and guide."""
+    values = number.values() if isinstance(number, dict) else [number]
+    return " on ".join(f"{factor * value:g}" for value in values)
 
 
 def _left_out(scene: Scene, free: tuple[str, ...]) -> tuple[tuple[str, str], ...]:

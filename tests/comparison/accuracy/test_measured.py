@@ -157,3 +157,14 @@ def test_a_setting_without_result_is_reported_and_never_chosen(monkeypatch):
     assert "expected: nothing recorded" in expectation(scene, "exudyn")
     assert "no result at this setting: step-too-small" in expectation(scene, "exudyn")
     assert solver_values("exudyn", 1.0, scene) == {"solver.exudyn.step": 4e-6}
+
+
+def test_the_plan_has_the_materials_of_both_partners():
+    for changes, words in (
+        ({}, "(hertz-corners; 210 GPa, Poisson's ratio 0.28)"),
+        ({"contact.youngs_modulus.slider": 69e9}, "(hertz-corners; 69 on 210 GPa, Poisson's ratio 0.28)"),
+    ):
+        for model in ("reference", "exudyn"):
+            assert plan(load_scene("150rpm-0.2mm", changes), model).contacts == (
+                f"four corners of the slider {words}",
+            )
