@@ -158,13 +158,19 @@ def _left_out(scene: Scene, free: tuple[str, ...]) -> tuple[tuple[str, str], ...
     if "slider" not in free:
         left.append(("contact of the slider", "joints.slider is ideal"))
     asked = set(scene.data["output"]["groups"])
+    corners = "gaps and forces of the corners" if "slider" in free else ""
+    journal = "path of the journal" if "crank_pin" in free else ""
     words = {
         "accelerations": "accelerations",
-        "corners": "gaps and forces of the corners",
+        "corners": " and ".join(part for part in (corners, journal) if part),
         "joints": "reactions and the crank's torque",
         "energy": "energies",
     }
-    left += [(words[group], "not requested (output.groups)") for group in words if group not in asked]
+    left += [
+        (words[group], "not requested (output.groups)")
+        for group in words
+        if words[group] and group not in asked
+    ]
     return tuple(left)
 
 

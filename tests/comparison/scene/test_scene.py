@@ -274,6 +274,17 @@ def test_an_ideal_slider_has_no_corner_channels():
     assert len(expected(load_scene(PAPER).data)) == 6 + 3 + 12
 
 
+def test_a_journal_has_channels_where_the_crank_pin_has_clearance():
+    journal = ["journal_x", "journal_y"]
+    pin, both = (
+        load_scene(name, {"output.groups": ["corners"]}).data for name in ("crank-pin", "both-clearances")
+    )
+    assert expected(pin)[6:] == journal
+    assert len(expected(both)) == 6 + 2 + 12
+    assert set(journal) <= set(expected(both))
+    assert not set(journal) & set(expected(load_scene(PAPER).data))
+
+
 def test_every_group_has_its_channels_and_the_guide_reacts_only_on_an_ideal_slider():
     groups = {"output.groups": ["joints", "energy"]}
     assert len(expected(load_scene("ideal", groups).data)) == 6 + (12 + 1 + 2) + 7
