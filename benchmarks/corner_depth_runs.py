@@ -19,7 +19,7 @@ FORMULATIONS = {
     "pin": {"joints.slider": "ideal", "joints.crank_pin": "clearance"},
     "both": {"joints.crank_pin": "clearance"},
 }
-LAWS = ("hertz-corners", "strip", "paper-switching", "foundation")
+LAWS = ("hertz-corners", "paper-switching", "foundation")
 
 
 class Draw(NamedTuple):
@@ -88,7 +88,7 @@ def grazing_runs(count: int, seed: int) -> Iterator[Draw]:
 
 
 def scipy_runs(count: int, seed: int) -> Iterator[Draw]:
-    """Draw runs of scipy's solvers, in turn; corners only, as no channel tells the journal's gap."""
+    """Draw runs of scipy's solvers, in turn; corners only."""
     methods = list(TOLERANCES_OF_SCIPY)
     for number in range(count):
         rng = np.random.default_rng([seed, 2, number])

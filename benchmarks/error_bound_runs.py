@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from comparison.accuracy.sweeps import SETTINGS, STEPS, at, key_of, model_of
+from comparison.accuracy.sweeps import SETTINGS, at, key_of, model_of
 from comparison.execution.job import RunError
 from comparison.execution.run import run_one
 from comparison.scene import Scene, load_scene
 
-STARTS = {"minimal": 60, "multiplier": 10, "tree": 20, "full": 2, "native": 1}
+STARTS = {"minimal": 60, "multiplier": 10, "tree": 20, "full": 2}
 """As many as a few minutes allow: a cycle takes the reference 10 ms, the five bodies up to 30 s.
 """
 APART = 1e-8
@@ -49,15 +49,10 @@ def x(scene: Scene, formulation: str, setting: float) -> np.ndarray:
 def errors(scene: Scene, formulation: str) -> Found:
     """Return the error of each setting from one start, m."""
     exact = x(scene, "minimal", EXACT)
-    share = 1.0
-    if formulation == "native":
-        # Its contact differs a little from the paper's: against itself at half the finest step, which of an
-        # error of second order hides a quarter.
-        exact, share = x(scene, "native", STEPS[-2]), 0.75
     found: Found = {"errors": {}, "failed": {}}
     for setting in SETTINGS[formulation]:
         try:
-            error = np.abs(x(scene, formulation, setting) - exact).max() / share
+            error = np.abs(x(scene, formulation, setting) - exact).max()
             found["errors"][f"{setting:g}"] = float(error)
         except RunError as failure:
             found["failed"][f"{setting:g}"] = str(failure)

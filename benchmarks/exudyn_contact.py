@@ -32,8 +32,7 @@ CYCLES = 0.2
 
 def model(kind: str) -> tuple[Model, Any]:
     """Build the mechanism with one kind of contact; also Exudyn's settings."""
-    formulation = "native" if kind == "native" else "full"
-    values = {"drive.cycles": CYCLES, "solver.exudyn.step": STEP, "solver.exudyn.formulation": formulation}
+    values = {"drive.cycles": CYCLES, "solver.exudyn.step": STEP, "solver.exudyn.formulation": "full"}
     parameters = read_scene(load_scene("paper", values).data)
     steps = choose_steps(parameters)
     replaced: dict[str, Any] = {}
@@ -80,7 +79,7 @@ def microseconds(kind: str) -> float:
 def main() -> None:
     """Measure and print a Markdown table."""
     exu.config.printToConsole = False
-    kinds = ["bare mechanism", "native", "user function, numba", "user function, plain Python"]
+    kinds = ["bare mechanism", "user function, numba", "user function, plain Python"]
     measured: dict[str, list[float]] = {kind: [] for kind in kinds}
     for kind in kinds:
         microseconds(kind)  # compiles

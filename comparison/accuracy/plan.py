@@ -105,10 +105,9 @@ def _exudyn(scene: Scene) -> Plan:
         return _of(scene, "exudyn", name, integrated, count, 0, (("full", bodies),))
     # Two rows for each of the pins O, A, B, H, C and F, the drive, and an ideal slider's two.
     rows = 2 * (5 if "crank_pin" in free else 6) + 1 + (2 if ideal_slider else 0)
-    name = "five bodies" + (", native contact" if chosen == "native" else "")
     smaller = (("tree", "only the free bodies, with error control"),)
     instead = smaller if free and not forces(scene.data) else ()
-    return _of(scene, "exudyn", name, _BODIES, 15, rows, instead)
+    return _of(scene, "exudyn", "five bodies", _BODIES, 15, rows, instead)
 
 
 def _of(
@@ -123,7 +122,10 @@ def _of(
     free = joints_with_clearance(scene.data)
     contacts = ("journal and bearing at the crank pin",) if "crank_pin" in free else ()
     if "slider" in free:
-        contacts = (f"four corners of the slider ({scene.data['contact']['law']})", *contacts)
+        contact = scene.data["contact"]
+        modulus = _of_partners(contact["youngs_modulus"], 1e-9)
+        law = f"{contact['law']}; {modulus} GPa, Poisson's ratio {_of_partners(contact['poisson'], 1.0)}"
+        contacts = (f"four corners of the slider ({law})", *contacts)
     found, key = expected(scene, model), f"solver.{model}.formulation"
     # Another formulation than the scene's would run at its own usual setting.
     others = {other: expected(scene.variant({key: other}), model).seconds for other, _ in instead}
@@ -143,6 +145,12 @@ def _of(
     )
 
 
+def _of_partners(number: float | dict[str, float], factor: float) -> str:
+    """Return a material's number: of both partners of a contact, or of slider and guide."""
+    values = number.values() if isinstance(number, dict) else [number]
+    return " on ".join(f"{factor * value:g}" for value in values)
+
+
 def _left_out(scene: Scene, free: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     left = []
     if "crank_pin" not in free:
@@ -150,13 +158,19 @@ def _left_out(scene: Scene, free: tuple[str, ...]) -> tuple[tuple[str, str], ...
     if "slider" not in free:
         left.append(("contact of the slider", "joints.slider is ideal"))
     asked = set(scene.data["output"]["groups"])
+    corners = "gaps and forces of the corners" if "slider" in free else ""
+    journal = "path of the journal" if "crank_pin" in free else ""
     words = {
         "accelerations": "accelerations",
-        "corners": "gaps and forces of the corners",
+        "corners": " and ".join(part for part in (corners, journal) if part),
         "joints": "reactions and the crank's torque",
         "energy": "energies",
     }
-    left += [(words[group], "not requested (output.groups)") for group in words if group not in asked]
+    left += [
+        (words[group], "not requested (output.groups)")
+        for group in words
+        if words[group] and group not in asked
+    ]
     return tuple(left)
 
 

@@ -12,7 +12,6 @@ SETTINGS = {
     "multiplier": TOLERANCES,
     "tree": TOLERANCES[:-1],
     "full": STEPS,
-    "native": STEPS[:-2],
 }
 """Formulation -> its tolerances, or steps in s, coarsest first."""
 
@@ -21,10 +20,7 @@ def formulations(scene: Scene) -> list[str]:
     """Return those that can run a scene, by the names in `SETTINGS`."""
     free = joints_with_clearance(scene.data)
     there = ["minimal"] + ([] if "crank_pin" in free else ["multiplier"])
-    contact = scene.data["contact"]
-    own = (contact["law"], contact["impact_speed"]) == ("hertz-corners", "frozen")
-    native = ["native"] if free == ("slider",) and own else []
-    return there + (["tree"] if free else []) + ["full"] + native
+    return there + (["tree"] if free else []) + ["full"]
 
 
 def model_of(formulation: str) -> str:
@@ -34,7 +30,7 @@ def model_of(formulation: str) -> str:
 
 def key_of(formulation: str) -> str:
     """Return the dotted key of a formulation's setting."""
-    return f"solver.{model_of(formulation)}.{'step' if formulation in ('full', 'native') else 'tolerance'}"
+    return f"solver.{model_of(formulation)}.{'step' if formulation == 'full' else 'tolerance'}"
 
 
 def at(scene: Scene, formulation: str, setting: float) -> Scene:

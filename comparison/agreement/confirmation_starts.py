@@ -40,8 +40,6 @@ OTHER_MEMBERS = 30
 """Of any other model; Exudyn's tree takes about 1 s a run at the tight tier."""
 ENOUGH = 19
 """Members that can show a rank of 5 %; with fewer nothing is confirmed, nor taken back."""
-FIVE_BODIES = ("full", "native")
-"""Formulations of Exudyn that are too slow for an ensemble: some 10 s a run."""
 # Responses below it are round-off: a few operations on coordinates of 0.55 m.
 _NO_RESPONSE = 1e-15
 
@@ -90,8 +88,8 @@ def ensemble_errors(
 
 
 def too_slow(scene: Scene, model: str) -> bool:
-    """Return whether a model is too slow for an ensemble at the settings of a scene."""
-    return model == "exudyn" and scene.data["solver"]["exudyn"]["formulation"] in FIVE_BODIES
+    """Return whether a model is too slow for an ensemble at the settings of a scene, at some 10 s a run."""
+    return model == "exudyn" and scene.data["solver"]["exudyn"]["formulation"] == "full"
 
 
 def starting_error(of: Runs, scene: Scene, before: int) -> StartingError:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
-from typing import Any, get_args, get_origin
+from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -37,7 +37,8 @@ def explain(error: ValidationError) -> str:
     """Phrase the first of the errors."""
     first = error.errors()[0]
     # Steps that are no keys (the branches of a union) carry no information for the reader.
-    steps = [str(step) for step in first["loc"] if step not in ("float", "none", "list")]
+    branches = ("float", "none", "list", "number", "partners")
+    steps = [str(step) for step in first["loc"] if step not in branches]
     context = first.get("ctx", {})
     kind, value = first["type"], first["input"]
     unit = unit_of(".".join(steps))
@@ -99,8 +100,13 @@ def _suggestion(steps: Sequence[str]) -> str:
 
 
 def _element(annotation: Any) -> Any:
-    """Return the section of a list of sections, else what is given."""
-    return get_args(annotation)[0] if get_origin(annotation) is list else annotation
+    """Return the section of a list of sections or of a number's partners, else what is given."""
+    if get_origin(annotation) is list:
+        return get_args(annotation)[0]
+    if get_origin(annotation) is Union:
+        branches = [(get_args(branch) or (branch,))[0] for branch in get_args(annotation)]  # of Annotated
+        return next((branch for branch in branches if _is_section(branch)), annotation)
+    return annotation
 
 
 def _is_section(annotation: object) -> bool:

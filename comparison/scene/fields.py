@@ -36,6 +36,17 @@ class Section(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
 
+def gone(name: str, instead: str) -> BeforeValidator:
+    """Reject a choice that is no longer there, and say what to take."""
+
+    def check(value: object) -> object:
+        if value == name:
+            raise PydanticCustomError("gone", "is gone: {instead}", {"instead": instead})
+        return value
+
+    return BeforeValidator(check)
+
+
 def rule(key: str, value: object, text: str, unit: str = "") -> PydanticCustomError:
     """Build an error about ``key`` (relative to the section that raises it) for `error_messages`."""
     return PydanticCustomError("rule", "{text}", {"key": key, "value": value, "text": text, "unit": unit})

@@ -18,6 +18,9 @@ _FORMULATION = "solver.exudyn.formulation"
 _OF_FORMULATION = ("solver.exudyn.step", "solver.exudyn.tolerance")
 _SHOWN = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa")}
 """Unit of a key -> that of a title, and the factor to it."""
+OF_PARTNERS = ("contact.youngs_modulus", "contact.poisson")
+PARTNERS = ("slider", "guide")
+"""Keys of a number for both partners of a contact, or of one for each."""
 _BARE = re.compile(r"(?!(true|false|inf|nan)$)[A-Za-z_][A-Za-z0-9_./-]*")  # no TOML: --set takes it as text
 
 
@@ -54,7 +57,7 @@ def updated(
     usual = overrides.get(_FORMULATION, _at(given, _FORMULATION) or "auto")
     if values.get(_FORMULATION, usual) != usual:
         overrides = {key: value for key, value in overrides.items() if key not in _OF_FORMULATION}
-    values = {**overrides, **values}
+    values = _with(overrides, values)
     here = changed(given, {key: values[key] for key in (_FORMULATION,) if key in values})
     return {
         key: value
@@ -88,12 +91,31 @@ def command_line(
     return shlex.join(["sixbar", verb, *sources, *changes, *options])
 
 
-def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge ``changes`` into ``base``, section by section."""
+def merged(base: Mapping[str, Any], changes: Mapping[str, Any], section: str = "") -> dict[str, Any]:
+    """Merge ``changes`` into ``base``, section by section.
+
+    One partner's number over that of both leaves the other's as it is.
+    """
     result = dict(base)
     for key, value in changes.items():
-        below = result.get(key)
-        result[key] = merged(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
+        below, whole = result.get(key), f"{section}{key}"
+        if whole in OF_PARTNERS and value and not isinstance(below, dict | None):
+            below = dict.fromkeys(PARTNERS, below)
+        sections = isinstance(below, dict) and isinstance(value, dict)
+        result[key] = merged(below or {}, value, f"{whole}.") if sections else value
+    return result
+
+
+def _with(overrides: Mapping[str, object], values: Mapping[str, object]) -> dict[str, object]:
+    """Return overrides of single keys with further ones: a number of both partners replaces those of each."""
+    result = dict(overrides)
+    for key, value in values.items():
+        both = key.rpartition(".")[0]
+        if key in OF_PARTNERS:
+            result = {old: kept for old, kept in result.items() if not old.startswith(f"{key}.")}
+        elif both in OF_PARTNERS and both in result:
+            result |= dict.fromkeys((f"{both}.{partner}" for partner in PARTNERS), result.pop(both))
+        result[key] = value
     return result
 
 
@@ -119,6 +141,9 @@ def _nested(values: Mapping[str, object]) -> dict[str, Any]:
 
 def _at(given: Mapping[str, Any], dotted: str) -> object:
     """Return the value of a dotted key; None where there is none."""
+    both, _, partner = dotted.rpartition(".")
+    if both in OF_PARTNERS and partner in PARTNERS and not isinstance(_at(given, both), Mapping):
+        dotted = both
     found: Any = given
     for part in dotted.split("."):
         found = found.get(part) if isinstance(found, Mapping) else None

@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import isfinite
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
 from comparison.engines.registry import engine_names
@@ -26,6 +26,7 @@ from comparison.scene.fields import (
     Section,
     Sign,
     Unit,
+    gone,
     rule,
 )
 from comparison.scene.formulation import smallest_in_exudyn
@@ -120,17 +121,51 @@ class Clearance(Section):
     journal_radius: Annotated[Positive, M]
 
 
+Poisson = Annotated[float, Field(gt=-1, le=0.5, allow_inf_nan=False)]
+
+
+class Moduli(Section):
+    """Young's moduli of two partners."""
+
+    slider: Positive
+    guide: Positive
+
+
+class PoissonRatios(Section):
+    """Poisson's ratios of two partners."""
+
+    slider: Poisson
+    guide: Poisson
+
+
+def _number_or_partners(value: object) -> str:
+    return "partners" if isinstance(value, dict | Section) else "number"
+
+
 class Contact(Section):
-    """Contact law and material.
+    """Contact law and materials.
+
+    A material's number holds for both partners, or each has its own; journal and bearing of the crank pin
+    are of the guide's material.
 
     The speed that the damping refers to is that of the touch, kept until separation ("frozen"), or follows
     the depth's rate d' without memory ("current"): sqrt(d'^2 + impact_speed_floor^2).
     """
 
-    law: Literal["hertz-corners", "paper-switching", "strip", "foundation"]
+    law: Annotated[
+        Literal["hertz-corners", "paper-switching", "foundation"],
+        gone("strip", "the continuous law of a whole side is 'foundation'"),
+    ]
     impact_speed: Literal["frozen", "current"] = "frozen"
-    youngs_modulus: Annotated[Positive, Unit("Pa")]
-    poisson: Annotated[float, Field(gt=-1, le=0.5, allow_inf_nan=False)]
+    youngs_modulus: Annotated[
+        Annotated[Positive, Tag("number")] | Annotated[Moduli, Tag("partners")],
+        Discriminator(_number_or_partners),
+        Unit("Pa"),
+    ]
+    poisson: Annotated[
+        Annotated[Poisson, Tag("number")] | Annotated[PoissonRatios, Tag("partners")],
+        Discriminator(_number_or_partners),
+    ]
     restitution: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
     exponent: Annotated[float, Field(ge=1, allow_inf_nan=False)]
     corner_radius: Annotated[Positive, M]
@@ -191,13 +226,13 @@ class ReferenceSolver(Section):
 class ExudynSolver(Section):
     """Settings of the Exudyn model; the meaning of step and tolerance depends on the formulation.
 
-    For five bodies the step is that in a contact, and steps in flight are up to 32 times as long; with
-    ``"native"`` contact, without clearance, or with a sample at each step all are equal. Samples two to
-    four steps apart are interpolated in longer ones. The tolerance is Newton's. For the tree, which has
-    error control, they are the largest step and the local error tolerance.
+    For five bodies the step is that in a contact, and steps in flight are up to 32 times as long; without
+    clearance, or with a sample at each step all are equal. Samples two to four steps apart are interpolated
+    in longer ones. The tolerance is Newton's. For the tree, which has error control, they are the largest
+    step and the local error tolerance.
     """
 
-    formulation: str = "auto"
+    formulation: Annotated[str, gone("native", "the five bodies with the scene's law are 'full'")] = "auto"
     """"auto" is replaced by the name of the smallest formulation that yields the requested channels."""
     method: str = "auto"
     step: Annotated[Positive, S] = 2e-6

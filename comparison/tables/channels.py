@@ -60,7 +60,8 @@ class Channel:
         pin_clearance = scene is not None and (
             scene["joints"]["slider"] == "ideal" and scene["joints"]["crank_pin"] == "clearance"
         )
-        where = "crank_pin" if pin_clearance else "slider"
+        of_pin = self.scale == "clearance of the pin"
+        where = "crank_pin" if pin_clearance or of_pin else "slider"
         if self.given is not None:
             return self.given
         if self.scale == "range" or scene is None or scene["clearance"][where] == 0:
@@ -69,6 +70,7 @@ class Channel:
         clearance = float(scene["clearance"][where])
         value = {
             "clearance": clearance,
+            "clearance of the pin": clearance,
             "clearance*tan_beta": clearance * (1.0 if pin_clearance else _tan_beta()),
             "clearance/length": clearance / float(scene["mechanism"]["slider"]["length"]),
         }[rule]
@@ -111,16 +113,20 @@ def is_uncertainty(column: str) -> bool:
 def expected(scene: Mapping[str, Any]) -> list[str]:
     """Return the names of the channels that a scene requests, without ``time``.
 
-    An ideal slider has no corner channels; only an ideal slider has guide reactions.
+    Corners are those of a slider with clearance, guide reactions those of an ideal one; the journal moves in
+    its bearing where the crank pin has clearance.
     """
-    groups = {"motion", *scene["output"]["groups"]}
-    ideal = scene["joints"]["slider"] == "ideal"
-    if ideal:
-        groups.discard("corners")
+    groups, joints = {"motion", *scene["output"]["groups"]}, scene["joints"]
+    absent = {
+        "corner_": joints["slider"] == "ideal",
+        "guide_": joints["slider"] != "ideal",
+        "journal_": joints["crank_pin"] == "ideal",
+    }
+    without = tuple(prefix for prefix, here in absent.items() if here)
     return [
         name
         for name, channel in channels().items()
-        if channel.group in groups and (ideal or not name.startswith("guide_"))
+        if channel.group in groups and not name.startswith(without)
     ]
 
 

@@ -107,7 +107,7 @@ def simulate(scene, *, progress=None):
         if gravity == GRAVITY.crash:
             os._exit(3)
         if gravity == GRAVITY.refuse:
-            raise ValueError("contact.law = 'strip' is not simulated yet")
+            raise ValueError("contact.law = 'foundation' is not simulated yet")
         if gravity == GRAVITY.bug:
             raise RuntimeError("index out of\nrange")
         if gravity == GRAVITY.hang:

@@ -47,11 +47,12 @@ SIDE = {
     "drive.cycles": 2e-4,
     "output.samples_per_cycle": 10_000_000,
 }
+MATERIALS = {"contact.youngs_modulus.slider": 69e9, "contact.poisson.guide": 0.33}
 CASES = {
     "opposite corners": ("wedge", {}),
     "one side, hertz-corners": ("150rpm-0.2mm", SIDE),
-    "one side, strip": ("150rpm-0.2mm", {**SIDE, "contact.law": "strip"}),
     "one side, paper-switching": ("150rpm-0.2mm", {**SIDE, "contact.law": "paper-switching"}),
+    "one side, two materials": ("150rpm-0.2mm", {**SIDE, **MATERIALS, "contact.law": "paper-switching"}),
     "one side, without memory": ("150rpm-0.2mm", {**SIDE, "contact.impact_speed": "current"}),
 }
 VARIANTS = ("reference-minimal", "exudyn-tree")
@@ -99,6 +100,7 @@ SURFACES = {
     "both corners inside": STIFF,
     "one corner inside": TILTED,
     "both corners inside, rotating": {**STIFF, "initial.slider_omega": 0.1},
+    "one corner inside, two materials": {**TILTED, **MATERIALS},
     "without memory": {**TILTED, "contact.impact_speed": "current"},
 }
 

@@ -20,8 +20,9 @@ STATED = []
 
 # Names in the functions below, as the page writes them. "d" before a name is a rate.
 SYMBOLS = {
-    "E": r"E", "ν": r"\nu", "σ": r"\sigma", "R": r"R", "K": r"K", "n": r"n", "c_e": r"c_e", "C": r"C",
-    "T": r"T", "L": r"L", "a": r"a", "K_s": r"K_s", "h": r"h", "δ": r"\delta", "dδ": r"\dot\delta",
+    "E_s": r"E_s", "E_g": r"E_g", "ν_s": r"\nu_s", "ν_g": r"\nu_g", "σ_s": r"\sigma_s", "σ_g": r"\sigma_g",
+    "R": r"R", "K": r"K", "n": r"n", "c_e": r"c_e", "C": r"C",
+    "T": r"T", "L": r"L", "a": r"a", "K_s": r"K_s", "δ": r"\delta", "dδ": r"\dot\delta",
     "δ_1": r"\delta_1", "δ_2": r"\delta_2", "f_1": r"f_1", "v_i": r"v_i", "v_min": r"v_{\min}", "F_n": r"F_n",
     "F_t": r"F_t", "c_f": r"c_f", "c_d": r"c_d", "v_t": r"v_t", "v_0": r"v_0", "v_1": r"v_1", "s_x": r"s_x",
     "s_y": r"s_y", "σ_x": r"\sigma_x", "W_T": r"W_T", "c_T": r"c_T", "x_g": r"x_g", "r_x": r"r_x",
@@ -43,17 +44,22 @@ def stated(*formulas):
     return mark
 
 
-@stated(r"\sigma = \frac{1 - \nu^2}{E}", r"K = \frac{4}{3 (\sigma + \sigma)} \sqrt{R}")
-def point_stiffness(E, ν, R):
-    σ = (1 - ν**2) / E
-    return 4 / (3 * (σ + σ)) * math.sqrt(R)
+@stated(r"\sigma_s = \frac{1 - \nu_s^2}{E_s}", r"\sigma_g = \frac{1 - \nu_g^2}{E_g}")
+def compliances(E_s, E_g, ν_s, ν_g):
+    σ_s = (1 - ν_s**2) / E_s
+    σ_g = (1 - ν_g**2) / E_g
+    return σ_s, σ_g
 
 
-@stated(r"K_s = \frac{a}{0.475 (\sigma + \sigma)}", r"a = T + L")
-def side_stiffness(E, ν, T, L):
-    σ = (1 - ν**2) / E
+@stated(r"K = \frac{4}{3 (\sigma_s + \sigma_g)} \sqrt{R}")
+def point_stiffness(σ_s, σ_g, R):
+    return 4 / (3 * (σ_s + σ_g)) * math.sqrt(R)
+
+
+@stated(r"K_s = \frac{a}{0.475 (\sigma_s + \sigma_g)}", r"a = T + L")
+def side_stiffness(σ_s, σ_g, T, L):
     a = T + L
-    return a / (0.475 * (σ + σ))
+    return a / (0.475 * (σ_s + σ_g))
 
 
 @stated(r"C = \frac{3}{4} (1 - c_e^2)")
@@ -102,15 +108,6 @@ def point_elastic(K, δ, n):
 @stated(r"K_s(2\delta_1 + \delta_2)/6")
 def surface_elastic(K_s, δ_1, δ_2):
     return K_s * (2 * δ_1 + δ_2) / 6
-
-
-@stated(
-    r"K\delta_1^n + 4 K_s h (\delta_2/(\delta_1 + \delta_2))^2",
-    r"h = \frac{\delta_1 \delta_2}{\delta_1 + \delta_2}",
-)
-def strip_elastic(K, K_s, n, δ_1, δ_2):
-    h = δ_1 * δ_2 / (δ_1 + δ_2)
-    return K * δ_1**n + 4 * K_s * h * (δ_2 / (δ_1 + δ_2)) ** 2
 
 
 @stated(
@@ -204,16 +201,21 @@ def journal_load(F_n, F_t, n, t):
     return F_n * n - F_t * t
 
 
+def partners(number):
+    """Return a material's number of slider and guide."""
+    return (number["slider"], number["guide"]) if isinstance(number, dict) else (number, number)
+
+
 class Numbers:
     """The numbers of a scene's contacts, by the keys that the page names."""
 
     def __init__(self, scene) -> None:
         contact, rub, slider = scene["contact"], scene["friction"], scene["mechanism"]["slider"]
-        material = contact["youngs_modulus"], contact["poisson"]
+        σ_s, σ_g = compliances(*partners(contact["youngs_modulus"]), *partners(contact["poisson"]))
         self.law, self.memory = contact["law"], contact["impact_speed"] == "frozen"
         self.n, self.v_min = contact["exponent"], contact["impact_speed_floor"]
-        self.K = point_stiffness(*material, contact["corner_radius"])
-        self.K_s = side_stiffness(*material, slider["thickness"], slider["length"])
+        self.K = point_stiffness(σ_s, σ_g, contact["corner_radius"])
+        self.K_s = side_stiffness(σ_s, σ_g, slider["thickness"], slider["length"])
         self.C = damping(contact["restitution"])
         self.rub = rub["coefficient"], rub["static_speed"], rub["transition_speed"]
         self.W_T, self.c_T = slider["width"], scene["clearance"]["slider"]
@@ -223,7 +225,7 @@ class Numbers:
         self.x_g = scene["mechanism"]["guide_x"]
         self.c = scene["clearance"]["crank_pin"]
         self.R_j = scene["clearance"]["journal_radius"]
-        self.K_j = point_stiffness(*material, conformal_radius(self.R_j, self.c))
+        self.K_j = point_stiffness(σ_g, σ_g, conformal_radius(self.R_j, self.c))
 
     def corner(self, k: int, x_5, θ_5, dx_5, dy_5, ω_5):
         """Depth (m), its rate, slip (m/s) and arm (m) of a corner."""
@@ -237,8 +239,6 @@ class Numbers:
         if self.law == "hertz-corners" or not np.any(both):
             return alone
         d_1, d_2 = np.where(both, δ_1, 1), np.where(both, δ_2, 1)
-        if self.law == "strip":
-            return np.where(both, strip_elastic(self.K, self.K_s, self.n, d_1, d_2), alone)
         return np.where(both, surface_elastic(self.K_s, d_1, d_2), alone)
 
     def normal(self, δ_1, δ_2, dδ, v_i):

@@ -45,6 +45,7 @@ def scale_of(name: str, scene: dict, low: float, high: float) -> float:
     hundredth = 60 / abs(scene["drive"]["speed_rpm"]) / 100
     return {
         "clearance": c,
+        "clearance of the pin": scene["clearance"]["crank_pin"],
         "clearance*tan_beta": c * TAN_BETA,
         "clearance/length": c / length,
         "clearance/(T/100)": c / hundredth,

@@ -132,8 +132,8 @@ class Press:
             damping = max(1.0, 1.0 - c.C * rate / state.speeds[number])
             slope = 1.5 * c.K * math.sqrt(-gap)
             both = state.speeds[(int(number) + 2) % 4] > 0.0
-            # The surface's slopes by both depths: 2/6 + 1/6 of K_s; the strip's: 4 K_s times 3 at most.
-            slope += {0: 0.0, 1: 0.5, 2: 12.0}[int(c.law)] * c.Ks if both else 0.0
+            if both and self.data["contact"]["law"] == "paper-switching":
+                slope += 0.5 * c.Ks  # the surface's slopes by both depths: 2/6 + 1/6 of K_s
             force = (c.K * (-gap) ** 1.5 if not both else slope * -gap) * damping
             bound += damping * slope * 1e-15 + 1e-12 * abs(force) + abs(force) * 1e-15 / (c.v1 - c.v0)
         return bound

@@ -80,11 +80,11 @@ class Timed:
 def candidates(scene: Scene) -> list[Candidate]:
     """Return what can run a scene: first what the others are held against, then the cheapest first.
 
-    Not Exudyn's own contact, whose law is another one; nor its tree where forces are asked for that only all
-    five bodies have. Multipliers, which take as many steps of more work, only where the scene names them.
+    Not Exudyn's tree where forces are asked for that only all five bodies have. Multipliers, which take as
+    many steps of more work, only where the scene names them.
     """
     tree = smallest_in_exudyn(scene.data) == "tree"
-    left_out = {"native"} | (set() if tree else {"tree"})
+    left_out = set() if tree else {"tree"}
     if scene.data["solver"]["reference"]["formulation"] != "multiplier":
         left_out.add("multiplier")
     names = [name for name in formulations(scene) if name not in left_out]

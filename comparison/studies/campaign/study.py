@@ -131,12 +131,13 @@ def ranges() -> str:
         ("gravity, where it is not the usual", population.GRAVITY_RANGE, 1.0, " m/s²"),
     )
     texts = [f"{name} {low * by:g} to {high * by:g}{unit}" for name, (low, high), by, unit in spans]
+    modulus = " to ".join(f"{end * 1e-9:g}" for end in population.FOUNDATION_MODULUS)
     joints = ", ".join(f"{share:.0%} at the {name}" for name, share in population.JOINTS.items())
     return (
         "; ".join(texts)
         + "; any crank angle and any start between the walls; clearance "
         + joints.replace("the both", "both")
-        + f"; {population.STRIP_SHARE:.0%} with the strip law and a soft guide"
+        + f"; {population.FOUNDATION_SHARE:.0%} under the law of a whole side, with {modulus} GPa"
     )
 
 

@@ -1,1 +1,1 @@
-"""Four contact laws on the same scenes, and where they differ."""
+"""Three contact laws on the same scenes, and where they differ."""

@@ -1,4 +1,4 @@
-"""The four contact laws on the paper's central case, and what the literal switch of Eqs. 7-8 does there."""
+"""The three contact laws on the paper's central case, and what the literal switch of Eqs. 7-8 does there."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from comparison.studies.shared.study import Study
 from comparison.studies.shared.switches import closest, contacts, created, depths, surplus, switches
 from comparison.tables.table import Table
 
-LAWS = ("hertz-corners", "strip", "foundation", "paper-switching")
+LAWS = ("hertz-corners", "foundation", "paper-switching")
 TOLERANCES = (1e-9, 1e-10, 1e-11, 1e-12)
 SHOWN = 1e-10
 """Of the figures."""

@@ -17,7 +17,7 @@ from comparison.studies.extremes.runs import BASE
 from comparison.studies.shared.formulations import Method
 
 LITERAL_LAW = "paper-switching"
-LAWS = ("hertz-corners", "strip", LITERAL_LAW)
+LAWS = ("hertz-corners", "foundation", LITERAL_LAW)
 SEED = 1  # of the Latin hypercube
 CYCLES, SAMPLES = 1.0, 250
 """An error bound is one over the first cycle; samples of a cycle."""
@@ -33,10 +33,7 @@ AXES = tuple(dict.fromkeys(part["axis"] for part in _PARTS if "only" not in part
 UNITS = {part["axis"]: part["unit"] for part in _PARTS if "unit" in part}
 """Of the values of an axis."""
 COMMON = (MINIMAL, MULTIPLIERS, TREE, FULL)
-"""What runs a cell of the hypercube, and under the laws of a whole side.
-
-There LSODA takes all its time, and Exudyn's own contact is a law of corners alone.
-"""
+"""What runs a cell of the hypercube, and under the laws of a whole side; there LSODA takes all its time."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +95,7 @@ def hypercube(count: int, seed: int) -> list[Cell]:
     """Return cells drawn over all ranges at once.
 
     The start lies from wall to wall and a tenth of the clearance inside it, tilted up to the wedge; of ten
-    points one is under the paper's literal switch, of the others each second one under the strip.
+    points one is under the paper's literal switch, of the others each second one under the foundation.
     """
     cells = []
     for number, u in enumerate(qmc.LatinHypercube(len(_RANGES) + 2, rng=seed).random(count).tolist()):

@@ -22,7 +22,6 @@ SHORT = {
     formulations.TREE.name: "E tree",
     formulations.FULL.name: "E full",
     formulations.INDEX2.name: "E index 2",
-    formulations.NATIVE.name: "E own contact",
 }
 """R: reference, E: Exudyn."""
 _LOOKS: dict[str, tuple[str, str, str, str]] = {

@@ -26,8 +26,7 @@ MULTIPLIERS = _at("standard", catalogue.MULTIPLIERS, "multipliers", _ENERGY)
 TREE = _at("standard", catalogue.TREE, "tree")
 FULL = _at("standard", catalogue.FULL, "full (five bodies)")
 INDEX2 = _at("standard", catalogue.FULL_INDEX2, "full (five bodies), index 2", _ENERGY)
-NATIVE = _at("standard", catalogue.NATIVE, "full (five bodies), Exudyn's contact")
-METHODS = (MINIMAL, IMPLICIT, MULTIPLIERS, TREE, FULL, INDEX2, NATIVE)
+METHODS = (MINIMAL, IMPLICIT, MULTIPLIERS, TREE, FULL, INDEX2)
 COMPARED = (MINIMAL, TREE, FULL)
 """Whose classes are compared: the smallest formulation of each model and the full one."""
 

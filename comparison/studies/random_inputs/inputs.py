@@ -12,7 +12,7 @@ from scipy.stats import norm
 
 from comparison.scene import Scene, SceneError
 from comparison.scene.criteria import RandomInput
-from comparison.studies.shared.scenes import leaves
+from comparison.studies.shared.scenes import settable
 from comparison.tables.arrays import Array
 
 
@@ -58,7 +58,7 @@ def values_at(scene: Scene, inputs: Sequence[RandomInput], u: Array) -> dict[str
         if one.element is None:
             values[one.key] = value
         else:
-            held = list(values.get(one.key, leaves(scene.data)[one.key]))
+            held = list(values.get(one.key, settable(scene.data)[one.key]))
             held[one.element] = value
             values[one.key] = held
     return values
@@ -73,7 +73,7 @@ def _value(one: RandomInput, middle: float, number: float) -> float:
 
 
 def _middle(scene: Scene, one: RandomInput) -> float:
-    known = leaves(scene.data)
+    known = settable(scene.data)
     if one.key not in known:
         raise SceneError(f"scene {scene.name!r}: random: {one.key!r} is not a key of a scene")
     value = known[one.key]

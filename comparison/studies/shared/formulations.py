@@ -51,7 +51,6 @@ TREE = _exudyn("tree, DOPRI5", "tree")
 TREE_LONG_STEPS = _exudyn("tree, DOPRI5, steps up to 1 ms", "tree", step=1e-3)
 FULL = _exudyn("full (five bodies), generalized alpha", "full")
 FULL_INDEX2 = _exudyn("full (five bodies), trapezoidal index 2", "full", method="trapezoidal-index2")
-NATIVE = _exudyn("full (five bodies), Exudyn's contact", "native")
 
 METHODS = (
     MINIMAL,
@@ -65,5 +64,4 @@ METHODS = (
     TREE_LONG_STEPS,
     FULL,
     FULL_INDEX2,
-    NATIVE,
 )

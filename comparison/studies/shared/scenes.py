@@ -10,6 +10,7 @@ import numpy as np
 from comparison.accuracy.tiers import tight
 from comparison.execution.job import MODELS
 from comparison.scene import Scene
+from comparison.scene.overrides import OF_PARTNERS, PARTNERS
 
 
 def leaves(data: Mapping[str, Any], above: str = "") -> dict[str, Any]:
@@ -18,6 +19,16 @@ def leaves(data: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     for key, value in data.items():
         found |= leaves(value, f"{above}{key}.") if isinstance(value, dict) else {f"{above}{key}": value}
     return found
+
+
+def settable(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values that a scene's keys can be given, by dotted key.
+
+    They are the `leaves`, and a material's number for both partners of a contact as well as for each.
+    """
+    both = {key: data["contact"][key.removeprefix("contact.")] for key in OF_PARTNERS}
+    each = {f"{key}.{partner}": value for key, value in both.items() for partner in PARTNERS}
+    return each | both | leaves(data)
 
 
 def at_tier(scene: Scene, tier: str) -> Scene:

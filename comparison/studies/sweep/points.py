@@ -13,7 +13,7 @@ from scipy.stats import qmc
 
 from comparison.files import check_size
 from comparison.scene import Scene, parse_set
-from comparison.studies.shared.scenes import leaves
+from comparison.studies.shared.scenes import settable
 
 Point = dict[str, object]
 """Dotted keys of a scene and their values."""
@@ -135,7 +135,7 @@ def check_keys(base: Scene, keys: Sequence[str]) -> None:
     SweepError
         Naming the nearest key that there is.
     """
-    known = [key for key in leaves(base.data) if not key.startswith("scene.")]
+    known = [key for key in settable(base.data) if not key.startswith("scene.")]
     for key in keys:
         if key not in known:
             close = difflib.get_close_matches(key, known, n=1)

@@ -69,5 +69,4 @@ SWEEPS = (
     Sweep(catalogue.TREE_LONG_STEPS, _decades(2, 8)),
     Sweep(catalogue.FULL, _STEPS, order=2.0),
     Sweep(catalogue.FULL_INDEX2, _STEPS, order=2.0, scenes=tuple(SCENES)),
-    Sweep(catalogue.NATIVE, _STEPS, order=2.0),
 )

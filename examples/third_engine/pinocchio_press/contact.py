@@ -1,15 +1,20 @@
-"""Contact of the slider's corners with the walls of the guide: geometry, force, stored energy."""
+"""Contact of the slider with the walls of the guide: geometry, laws, forces, stored energy.
+
+A contact is one of a corner, or of a whole side with two corners (law "foundation"). Its force acts at one
+point of it, whose motion its damping and friction see, and is shared by its corners.
+"""
 
 from __future__ import annotations
 
 from cmath import exp
 from collections.abc import Mapping, Sequence
-from math import copysign, sqrt
+from math import copysign, hypot, sqrt
 from typing import Any, NamedTuple
 
 CORNERS = ("ll", "lr", "ul", "ur")
 SIDES = ((0, 2), (1, 3))
-"""Corners of the left and of the right side."""
+"""Corners of the left and of the right side, the lower one first."""
+LAWS = ("hertz-corners", "paper-switching", "foundation")
 
 
 class Corner(NamedTuple):
@@ -21,12 +26,20 @@ class Corner(NamedTuple):
     slip: float
 
 
+class Point(NamedTuple):
+    """Where a contact's force acts: elastic force, rate of the depth, slip, and each corner's share."""
+
+    elastic: float
+    depth_rate: float
+    slip: float
+    shares: tuple[float, ...]
+
+
 class Force(NamedTuple):
-    """Force of a corner: normal, friction (along +y on the slider), and elastic part of the normal one."""
+    """Force of a contact or of a corner: normal, and friction along +y on the slider."""
 
     normal: float = 0.0
     friction: float = 0.0
-    elastic: float = 0.0
 
 
 class Guide:
@@ -38,16 +51,21 @@ class Guide:
             scene["contact"],
             scene["friction"],
         )
+        self.law = contact["law"]
+        if self.law not in LAWS:
+            raise ValueError(f"contact.law = {self.law!r} must be one of {', '.join(LAWS)}")
+        self.contacts = SIDES if self.law == "foundation" else tuple((k,) for k in range(4))
         width, length = slider["width"], slider["length"]
         self.corners = [complex(x * width / 2.0, y * length / 2.0) for y in (-1, 1) for x in (-1, 1)]
         self.normals = (1, -1, 1, -1)
         self.x = scene["mechanism"]["guide_x"]
         self.half_width = width / 2.0 + scene["clearance"]["slider"]
-        sigma = (1.0 - contact["poisson"] ** 2) / contact["youngs_modulus"]
-        self.K = 4.0 / (3.0 * (sigma + sigma)) * sqrt(contact["corner_radius"])
-        self.K_surface = (slider["thickness"] + length) / (0.475 * (sigma + sigma))
+        sigma = sum(_compliance(contact, partner) for partner in ("slider", "guide"))
+        self.K = 4.0 / (3.0 * sigma) * sqrt(contact["corner_radius"])
+        self.K_surface = (slider["thickness"] + length) / (0.475 * sigma)
         self.C = 0.75 * (1.0 - contact["restitution"] ** 2)
-        self.n, self.law, self.floor = contact["exponent"], contact["law"], contact["impact_speed_floor"]
+        self.n, self.floor = contact["exponent"], contact["impact_speed_floor"]
+        self.memory = contact["impact_speed"] == "frozen"
         self.c_f = friction["coefficient"]
         self.v0, self.v1 = friction["static_speed"], friction["transition_speed"]
 
@@ -67,51 +85,76 @@ class Guide:
             )
         return found
 
-    def forces(self, corners: Sequence[Corner], impact_speeds: Sequence[float]) -> list[Force]:
-        """Return the forces of the corners; an impact speed of 0 is that of a corner out of contact."""
-        found = [Force()] * 4
-        for k, (corner, impact_speed) in enumerate(zip(corners, impact_speeds, strict=True)):
-            if not impact_speed:
-                continue
-            both = impact_speeds[k ^ 2] > 0.0
-            elastic = self._elastic(-corner.gap, -corners[k ^ 2].gap if both else None)
-            normal = elastic
-            if not (both and self.law == "paper-switching"):
-                normal *= max(0.0, self.damping(corner.depth_rate, impact_speed))
-            found[k] = Force(normal, self._friction(normal, corner.slip), elastic)
-        return found
+    def contact_of(self, corner: int) -> int:
+        """Return the contact that a corner has a part in."""
+        return next(c for c, its in enumerate(self.contacts) if corner in its)
+
+    def point(self, contact: int, corners: Sequence[Corner], inside: Sequence[bool]) -> Point:
+        """Return where the force of a closed contact acts; ``inside``: which corners are."""
+        its = [corners[k] for k in self.contacts[contact]]
+        elastic = self._elastic(contact, corners, inside)
+        total = sum(elastic)
+        deepest = min(range(len(its)), key=lambda i: its[i].gap)
+        shares = tuple(f / total if total else float(i == deepest) for i, f in enumerate(elastic))
+        rate = sum(share * corner.depth_rate for share, corner in zip(shares, its, strict=True))
+        slip = sum(share * corner.slip for share, corner in zip(shares, its, strict=True))
+        return Point(total, rate, slip, shares)
+
+    def force(self, contact: int, point: Point, impact_speed: float, inside: Sequence[bool]) -> Force:
+        """Return the force of a closed contact."""
+        normal = point.elastic
+        if not self._surface(contact, inside):
+            normal *= max(0.0, self.damping(point.depth_rate, impact_speed))
+        ramp = min(1.0, max(0.0, (abs(point.slip) - self.v0) / (self.v1 - self.v0)))
+        return Force(normal, -self.c_f * ramp * copysign(normal, point.slip))
 
     def damping(self, depth_rate: float, impact_speed: float) -> float:
         """Return the factor of damping on the elastic force, before clipping."""
-        return float(1.0 + self.C * depth_rate / impact_speed)
+        speed = impact_speed if self.memory else hypot(depth_rate, self.floor)
+        return float(1.0 + self.C * depth_rate / speed)
 
-    def stored(self, corners: Sequence[Corner], impact_speeds: Sequence[float]) -> float:
+    def stored(self, corners: Sequence[Corner], inside: Sequence[bool]) -> float:
         """Return the energy stored in the contacts that are closed."""
-        return sum(
-            self._stored([max(-corners[k].gap, 0.0) for k in side if impact_speeds[k]]) for side in SIDES
-        )
+        return sum(self._stored(-corners[a].gap, -corners[b].gap, inside[a], inside[b]) for a, b in SIDES)
 
-    def _elastic(self, depth: float, other: float | None) -> float:
-        d1, d2 = max(depth, 0.0), max(other or 0.0, 0.0)
-        if other is not None and self.law == "paper-switching":
-            return float(self.K_surface * (2.0 * d1 + d2) / 6.0)
-        point = self.K * d1**self.n
-        if other is None or self.law == "hertz-corners" or not d1 * d2:
-            return float(point)
-        h = d1 * d2 / (d1 + d2)
-        return float(point + 4.0 * self.K_surface * h * (d2 / (d1 + d2)) ** 2)
+    def _surface(self, contact: int, inside: Sequence[bool]) -> bool:
+        """Return whether a corner has the undamped law of two corners."""
+        return self.law == "paper-switching" and inside[contact] and inside[contact ^ 2]
 
-    def _stored(self, depths: Sequence[float]) -> float:
-        both = len(depths) == 2
-        if both and self.law == "paper-switching":
-            d1, d2 = depths
-            return float(self.K_surface / 6.0 * (d1 * d1 + d1 * d2 + d2 * d2))
-        energy = sum(self.K / (self.n + 1.0) * d ** (self.n + 1.0) for d in depths)
-        if both and self.law == "strip" and sum(depths):
-            h = depths[0] * depths[1] / sum(depths)
-            energy += 2.0 * self.K_surface * h * h
-        return float(energy)
+    def _elastic(self, contact: int, corners: Sequence[Corner], inside: Sequence[bool]) -> tuple[float, ...]:
+        """Return the elastic force of each corner of a contact."""
+        if self.law == "foundation":
+            a, b = (-corners[k].gap for k in self.contacts[contact])
+            return self._foundation(a, b) if a >= b else self._foundation(b, a)[::-1]
+        depth, other = (max(-corners[k].gap, 0.0) for k in (contact, contact ^ 2))
+        if self._surface(contact, inside):
+            return (self.K_surface * (2.0 * depth + other) / 6.0,)
+        return (self.K * depth**self.n,)
 
-    def _friction(self, normal: float, slip: float) -> float:
-        ramp = min(1.0, max(0.0, (abs(slip) - self.v0) / (self.v1 - self.v0)))
-        return float(-self.c_f * ramp * copysign(normal, slip))
+    def _foundation(self, a: float, b: float) -> tuple[float, float]:
+        """Return the elastic forces of a side's corners, a the deeper."""
+        if b > 0.0:
+            return self.K_surface * (2.0 * a + b) / 6.0, self.K_surface * (a + 2.0 * b) / 6.0
+        if a <= 0.0:
+            return 0.0, 0.0
+        k = self.K_surface * a * a / (6.0 * (a - b) ** 2)
+        return k * (2.0 * a - 3.0 * b), k * a
+
+    def _stored(self, a: float, b: float, a_inside: bool, b_inside: bool) -> float:
+        """Return the energy that a side stores, of the depths of its corners."""
+        if self.law == "foundation" and min(a, b) <= 0.0:
+            a, b = max(a, b), min(a, b)
+            return float(self.K_surface * a**3 / (6.0 * (a - b))) if a > 0.0 else 0.0
+        if self.law == "foundation" or (self.law == "paper-switching" and a_inside and b_inside):
+            return float(self.K_surface / 6.0 * (a * a + a * b + b * b))
+        depths = [max(d, 0.0) for d, inside in ((a, a_inside), (b, b_inside)) if inside]
+        return float(sum(self.K / (self.n + 1.0) * d ** (self.n + 1.0) for d in depths))
+
+
+def _compliance(contact: Mapping[str, Any], partner: str) -> float:
+    """Return sigma of a partner; a material's number may be one for both."""
+    modulus, poisson = (
+        number[partner] if isinstance(number, Mapping) else number
+        for number in (contact["youngs_modulus"], contact["poisson"])
+    )
+    return float((1.0 - poisson**2) / modulus)

@@ -1,7 +1,7 @@
 """What moves freely, its right-hand side, and the surfaces at which that changes.
 
 Free are the angles of rod 4 and of the slider, and none with an ideal slider. Integrals are carried along:
-work of the motor, losses by damping and by friction, and the impulse of each corner.
+work of the motor, losses by damping and by friction, and the impulse of each contact.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from pinocchio_press.contact import Corner, Force, Guide
+from pinocchio_press.contact import Corner, Force, Guide, Point
 from pinocchio_press.linkage import Linkage, Pose
 from pinocchio_press.press import Balance, Press, Vector
 
 FREE, INTEGRALS = 4, 7
-"""Angles and rates of rod 4 and slider; drive, damping, friction and four impulses."""
+"""Angles and rates of rod 4 and slider; drive, damping, friction and up to four impulses."""
 DRIVE, DAMPING, FRICTION, IMPULSE = FREE, FREE + 1, FREE + 2, FREE + 3
 
 
@@ -30,20 +30,28 @@ class Moment:
     angles: Vector
     rates: Vector
     corners: list[Corner]
+    points: dict[int, Point]
+    contacts: dict[int, Force]
+    """Of the closed ones."""
     forces: list[Force]
+    """Of the corners."""
     load: Vector
 
 
 class Motion:
-    """The press in motion; its memory of the impact speeds is what `switch` changes."""
+    """The press in motion; what is inside its wall, and the impact speeds, are what `switch` changes."""
 
     def __init__(self, scene: Mapping[str, Any]) -> None:
         self.press, self.guide = Press(scene), Guide(scene)
         self.linkage = Linkage(scene["mechanism"], scene["drive"])
         self.rod4 = scene["mechanism"]["rod4"]["length"]
         self.line = scene["mechanism"]["guide_x"] + scene["mechanism"]["reference_offset"]
-        self.impact_speeds = [0.0] * 4
-        # Which side of each kink of the force a corner in contact is on.
+        self.inside = [False] * 4
+        self.impact_speeds = [0.0] * len(self.guide.contacts)
+        """0 while a contact is open."""
+        self.first = [0] * len(self.guide.contacts)
+        """The corner that touched first."""
+        # Which side of each kink of its force a contact is on.
         self.sides: dict[tuple[str, int], float] = {}
 
     @property
@@ -59,9 +67,11 @@ class Motion:
         x = self.guide.x + initial["slider_offset"]
         angle4, rate4 = self.linkage.hang(self.linkage.at(0.0), x, initial["slider_vx"])
         y[:FREE] = angle4, initial["slider_angle"], rate4, initial["slider_omega"]
-        for k, corner in enumerate(self.locate(0.0, y)):
-            if corner.gap < 0.0:
-                self.switch(("gap", k), 0.0, y)
+        corners = self.locate(0.0, y)
+        self.inside = [corner.gap < 0.0 for corner in corners]
+        for contact, its in enumerate(self.guide.contacts):
+            if any(self.inside[k] for k in its):
+                self._begin(contact, corners)
         return y
 
     def locate(self, t: float, y: Vector) -> list[Corner]:
@@ -80,13 +90,18 @@ class Motion:
             y = np.array([angle4, 0.0, rate4, 0.0])
         centre, velocity = self._slider(pose, y)
         corners = self.guide.locate(centre, velocity, y[1], y[3])
-        forces = self.guide.forces(corners, self.impact_speeds)
+        points, contacts, forces = {}, {}, [Force()] * 4
+        for c in (c for c, speed in enumerate(self.impact_speeds) if speed):
+            points[c] = self.guide.point(c, corners, self.inside)
+            normal, rub = contacts[c] = self.guide.force(c, points[c], self.impact_speeds[c], self.inside)
+            for k, share in zip(self.guide.contacts[c], points[c].shares, strict=True):
+                forces[k] = Force(share * normal, share * rub)
         load = np.zeros(3)
         for corner, force, sign in zip(corners, forces, self.guide.normals, strict=True):
             x, y_ = sign * force.normal, force.friction
             load += x, y_, corner.arm.real * y_ - corner.arm.imag * x
         angles, rates = np.array([*pose.angles, y[0], y[1]]), np.array([*pose.rates, y[2], y[3]])
-        return Moment(centre, velocity, angles, rates, corners, forces, load)
+        return Moment(centre, velocity, angles, rates, corners, points, contacts, forces, load)
 
     def balance(self, now: Moment) -> Balance:
         """Return accelerations and multipliers."""
@@ -96,49 +111,57 @@ class Motion:
         """Right-hand side of the differential equations."""
         now = self.at(t, y)
         balance = self.balance(now)
-        found = np.empty(FREE + INTEGRALS)
-        if self.ideal:
-            found[:FREE] = 0.0
-        else:
+        found = np.zeros(FREE + INTEGRALS)
+        if not self.ideal:
             # From the rates of the joints' angles back to those of rod 4 and slider.
             rod4 = balance.joint_rates[2] + balance.joint_rates[3]
             found[:FREE] = y[2], y[3], rod4, balance.slider[2]
         found[DRIVE] = balance.torque * self.linkage.omega
-        pairs = list(zip(now.corners, now.forces, strict=True))
-        found[DAMPING] = sum((force.normal - force.elastic) * corner.depth_rate for corner, force in pairs)
-        found[FRICTION] = -sum(force.friction * corner.slip for corner, force in pairs)
-        found[IMPULSE:] = [force.normal for force in now.forces]
+        for c, point in now.points.items():
+            force = now.contacts[c]
+            found[DAMPING] += (force.normal - point.elastic) * point.depth_rate
+            found[FRICTION] -= force.friction * point.slip
+            found[IMPULSE + c] = force.normal
         return found
 
     def surfaces(self, t: float, y: Vector) -> dict[tuple[str, int], tuple[float, float]]:
         """Return what is positive until the next switch, with its rate (nan where that is not needed)."""
-        found = {}
-        for k, corner in enumerate(() if self.ideal else self.locate(t, y)):
-            closed = self.impact_speeds[k] > 0.0
-            sign = -1.0 if closed else 1.0
+        found: dict[tuple[str, int], tuple[float, float]] = {}
+        if self.ideal:
+            return found
+        corners = self.locate(t, y)
+        for k, corner in enumerate(corners):
+            sign = -1.0 if self.inside[k] else 1.0
             found["gap", k] = sign * corner.gap, -sign * corner.depth_rate
-            if closed:
-                for kink, value in self._kinks(k, corner).items():
-                    found[kink, k] = self.sides[kink, k] * value, np.nan
+        for c in (c for c, speed in enumerate(self.impact_speeds) if speed):
+            for kink, value in self._kinks(c, corners).items():
+                found[kink, c] = self.sides[kink, c] * value, np.nan
         return found
 
     def switch(self, surface: tuple[str, int], t: float, y: Vector) -> None:
-        """Pass a surface: a contact begins or ends, or its force passes a kink."""
+        """Pass a surface: a corner goes in or comes out, or a contact's force passes a kink."""
         kind, k = surface
         if kind != "gap":
             self.sides[kind, k] *= -1.0
-        elif self.impact_speeds[k]:
-            self.impact_speeds[k] = 0.0
-        else:
-            corner = self.locate(t, y)[k]
-            self.impact_speeds[k] = max(corner.depth_rate, self.guide.floor)
-            for kink, value in self._kinks(k, corner).items():
-                self.sides[kink, k] = 1.0 if value >= 0.0 else -1.0
+            return
+        self.inside[k] = not self.inside[k]
+        contact = self.guide.contact_of(k)
+        if not any(self.inside[each] for each in self.guide.contacts[contact]):
+            self.impact_speeds[contact] = 0.0
+        elif not self.impact_speeds[contact]:
+            self._begin(contact, self.locate(t, y))
 
-    def _kinks(self, k: int, corner: Corner) -> dict[str, float]:
-        guide = self.guide
+    def _begin(self, contact: int, corners: list[Corner]) -> None:
+        point = self.guide.point(contact, corners, self.inside)
+        self.impact_speeds[contact] = max(point.depth_rate, self.guide.floor)
+        self.first[contact] = min(self.guide.contacts[contact], key=lambda k: corners[k].gap)
+        for kink, value in self._kinks(contact, corners).items():
+            self.sides[kink, contact] = 1.0 if value >= 0.0 else -1.0
+
+    def _kinks(self, contact: int, corners: list[Corner]) -> dict[str, float]:
+        guide, point = self.guide, self.guide.point(contact, corners, self.inside)
         return {
-            "clip": guide.damping(corner.depth_rate, self.impact_speeds[k]),
-            "static": abs(corner.slip) - guide.v0,
-            "transition": abs(corner.slip) - guide.v1,
+            "clip": guide.damping(point.depth_rate, self.impact_speeds[contact]),
+            "static": abs(point.slip) - guide.v0,
+            "transition": abs(point.slip) - guide.v1,
         }

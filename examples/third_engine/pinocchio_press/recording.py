@@ -38,9 +38,10 @@ class Recording:
             self._sample(t, piece.at(t))
         for t in (*piece.checked, piece.end) if self.open else ():
             now = self.motion.at(t, piece.at(t))
-            for k, contact in self.open.items():
-                contact["peak_force"] = max(contact["peak_force"], now.forces[k].normal)
-                contact["largest_depth"] = max(contact["largest_depth"], -now.corners[k].gap)
+            for c, contact in self.open.items():
+                contact["peak_force"] = max(contact["peak_force"], now.contacts[c].normal)
+                depths = [-now.corners[k].gap for k in self.motion.guide.contacts[c]]
+                contact["largest_depth"] = max(contact["largest_depth"], *depths)
 
     def finish(self) -> None:
         """Record the last sample of a complete run."""
@@ -49,26 +50,27 @@ class Recording:
 
     def close(self) -> None:
         """End the contacts that are still closed with the run."""
-        for k in list(self.open):
-            self._close(k, *self.last)
+        for c in list(self.open):
+            self._close(c, *self.last)
 
     def events(self) -> dict[str, Vector]:
         """Return the table of contacts."""
         return {name: np.array([contact[name] for contact in self.contacts]) for name in COLUMNS}
 
     def _begin_and_end(self, t: float, y: Vector) -> None:
-        for k, impact_speed in enumerate(self.motion.impact_speeds):
-            if impact_speed and k not in self.open:
-                contact = {"corner": CORNERS[k], "start": t, "normal_speed": impact_speed}
-                contact |= {"impulse": y[IMPULSE + k], "peak_force": 0.0, "largest_depth": 0.0}
-                self.open[k] = contact
+        for c, impact_speed in enumerate(self.motion.impact_speeds):
+            if impact_speed and c not in self.open:
+                name = CORNERS[self.motion.first[c]]
+                contact = {"corner": name, "start": t, "normal_speed": impact_speed}
+                contact |= {"impulse": y[IMPULSE + c], "peak_force": 0.0, "largest_depth": 0.0}
+                self.open[c] = contact
                 self.contacts.append(contact)
-            if k in self.open and not impact_speed:
-                self._close(k, t, y)
+            if c in self.open and not impact_speed:
+                self._close(c, t, y)
 
-    def _close(self, k: int, t: float, y: Vector) -> None:
-        contact = self.open.pop(k)
-        contact |= {"end": t, "impulse": y[IMPULSE + k] - contact["impulse"]}
+    def _close(self, c: int, t: float, y: Vector) -> None:
+        contact = self.open.pop(c)
+        contact |= {"end": t, "impulse": y[IMPULSE + c] - contact["impulse"]}
 
     def _sample(self, t: float, y: Vector) -> None:
         """Record the channels at a time."""
@@ -121,4 +123,4 @@ class Recording:
     def _now(self, now: Moment) -> tuple[float, float, float]:
         """Return kinetic, stored and potential energy."""
         kinetic, potential = self.motion.press.energies(now.angles, now.rates)
-        return kinetic, self.motion.guide.stored(now.corners, self.motion.impact_speeds), potential
+        return kinetic, self.motion.guide.stored(now.corners, self.motion.inside), potential

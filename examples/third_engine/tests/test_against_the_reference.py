@@ -25,6 +25,22 @@ def of_the_reference(name: str, changes: dict[str, Any]) -> Any:
     return result
 
 
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [("surface", {}), ("150rpm-0.2mm", {"drive.cycles": 0.3, "contact.impact_speed": "current"})],
+)
+def test_other_laws(run: Run, name: str, changes: dict[str, Any]) -> None:
+    _, result = run(name, changes, 1e-12)
+    other = of_the_reference(name, changes)
+    # Measured 1.1e-10 and 1.4e-10 m; asked as above.
+    assert np.abs(result.columns["slider_x"] - other.columns["slider_x"]).max() < 1e-9
+    for corner in ("ll", "lr", "ul", "ur"):
+        own, theirs = (contacts(of, corner) for of in (result, other))
+        # Measured 6e-8 s and 3e-7 s, at a touch with 1e-4 m/s; impulses to 6e-7 of 1e-3 N s.
+        np.testing.assert_allclose(own["start"], theirs["start"], rtol=0, atol=2e-6)
+        np.testing.assert_allclose(own["impulse"], theirs["impulse"], rtol=1e-3, atol=1e-7)
+
+
 def contacts(result: Any, corner: str) -> dict[str, Any]:
     events = result.events
     return {what: events[what][events["corner"] == corner] for what in events if what != "corner"}

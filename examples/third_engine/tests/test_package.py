@@ -39,6 +39,18 @@ def test_what_is_outside_the_model_is_one_line(scene, changes, rule):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize("scene", ["ideal", "150rpm-0.2mm"])
+@pytest.mark.parametrize("law", ["strip", "hertz", ""])
+def test_a_law_that_it_does_not_know_is_refused(scene, law):
+    """Whatever the schema says: a law is never taken for another one."""
+    data = load_scene(scene).data
+    data["contact"]["law"] = law
+    with pytest.raises(
+        ValueError, match=rf"^contact\.law = '{law}' must be one of hertz-corners, .*foundation$"
+    ):
+        simulate(data)
+
+
 def test_a_run_of_too_many_steps_is_a_status_with_what_it_has(monkeypatch):
     monkeypatch.setattr("pinocchio_press.simulation.LIMIT", 5)
     result = simulate(load_scene("150rpm-0.2mm").data)

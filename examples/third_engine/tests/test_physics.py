@@ -11,7 +11,7 @@ from slider_crank import CHANGES, closed_form
 
 pytest.importorskip("pinocchio", reason="pin has no wheel for this Python and platform, or is not installed")
 
-from pinocchio_press.contact import SIDES, Corner, Guide
+from pinocchio_press.contact import LAWS, SIDES, Corner, Guide
 
 from comparison.scene import load_scene
 
@@ -46,8 +46,13 @@ def test_rates_and_accelerations_are_derivatives(run: Run, name: str) -> None:
         np.testing.assert_allclose(slope, columns[rate][2:-2], rtol=0, atol=atol)
 
 
-def test_energy_is_balanced_through_contacts(run: Run) -> None:
-    _, result = run("150rpm-0.2mm", THROWN)
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"contact.law": "foundation"}, {"contact.impact_speed": "current"}],
+    ids=["corners", "foundation", "without memory"],
+)
+def test_energy_is_balanced_through_contacts(run: Run, changes: dict[str, Any]) -> None:
+    _, result = run("150rpm-0.2mm", THROWN | changes)
     columns = result.columns
     assert len(result.events["start"]) > 3
     assert columns["energy_damping"][-1] > 1e-8
@@ -88,22 +93,39 @@ def test_contacts_begin_and_end_where_the_gap_is_zero(run: Run) -> None:
         assert (columns[f"corner_{name}_normal"][~inside[name]] == 0.0).all()
 
 
-@pytest.mark.parametrize("law", ["hertz-corners", "strip", "paper-switching"])
+@pytest.mark.parametrize("law", LAWS)
 def test_elastic_forces_are_the_slope_of_the_stored_energy(law: str) -> None:
-    scene = load_scene("150rpm-0.2mm", {"contact.law": law}).data
-    guide, speeds, h = Guide(scene), [1.0, 0.0, 1.0, 0.0], 1e-10
+    guide, h = Guide(load_scene("150rpm-0.2mm", {"contact.law": law}).data), 1e-10
+    left = [c for c, its in enumerate(guide.contacts) if set(its) <= set(SIDES[0])]
 
-    def corners(depth: float, other: float) -> list[Corner]:
-        return [Corner(0j, gap, 0.0, 0.0) for gap in (-depth, 1.0, -other, 1.0)]
+    def corners(depths: tuple[float, float]) -> list[Corner]:
+        lower, upper = depths
+        return [Corner(0j, gap, 0.0, 0.0) for gap in (-lower, 1.0, -upper, 1.0)]
 
-    assert SIDES[0] == (0, 2)
-    for depth, other in ((2e-6, 2e-6), (3e-6, 1e-6), (1e-6, 3e-6)):
-        force = guide.forces(corners(depth, other), speeds)[0].elastic
-        slope = (
-            guide.stored(corners(depth + h, other), speeds) - guide.stored(corners(depth - h, other), speeds)
-        ) / (2 * h)
+    def stored(depths: tuple[float, float]) -> float:
+        return guide.stored(corners(depths), inside)
+
+    for lower, upper in ((2e-6, 2e-6), (3e-6, 1e-6), (1e-6, 3e-6), (2e-6, -5e-6), (-5e-6, 2e-6)):
+        inside = [lower > 0.0, False, upper > 0.0, False]
+        points = [guide.point(c, corners((lower, upper)), inside) for c in left]
+        forces = [share * point.elastic for point in points for share in point.shares]
+        slopes = [
+            (stored((lower + h, upper)) - stored((lower - h, upper))) / (2 * h),
+            (stored((lower, upper + h)) - stored((lower, upper - h))) / (2 * h),
+        ]
         # The second-order difference of steps 1e-4 of the depth, and round-off 1e-16 / 1e-4: below 1e-7.
-        assert slope == pytest.approx(force, rel=1e-7)
+        assert slopes == pytest.approx(forces, rel=1e-7)
+
+
+def test_each_partner_has_its_own_material() -> None:
+    scene = load_scene("150rpm-0.2mm", {"contact.youngs_modulus.slider": 69e9, "contact.poisson.guide": 0.3})
+    guide = Guide(scene.data)
+    sigma = (1 - 0.28**2) / 69e9 + (1 - 0.3**2) / 210e9
+    stiffness = 4 / (3 * sigma) * np.sqrt(1e-3), 0.12 / (0.475 * sigma)
+    assert (guide.K, guide.K_surface) == pytest.approx(stiffness, rel=1e-14)
+    both = load_scene("150rpm-0.2mm").data
+    each = both["contact"] | {"youngs_modulus": {"slider": 210e9, "guide": 210e9}}
+    assert Guide(both | {"contact": each}).K == Guide(both).K
 
 
 @pytest.mark.parametrize("speed", [150.0, -300.0])

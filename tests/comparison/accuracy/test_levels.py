@@ -18,11 +18,10 @@ from comparison.accuracy.measured import front
 from comparison.scene import load_scene, shipped_scenes
 
 TREE = {"solver.exudyn.formulation": "tree"}
-NATIVE = {"solver.exudyn.formulation": "native"}
 EACH = pytest.mark.parametrize(
     ("model", "changes"),
-    [("reference", {}), ("exudyn", {}), ("exudyn", TREE), ("exudyn", NATIVE)],
-    ids=["reference", "full", "tree", "native"],
+    [("reference", {}), ("exudyn", {}), ("exudyn", TREE)],
+    ids=["reference", "full", "tree"],
 )
 
 
@@ -82,10 +81,10 @@ def test_more_than_there_is_names_the_smallest_possible(model, changes):
 
 
 def test_a_formulation_that_nobody_measured_has_names_only():
-    pin = load_scene("crank-pin", NATIVE)
-    assert solver_values("exudyn", "standard", pin) == {"solver.exudyn.step": 2e-6}
-    with pytest.raises(AccuracyError, match="'native' is not recorded for these joints; use draft"):
-        solver_values("exudyn", 1e-6, pin)
+    ideal = load_scene("ideal", TREE)
+    assert solver_values("exudyn", "standard", ideal) == {"solver.exudyn.tolerance": 1e-10}
+    with pytest.raises(AccuracyError, match="'tree' is not recorded for these joints; use draft"):
+        solver_values("exudyn", 1e-6, ideal)
     word = load_scene("150rpm-0.2mm", {"solver.exudyn.formulation": "rows"})
     assert solver_values("exudyn", "standard", word) == {"solver.exudyn.step": 2e-6}
     with pytest.raises(AccuracyError, match="not recorded"):
@@ -99,8 +98,8 @@ def test_nonsense_is_refused(wanted):
 
 
 def test_each_formulation_of_exudyn_is_set_by_what_makes_it_accurate():
-    tree, native = (load_scene("150rpm-0.2mm", changes) for changes in (TREE, NATIVE))
-    assert solver_values("exudyn", "standard", native) == {"solver.exudyn.step": 2e-6}
+    tree = load_scene("150rpm-0.2mm", TREE)
+    assert solver_values("exudyn", "standard", load_scene("150rpm-0.2mm")) == {"solver.exudyn.step": 2e-6}
     assert solver_values("exudyn", "standard", tree) == {"solver.exudyn.tolerance": 1e-10}
     # The name "standard" is what a scene takes that says nothing.
     assert tree.data["solver"]["exudyn"]["tolerance"] == 1e-10

@@ -126,7 +126,7 @@ def test_accuracy_is_that_of_the_formulation(scene_file):
 @pytest.mark.parametrize(
     ("what", "code", "reported"),
     [
-        ("refuse", 2, "contact.law = 'strip' is not simulated yet"),
+        ("refuse", 2, "contact.law = 'foundation' is not simulated yet"),
         ("nan", 2, "slider_vy is nan in data row 8"),
         ("crash", 70, "its process ended with code 3"),
         ("bug", 70, "RuntimeError: index out of range"),

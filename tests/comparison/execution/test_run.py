@@ -111,7 +111,7 @@ def test_each_failure_takes_its_own_run_only(scene, gravity):
     assert [status for status, _ in outcomes[::2]] == ["success"] * 7  # the reference
     crash, refuse, fail, nan, bug, short, normal = outcomes[1::2]
     assert crash == ("crashed", "its process ended with code 3")
-    assert refuse == ("bad input", "contact.law = 'strip' is not simulated yet")
+    assert refuse == ("bad input", "contact.law = 'foundation' is not simulated yet")
     assert fail == ("newton-failed", "try a smaller step")
     assert nan[0] == "unusable"
     assert "slider_vy is nan in data row 8" in nan[1]
@@ -129,7 +129,9 @@ def test_a_crash_is_described_in_one_line(scene, gravity):
     )
     (job,) = jobs(scene, gravity.refuse, models=["exudyn"])
     (outcome,) = run_all([job], 1)
-    assert describe(job, outcome) == f"scene {job.scene.name!r}: contact.law = 'strip' is not simulated yet"
+    assert (
+        describe(job, outcome) == f"scene {job.scene.name!r}: contact.law = 'foundation' is not simulated yet"
+    )
 
 
 def test_progress_rises_to_one(scene):

@@ -98,7 +98,7 @@ def test_an_update_that_fails_leaves_the_baseline_alone(made, scene_file, gravit
     before = made.read_text()
     scene_file("own", gravity.refuse)
     assert gate("--update") == 2
-    assert "scene 'own': contact.law = 'strip' is not simulated yet" in capsys.readouterr().err
+    assert "scene 'own': contact.law = 'foundation' is not simulated yet" in capsys.readouterr().err
     assert made.read_text() == before
 
 

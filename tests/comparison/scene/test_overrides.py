@@ -114,6 +114,45 @@ def test_what_is_changed_is_in_the_title_and_nothing_false_is_said():
         assert scene.command("run", "--out", "a b.csv") == "sixbar run 150rpm-0.2mm --out 'a b.csv'"
 
 
+SLIDER, GUIDE, BOTH = (f"contact.youngs_modulus{of}" for of in (".slider", ".guide", ""))
+
+
+@pytest.mark.parametrize(
+    ("given", "held"),
+    [
+        (["{0}.slider=69e9"], {"slider": 69e9, "guide": 210e9}),
+        (["{0}={{slider=69e9}}"], {"slider": 69e9, "guide": 210e9}),
+        (["{0}={{slider=69e9, guide=100e9}}"], {"slider": 69e9, "guide": 100e9}),
+        (["{0}=69e9", "{0}.guide=210e9"], {"slider": 69e9, "guide": 210e9}),
+        (["{0}.guide=210e9", "{0}=69e9"], 69e9),
+        (["{0}.guide=210e9"], 210e9),  # that of both
+    ],
+)
+def test_a_material_is_a_number_or_one_of_each_partner(given, held, tmp_path):
+    scene = load_scene(PAPER, parse_set([text.format(BOTH) for text in given]))
+    assert scene.data["contact"]["youngs_modulus"] == held
+    assert repeated(scene.command("plan")).hash == scene.hash
+    if isinstance(held, dict):
+        file = tmp_path / "own.toml"
+        file.write_text(f'scene.extends = "{PAPER}"\n[{BOTH}]\nslider = {held["slider"]}\n')
+        in_file = load_scene(file, {GUIDE: held["guide"]})
+        assert in_file.hash == scene.hash
+        assert in_file.with_values({BOTH: 210e9}).hash == load_scene(PAPER).hash
+
+
+def test_one_partner_and_both_replace_one_another():
+    scene = load_scene(PAPER, {BOTH: 100e9})
+    held = []
+    for change in ({SLIDER: 210e9}, {BOTH: 50e9}, {GUIDE: 1e9}, {BOTH: 210e9}):
+        scene = scene.with_values(change)
+        held.append(scene.data["contact"]["youngs_modulus"])
+    one, other = {"slider": 210e9, "guide": 100e9}, {"slider": 50e9, "guide": 1e9}
+    assert held == [one, 50e9, other, 210e9]
+    assert scene.overrides == {}
+    soft = load_scene(PAPER, {"contact.youngs_modulus": {"slider": 69e9, "guide": 210e9}})
+    assert soft.title == "150rpm-0.2mm with contact.youngs_modulus.slider = 69 GPa"
+
+
 def test_two_scenes_have_two_names():
     values = [np.float64(4e-4), 4.1e-4, 1 / 3e4]
     changes = [{"clearance.slider": value} for value in values] + [{"mechanism.rocker_pivot": [0.25, 0.2]}]

@@ -135,7 +135,17 @@ def test_the_start_follows_the_reference_offset_unless_it_is_given():
         ("mechanism.rocker_pivot", [1.0], "mechanism.rocker_pivot = [1.0] must hold 2 values, not 1"),
         ("mechanism.slider_branch", 0, "mechanism.slider_branch = 0 must be -1 or 1"),
         ("contact.law", "hertz", "contact.law = 'hertz' must be 'hertz-corners', 'paper-switching'"),
+        ("contact.law", "strip",
+         "contact.law = 'strip' is gone: the continuous law of a whole side is 'foundation'"),
+        ("solver.exudyn.formulation", "native", "solver.exudyn.formulation = 'native' is gone: "),
         ("contact.poisson", 0.6, "contact.poisson = 0.6 must be <= 0.5"),
+        ("contact.poisson.slider", -1.0, "contact.poisson.slider = -1.0 must be > -1"),
+        ("contact.youngs_modulus.guide", 0.0, "contact.youngs_modulus.guide = 0.0 Pa must be > 0"),
+        ("contact.youngs_modulus.slider", "soft", "contact.youngs_modulus.slider = 'soft' must be a number"),
+        ("contact.youngs_modulus.slidr", 1e9,
+         "contact.youngs_modulus.slidr is not a known key; did you mean contact.youngs_modulus.slider?"),
+        ("contact.youngs_modulus", {}, "contact.youngs_modulus.slider is missing"),
+        ("contact.poisson", [0.28, 0.3], "contact.poisson = [0.28, 0.3] must be a number"),
         ("contact.restitution", 1.1, "contact.restitution = 1.1 must be <= 1"),
         ("friction.transition_speed", 1e-5,
          "friction.transition_speed = 1e-05 m/s must be > friction.static_speed = 0.0001 m/s"),
@@ -262,6 +272,17 @@ def test_an_ideal_slider_has_no_corner_channels():
     asked = expected(load_scene("ideal", {"output.groups": ["corners"]}).data)
     assert asked == ["slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega"]
     assert len(expected(load_scene(PAPER).data)) == 6 + 3 + 12
+
+
+def test_a_journal_has_channels_where_the_crank_pin_has_clearance():
+    journal = ["journal_x", "journal_y"]
+    pin, both = (
+        load_scene(name, {"output.groups": ["corners"]}).data for name in ("crank-pin", "both-clearances")
+    )
+    assert expected(pin)[6:] == journal
+    assert len(expected(both)) == 6 + 2 + 12
+    assert set(journal) <= set(expected(both))
+    assert not set(journal) & set(expected(load_scene(PAPER).data))
 
 
 def test_every_group_has_its_channels_and_the_guide_reacts_only_on_an_ideal_slider():

@@ -128,9 +128,9 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_work(here, capsys
 
 
 def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
-    refused = Outcome("bad input", "contact.law = 'strip' is not simulated")
-    shown = contact_laws.of_run(refused, "strip")
-    assert shown[0] == "not simulated: contact.law = 'strip' is not simulated"
+    refused = Outcome("bad input", "contact.law = 'foundation' is not simulated")
+    shown = contact_laws.of_run(refused, "foundation")
+    assert shown[0] == "not simulated: contact.law = 'foundation' is not simulated"
     assert set(shown[1:]) == {"n/a"}
     assert len(shown) == len(contact_laws.RUN_HEADINGS)
     partial = Table(
@@ -142,7 +142,7 @@ def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
         {"counters": {"steps": 7}},
     )
     stopped = Outcome("work-limit", "shorten drive.cycles", partial=partial)
-    shown = contact_laws.of_run(stopped, "strip")
+    shown = contact_laws.of_run(stopped, "hertz-corners")
     assert shown[0] == "work-limit at 0.1000 s; shorten drive.cycles"
     assert shown[3:5] == ["5.00\u00a0J", "2.00\u00a0m/s"]
     assert contact_laws.of_switches(stopped)[0] == "not measured: work-limit"

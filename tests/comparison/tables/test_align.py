@@ -169,6 +169,14 @@ def test_of_two_grids_with_one_interval_the_same_one_is_taken_from_either_side()
     np.testing.assert_array_equal(align(wave(bent), wave(time), NAMES).time, time)
 
 
+def test_a_journal_moves_without_a_jump_at_its_own_contacts():
+    time, at = np.linspace(0.0, 1.0, 5), np.array([0.4, 0.6])
+    events = pd.DataFrame({"corner": ["pin"], "start": [0.45], "end": [0.55]})
+    sampled, unknown = resample(time, {"journal_x": time**2}, at, events)
+    np.testing.assert_array_equal(sampled["journal_x"], np.interp(at, time, time**2))
+    assert not unknown
+
+
 @given(arrays(np.int8, 60, elements=st.integers(-3, 3)), st.floats(-2.9, 2.9))
 def test_whole_turns_anywhere_make_no_difference(turns, slope):
     time = np.linspace(0, 2, 60)

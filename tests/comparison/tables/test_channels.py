@@ -36,6 +36,7 @@ def test_a_position_is_measured_by_the_clearance_that_moves_it(joints, x, y):
     assert scale("slider_angle", scene) == pytest.approx(x / 0.07, **exact)
     assert scale("slider_vy", scene) == pytest.approx(y / hundredth, **exact)
     assert scale("slider_ay", scene) == 7.0  # accelerations by their range
+    assert scale("journal_x", scene) == scale("journal_y", scene) == C_PIN
 
 
 def test_without_the_clearance_in_question_the_scale_is_the_range():

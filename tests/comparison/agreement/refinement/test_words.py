@@ -29,7 +29,7 @@ def test_the_expected_cost_is_that_of_the_whole_family():
     seconds = float(line.removeprefix(head).removesuffix(tail))
     assert 4 < seconds / expected(OWN, "reference").seconds < 6
     assert cost_before(OWN, "reference", "draft").endswith(" s of processor time")
-    unknown = OWN.with_values({"solver.exudyn.formulation": "native", "joints.crank_pin": "clearance"})
+    unknown = OWN.with_values({"solver.exudyn.formulation": "tree", "joints.slider": "ideal"})
     assert cost_before(unknown, "exudyn", 1e-8).endswith("no time recorded, more if it has to be refined")
 
 

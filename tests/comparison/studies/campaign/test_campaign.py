@@ -42,7 +42,7 @@ def test_the_population_reaches_its_corners():
     assert np.abs(speeds).min() < 15.0
     laws = [one["contact"]["law"] for one in data]
     joints = [tuple(one["joints"].values()) for one in data]
-    assert 10 <= laws.count("strip") <= 50
+    assert 10 <= laws.count("foundation") <= 50
     assert joints.count(("clearance", "ideal")) > 400
     for rare in (("clearance", "clearance"), ("ideal", "clearance")):
         assert joints.count(rare) >= 10

@@ -229,8 +229,7 @@ def test_starts_a_hair_apart_are_run_and_the_run_once_more_with_a_finer_setting(
         many.append(of)
     rerun(many, [(0, MINIMAL.name), (1, MINIMAL.name)], 1, None)
     hair, ordinary = (of.refined[MINIMAL.name] for of in many)
-    # A thousand times the hair of 1e-13 m at the least; onto which rest it tips, and when, rounding chooses
-    # (1e-8 and 1e-5 m measured).
+    # A thousand times the hair of 1e-13 m at the least; 9e-5 m, of a clearance of 2e-4 m, measured.
     assert hair.apart > 1e-10
     # The base scene magnifies it by 8 only, but the bound of either run is 3e-11 m.
     assert 0.0 < ordinary.apart < 1e-10

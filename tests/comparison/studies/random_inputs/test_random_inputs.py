@@ -62,6 +62,16 @@ def test_a_scene_says_what_scatters_and_no_run_depends_on_it(tmp_path):
     assert own.with_values({"drive.cycles": 1.0}).random == own.random
 
 
+def test_a_material_scatters_in_one_partner(tmp_path):
+    own = scene_with(tmp_path, entry("contact.youngs_modulus.slider", deviation="1e9"))
+    values = values_at(own, inputs_of(own), np.array([2.0]))
+    assert values == {"contact.youngs_modulus.slider": 212e9}
+    assert own.with_values(values).data["contact"]["youngs_modulus"] == {"slider": 212e9, "guide": 210e9}
+    apart = own.with_values({"random": [], "contact.youngs_modulus.guide": 69e9})
+    with pytest.raises(SceneError, match=r"contact\.youngs_modulus is no number of a scene"):
+        inputs_of(apart)  # the defaults name that of both
+
+
 @pytest.mark.parametrize(
     ("entries", "message"),
     [

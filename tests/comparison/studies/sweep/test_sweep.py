@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from comparison.scene import load_scene
 from comparison.studies.sweep.outputs import USUAL, measure, names
-from comparison.studies.sweep.points import SweepError, grid, latin_hypercube, listed
+from comparison.studies.sweep.points import SweepError, check_keys, grid, latin_hypercube, listed
 from comparison.tables.table import Table
 
 
@@ -31,14 +32,24 @@ def test_a_latin_hypercube_has_one_point_in_each_part_of_each_range():
 
 def test_a_list_is_read_with_its_types(tmp_path):
     path = tmp_path / "points.csv"
-    path.write_text("drive.speed_rpm,contact.law\n100,strip\n1.5e2,hertz-corners\n")
+    path.write_text("drive.speed_rpm,contact.law\n100,foundation\n1.5e2,hertz-corners\n")
     assert listed(path) == [
-        {"drive.speed_rpm": 100, "contact.law": "strip"},
+        {"drive.speed_rpm": 100, "contact.law": "foundation"},
         {"drive.speed_rpm": 150.0, "contact.law": "hertz-corners"},
     ]
     path.write_text("drive.speed_rpm,contact.law\n100\n")
     with pytest.raises(SweepError, match="line 2 has 1 values for 2 keys"):
         listed(path)
+
+
+def test_materials_are_swept_of_both_partners_or_of_one():
+    number = load_scene("150rpm-0.2mm")
+    for scene in (number, number.with_values({"contact.youngs_modulus.guide": 69e9})):
+        check_keys(
+            scene, ["contact.youngs_modulus", "contact.youngs_modulus.slider", "contact.poisson.guide"]
+        )
+        with pytest.raises(SweepError, match=r"did you mean 'contact\.poisson\.guide'"):
+            check_keys(scene, ["contact.poisson.guid"])
 
 
 def test_what_is_measured_of_a_run_whose_numbers_are_known():
