@@ -1,29 +1,50 @@
-"""Observed extremes of a run's contacts, which ``seen`` collects and ``invariants`` judges.
+"""Observed extremes of a run's contacts, which ``invariants`` judges.
 
 Every accepted state is examined. Gaps, rates and slips are computed here once more from the bodies' motion,
 so that a fault in the formulas that the run was computed with does not conceal itself. The worst of each
-contact is kept in its own record.
+contact is kept in its row.
 """
-
-from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.channels import FRICTION, NORMAL, PER_CONTACT
-from exudyn_model.compiled import kernel
-from exudyn_model.contact.foundation import other_end
-from exudyn_model.contact.laws import FOUNDATION
-from exudyn_model.contact.states import ACROSS, ALONG, CORNERS, PIN
+from exudyn_model.columns import BEARING_RADIUS, CLEARANCE, HALF_LENGTH, HALF_WIDTH, IMPACT_SPEED, START
+from exudyn_model.corners import ACROSS, ALONG, CORNER_COUNT, UPPER
+from exudyn_model.kernels import kernel
+from exudyn_model.memory import is_shared
+from exudyn_model.tables import CONTACT, PER_CONTACT
 
-_CORNERS = len(CORNERS)
+# What was seen last; scales; then worst value and its time (s) of each of WATCHED
+(LAST_START, LAST_GAP, LAST_RATE, FASTEST, FASTEST_SLIP, STRONGEST) = range(6)
+WATCHED = ("open-depth", "pull", "driving-friction", "leaving-start", "start-gap")
+OPEN_DEPTH, PULL, DRIVING, LEAVING, START_GAP = range(6, 16, 2)
+WATCH_COLUMNS = 16
+
+
+def new_watch(rows: int) -> NDArray[np.float64]:
+    """Return the rows of so many contacts, before the first state."""
+    return np.zeros((rows, WATCH_COLUMNS))
+
+
+@kernel
+def _keep(worst: NDArray[np.float64], column: int, value: float, time: float) -> None:
+    if value > worst[column]:
+        worst[column], worst[column + 1] = value, time
 
 
 @kernel
 def watch_contact(
-    time: float, gap: float, rate: float, slip: float, normal: float, power: float, closed: bool, state: Any
+    time: float,
+    gap: float,
+    rate: float,
+    slip: float,
+    normal: float,
+    power: float,
+    contact: NDArray[np.float64],
+    closed: bool,
+    worst: NDArray[np.float64],
 ) -> None:
-    """Keep the worst violation of each invariant so far in the record of one contact.
+    """Keep the worst violation of each invariant so far.
 
     Parameters
     ----------
@@ -31,35 +52,29 @@ def watch_contact(
         s.
     gap, rate, slip : float
         Gap (m), its rate and the slip (m/s).
-    normal : float
-        Normal force that goes with this state, N.
-    power : float
-        Of the friction that goes with it, W.
+    normal, power : float
+        Normal force (N) and power of the friction (W) that go with this state.
+    contact : ndarray
+        Its memory.
     closed : bool
         Whether a contact is in progress that covers this point.
-    state : record
-        Of ``contact.states.contact_states``.
+    worst : ndarray, shape (16,)
+        Changed in place.
     """
-    if state.impact_speed > 0.0:
-        if state.start != state.known_start:
+    if contact[IMPACT_SPEED] > 0.0:
+        if contact[START] != worst[LAST_START]:
             # Those that begin at t = 0 may separate: a corner may start inside its wall
-            state.known_start = state.start
-            leaving = min(state.known_rate, rate)
-            if leaving > state.leaving:
-                state.leaving, state.leaving_time = leaving, time
-            away = min(abs(state.known_gap), abs(gap))
-            if away > state.start_gap:
-                state.start_gap, state.start_gap_time = away, time
-    elif not closed and -gap > state.open_depth:
-        state.open_depth, state.open_depth_time = -gap, time
-    if -normal > state.pull:
-        state.pull, state.pull_time = -normal, time
-    if power > state.driving:
-        state.driving, state.driving_time = power, time
-    state.known_gap, state.known_rate = gap, rate
-    state.fastest = max(state.fastest, abs(rate))
-    state.fastest_slip = max(state.fastest_slip, abs(slip))
-    state.strongest = max(state.strongest, normal)
+            worst[LAST_START] = contact[START]
+            _keep(worst, LEAVING, min(worst[LAST_RATE], rate), time)
+            _keep(worst, START_GAP, min(abs(worst[LAST_GAP]), abs(gap)), time)
+    elif not closed:
+        _keep(worst, OPEN_DEPTH, -gap, time)
+    _keep(worst, PULL, -normal, time)
+    _keep(worst, DRIVING, power, time)
+    worst[LAST_GAP], worst[LAST_RATE] = gap, rate
+    worst[FASTEST] = max(worst[FASTEST], abs(rate))
+    worst[FASTEST_SLIP] = max(worst[FASTEST_SLIP], abs(slip))
+    worst[STRONGEST] = max(worst[STRONGEST], normal)
 
 
 @kernel
@@ -70,104 +85,69 @@ def watch_corners(
     vx: float,
     vy: float,
     omega: float,
+    first: int,
     values: NDArray[np.float64],
-    law: Any,
-    contacts: NDArray[np.void],
+    law: NDArray[np.float64],
+    contacts: NDArray[np.float64],
+    worst: NDArray[np.float64],
 ) -> None:
-    """Watch the slider's corners.
+    """Watch the corners of a slider.
 
     Parameters
     ----------
     time : float
         s.
     x, angle, vx, vy, omega : float
-        Slider's x from the guide's centre line (m), angle (rad) and velocities.
+        Of the slider in the guide's frame: m, rad, s.
+    first : int
+        Row of the slider's first corner.
     values : ndarray
-        Of this state, in the order of ``channels.CHANNELS``; normal forces and friction are read.
-    law : record
-        From ``contact.gaps.contact_law``.
-    contacts : ndarray, shape (5,)
-        From ``contact.states``; changed in place.
+        Of this state: see ``tables``; normal forces and friction are read.
+    law : ndarray
+    contacts, worst : ndarray, shape (rows, columns)
+        Of all contacts; ``worst`` is changed in place.
     """
     cosine, sine = np.cos(angle), np.sin(angle)
-    wall, shared = law.half_width + law.clearance, law.kind == FOUNDATION
-    for number in range(_CORNERS):
-        side = ACROSS[number]
-        along_x, along_y = _arm(number, cosine, sine, law)
-        slip = vy + omega * along_x
-        power = values[FRICTION + PER_CONTACT * number] * slip
-        closed = contacts[number].impact_speed > 0.0
+    wall, shared = law[HALF_WIDTH] + law[CLEARANCE], is_shared(law)
+    for number in range(CORNER_COUNT):
+        row, side, end = first + number, ACROSS[number], ALONG[number]
+        arm_x = side * law[HALF_WIDTH] * cosine - end * law[HALF_LENGTH] * sine
+        arm_y = side * law[HALF_WIDTH] * sine + end * law[HALF_LENGTH] * cosine
+        slip = vy + omega * arm_x
+        column = CONTACT + PER_CONTACT * row
+        power, closed = values[column + 2] * slip, contacts[row, IMPACT_SPEED] > 0.0
         if shared:
             # One friction, at the resultant of the side: the part of one corner may well drive
-            other = other_end(number)
-            other_slip = vy + omega * _arm(other, cosine, sine, law)[0]
-            power += values[FRICTION + PER_CONTACT * other] * other_slip
-            closed = closed or contacts[other].impact_speed > 0.0
-        watch_contact(
-            time,
-            wall - side * (x + along_x),
-            -side * (vx - omega * along_y),
-            slip,
-            values[NORMAL + PER_CONTACT * number],
-            power,
-            closed,
-            contacts[number],
-        )
+            other = CONTACT + PER_CONTACT * (first + (number + UPPER) % CORNER_COUNT)
+            other_x = side * law[HALF_WIDTH] * cosine + end * law[HALF_LENGTH] * sine
+            power += values[other + 2] * (vy + omega * other_x)
+            closed = contacts[first + number % UPPER, IMPACT_SPEED] > 0.0
+        gap, rate = wall - side * (x + arm_x), -side * (vx - omega * arm_y)
+        watch_contact(time, gap, rate, slip, values[column + 1], power, contacts[row], closed, worst[row])
 
 
 @kernel
-def _arm(number: int, cosine: float, sine: float, law: Any) -> tuple[float, float]:
-    """Return the vector from the slider's centre to a corner, m."""
-    side, end = ACROSS[number], ALONG[number]
-    return (
-        side * law.half_width * cosine - end * law.half_length * sine,
-        side * law.half_width * sine + end * law.half_length * cosine,
-    )
-
-
-class Eccentricity(NamedTuple):
-    """Vector from the bearing's centre to the journal's (m), and its rate (m/s)."""
-
-    x: float
-    y: float
-    vx: float
-    vy: float
-
-
-@kernel
-def watch_pin(
+def watch_journal(
     time: float,
-    eccentricity: Eccentricity,
+    ex: float,
+    ey: float,
+    vx: float,
+    vy: float,
     w1: float,
     w2: float,
-    normal: float,
-    friction: float,
-    law: Any,
-    contacts: NDArray[np.void],
+    row: int,
+    values: NDArray[np.float64],
+    law: NDArray[np.float64],
+    contacts: NDArray[np.float64],
+    worst: NDArray[np.float64],
 ) -> None:
-    """Watch the crank pin.
-
-    Parameters
-    ----------
-    time : float
-        s.
-    eccentricity : Eccentricity
-    w1, w2 : float
-        Angular velocities of crank and rod 2, rad/s.
-    normal, friction : float
-        On rod 2, along the bearing's outward normal and along that rotated by +90 degrees, N.
-    law : record
-        From ``contact.journal.journal_law``.
-    contacts : ndarray, shape (5,)
-        From ``contact.states``; changed in place.
-    """
-    ex, ey, vx, vy = eccentricity
+    """Watch a journal, from e (m), its rate (m/s) and the angular speeds of journal and bearing (rad/s)."""
     distance = np.sqrt(ex * ex + ey * ey)
     nx, ny = (ex / distance, ey / distance) if distance > 0.0 else (1.0, 0.0)
-    # Of the bearing's material against the journal's, in the point of the bearing's surface
-    bearing = w2 * law.bearing_radius
-    journal = nx * vy - ny * vx + w1 * (law.bearing_radius - distance)
-    slip = bearing - journal
-    closed = contacts[PIN].impact_speed > 0.0
-    gap, rate = law.clearance - distance, -(nx * vx + ny * vy)
-    watch_contact(time, gap, rate, slip, normal, friction * slip, closed, contacts[PIN])
+    # Of both materials in the point of the bearing's surface, along n rotated by +90 degrees
+    of_journal = nx * vy - ny * vx + w1 * (law[BEARING_RADIUS] - distance)
+    slip = of_journal - w2 * law[BEARING_RADIUS]
+    column = CONTACT + PER_CONTACT * row
+    power, closed = values[column + 2] * slip, contacts[row, IMPACT_SPEED] > 0.0
+    gap, rate = law[CLEARANCE] - distance, -(nx * vx + ny * vy)
+    watch_contact(time, gap, rate, slip, values[column + 1], power, contacts[row], closed, worst[row])

@@ -1,30 +1,92 @@
-"""What is kept of a run of five bodies: samples, contacts and extrema, collected from accepted states."""
+"""What is kept of a run of five bodies, collected from accepted states; dense samples lie between them."""
 
-from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.bodies import COORDINATES, SLIDER_X
-from exudyn_model.channels import CHANNELS, ENERGIES
-from exudyn_model.compiled import direct
-from exudyn_model.contact.memory import EVENT
-from exudyn_model.contact.states import CONTACTS
-from exudyn_model.energy import new_audit
-from exudyn_model.five_bodies.constraints import CONSTRAINTS, Constraints
-from exudyn_model.five_bodies.native_contact import RADIUS, deepest
-from exudyn_model.five_bodies.observation import Kept, Vectors, observe
-from exudyn_model.five_bodies.samples_between import interpolate
+from exudyn_model.columns import ACROSS_X, ACROSS_Y, DIRECTION, LAW
+from exudyn_model.corners import CORNER_COUNT, corner_load, corner_motion
+from exudyn_model.five_bodies.observation import AUDIT_COLUMNS, Kept, observe
 from exudyn_model.five_bodies.step_choice import StepChoice
-from exudyn_model.model import Model
-from exudyn_model.pulses import new_pulses, pulse_table
-from exudyn_model.tables import cycle_extrema, event_table, new_extrema
+from exudyn_model.five_bodies.system import ANGLE, PER_BODY, Constants, Model, X, Y
+from exudyn_model.kernels import entry, machine_code
+from exudyn_model.laws import SHARED
+from exudyn_model.tables import (
+    ACCELERATIONS,
+    ALPHA,
+    CONTACT,
+    ENERGIES,
+    JOURNAL,
+    MOTION,
+    PER_CONTACT,
+    STATE,
+    TO_RATE,
+    Tables,
+    corner_channels,
+)
+from exudyn_model.watch import new_watch
 
-_NOT_NATIVE = np.zeros((0, 4))
-# Rows of the events' table at first; states whose constraints are judged at once
-_ROOM = 256
+Array = NDArray[np.float64]
+
+CONSTRAINTS = ("position", "velocity")
+
+
+@entry
+def interpolate(
+    before: Array,
+    after: Array,
+    start: float,
+    step: float,
+    times: Array,
+    system: Constants,
+    observed: int,
+    samples: Array,
+) -> None:
+    """Fill the channels at times inside a step.
+
+    Coordinates and velocities by cubic Hermite polynomials of the states and their rates, whose error is of
+    fourth order in the step; gaps from these coordinates; all others linearly, with an error of second order,
+    as that of the method, but the angular acceleration of a body in a guide: that follows from the corners'
+    forces.
+
+    Parameters
+    ----------
+    before, after : ndarray, shape (channels,)
+        All channels at both ends of the step.
+    start, step : float
+        Its beginning and length, s.
+    times : ndarray, shape (n,)
+        s.
+    system : Constants
+    observed : int
+        Body whose motion is recorded.
+    samples : ndarray, shape (n, channels)
+        Filled.
+    """
+    for sample in range(len(times)):
+        s, values = (times[sample] - start) / step, samples[sample]
+        r = 1.0 - s
+        for channel in range(len(values)):
+            values[channel] = r * before[channel] + s * after[channel]
+        for channel in range(MOTION):
+            change = after[channel] - before[channel]
+            leaves = step * before[channel + TO_RATE] - change
+            arrives = change - step * after[channel + TO_RATE]
+            values[channel] += s * r * (r * leaves + s * arrives)
+        for number in range(len(system.sliders)):
+            law, body = system.sliders[number], int(system.slider_bodies[number])
+            if body != observed:
+                continue
+            x = values[X] - system.reference[PER_BODY * body + X]
+            y = values[Y] - system.reference[PER_BODY * body + Y]
+            across, moment = law[ACROSS_X] * x + law[ACROSS_Y] * y, 0.0
+            for corner in range(CORNER_COUNT):
+                column = CONTACT + PER_CONTACT * (CORNER_COUNT * number + corner)
+                motion = corner_motion(corner, across, values[ANGLE] - law[DIRECTION], 0.0, 0.0, 0.0, law)
+                values[column] = motion.gap
+                moment += corner_load(corner, values[column + 1], values[column + 2], motion)[2]
+            values[ALPHA] = moment / system.masses[PER_BODY * body + ANGLE]
 
 
 class Recorder:
@@ -36,61 +98,57 @@ class Recorder:
     Parameters
     ----------
     model : Model
-        From ``mechanism``.
     choice : StepChoice
         Tells the time of the state to accept.
     samples : int
         Besides the initial state.
-    period : float
-        Of the crank, s.
-    masses : ndarray, shape (15,) or (0,)
-        From ``energy``; empty where the energy is not audited.
-    constraints : Constraints
+    period, duration : float
+        Of the crank's cycle and of the run, s.
+    energy : bool
+        Whether the energies are recorded.
 
     Attributes
     ----------
     accepted : int
         States so far.
+    tables : Tables
+    watch : ndarray, shape (contacts, columns)
+        See ``watch``.
     """
 
     def __init__(
-        self,
-        model: Model,
-        choice: StepChoice,
-        samples: int,
-        period: float,
-        masses: NDArray[np.float64],
-        constraints: Constraints,
+        self, model: Model, choice: StepChoice, samples: int, period: float, duration: float, energy: bool
     ) -> None:
-        self.accepted = 0
-        self._drift = dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
-        self._constraints = constraints
-        self._constants, self._contacts = model.constants, model.contacts
-        self._choice = choice
-        self._read_corners = model.read_corners
-        self._drive = model.multipliers.index("crank_torque")
-        self._channels = CHANNELS + model.multipliers
-        if "reaction_A_x" not in self._channels:
-            self._channels += ("reaction_A_x", "reaction_A_y")  # of the contact
-        if len(masses):
-            self._channels += ENERGIES
-        count = len(self._channels)
-        cycles = samples * choice.per_sample * choice.size / period
-        extrema = new_extrema(count, period, cycles)
-        self._kept = Kept(np.zeros(count), extrema, new_audit(), masses, new_pulses())
-        self._samples = np.zeros((samples + 1, count))
-        self._before = np.zeros(count)
-        self._events = np.zeros(0, EVENT)
-        self._event_count, self._sample_count = 0, 0
-        self._time = 0.0
-        self._required = np.zeros(_ROOM), *np.zeros((2, _ROOM, COORDINATES))
-        self._required_count = 0
+        system, contacts = model.system, model.contacts
+        names = system.contact_names
+        channels = (*STATE, *ACCELERATIONS, *corner_channels(names))
+        channels += tuple(f"{name}{n or ''}" for n in range(len(system.journals)) for name in JOURNAL)
+        channels += system.multipliers
+        channels += tuple(f"reaction_{journal.name}_{axis}" for journal in system.journals for axis in "xy")
+        channels += ENERGIES if energy else ()
+        self.accepted, self.watch = 0, new_watch(len(contacts))
+        shared = any(SHARED[int(law[LAW])] for law in model.constants.sliders)
+        self.tables = Tables(names, contacts, channels, period, duration, shared)
+        rows, coordinates = len(system.multipliers), PER_BODY * len(system.bodies)
+        self._kept = Kept(
+            np.zeros(len(channels)),
+            self.tables.extrema,
+            self.tables.notes,
+            self.watch,
+            np.zeros((len(CONSTRAINTS), 2)),
+            np.zeros(AUDIT_COLUMNS if energy else 0),
+            *np.zeros((2, coordinates)),
+            np.zeros((rows, coordinates)),
+            np.zeros(rows),
+            np.zeros((rows, rows)),
+        )
+        self._model, self._choice = model, choice
+        self._samples, self._sample_count = np.zeros((samples + 1, len(channels))), 0
+        self._before, self._time = np.zeros(len(channels)), 0.0
         self._followed: tuple[int, ...] = ()
-        self._fill: Callable[..., None] | None = None
+        self._fill: Any = None
 
-    def follow(
-        self, q: NDArray[np.float64], v: NDArray[np.float64], multipliers: NDArray[np.float64]
-    ) -> None:
+    def follow(self, q: Array, v: Array, multipliers: Array) -> None:
         """Take the states to come from Exudyn's own vectors, which it fills anew in every step.
 
         To ask for them takes longer than to read them: at the states that there have to be is often enough to
@@ -98,10 +156,10 @@ class Recorder:
 
         Parameters
         ----------
-        q, v : ndarray, shape (15,)
-            Coordinates and their rates, the slider's x from the guide's centre line.
+        q, v : ndarray, shape (3 n,)
+            Coordinates and their rates.
         multipliers : ndarray
-            Those of Exudyn's constraints, in the order of ``Model.multipliers``.
+            Those of Exudyn's constraints, in the order of ``System.multipliers``.
 
         Raises
         ------
@@ -113,98 +171,57 @@ class Recorder:
             if places != self._followed:
                 raise AssertionError("Exudyn has moved its state")
             return
-        self._followed, self._q, self._v = places, q, v
-        fixed = Vectors(q, v, multipliers, self._drive), self._kept, self._constants, self._contacts
-        self._observe = partial(direct(observe, *fixed, 0.0, _NOT_NATIVE, self._events, 0), *fixed)
+        self._followed, model = places, self._model
+        fixed = q, v, multipliers, model.constants, model.system.observed, model.step, model.contacts
+        fixed += self._kept, self.tables.period, self._choice.size
+        examples = 0.0, *fixed, 0.0, self._choice.before, self.tables.events, 0
+        self._observe, self._fixed = machine_code(observe, *examples), fixed
 
-    def accept(self) -> bool:
-        """Take the next state.
-
-        Returns
-        -------
-        bool
-            Whether it is a sample.
-        """
-        choice = self._choice
-        is_sample, time = choice.at_sample, choice.time
-        # Each contact ends at most once a step
-        if self._event_count + len(CONTACTS) > len(self._events):
-            self._events = np.concatenate([self._events, np.zeros(len(self._events) + _ROOM, EVENT)])
-        native = self._read_corners() if self._read_corners else _NOT_NATIVE
-        inside = choice.samples_inside()
+    def accept(self) -> int:
+        """Take the next state; return how many ticks the next step may take."""
+        choice, tables = self._choice, self.tables
+        time, inside = choice.time, choice.samples_inside()
+        tables.make_room()
         if inside:
             self._before[:] = self._kept.values
-        self._event_count = self._observe(time, native, self._events, self._event_count)
+        tables.count, ticks = self._observe(
+            time, *self._fixed, float(choice.allowed), choice.before, tables.events, tables.count
+        )
         if inside:
-            rows = self._samples[self._sample_count : self._sample_count + len(inside)]
-            times = np.array(inside) * choice.size
-            self._interpolate(self._time, time - self._time, times, rows)
-            self._sample_count += len(inside)
-        if is_sample:
+            self._fill_samples(time, np.array(inside) * choice.size)
+        if choice.at_sample:
             self._samples[self._sample_count] = self._kept.values
             self._sample_count += 1
-        if choice.at_required_state:
-            if self._required_count == _ROOM:
-                self._judge_required()
-            for kept, value in zip(self._required, (time, self._q, self._v), strict=True):
-                kept[self._required_count] = value
-            self._required_count += 1
         self._time = time
         self.accepted += 1
-        return is_sample
+        return ticks
 
-    def _judge_required(self) -> None:
-        """Take the violations of the constraints in the states that wait for it."""
-        times, q, v = (kept[: self._required_count] for kept in self._required)
-        self._required_count = 0
-        if not times.size:
-            return
-        for name, amounts in zip(CONSTRAINTS, self._constraints.violation(times, q, v), strict=True):
-            most = np.argmax(amounts)  # the first that is not a number, if one is not
-            if not amounts[most] <= self._drift[name][0]:
-                self._drift[name] = float(amounts[most]), float(times[most])
+    def _fill_samples(self, time: float, times: Array) -> None:
+        """Fill the samples inside the step that ends at ``time`` (s)."""
+        rows = self._samples[self._sample_count : self._sample_count + len(times)]
+        ends = self._before, self._kept.values, self._time, time - self._time, times
+        arguments = *ends, self._model.constants, self._model.system.observed, rows
+        if self._fill is None:
+            self._fill = machine_code(interpolate, *arguments)
+        self._fill(*arguments)
+        self._sample_count += len(times)
 
     def drift(self) -> dict[str, tuple[float, float]]:
-        """Return of each of ``constraints.CONSTRAINTS`` the largest violation so far, and its time in s.
-
-        In m and rad, and in m/s and rad/s, of the states that there have to be
-        (``settings.steps_between_states``).
-        """
-        self._judge_required()
-        return dict(self._drift)
-
-    @property
-    def is_behind_a_wall(self) -> bool:
-        """Whether a corner is deeper in a wall than Exudyn's own contact object can hold it."""
-        return self._read_corners is not None and deepest(self._q[SLIDER_X:], self._constants.law) > RADIUS
-
-    def _interpolate(
-        self, start: float, step: float, times: NDArray[np.float64], samples: NDArray[np.float64]
-    ) -> None:
-        fixed = self._constants.linkage[0], self._constants.law[0], samples
-        arguments = self._before, self._kept.values, start, step, times, *fixed
-        if self._fill is None:
-            self._fill = direct(interpolate, *arguments)
-        self._fill(*arguments)
+        """Return of each of ``CONSTRAINTS`` the largest violation so far (m, rad; m/s, rad/s), and when (s)."""
+        return {
+            name: (float(value), float(time))
+            for name, (value, time) in zip(CONSTRAINTS, self._kept.drift, strict=True)
+        }
 
     def is_finite(self) -> bool:
         """Whether the last accepted state holds no infinity and no NaN."""
         return bool(np.all(np.isfinite(self._kept.values)))
 
-    def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
+    def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
         """Return sampled channels by name, as far as the run came."""
-        return {
-            name: self._samples[: self._sample_count, self._channels.index(name)].copy() for name in names
-        }
+        samples = self._samples[: self._sample_count]
+        return {name: samples[:, self.tables.channels.index(name)].copy() for name in names}
 
-    def cycle_extrema(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
-        """Return least and greatest value of each channel in each cycle, with their times in s."""
-        return cycle_extrema(self._kept.extrema, self._channels, names)
-
-    def events(self) -> dict[str, NDArray[Any]]:
+    def event_table(self) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
-        return event_table(self._events[: self._event_count], self._contacts, self._time)
-
-    def pulses(self, events: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        """Return the normal forces of the corners' contacts in time; ``events`` is from :meth:`events`."""
-        return pulse_table(self._kept.pulses, self._contacts, events)
+        return self.tables.event_table(self._time)

@@ -1,0 +1,47 @@
+"""Columns of the arrays that the kernels read and write. SI units, times in s from t = 0.
+
+The kernels take plain arrays of numbers: one row (or array) a contact law, one row a contact's memory.
+"""
+
+# ---- A contact law: see `parameters.Contact`. The geometry stands last: of a slider, or of a journal.
+(
+    LAW,
+    STIFFNESS,
+    EXPONENT,
+    DAMPING,
+    CURRENT,  # 1: the damping has no memory
+    SPEED_FLOOR,
+    FRICTION_COEFFICIENT,
+    STATIC_SPEED,
+    TRANSITION_SPEED,
+    SIDE_STIFFNESS,
+    CLEARANCE,
+    MASS,  # of the body that the contact carries
+    HALF_WIDTH,
+    HALF_LENGTH,
+    ACROSS_X,  # unit vector across the guide, and its direction
+    ACROSS_Y,
+    DIRECTION,
+    BEARING_RADIUS,
+) = range(18)
+LAW_COLUMNS = 18
+
+# ---- The memory of a contact: of a corner of a slider, or of a journal. See `memory`.
+(
+    GAP,
+    RATE,
+    SLIP,
+    NORMAL,
+    FRICTION,
+    CLOSED,  # 1: inside the wall
+    IMPACT_SPEED,  # 0: no contact is in progress
+    NAME,  # row whose name the contact in progress bears in the table of contacts
+    START,
+    LEFT,  # when it last opened
+    IMPULSE,
+    PEAK,
+    DEPTH,
+    NOTED,  # samples of its normal force so far
+    REGIME,  # of the journal's friction in an iteration: see `friction.slip_regime`
+) = range(15)
+MEMORY_COLUMNS = 15

@@ -1,0 +1,152 @@
+"""Memory of the contacts: what a damping refers to (Eq. 11), and what the table of contacts says.
+
+One row a contact: of the four corners of a slider, in the order of ``corners.CORNERS``, and of a journal. It is
+updated with accepted states alone: nothing that a trial state of an iteration or of a rejected step does is
+ever kept. Where a law has the side remember (``laws.SHARED``), the touch stands in the row of its lower
+corner, whatever corner it is named after.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.columns import (
+    ACROSS_X,
+    ACROSS_Y,
+    BEARING_RADIUS,
+    CLEARANCE,
+    CURRENT,
+    DAMPING,
+    DEPTH,
+    DIRECTION,
+    EXPONENT,
+    FRICTION_COEFFICIENT,
+    HALF_LENGTH,
+    HALF_WIDTH,
+    IMPACT_SPEED,
+    IMPULSE,
+    LAW,
+    LAW_COLUMNS,
+    MASS,
+    MEMORY_COLUMNS,
+    NAME,
+    PEAK,
+    SIDE_STIFFNESS,
+    SPEED_FLOOR,
+    START,
+    STATIC_SPEED,
+    STIFFNESS,
+    TRANSITION_SPEED,
+)
+from exudyn_model.corners import UPPER
+from exudyn_model.kernels import kernel
+from exudyn_model.laws import LAWS, SHARED, CornerMotion, foundation_normals
+from exudyn_model.parameters import Contact
+
+ROUNDED = 2e-15
+"""A gap (m) that counts as none: some roundings of the sums of lengths near 0.6 m that it comes from."""
+
+# Columns of the table of contacts
+EVENT = ("corner", "start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
+
+
+def law_array(
+    contact: Contact,
+    mass: float,
+    half_width: float = 0.0,
+    half_length: float = 0.0,
+    direction: float = 0.0,
+) -> NDArray[np.float64]:
+    """Collect the constants of a contact law for the kernels: see ``columns``.
+
+    Parameters
+    ----------
+    contact : Contact
+    mass : float
+        Of the body that the contact carries, kg.
+    half_width, half_length : float
+        Of a slider, m.
+    direction : float
+        Of the axis across its guide, rad.
+    """
+    law = np.zeros(LAW_COLUMNS)
+    law[LAW], law[CURRENT] = LAWS.index(contact.law), contact.impact_speed == "current"
+    law[STIFFNESS], law[EXPONENT], law[DAMPING] = contact.stiffness, contact.exponent, contact.damping
+    law[SPEED_FLOOR], law[SIDE_STIFFNESS] = contact.impact_speed_floor, contact.side_stiffness
+    law[FRICTION_COEFFICIENT] = contact.friction
+    law[STATIC_SPEED], law[TRANSITION_SPEED] = contact.static_speed, contact.transition_speed
+    law[CLEARANCE], law[MASS] = contact.clearance, mass
+    law[HALF_WIDTH], law[HALF_LENGTH], law[DIRECTION] = half_width, half_length, direction
+    # Exact in the press, whose guide is vertical: its gaps keep all digits
+    law[ACROSS_X], law[ACROSS_Y] = (1.0, 0.0) if direction == 0.0 else (np.cos(direction), np.sin(direction))
+    law[BEARING_RADIUS] = contact.journal_radius + contact.clearance
+    return law
+
+
+def new_contacts(rows: int) -> NDArray[np.float64]:
+    """Return the memory of so many contacts before the first state, shape (rows, columns)."""
+    return np.zeros((rows, MEMORY_COLUMNS))
+
+
+@kernel
+def is_shared(law: NDArray[np.float64]) -> bool:
+    """Return whether the side remembers its touch, not the corner."""
+    return SHARED[int(law[LAW])]
+
+
+@kernel
+def begin_contact(contact: NDArray[np.float64], name: int, time: float, speed: float) -> None:
+    """Begin a contact at ``time`` (s) with an impact speed (m/s), named as a row of the memory."""
+    contact[IMPACT_SPEED], contact[START], contact[NAME] = speed, time, name
+    contact[IMPULSE], contact[PEAK], contact[DEPTH] = 0.0, 0.0, 0.0
+
+
+@kernel
+def end_contact(contact: NDArray[np.float64], time: float, events: NDArray[np.float64], count: int) -> int:
+    """End a contact at ``time`` (s) and write its row of the table; return the count of rows."""
+    write_event(events[count], contact, time)
+    contact[IMPACT_SPEED] = 0.0
+    return count + 1
+
+
+@kernel
+def write_event(row: NDArray[np.float64], contact: NDArray[np.float64], end: float) -> None:
+    """Fill a row of the table of contacts, columns ``EVENT``, from the memory of one that ends at ``end`` (s)."""
+    row[0], row[1], row[2] = contact[NAME], contact[START], end
+    row[3], row[4] = contact[IMPACT_SPEED], contact[IMPULSE]
+    row[5], row[6] = contact[PEAK], contact[DEPTH]
+
+
+@kernel
+def start_side(
+    side: int, lower: CornerMotion, upper: CornerMotion, contacts: NDArray[np.float64], law: NDArray[np.float64]
+) -> None:
+    """Begin at t = 0 the contacts of a side with a corner inside its wall, or on it and moving in.
+
+    One contact of a side that remembers has the speed of its resultant; of a side on its wall, where
+    rounding would decide where that is, the faster corner's. It is named after the deeper or faster one.
+
+    Parameters
+    ----------
+    side : int
+        Row of its lower corner.
+    lower, upper : CornerMotion
+    contacts : ndarray, shape (4, columns)
+        Changed in place.
+    law : ndarray
+    """
+    low_touches = lower.gap < -ROUNDED or (lower.gap <= ROUNDED and lower.rate < 0.0)
+    up_touches = upper.gap < -ROUNDED or (upper.gap <= ROUNDED and upper.rate < 0.0)
+    if not is_shared(law):
+        if low_touches:
+            begin_contact(contacts[side], side, 0.0, max(-lower.rate, law[SPEED_FLOOR]))
+        if up_touches:
+            begin_contact(contacts[side + UPPER], side + UPPER, 0.0, max(-upper.rate, law[SPEED_FLOOR]))
+    elif low_touches or up_touches:
+        rate, upper_leads = min(lower.rate, upper.rate), upper.rate < lower.rate
+        if min(lower.gap, upper.gap) < -ROUNDED:
+            first, second = foundation_normals(-lower.gap, -upper.gap, law[SIDE_STIFFNESS])
+            rate = (first * lower.rate + second * upper.rate) / (first + second)
+            upper_leads = upper.gap < lower.gap
+        begin_contact(
+            contacts[side], side + UPPER if upper_leads else side, 0.0, max(-rate, law[SPEED_FLOOR])
+        )
