@@ -1,6 +1,6 @@
 """Columns of the arrays that the kernels read and write. SI units, times in s from t = 0.
 
-The kernels take plain arrays of numbers: one row (or array) a contact law, one row a contact's memory.
+The kernels take plain arrays of numbers: one array a contact law, one row a contact's memory.
 """
 
 # ---- A contact law: see `parameters.Contact`. The geometry stands last: of a slider, or of a journal.
@@ -30,18 +30,21 @@ LAW_COLUMNS = 18
 (
     GAP,
     RATE,
-    SLIP,
+    SLIP,  # where friction acts
     NORMAL,
     FRICTION,
     CLOSED,  # 1: inside the wall
     IMPACT_SPEED,  # 0: no contact is in progress
-    NAME,  # row whose name the contact in progress bears in the table of contacts
     START,
+    NAME,  # row whose name the contact in progress bears in the table of contacts
     LEFT,  # when it last opened
-    IMPULSE,
-    PEAK,
-    DEPTH,
-    NOTED,  # samples of its normal force so far
-    REGIME,  # of the journal's friction in an iteration: see `friction.slip_regime`
-) = range(15)
-MEMORY_COLUMNS = 15
+    STORED,  # energy of the contact, or of the side in the row of its lower corner; dissipated powers
+    DAMPING_POWER,
+    FRICTION_POWER,
+    REGIME,  # of a journal's friction in an iteration: see `friction.slip_regime`
+) = range(14)
+MEMORY_COLUMNS = 14
+
+# ---- The table of contacts, before the forces' totals are added: see `tables.Tables`
+(EVENT_ROW, EVENT_NAME, EVENT_START, EVENT_END, EVENT_SPEED, EVENT_REST) = range(6)
+EVENT_COLUMNS = 6

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from exudyn_model.corners import ACROSS, ALONG, CORNERS
 from exudyn_model.parameters import Parameters
-from exudyn_model.tables import PIN, Tables
-from exudyn_model.watch import FASTEST, FASTEST_SLIP, OPEN_DEPTH, STRONGEST, WATCHED
+from exudyn_model.tables import PIN, Contacts
+from exudyn_model.watch import Watch
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ _RELATIVE_END = 1e-12
 
 def bounds(
     parameters: Parameters,
-    worst: NDArray[np.float64],
+    watch: Watch,
     events: Mapping[str, NDArray[Any]],
     step: float,
     longest: float,
@@ -60,8 +60,7 @@ def bounds(
     Parameters
     ----------
     parameters : Parameters
-    worst : ndarray, shape (contacts, columns)
-        Watched: see ``watch``.
+    watch : Watch
     events : mapping
         The table of contacts.
     step, longest : float
@@ -69,9 +68,7 @@ def bounds(
     tolerance : float
         Of the Newton iteration; 0 for a tree.
     """
-    fastest, slip, force = (
-        float(np.max(worst[:, column], initial=0.0)) for column in (FASTEST, FASTEST_SLIP, STRONGEST)
-    )
+    fastest, slip, force = watch.fastest, watch.fastest_slip, watch.strongest
     found = {
         # The law is clipped at 0: a product and a sum are rounded
         "pull": 1e-13 * force,
@@ -124,9 +121,8 @@ def bounds(
 
 def observed(
     parameters: Parameters,
-    worst: NDArray[np.float64],
-    names: tuple[str, ...],
-    tables: Tables,
+    watch: Watch,
+    contacts: Contacts,
     events: Mapping[str, NDArray[Any]],
     columns: Mapping[str, NDArray[np.float64]],
     extrema: Mapping[str, Mapping[str, float]],
@@ -137,28 +133,20 @@ def observed(
     Parameters
     ----------
     parameters : Parameters
-    worst : ndarray, shape (contacts, columns)
-        Watched: see ``watch``.
-    names : tuple of str
-        Of the contacts.
-    tables : Tables
+    watch : Watch
+    contacts : Contacts
     events, columns, extrema : mapping
         Of ``simulation.Result``.
     constraints : mapping
         Largest violation of each kind (m, rad; m/s, rad/s), and when (s); a tree has none.
     """
-    found = []
-    for kind, name in enumerate(WATCHED):
-        column = OPEN_DEPTH + 2 * kind
-        if len(names):
-            number = int(np.argmax(worst[:, column]))
-            value, time = worst[number, column : column + 2]
-            found.append(Observed(name, float(value), float(time), _place(names[number])))
-        else:
-            found.append(Observed(name, 0.0, 0.0))
-    found.append(_overlap(names, tables, events))
+    found = [
+        Observed(name, value, time, _place(contacts.names[row]) if contacts.names else "")
+        for name, (value, time, row) in watch.worst.items()
+    ]
+    found.append(_overlap(contacts, events))
     if parameters.guide is not None:
-        found.append(_deepest_sample(parameters, tables, events, columns))
+        found.append(_deepest_sample(parameters, contacts, events, columns))
     found += [
         Observed(f"constraint-{name}", value, time, "a constraint")
         for name, (value, time) in constraints.items()
@@ -173,11 +161,11 @@ def _place(name: str) -> str:
     return "the crank pin" if name == PIN else f"corner {name}"
 
 
-def _overlap(names: tuple[str, ...], tables: Tables, events: Mapping[str, NDArray[Any]]) -> Observed:
+def _overlap(contacts: Contacts, events: Mapping[str, NDArray[Any]]) -> Observed:
     """Return the longest overlap of two contacts of one corner or side; the table is sorted by start."""
     worst = Observed("overlap", 0.0, 0.0)
-    for number, name in enumerate(names):
-        chosen = np.isin(events["corner"], tables.names_of_one(number))
+    for number, name in enumerate(contacts.names):
+        chosen = np.isin(events["corner"], contacts.names_of_one(number))
         start, end = events["start"][chosen], events["end"][chosen]
         if len(start) < 2:
             continue
@@ -199,7 +187,7 @@ def _energy(columns: Mapping[str, NDArray[np.float64]], extrema: Mapping[str, Ma
 
 def _deepest_sample(
     parameters: Parameters,
-    tables: Tables,
+    contacts: Contacts,
     events: Mapping[str, NDArray[Any]],
     columns: Mapping[str, NDArray[np.float64]],
 ) -> Observed:
@@ -214,7 +202,7 @@ def _deepest_sample(
         across = side * slider.width / 2 * np.cos(angle) - end * slider.length / 2 * np.sin(angle)
         place = side * (x - parameters.mechanism.guide_x + across)
         depths = place - slider.width / 2 - parameters.guide.clearance
-        chosen = np.isin(events["corner"], tables.names_of_one(number))
+        chosen = np.isin(events["corner"], contacts.names_of_one(number))
         starts, ends = (np.append(-np.inf, events[column][chosen]) for column in ("start", "end"))
         depths[earlier <= ends[np.searchsorted(starts, times, side="right") - 1]] = 0.0
         row = int(np.argmax(depths))

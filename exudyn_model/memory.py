@@ -6,6 +6,8 @@ ever kept. Where a law has the side remember (``laws.SHARED``), the touch stands
 corner, whatever corner it is named after.
 """
 
+from typing import Any, cast
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,20 +18,23 @@ from exudyn_model.columns import (
     CLEARANCE,
     CURRENT,
     DAMPING,
-    DEPTH,
     DIRECTION,
+    EVENT_END,
+    EVENT_NAME,
+    EVENT_REST,
+    EVENT_ROW,
+    EVENT_SPEED,
+    EVENT_START,
     EXPONENT,
     FRICTION_COEFFICIENT,
     HALF_LENGTH,
     HALF_WIDTH,
     IMPACT_SPEED,
-    IMPULSE,
     LAW,
     LAW_COLUMNS,
     MASS,
     MEMORY_COLUMNS,
     NAME,
-    PEAK,
     SIDE_STIFFNESS,
     SPEED_FLOOR,
     START,
@@ -44,9 +49,6 @@ from exudyn_model.parameters import Contact
 
 ROUNDED = 2e-15
 """A gap (m) that counts as none: some roundings of the sums of lengths near 0.6 m that it comes from."""
-
-# Columns of the table of contacts
-EVENT = ("corner", "start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
 
 
 def law_array(
@@ -94,29 +96,33 @@ def is_shared(law: NDArray[np.float64]) -> bool:
 
 
 @kernel
-def begin_contact(contact: NDArray[np.float64], name: int, time: float, speed: float) -> None:
+def begin_contact(contact: NDArray[np.float64], name: float, time: float, speed: float) -> None:
     """Begin a contact at ``time`` (s) with an impact speed (m/s), named as a row of the memory."""
     contact[IMPACT_SPEED], contact[START], contact[NAME] = speed, time, name
-    contact[IMPULSE], contact[PEAK], contact[DEPTH] = 0.0, 0.0, 0.0
 
 
 @kernel
-def end_contact(contact: NDArray[np.float64], time: float, events: NDArray[np.float64], count: int) -> int:
-    """End a contact at ``time`` (s) and write its row of the table; return the count of rows."""
-    write_event(events[count], contact, time)
+def end_contact(
+    row: float, contact: NDArray[np.float64], time: float, rest: float, events: NDArray[np.float64], count: int
+) -> int:
+    """End the contact that a row remembers at ``time`` (s), and write it down; return the count of events.
+
+    ``rest`` is what the impulse (N s) has of the step in which it ends.
+    """
+    write_event(row, contact, time, rest, events[count])
     contact[IMPACT_SPEED] = 0.0
     return count + 1
 
 
 @kernel
-def write_event(row: NDArray[np.float64], contact: NDArray[np.float64], end: float) -> None:
-    """Fill a row of the table of contacts, columns ``EVENT``, from the memory of one that ends at ``end`` (s)."""
-    row[0], row[1], row[2] = contact[NAME], contact[START], end
-    row[3], row[4] = contact[IMPACT_SPEED], contact[IMPULSE]
-    row[5], row[6] = contact[PEAK], contact[DEPTH]
+def write_event(
+    row: float, contact: NDArray[np.float64], time: float, rest: float, event: NDArray[np.float64]
+) -> None:
+    """Fill a row of the table of contacts from the memory of one that ends at ``time`` (s)."""
+    event[EVENT_ROW], event[EVENT_NAME], event[EVENT_REST] = row, contact[NAME], rest
+    event[EVENT_START], event[EVENT_END], event[EVENT_SPEED] = contact[START], time, contact[IMPACT_SPEED]
 
 
-@kernel
 def start_side(
     side: int, lower: CornerMotion, upper: CornerMotion, contacts: NDArray[np.float64], law: NDArray[np.float64]
 ) -> None:
@@ -130,23 +136,26 @@ def start_side(
     side : int
         Row of its lower corner.
     lower, upper : CornerMotion
-    contacts : ndarray, shape (4, columns)
+    contacts : ndarray, shape (n, columns)
         Changed in place.
     law : ndarray
     """
-    low_touches = lower.gap < -ROUNDED or (lower.gap <= ROUNDED and lower.rate < 0.0)
-    up_touches = upper.gap < -ROUNDED or (upper.gap <= ROUNDED and upper.rate < 0.0)
-    if not is_shared(law):
-        if low_touches:
-            begin_contact(contacts[side], side, 0.0, max(-lower.rate, law[SPEED_FLOOR]))
-        if up_touches:
-            begin_contact(contacts[side + UPPER], side + UPPER, 0.0, max(-upper.rate, law[SPEED_FLOOR]))
-    elif low_touches or up_touches:
+    touching = [
+        row
+        for row, corner in ((side, lower), (side + UPPER, upper))
+        if corner.gap < -ROUNDED or (corner.gap <= ROUNDED and corner.rate < 0.0)
+    ]
+    if not SHARED[int(law[LAW])]:
+        for row in touching:
+            rate = lower.rate if row == side else upper.rate
+            contacts[row, [IMPACT_SPEED, NAME]] = max(-rate, law[SPEED_FLOOR]), row
+    elif touching:
         rate, upper_leads = min(lower.rate, upper.rate), upper.rate < lower.rate
         if min(lower.gap, upper.gap) < -ROUNDED:
-            first, second = foundation_normals(-lower.gap, -upper.gap, law[SIDE_STIFFNESS])
-            rate = (first * lower.rate + second * upper.rate) / (first + second)
+            # Not compiled for a single call
+            normals = cast(Any, foundation_normals).py_func
+            f1, f2 = normals(-lower.gap, -upper.gap, law[SIDE_STIFFNESS])
+            rate = (f1 * lower.rate + f2 * upper.rate) / (f1 + f2)
             upper_leads = upper.gap < lower.gap
-        begin_contact(
-            contacts[side], side + UPPER if upper_leads else side, 0.0, max(-rate, law[SPEED_FLOOR])
-        )
+        name = side + UPPER if upper_leads else side
+        contacts[side, [IMPACT_SPEED, NAME]] = max(-rate, law[SPEED_FLOOR]), name

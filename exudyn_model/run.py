@@ -6,7 +6,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.tables import Tables
+from exudyn_model.tables import Contacts, Extrema
+from exudyn_model.watch import Watch
 
 # s between two calls of `progress`
 PROGRESS_INTERVAL = 0.1
@@ -24,8 +25,10 @@ class Outcome:
 class Recorded(Protocol):
     """Results that the recorder of any formulation holds."""
 
-    tables: Tables
-    watch: NDArray[np.float64]
+    channels: tuple[str, ...]
+    extrema: Extrema
+    contacts: Contacts
+    watch: Watch
 
     def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
         """Return sampled channels by name."""

@@ -11,6 +11,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.corners import CORNERS
 from exudyn_model.five_bodies.solver import run_five_bodies
 from exudyn_model.invariants import bounds, judge, observed
 from exudyn_model.kernels import seal
@@ -21,9 +22,9 @@ from exudyn_model.tables import (
     JOURNAL,
     REACTIONS,
     STATE,
-    contact_names,
+    by_cycle,
     corner_channels,
-    whole_extrema,
+    whole,
 )
 from exudyn_model.tree.solver import run_tree
 
@@ -95,11 +96,10 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     recorder, outcome = run.recorder, run.outcome
     channels = _channels(parameters)
     events, columns = recorder.event_table(), recorder.columns(channels)
-    by_cycle = recorder.tables.cycle_extrema(channels)
-    extrema = whole_extrema(by_cycle, channels)
-    names = contact_names(parameters.guide is not None, parameters.journal is not None)
+    cycle_extrema = by_cycle(recorder.extrema, recorder.channels, channels)
+    extrema = whole(cycle_extrema, channels)
     seen = observed(
-        parameters, recorder.watch, names, recorder.tables, events, columns, extrema, run.constraints
+        parameters, recorder.watch, recorder.contacts, events, columns, extrema, run.constraints
     )
     step, longest, tolerance = (
         run.settings.get(name, 0.0) for name in ("step_used", "longest_step", "newton_tolerance")
@@ -135,11 +135,11 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         columns={"time": times} | columns,
         events=events,
         extrema=extrema,
-        cycle_extrema=by_cycle,
+        cycle_extrema=cycle_extrema,
         provenance=provenance,
         status=status,
         remedy=remedy,
-        pulses=recorder.tables.pulses(events),
+        pulses=recorder.contacts.pulses(events),
     )
 
 
@@ -149,7 +149,7 @@ def _channels(parameters: Parameters) -> tuple[str, ...]:
     if integration.accelerations:
         channels += ACCELERATIONS
     if integration.corners and parameters.guide is not None:
-        channels += corner_channels(contact_names(True, False))
+        channels += corner_channels(CORNERS)
     if integration.corners and parameters.journal is not None:
         channels += JOURNAL
     if integration.joints:

@@ -1,153 +1,142 @@
 """Observed extremes of a run's contacts, which ``invariants`` judges.
 
 Every accepted state is examined. Gaps, rates and slips are computed here once more from the bodies' motion,
-so that a fault in the formulas that the run was computed with does not conceal itself. The worst of each
-contact is kept in its row.
+so that a fault in the formulas that the run was computed with does not conceal itself.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import BEARING_RADIUS, CLEARANCE, HALF_LENGTH, HALF_WIDTH, IMPACT_SPEED, START
+from exudyn_model.columns import BEARING_RADIUS, CLEARANCE, HALF_LENGTH, HALF_WIDTH, LAW
 from exudyn_model.corners import ACROSS, ALONG, CORNER_COUNT, UPPER
-from exudyn_model.kernels import kernel
-from exudyn_model.memory import is_shared
-from exudyn_model.tables import CONTACT, PER_CONTACT
+from exudyn_model.laws import SHARED
 
-# What was seen last; scales; then worst value and its time (s) of each of WATCHED
-(LAST_START, LAST_GAP, LAST_RATE, FASTEST, FASTEST_SLIP, STRONGEST) = range(6)
+Array = NDArray[np.float64]
+
 WATCHED = ("open-depth", "pull", "driving-friction", "leaving-start", "start-gap")
-OPEN_DEPTH, PULL, DRIVING, LEAVING, START_GAP = range(6, 16, 2)
-WATCH_COLUMNS = 16
+# Columns of the memory that are looked at
+MEMORY = ("impact speed", "start", "name")
+SPEED, START, NAME = range(3)
 
 
-def new_watch(rows: int) -> NDArray[np.float64]:
-    """Return the rows of so many contacts, before the first state."""
-    return np.zeros((rows, WATCH_COLUMNS))
+class Watch:
+    """The worst of a run's contacts.
 
-
-@kernel
-def _keep(worst: NDArray[np.float64], column: int, value: float, time: float) -> None:
-    if value > worst[column]:
-        worst[column], worst[column + 1] = value, time
-
-
-@kernel
-def watch_contact(
-    time: float,
-    gap: float,
-    rate: float,
-    slip: float,
-    normal: float,
-    power: float,
-    contact: NDArray[np.float64],
-    closed: bool,
-    worst: NDArray[np.float64],
-) -> None:
-    """Keep the worst violation of each invariant so far.
+    States come many at a time, the first of them the last one of the call before.
 
     Parameters
     ----------
-    time : float
-        s.
-    gap, rate, slip : float
-        Gap (m), its rate and the slip (m/s).
-    normal, power : float
-        Normal force (N) and power of the friction (W) that go with this state.
-    contact : ndarray
-        Its memory.
-    closed : bool
-        Whether a contact is in progress that covers this point.
-    worst : ndarray, shape (16,)
-        Changed in place.
-    """
-    if contact[IMPACT_SPEED] > 0.0:
-        if contact[START] != worst[LAST_START]:
-            # Those that begin at t = 0 may separate: a corner may start inside its wall
-            worst[LAST_START] = contact[START]
-            _keep(worst, LEAVING, min(worst[LAST_RATE], rate), time)
-            _keep(worst, START_GAP, min(abs(worst[LAST_GAP]), abs(gap)), time)
-    elif not closed:
-        _keep(worst, OPEN_DEPTH, -gap, time)
-    _keep(worst, PULL, -normal, time)
-    _keep(worst, DRIVING, power, time)
-    worst[LAST_GAP], worst[LAST_RATE] = gap, rate
-    worst[FASTEST] = max(worst[FASTEST], abs(rate))
-    worst[FASTEST_SLIP] = max(worst[FASTEST_SLIP], abs(slip))
-    worst[STRONGEST] = max(worst[STRONGEST], normal)
+    names : tuple of str
+        Of the contacts.
 
-
-@kernel
-def watch_corners(
-    time: float,
-    x: float,
-    angle: float,
-    vx: float,
-    vy: float,
-    omega: float,
-    first: int,
-    values: NDArray[np.float64],
-    law: NDArray[np.float64],
-    contacts: NDArray[np.float64],
-    worst: NDArray[np.float64],
-) -> None:
-    """Watch the corners of a slider.
-
-    Parameters
+    Attributes
     ----------
-    time : float
-        s.
-    x, angle, vx, vy, omega : float
-        Of the slider in the guide's frame: m, rad, s.
-    first : int
-        Row of the slider's first corner.
-    values : ndarray
-        Of this state: see ``tables``; normal forces and friction are read.
-    law : ndarray
-    contacts, worst : ndarray, shape (rows, columns)
-        Of all contacts; ``worst`` is changed in place.
+    worst : dict
+        Of each of ``WATCHED``: value, time (s), and row of the contact.
+    fastest, fastest_slip, strongest : float
+        Rate of a gap and slip (m/s), normal force (N).
     """
-    cosine, sine = np.cos(angle), np.sin(angle)
-    wall, shared = law[HALF_WIDTH] + law[CLEARANCE], is_shared(law)
-    for number in range(CORNER_COUNT):
-        row, side, end = first + number, ACROSS[number], ALONG[number]
-        arm_x = side * law[HALF_WIDTH] * cosine - end * law[HALF_LENGTH] * sine
-        arm_y = side * law[HALF_WIDTH] * sine + end * law[HALF_LENGTH] * cosine
-        slip = vy + omega * arm_x
-        column = CONTACT + PER_CONTACT * row
-        power, closed = values[column + 2] * slip, contacts[row, IMPACT_SPEED] > 0.0
+
+    def __init__(self) -> None:
+        self.worst: dict[str, tuple[float, float, int]] = dict.fromkeys(WATCHED, (0.0, 0.0, 0))
+        self.fastest, self.fastest_slip, self.strongest = 0.0, 0.0, 0.0
+
+    def _keep(self, name: str, row: int, times: Array, values: Array) -> None:
+        if values.size:
+            at = int(np.argmax(values))
+            if values[at] > self.worst[name][0]:
+                self.worst[name] = float(values[at]), float(times[at]), row
+
+    def _take(
+        self, row: int, times: Array, gap: Array, rate: Array, slip: Array, force: Array, power: Array, closed: Array
+    ) -> None:
+        """Take the states of one contact: what holds in each of them."""
+        self._keep("open-depth", row, times, np.where(closed, 0.0, -gap))
+        self._keep("pull", row, times, -force)
+        self._keep("driving-friction", row, times, power)
+        self.fastest = max(self.fastest, float(np.max(np.abs(rate))))
+        self.fastest_slip = max(self.fastest_slip, float(np.max(np.abs(slip))))
+        self.strongest = max(self.strongest, float(np.max(force)))
+
+    def _take_starts(self, row: int, times: Array, gap: Array, rate: Array, speed: Array, start: Array) -> None:
+        """Take how contacts begin: those of t = 0 may separate, as a corner may start inside its wall."""
+        begins = (speed[1:] > 0.0) & (start[1:] != start[:-1])
+        at = np.flatnonzero(begins) + 1
+        self._keep("leaving-start", row, times[at], np.minimum(rate[at - 1], rate[at]))
+        self._keep("start-gap", row, times[at], np.minimum(np.abs(gap[at - 1]), np.abs(gap[at])))
+
+    def take_slider(
+        self, first: int, times: Array, motion: Array, forces: Array, memory: Array, law: Array
+    ) -> None:
+        """Take states of a slider.
+
+        Parameters
+        ----------
+        first : int
+            Row of its first corner.
+        times : ndarray, shape (n,)
+            s.
+        motion : ndarray, shape (5, n)
+            Across the guide from its centre line, angle, both rates along and across, angular velocity, in
+            the guide's frame: x, angle, vx, vy, omega (m, rad, s).
+        forces : ndarray, shape (4, 2, n)
+            Normal force and friction of each corner, N.
+        memory : ndarray, shape (4, 3, n)
+            ``MEMORY`` of each corner.
+        law : ndarray
+        """
+        x, angle, vx, vy, omega = motion
+        cosine, sine = np.cos(angle), np.sin(angle)
+        wall, shared = law[HALF_WIDTH] + law[CLEARANCE], SHARED[int(law[LAW])]
+        gaps, rates, slips = np.empty((3, CORNER_COUNT, len(times)))
+        for number in range(CORNER_COUNT):
+            side, end = ACROSS[number], ALONG[number]
+            arm_x = side * law[HALF_WIDTH] * cosine - end * law[HALF_LENGTH] * sine
+            arm_y = side * law[HALF_WIDTH] * sine + end * law[HALF_LENGTH] * cosine
+            gaps[number] = wall - side * (x + arm_x)
+            rates[number], slips[number] = -side * (vx - omega * arm_y), vy + omega * arm_x
+        powers, closed = forces[:, 1] * slips, memory[:, SPEED] > 0.0
         if shared:
             # One friction, at the resultant of the side: the part of one corner may well drive
-            other = CONTACT + PER_CONTACT * (first + (number + UPPER) % CORNER_COUNT)
-            other_x = side * law[HALF_WIDTH] * cosine + end * law[HALF_LENGTH] * sine
-            power += values[other + 2] * (vy + omega * other_x)
-            closed = contacts[first + number % UPPER, IMPACT_SPEED] > 0.0
-        gap, rate = wall - side * (x + arm_x), -side * (vx - omega * arm_y)
-        watch_contact(time, gap, rate, slip, values[column + 1], power, contacts[row], closed, worst[row])
+            powers = powers + np.roll(powers, UPPER, axis=0)
+            closed = closed | np.roll(closed, UPPER, axis=0)
+        for number in range(CORNER_COUNT):
+            this = first + number, times, gaps[number], rates[number], slips[number]
+            self._take(*this, forces[number, 0], powers[number], closed[number])
+            gap, rate = gaps[number], rates[number]
+            if shared and number < UPPER:
+                # The contact of a side is judged by the corner that it is named after
+                upper = memory[number, NAME] != first + number
+                gap = np.where(upper, gaps[number + UPPER], gap)
+                rate = np.where(upper, rates[number + UPPER], rate)
+            self._take_starts(first + number, times, gap, rate, memory[number, SPEED], memory[number, START])
 
+    def take_journal(
+        self, row: int, times: Array, motion: Array, forces: Array, memory: Array, law: Array
+    ) -> None:
+        """Take states of a journal.
 
-@kernel
-def watch_journal(
-    time: float,
-    ex: float,
-    ey: float,
-    vx: float,
-    vy: float,
-    w1: float,
-    w2: float,
-    row: int,
-    values: NDArray[np.float64],
-    law: NDArray[np.float64],
-    contacts: NDArray[np.float64],
-    worst: NDArray[np.float64],
-) -> None:
-    """Watch a journal, from e (m), its rate (m/s) and the angular speeds of journal and bearing (rad/s)."""
-    distance = np.sqrt(ex * ex + ey * ey)
-    nx, ny = (ex / distance, ey / distance) if distance > 0.0 else (1.0, 0.0)
-    # Of both materials in the point of the bearing's surface, along n rotated by +90 degrees
-    of_journal = nx * vy - ny * vx + w1 * (law[BEARING_RADIUS] - distance)
-    slip = of_journal - w2 * law[BEARING_RADIUS]
-    column = CONTACT + PER_CONTACT * row
-    power, closed = values[column + 2] * slip, contacts[row, IMPACT_SPEED] > 0.0
-    gap, rate = law[CLEARANCE] - distance, -(nx * vx + ny * vy)
-    watch_contact(time, gap, rate, slip, values[column + 1], power, contacts[row], closed, worst[row])
+        Parameters
+        ----------
+        row : int
+        times : ndarray, shape (n,)
+            s.
+        motion : ndarray, shape (6, n)
+            e from the bearing's centre to the journal's (m), its rate (m/s), both angular speeds (rad/s).
+        forces : ndarray, shape (2, n)
+            Normal force on the bearing's body along e and friction on the journal across it, N.
+        memory : ndarray, shape (3, n)
+            ``MEMORY``.
+        law : ndarray
+        """
+        ex, ey, vx, vy, w1, w2 = motion
+        distance = np.sqrt(ex * ex + ey * ey)
+        with np.errstate(invalid="ignore"):
+            nx, ny = np.where(distance > 0.0, [ex / distance, ey / distance], [[1.0], [0.0]])
+        # Of both materials in the point of the bearing's surface, along n rotated by +90 degrees
+        of_journal = nx * vy - ny * vx + w1 * (law[BEARING_RADIUS] - distance)
+        slip = of_journal - w2 * law[BEARING_RADIUS]
+        gap, rate = law[CLEARANCE] - distance, -(nx * vx + ny * vy)
+        closed = memory[SPEED] > 0.0
+        self._take(row, times, gap, rate, slip, forces[0], forces[1] * slip, closed)
+        self._take_starts(row, times, gap, rate, memory[SPEED], memory[START])

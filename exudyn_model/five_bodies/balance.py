@@ -3,127 +3,131 @@
 Exudyn's own accelerations are not recorded: with constraints at position level they carry the Newton
 iteration's error divided by the square of the step. Here they follow from positions, velocities and contact
 forces alone, so they are as accurate as the state.
+
+Everything is of many states at once: arrays whose last axis is the state.
 """
+
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.five_bodies.system import ANGLE, FRAME, PER_BODY, Constants
-from exudyn_model.kernels import entry, kernel
+from exudyn_model.five_bodies.contact_forces import ANGLE, FRAME, PER_BODY
+from exudyn_model.five_bodies.system import System
 
 Array = NDArray[np.float64]
 
 
-@entry
-def constraints(
-    time: float, q: Array, v: Array, constants: Constants, jacobian: Array, wanted: Array
-) -> tuple[float, float]:
-    """Fill the constraints' Jacobian and what it has to make of the accelerations.
+@dataclass(frozen=True)
+class Constraints:
+    """The constraints in many states.
+
+    Attributes
+    ----------
+    rows : list of dict
+        Of each constraint, in the order of ``System.multipliers``: coordinate -> its derivative, a number or
+        shape (n,).
+    wanted : list
+        What each row times the accelerations has to be.
+    position, velocity : ndarray, shape (n,)
+        Largest violation (m and rad alike), and that of a rate (m/s and rad/s).
+    """
+
+    rows: list[dict[int, Any]]
+    wanted: list[Any]
+    position: Array
+    velocity: Array
+
+
+def constraints(system: System, times: Array, q: Array, v: Array) -> Constraints:
+    """Return the constraints at times in s.
 
     Parameters
     ----------
-    time : float
-        s.
-    q, v : ndarray, shape (3 n,)
+    system : System
+    times : ndarray, shape (n,)
+    q, v : ndarray, shape (3 bodies, n)
         Coordinates and their rates.
-    constants : Constants
-    jacobian : ndarray, shape (rows, 3 n)
-        Two rows a pin, then those of the prescribed coordinates; zero but for what is filled here.
-    wanted : ndarray, shape (rows,)
-
-    Returns
-    -------
-    position, velocity : float
-        Largest violation (m and rad alike) and that of a rate (m/s and rad/s).
     """
-    pins, fixed, reference = constants.pins, constants.fixed, constants.reference
-    position, velocity = 0.0, 0.0
-    for number in range(len(pins)):
-        x, y, vx, vy, ax, ay = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        row = 2 * number
-        for end in range(2):
-            sign, body = 2.0 * end - 1.0, int(pins[number, 3 * end])
-            along, across = pins[number, 3 * end + 1], pins[number, 3 * end + 2]
+    reference, rows, wanted, gaps, rates = system.reference, [], [], [], []
+    cosines, sines = np.cos(q[ANGLE::PER_BODY]), np.sin(q[ANGLE::PER_BODY])
+    for pin in system.pins:
+        x_row: dict[int, Any] = {}
+        y_row: dict[int, Any] = {}
+        x, y, vx, vy, ax, ay = (np.zeros(len(times)) for _ in range(6))
+        for sign, body, (along, across) in (
+            (-1.0, pin.first, pin.first_point),
+            (1.0, pin.second, pin.second_point),
+        ):
             if body == FRAME:
-                x, y = x + sign * along, y + sign * across
+                x += sign * along
+                y += sign * across
                 continue
             first, angle = PER_BODY * body, PER_BODY * body + ANGLE
-            cosine, sine, speed = np.cos(q[angle]), np.sin(q[angle]), v[angle]
-            arm_x, arm_y = cosine * along - sine * across, sine * along + cosine * across
-            jacobian[row, first], jacobian[row, angle] = sign, -sign * arm_y
-            jacobian[row + 1, first + 1], jacobian[row + 1, angle] = sign, sign * arm_x
+            arm_x = cosines[body] * along - sines[body] * across
+            arm_y = sines[body] * along + cosines[body] * across
+            x_row[first], x_row[angle] = sign, -sign * arm_y
+            y_row[first + 1], y_row[angle] = sign, sign * arm_x
             x += sign * (reference[first] + q[first] + arm_x)
             y += sign * (reference[first + 1] + q[first + 1] + arm_y)
-            vx, vy = vx + sign * (v[first] - speed * arm_y), vy + sign * (v[first + 1] + speed * arm_x)
-            ax, ay = ax + sign * speed * speed * arm_x, ay + sign * speed * speed * arm_y
-        wanted[row], wanted[row + 1] = ax, ay
-        position, velocity = max(position, abs(x), abs(y)), max(velocity, abs(vx), abs(vy))
-    for number in range(len(fixed)):
-        row, coordinate = 2 * len(pins) + number, int(fixed[number, 0])
-        value, rate = fixed[number, 1], fixed[number, 2]
-        jacobian[row, coordinate], wanted[row] = 1.0, 0.0
-        position = max(position, abs(reference[coordinate] + q[coordinate] - value - rate * time))
-        velocity = max(velocity, abs(v[coordinate] - rate))
-    return position, velocity
+            vx += sign * (v[first] - v[angle] * arm_y)
+            vy += sign * (v[first + 1] + v[angle] * arm_x)
+            ax += sign * v[angle] ** 2 * arm_x
+            ay += sign * v[angle] ** 2 * arm_y
+        rows += [x_row, y_row]
+        wanted += [ax, ay]
+        gaps += [x, y]
+        rates += [vx, vy]
+    for coordinate, value, rate in system.prescribed:
+        rows.append({coordinate: 1.0})
+        wanted.append(0.0)
+        gaps.append(reference[coordinate] + q[coordinate] - value - rate * times)
+        rates.append(v[coordinate] - rate)
+    return Constraints(rows, wanted, np.abs(gaps).max(axis=0), np.abs(rates).max(axis=0))
 
 
-@kernel
-def accelerations(
-    force: Array, constants: Constants, jacobian: Array, wanted: Array, matrix: Array, found: Array
-) -> None:
-    """Solve M a + G^T l = f, G a = wanted for the accelerations (m/s^2, rad/s^2), by the Schur complement.
+def accelerations(system: System, found: Constraints, force: Array) -> Array:
+    """Solve M a + G^T l = f, G a = wanted for the accelerations a, shape (3 bodies, n); m/s^2, rad/s^2.
+
+    By Cholesky's factor of G M^-1 G^T, row by row: a loop over its few elements, not over the states.
 
     Parameters
     ----------
-    force : ndarray, shape (3 n,)
-    constants : Constants
-    jacobian : ndarray, shape (rows, 3 n)
-        G: each row has at most two bodies.
-    wanted : ndarray, shape (rows,)
-        Overwritten by the multipliers l.
-    matrix : ndarray, shape (rows, rows)
-        Overwritten.
-    found : ndarray, shape (3 n,)
-        Filled with a.
+    system : System
+    found : Constraints
+    force : ndarray, shape (3 bodies, n)
+        N, N m.
     """
-    rows, bodies, masses = len(wanted), constants.bodies_of_rows, constants.masses
-    for k in range(len(found)):
-        found[k] = force[k] / masses[k]
-    # Cholesky's factor of G M^-1 G^T, row by row, and forward substitution of its right side
-    for i in range(rows):
-        right = -wanted[i]
-        for j in range(i):
-            matrix[i, j] = 0.0
-        matrix[i, i] = 0.0
-        for end in range(2):
-            if bodies[i, end] == FRAME:
-                continue
-            for k in range(PER_BODY * bodies[i, end], PER_BODY * bodies[i, end] + PER_BODY):
-                right += jacobian[i, k] * found[k]
-                weighted = jacobian[i, k] / masses[k]
-                for j in range(i + 1):
-                    matrix[i, j] += weighted * jacobian[j, k]
+    masses = system.masses
+    result = force / masses[:, None]
+    factor: list[dict[int, Any]] = []
+    right: list[Any] = []
+    for i, row in enumerate(found.rows):
+        weighted = {k: value / masses[k] for k, value in row.items()}
+        own: dict[int, Any] = {}
         for j in range(i + 1):
-            total = matrix[i, j]
-            for k in range(j):
-                total -= matrix[i, k] * matrix[j, k]
-            matrix[i, j] = np.sqrt(total) if i == j else total / matrix[j, j]
-        for k in range(i):
-            right -= matrix[i, k] * wanted[k]
-        wanted[i] = right / matrix[i, i]
-    for i in range(rows - 1, -1, -1):
-        for k in range(i + 1, rows):
-            wanted[i] -= matrix[k, i] * wanted[k]
-        wanted[i] /= matrix[i, i]
-        for end in range(2):
-            if bodies[i, end] != FRAME:
-                for k in range(PER_BODY * bodies[i, end], PER_BODY * bodies[i, end] + PER_BODY):
-                    found[k] -= jacobian[i, k] * wanted[i] / masses[k]
+            shared = [weighted[k] * found.rows[j][k] for k in weighted.keys() & found.rows[j].keys()]
+            other = factor[j] if j < i else own
+            filled = [own[k] * other[k] for k in own.keys() & other.keys() if k < j]
+            if shared or filled:
+                total = sum(shared) - sum(filled)
+                own[j] = np.sqrt(total) if j == i else total / factor[j][j]
+        factor.append(own)
+        value = sum(coefficient * result[k] for k, coefficient in row.items()) - found.wanted[i]
+        right.append((value - sum(own[k] * right[k] for k in own if k < i)) / own[i])
+    for i in range(len(factor) - 1, -1, -1):
+        right[i] = right[i] / factor[i][i]
+        for k in factor[i]:
+            if k < i:
+                right[k] = right[k] - factor[i][k] * right[i]
+    for row, multiplier in zip(found.rows, right, strict=True):
+        for k, coefficient in row.items():
+            result[k] -= coefficient / masses[k] * multiplier
+    return result
 
 
-def correct_start(
-    constants: Constants, q: Array, v: Array, accelerations_: Array, multipliers: Array
-) -> None:
+def correct_start(system: System, q: Array, v: Array, acceleration: Array, multipliers: Array) -> None:
     """Correct Exudyn's initial accelerations and multipliers in place, so that they meet the constraints.
 
     Exudyn differentiates the constraints' Jacobian along the velocities by a one-sided difference, which
@@ -133,13 +137,17 @@ def correct_start(
 
     Parameters
     ----------
-    constants : Constants
-    q, v, accelerations_ : ndarray, shape (3 n,)
+    system : System
+    q, v, acceleration : ndarray, shape (3 bodies,)
     multipliers : ndarray, shape (rows,)
     """
-    jacobian, wanted = np.zeros((len(multipliers), len(q))), np.zeros(len(multipliers))
-    constraints(0.0, q, v, constants, jacobian, wanted)
-    weighted = jacobian / constants.masses
-    change = np.linalg.solve(weighted @ jacobian.T, jacobian @ accelerations_ - wanted)
+    found = constraints(system, np.zeros(1), q[:, None], v[:, None])
+    jacobian = np.zeros((len(multipliers), len(q)))
+    for number, row in enumerate(found.rows):
+        for k, coefficient in row.items():
+            jacobian[number, k] = np.ravel(coefficient)[0]
+    wanted = np.array([np.ravel(one)[0] for one in found.wanted])
+    weighted = jacobian / system.masses
+    change = np.linalg.solve(weighted @ jacobian.T, jacobian @ acceleration - wanted)
     multipliers += change
-    accelerations_ -= change @ weighted
+    acceleration -= change @ weighted

@@ -5,7 +5,7 @@ shortest step (``step_choice``), inside of which alone a contact may begin or en
 
 - What was in contact at the step's start keeps its frozen speed.
 - What was open and is closed in the trial state gets the speed at the instant of touch between the two, by
-  :func:`touch`. The memory's next update (``accepted_contacts``) applies the same function to the accepted
+  :func:`touch`. The memory's next update (``following``) applies the same function to the accepted
   state, so the speed that is frozen is the one that the step itself was solved with: no jump, and second
   order is kept.
 
@@ -17,9 +17,6 @@ friction of one direction to that of the other and back indefinitely. So the ite
 piece of Eq. 13; where it converges outside of it, :func:`settle` goes to the next piece, and the iteration is
 taken up again. A step is accepted where piece and slip fit: the force is that of Eqs. 12-13.
 """
-
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,18 +32,22 @@ from exudyn_model.columns import (
     REGIME,
     SPEED_FLOOR,
 )
-from exudyn_model.corners import CORNER_COUNT, UPPER, corner_load, corner_motion
-from exudyn_model.five_bodies.system import ANGLE, PER_BODY, ForceUserFunction, Model, X, Y
+from exudyn_model.corners import UPPER, corner_load, corner_motion
 from exudyn_model.friction import friction_in_regime, slip_regime
 from exudyn_model.journal import JournalMotion, bearing_load, journal_forces, journal_motion
-from exudyn_model.kernels import entry, kernel, machine_code
+from exudyn_model.kernels import entry, kernel
 from exudyn_model.laws import CornerMotion, side_forces
 from exudyn_model.memory import ROUNDED, is_shared
 
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
 
-LENGTH, STAYS_OPEN = range(2)  # of the step in progress
+# Among the coordinates of one body: of its centre (m), and its angle (rad)
+X, Y, ANGLE = range(3)
+PER_BODY = 3
+FRAME = -1
+# Of the step in progress: see `parts.Part`
+LENGTH, STAYS_OPEN = range(2)
 
 
 @kernel
@@ -241,7 +242,7 @@ def journal_force(
         x, y, angle of both bodies (m, rad), and their rates.
     step : ndarray, shape (2,)
     ends, law : ndarray
-        Rows of ``Constants``.
+        See ``parts.JournalPart``.
     contact : ndarray
         Its memory at the start of the step.
     """
@@ -276,48 +277,3 @@ def settle(q: Array, v: Array, ends: Array, law: Array, contact: Array) -> bool:
     fits: bool = contact[REGIME] == wanted
     contact[REGIME] += np.sign(wanted - contact[REGIME])
     return fits
-
-
-def slider_function(model: Model, number: int) -> ForceUserFunction:
-    """Make the ``forceUserFunction`` of an ``ObjectGenericODE2`` on the node of a slider."""
-    first = CORNER_COUNT * number
-    fixed = model.step, model.constants.sliders[number], model.contacts[first : first + CORNER_COUNT]
-    found = machine_code(slider_force, *(0.0,) * 6, *fixed)
-
-    def force(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
-        del mbs, t, number
-        # Exudyn passes lists, which numba would copy element by element: scalars are 7 us faster a call
-        return found(q[X], q[Y], q[ANGLE], v[X], v[Y], v[ANGLE], *fixed)
-
-    return force
-
-
-def journal_function(model: Model, number: int) -> ForceUserFunction:
-    """Make the ``forceUserFunction`` of an ``ObjectGenericODE2`` on the nodes of a journal and its bearing."""
-    ends, law, contact = _of_journal(model, number)
-    fixed = model.step, ends, law, contact
-    found = machine_code(journal_force, *((0.0,) * PER_BODY,) * 4, *fixed)
-
-    def force(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
-        del mbs, t, number
-        (x1, y1, angle1, x2, y2, angle2), (vx1, vy1, w1, vx2, vy2, w2) = q, v
-        return found((x1, y1, angle1), (x2, y2, angle2), (vx1, vy1, w1), (vx2, vy2, w2), *fixed)
-
-    return force
-
-
-def settle_function(model: Model, number: int) -> Callable[[], bool]:
-    """Make what is asked after each of Newton's iterations: see :func:`settle`."""
-    fixed = _of_journal(model, number)
-    found, data = machine_code(settle, np.zeros(1), np.zeros(1), *fixed), model.mbs.systemData
-
-    def settled() -> bool:
-        q, v = data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
-        return found(q, v, *fixed)
-
-    return settled
-
-
-def _of_journal(model: Model, number: int) -> tuple[Array, Array, Array]:
-    row = CORNER_COUNT * len(model.constants.sliders) + number
-    return model.constants.journal_ends[number], model.constants.journals[number], model.contacts[row]

@@ -1,20 +1,33 @@
-"""What is kept of a run of five bodies, collected from accepted states; dense samples lie between them."""
+"""What is kept of a run of five bodies: accepted states are collected, and observed many at a time."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import ACROSS_X, ACROSS_Y, DIRECTION, LAW
-from exudyn_model.corners import CORNER_COUNT, corner_load, corner_motion
-from exudyn_model.five_bodies.observation import AUDIT_COLUMNS, Kept, observe
+from exudyn_model.columns import (
+    DAMPING_POWER,
+    FRICTION,
+    FRICTION_POWER,
+    GAP,
+    IMPACT_SPEED,
+    LAW,
+    MEMORY_COLUMNS,
+    NAME,
+    NORMAL,
+    START,
+    STORED,
+)
+from exudyn_model.corners import CORNER_COUNT, UPPER
+from exudyn_model.five_bodies.balance import accelerations, constraints
+from exudyn_model.five_bodies.contact_forces import ANGLE, PER_BODY, Y
+from exudyn_model.five_bodies.parts import JournalPart, SliderPart
 from exudyn_model.five_bodies.step_choice import StepChoice
-from exudyn_model.five_bodies.system import ANGLE, PER_BODY, Constants, Model, X, Y
-from exudyn_model.kernels import entry, machine_code
+from exudyn_model.five_bodies.system import Model
 from exudyn_model.laws import SHARED
 from exudyn_model.tables import (
+    ACCELERATION,
     ACCELERATIONS,
-    ALPHA,
     CONTACT,
     ENERGIES,
     JOURNAL,
@@ -22,71 +35,18 @@ from exudyn_model.tables import (
     PER_CONTACT,
     STATE,
     TO_RATE,
-    Tables,
+    Contacts,
+    Extrema,
     corner_channels,
+    turning_points,
 )
-from exudyn_model.watch import new_watch
+from exudyn_model.watch import Watch
 
 Array = NDArray[np.float64]
 
 CONSTRAINTS = ("position", "velocity")
-
-
-@entry
-def interpolate(
-    before: Array,
-    after: Array,
-    start: float,
-    step: float,
-    times: Array,
-    system: Constants,
-    observed: int,
-    samples: Array,
-) -> None:
-    """Fill the channels at times inside a step.
-
-    Coordinates and velocities by cubic Hermite polynomials of the states and their rates, whose error is of
-    fourth order in the step; gaps from these coordinates; all others linearly, with an error of second order,
-    as that of the method, but the angular acceleration of a body in a guide: that follows from the corners'
-    forces.
-
-    Parameters
-    ----------
-    before, after : ndarray, shape (channels,)
-        All channels at both ends of the step.
-    start, step : float
-        Its beginning and length, s.
-    times : ndarray, shape (n,)
-        s.
-    system : Constants
-    observed : int
-        Body whose motion is recorded.
-    samples : ndarray, shape (n, channels)
-        Filled.
-    """
-    for sample in range(len(times)):
-        s, values = (times[sample] - start) / step, samples[sample]
-        r = 1.0 - s
-        for channel in range(len(values)):
-            values[channel] = r * before[channel] + s * after[channel]
-        for channel in range(MOTION):
-            change = after[channel] - before[channel]
-            leaves = step * before[channel + TO_RATE] - change
-            arrives = change - step * after[channel + TO_RATE]
-            values[channel] += s * r * (r * leaves + s * arrives)
-        for number in range(len(system.sliders)):
-            law, body = system.sliders[number], int(system.slider_bodies[number])
-            if body != observed:
-                continue
-            x = values[X] - system.reference[PER_BODY * body + X]
-            y = values[Y] - system.reference[PER_BODY * body + Y]
-            across, moment = law[ACROSS_X] * x + law[ACROSS_Y] * y, 0.0
-            for corner in range(CORNER_COUNT):
-                column = CONTACT + PER_CONTACT * (CORNER_COUNT * number + corner)
-                motion = corner_motion(corner, across, values[ANGLE] - law[DIRECTION], 0.0, 0.0, 0.0, law)
-                values[column] = motion.gap
-                moment += corner_load(corner, values[column + 1], values[column + 2], motion)[2]
-            values[ALPHA] = moment / system.masses[PER_BODY * body + ANGLE]
+# States that are observed at once: as many as the processor's cache holds
+_ROOM = 2048
 
 
 class Recorder:
@@ -111,42 +71,42 @@ class Recorder:
     ----------
     accepted : int
         States so far.
-    tables : Tables
-    watch : ndarray, shape (contacts, columns)
-        See ``watch``.
+    extrema, contacts, watch
+        See ``tables`` and ``watch``.
+    drift : dict
+        Of each of ``CONSTRAINTS`` the largest violation so far (m, rad; m/s, rad/s), and when (s).
+    channels : tuple of str
     """
 
     def __init__(
         self, model: Model, choice: StepChoice, samples: int, period: float, duration: float, energy: bool
     ) -> None:
-        system, contacts = model.system, model.contacts
-        names = system.contact_names
-        channels = (*STATE, *ACCELERATIONS, *corner_channels(names))
-        channels += tuple(f"{name}{n or ''}" for n in range(len(system.journals)) for name in JOURNAL)
-        channels += system.multipliers
-        channels += tuple(f"reaction_{journal.name}_{axis}" for journal in system.journals for axis in "xy")
-        channels += ENERGIES if energy else ()
-        self.accepted, self.watch = 0, new_watch(len(contacts))
-        shared = any(SHARED[int(law[LAW])] for law in model.constants.sliders)
-        self.tables = Tables(names, contacts, channels, period, duration, shared)
-        rows, coordinates = len(system.multipliers), PER_BODY * len(system.bodies)
-        self._kept = Kept(
-            np.zeros(len(channels)),
-            self.tables.extrema,
-            self.tables.notes,
-            self.watch,
-            np.zeros((len(CONSTRAINTS), 2)),
-            np.zeros(AUDIT_COLUMNS if energy else 0),
-            *np.zeros((2, coordinates)),
-            np.zeros((rows, coordinates)),
-            np.zeros(rows),
-            np.zeros((rows, rows)),
-        )
-        self._model, self._choice = model, choice
-        self._samples, self._sample_count = np.zeros((samples + 1, len(channels))), 0
-        self._before, self._time = np.zeros(len(channels)), 0.0
+        system, names = model.system, model.system.contact_names
+        journals = [f"{name}{n or ''}" for n in range(len(system.journals)) for name in JOURNAL]
+        loads = [f"reaction_{journal.name}_{axis}" for journal in system.journals for axis in "xy"]
+        self.channels = (
+            *STATE, *ACCELERATIONS, *corner_channels(names), *journals, *system.multipliers, *loads,
+            *(ENERGIES if energy else ()),
+        )  # fmt: skip
+        self.accepted, self.watch = 0, Watch()
+        self.drift = dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
+        shared = any(SHARED[int(part.law[LAW])] for part in model.parts)
+        self.contacts = Contacts(names, model.contacts, shared)
+        self.extrema = Extrema(len(self.channels), period, duration)
+        self._model, self._choice, self._energy = model, choice, energy
+        self._samples, self._sample_count = np.full((len(self.channels), samples + 1), np.nan), 0
+        # Of each state: time, tick, coordinates, rates, multipliers, memory, loads of the contacts
+        bodies = PER_BODY * len(system.bodies)
+        sizes = [1, 1, bodies, bodies, len(system.multipliers), model.contacts.size]
+        sizes += [len(part.load) for part in model.parts]
+        ends = np.cumsum([0, *sizes])
+        self._log = np.zeros((_ROOM, ends[-1]))
+        self._columns = [slice(*pair) for pair in zip(ends[:-1], ends[1:], strict=True)]
+        self._count = 0
         self._followed: tuple[int, ...] = ()
-        self._fill: Any = None
+        self._vectors: tuple[Array, ...] = ()
+        # Works of drive, damping and friction up to the last state; of height and stored at t = 0
+        self._works, self._initial = np.zeros(3), (0.0, 0.0)
 
     def follow(self, q: Array, v: Array, multipliers: Array) -> None:
         """Take the states to come from Exudyn's own vectors, which it fills anew in every step.
@@ -171,57 +131,184 @@ class Recorder:
             if places != self._followed:
                 raise AssertionError("Exudyn has moved its state")
             return
-        self._followed, model = places, self._model
-        fixed = q, v, multipliers, model.constants, model.system.observed, model.step, model.contacts
-        fixed += self._kept, self.tables.period, self._choice.size
-        examples = 0.0, *fixed, 0.0, self._choice.before, self.tables.events, 0
-        self._observe, self._fixed = machine_code(observe, *examples), fixed
+        self._followed = places
+        self._vectors = q, v, multipliers, self._model.contacts.reshape(-1)
+        self._vectors += tuple(part.load for part in self._model.parts)
+        for part in self._model.parts:
+            part.attach(q, v)
+            part.start()
 
-    def accept(self) -> int:
+    def accept(self) -> float:
         """Take the next state; return how many ticks the next step may take."""
-        choice, tables = self._choice, self.tables
-        time, inside = choice.time, choice.samples_inside()
-        tables.make_room()
-        if inside:
-            self._before[:] = self._kept.values
-        tables.count, ticks = self._observe(
-            time, *self._fixed, float(choice.allowed), choice.before, tables.events, tables.count
-        )
-        if inside:
-            self._fill_samples(time, np.array(inside) * choice.size)
-        if choice.at_sample:
-            self._samples[self._sample_count] = self._kept.values
-            self._sample_count += 1
-        self._time = time
+        choice, contacts = self._choice, self.contacts
+        time, wanted = choice.time, choice.allowed
+        if contacts.names:
+            contacts.make_room()
+        for part in self._model.parts:
+            contacts.count, wanted = part.follow(time, choice.size, wanted, contacts.events, contacts.count)
+        row = self._log[self._count]
+        row[0], row[1] = time, choice.tick
+        for columns, vector in zip(self._columns[2:], self._vectors, strict=True):
+            row[columns] = vector
+        self._count += 1
         self.accepted += 1
-        return ticks
+        if self._count == _ROOM:
+            self.observe()
+        return wanted
 
-    def _fill_samples(self, time: float, times: Array) -> None:
-        """Fill the samples inside the step that ends at ``time`` (s)."""
-        rows = self._samples[self._sample_count : self._sample_count + len(times)]
-        ends = self._before, self._kept.values, self._time, time - self._time, times
-        arguments = *ends, self._model.constants, self._model.system.observed, rows
-        if self._fill is None:
-            self._fill = machine_code(interpolate, *arguments)
-        self._fill(*arguments)
-        self._sample_count += len(times)
+    def observe(self) -> None:
+        """Observe the states that wait for it; the last one remains, as the first of those to come."""
+        new = min(self._count - 1, 1) if self.accepted > self._count else 0
+        if self._count <= new:
+            return
+        parts = [self._log[: self._count, columns].T.copy() for columns in self._columns]
+        (times,), (ticks,), q, v, multipliers, memory = parts[:6]
+        memory = memory.reshape(-1, MEMORY_COLUMNS, len(times))
+        values = self._values(times, q, v, multipliers, memory, parts[6:])
+        self.extrema.take(times[new:], values[:, new:])
+        self._take_turning_points(times, ticks, values)
+        self._take_contacts(times, memory, new)
+        for part in self._model.parts:
+            own, forces = memory[part.rows], memory[part.rows][:, [NORMAL, FRICTION]]
+            part.watch(self.watch, times, q, v, forces, own[:, [IMPACT_SPEED, START, NAME]])
+        self._take_samples(times, ticks, values)
+        self._log[0] = self._log[self._count - 1]
+        self._count = 1
 
-    def drift(self) -> dict[str, tuple[float, float]]:
-        """Return of each of ``CONSTRAINTS`` the largest violation so far (m, rad; m/s, rad/s), and when (s)."""
-        return {
-            name: (float(value), float(time))
-            for name, (value, time) in zip(CONSTRAINTS, self._kept.drift, strict=True)
-        }
+    def _values(
+        self, times: Array, q: Array, v: Array, multipliers: Array, memory: Array, loads: list[Array]
+    ) -> Array:
+        """Return all channels, shape (channels, n)."""
+        system, parts = self._model.system, self._model.parts
+        force = np.zeros_like(q)
+        force[Y::PER_BODY] = -system.gravity * system.masses[Y::PER_BODY, None]
+        for part, load in zip(parts, loads, strict=True):
+            for number, body in enumerate(part.bodies):
+                own = slice(PER_BODY * body, PER_BODY * (body + 1))
+                force[own] += load[PER_BODY * number : PER_BODY * (number + 1)]
+        found = constraints(system, times, q, v)
+        for name, amounts in zip(CONSTRAINTS, (found.position, found.velocity), strict=True):
+            most = int(np.argmax(amounts))  # the first that is not a number, if one is not
+            if not amounts[most] <= self.drift[name][0]:
+                self.drift[name] = float(amounts[most]), float(times[most])
+        acceleration = accelerations(system, found, force)
+        values = np.empty((len(self.channels), len(times)))
+        own = slice(PER_BODY * system.observed, PER_BODY * (system.observed + 1))
+        values[MOTION][:PER_BODY], values[MOTION][PER_BODY:] = q[own] + system.reference[own, None], v[own]
+        values[ACCELERATION] = acceleration[own]
+        end = CONTACT + PER_CONTACT * len(memory)
+        values[CONTACT:end] = memory[:, [GAP, NORMAL, FRICTION]].reshape(-1, len(times))
+        journals = [part for part in parts if isinstance(part, JournalPart)]
+        rest = [part.eccentricity(q) for part in journals]
+        of_journals = [load for part, load in zip(parts, loads, strict=True) if isinstance(part, JournalPart)]
+        rest += [-multipliers, *(load[PER_BODY : PER_BODY + ANGLE] for load in of_journals)]
+        if self._energy:
+            rest.append(self._energies(times, q, v, multipliers, memory))
+        values[end:] = np.concatenate(rest)
+        return values
+
+    def _energies(self, times: Array, q: Array, v: Array, multipliers: Array, memory: Array) -> Array:
+        """Audit the energy: works of motor and contacts by the trapezoidal rule, as accurate as the integration.
+
+        Return the energies (J), shape (7, n), in the order of ``tables.ENERGIES``: drive, gravity, damping and
+        friction count from t = 0, kinetic and contact energy are those stored now. The residual is the work of
+        motor and gravity less the increase of what is stored, less what is dissipated.
+        """
+        system = self._model.system
+        drive = -multipliers[2 * len(system.pins)] * v[system.prescribed[0][0]]
+        powers = np.array([drive, memory[:, DAMPING_POWER].sum(axis=0), memory[:, FRICTION_POWER].sum(axis=0)])
+        works = np.zeros_like(powers)
+        works[:, 1:] = np.cumsum(0.5 * (powers[:, 1:] + powers[:, :-1]) * np.diff(times), axis=1)
+        works += self._works[:, None]
+        self._works = works[:, -1].copy()
+        kinetic = 0.5 * system.masses @ (v * v)
+        heights = q[Y::PER_BODY] + system.reference[Y::PER_BODY, None]
+        height = system.gravity * system.masses[Y::PER_BODY] @ heights
+        stored = memory[:, STORED].sum(axis=0)
+        if times[0] == 0.0:
+            self._initial = float(height[0]), float(kinetic[0] + stored[0])
+        gravity = self._initial[0] - height
+        residual = works[0] + gravity - (kinetic + stored - self._initial[1]) - works[1] - works[2]
+        return np.array([works[0], gravity, kinetic, stored, works[1], works[2], residual])
+
+    def _take_turning_points(self, times: Array, ticks: Array, values: Array) -> None:
+        """Take the extrema of the observed motion inside steps longer than a tick."""
+        long = np.diff(ticks) > 1.0
+        for channel in range(MOTION.start, MOTION.stop):
+            rate = values[channel + TO_RATE]
+            at = np.flatnonzero(long & (rate[:-1] * rate[1:] < 0.0))
+            if len(at):
+                step, motion = times[at + 1] - times[at], values[channel]
+                fraction, turning = turning_points(motion[at], rate[at], motion[at + 1], rate[at + 1], step)
+                self.extrema.take_inside(channel, times[at] + fraction * step, turning)
+
+    def _take_contacts(self, times: Array, memory: Array, new: int) -> None:
+        """Take the normal forces of contacts: pulses, and by the trapezoidal rule the impulses."""
+        for part in self._model.parts:
+            shared = isinstance(part, SliderPart) and SHARED[int(part.law[LAW])]
+            count = UPPER if shared else len(memory[part.rows])
+            for row in range(part.rows.start, part.rows.start + count):
+                normal, depth, speed, start = memory[row, [NORMAL, GAP, IMPACT_SPEED, START]]
+                depth = -depth
+                if shared:  # the contact of a side, which its lower corner remembers
+                    normal = normal + memory[row + UPPER, NORMAL]
+                    depth = np.maximum(depth, -memory[row + UPPER, GAP])
+                same = (speed[:-1] > 0.0) & (start[:-1] == start[1:])
+                before = np.where(same, normal[:-1], 0.0)
+                width = times[1:] - np.maximum(start[1:], times[:-1])
+                impulse = np.append(0.0, 0.5 * (before + normal[1:]) * width)
+                closed = np.flatnonzero(speed[new:] > 0.0) + new
+                self.contacts.take(row, start[closed], impulse[closed], normal[closed], depth[closed])
+                self.contacts.note(row, times[closed], normal[closed])
+
+    def _take_samples(self, times: Array, ticks: Array, values: Array) -> None:
+        """Take the samples up to the last state; those between two states are interpolated.
+
+        Coordinates and velocities by cubic Hermite polynomials of the states and their rates, whose error is
+        of fourth order in the step; gaps from these coordinates; all others linearly, with an error of second
+        order, as that of the method, but the angular acceleration of a body in a guide: that follows from the
+        corners' forces.
+        """
+        last = int(ticks[-1] // self._choice.per_sample)
+        wanted = np.arange(self._sample_count, last + 1) * self._choice.per_sample
+        self._sample_count += len(wanted)
+        at = np.searchsorted(ticks, wanted)
+        samples = values[:, at]
+        between = np.flatnonzero(ticks[at] != wanted)
+        if len(between):
+            samples[:, between] = self._interpolate(times, values, at[between], wanted[between])
+        self._samples[:, self._sample_count - len(wanted) : self._sample_count] = samples
+
+    def _interpolate(self, times: Array, values: Array, at: NDArray[Any], wanted: NDArray[Any]) -> Array:
+        before, after, step = values[:, at - 1], values[:, at], times[at] - times[at - 1]
+        s = (wanted * self._choice.size - times[at - 1]) / step
+        r = 1.0 - s
+        samples: Array = r * before + s * after
+        rates = slice(MOTION.start + TO_RATE, MOTION.stop + TO_RATE)
+        change = after[MOTION] - before[MOTION]
+        leaves, arrives = step * before[rates] - change, change - step * after[rates]
+        samples[MOTION] += s * r * (r * leaves + s * arrives)
+        system = self._model.system
+        for part in self._model.parts:
+            if isinstance(part, SliderPart) and part.bodies[0] == system.observed:
+                first = PER_BODY * system.observed
+                q = samples[MOTION][:PER_BODY] - system.reference[first : first + PER_BODY, None]
+                rows = slice(CONTACT + PER_CONTACT * part.rows.start, CONTACT + PER_CONTACT * part.rows.stop)
+                forces = samples[rows].reshape(CORNER_COUNT, PER_CONTACT, -1)
+                forces[:, 0], moment = part.gaps_and_moment(q, forces[:, 1], forces[:, 2])
+                samples[ACCELERATION][ANGLE] = moment / system.masses[first + ANGLE]
+        return samples
 
     def is_finite(self) -> bool:
         """Whether the last accepted state holds no infinity and no NaN."""
-        return bool(np.all(np.isfinite(self._kept.values)))
+        return bool(np.all(np.isfinite(self._log[max(self._count - 1, 0)])))
 
     def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
         """Return sampled channels by name, as far as the run came."""
-        samples = self._samples[: self._sample_count]
-        return {name: samples[:, self.tables.channels.index(name)].copy() for name in names}
+        return {
+            name: self._samples[self.channels.index(name), : self._sample_count].copy() for name in names
+        }
 
     def event_table(self) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
-        return self.tables.event_table(self._time)
+        return self.contacts.table(float(self._log[max(self._count - 1, 0), 0]))

@@ -8,7 +8,7 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 
-from exudyn_model.five_bodies.balance import correct_start
+from exudyn_model.five_bodies.balance import constraints, correct_start
 from exudyn_model.five_bodies.recording import Recorder
 from exudyn_model.five_bodies.settings import (
     SPECTRAL_RADIUS,
@@ -51,7 +51,7 @@ def run_five_bodies(parameters: Parameters, progress: Progress | None) -> Run:
     }
     if not settings.index2:
         used["spectral_radius"] = SPECTRAL_RADIUS
-    return Run("five bodies", used, recorder, outcome, recorder.drift())
+    return Run("five bodies", used, recorder, outcome, recorder.drift)
 
 
 def run_system(
@@ -144,6 +144,7 @@ class Solution:
             mbs.SetPostNewtonUserFunction(0)
         if self._interruption is not None:
             raise self._interruption
+        self._recorder.observe()
         if status == "success" and self._has_spun():
             status, remedy = "newton-failed", "reduce solver.exudyn.step: it is far longer than a contact"
         if not self._recorder.is_finite():
@@ -179,11 +180,12 @@ class Solution:
 
     def _begin(self) -> None:
         self._dynamic = self._model.mbs.sys["dynamicSolver"]
+        self._require_consistent_start()
         if self._settings.index2:  # other methods damp what is wrong with the initial accelerations
             q, v = self._vectors()
             multipliers = self._data.GetAECoordinates(copy=False)
             correct_start(
-                self._model.constants, q, v, self._data.GetODE2Coordinates_tt(copy=False), multipliers
+                self._model.system, q, v, self._data.GetODE2Coordinates_tt(copy=False), multipliers
             )
 
     def _accept(self) -> None:
@@ -191,8 +193,6 @@ class Solution:
         if choice.at_required_state:
             recorder.follow(*self._vectors(), self._data.GetAECoordinates(copy=False))
         ticks = recorder.accept()
-        if recorder.accepted == 1:
-            self._require_consistent_start()
         if choice.at_sample and self._progress is not None:
             if time.monotonic() - self._last_call > PROGRESS_INTERVAL:
                 self._last_call = time.monotonic()
@@ -205,10 +205,10 @@ class Solution:
                 self._set_step()
 
     def _require_consistent_start(self) -> None:
-        (position, _), (velocity, _) = self._recorder.drift().values()
-        fastest = float(np.max(np.abs(self._data.GetODE2Coordinates_t(copy=False))))
+        q, v = self._vectors()
+        found = constraints(self._model.system, np.zeros(1), q[:, None], v[:, None])
         # Lengths are near 1 m: round-off of a few operations is some 1e-16
-        if not (position <= 1e-13 and velocity <= 1e-12 * (1 + fastest)):
+        if not (found.position[0] <= 1e-13 and found.velocity[0] <= 1e-12 * (1 + np.max(np.abs(v)))):
             raise AssertionError("initial positions or velocities do not fit the joints")
 
     def _try_again(self) -> None:
@@ -240,14 +240,13 @@ class Solution:
     def _after_newton(self, mbs: Any, t: float) -> list[float]:
         """Exudyn's post-Newton function: an error above 1 rejects, with a recommended step or to iterate."""
         del mbs, t
-        for settled in self._model.after_newton:
-            if not settled():
-                return [2.0, -1.0]
+        if not all(part.settled() for part in self._model.parts):
+            return [2.0, -1.0]
         if self._again:
             self._again = False
             return [2.0, -1.0]
         if self._choice.ticks > 1:
-            self._fraction = self._choice.first_change(*self._vectors())
+            self._fraction = min(part.change() for part in self._model.parts)
             if not self._fraction > 1.0:
                 return [2.0, 0.0]
         self._accepted, self._fraction = True, 0.0

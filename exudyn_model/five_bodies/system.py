@@ -1,7 +1,7 @@
 """A planar linkage as lists, and what Exudyn makes of them: rigid bodies, joints, a drive, gravity, contacts."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import exudyn as exu
@@ -21,17 +21,13 @@ from exudyn.itemInterface import (
 )
 from numpy.typing import NDArray
 
-from exudyn_model.columns import LAW_COLUMNS
 from exudyn_model.corners import CORNER_COUNT, CORNERS
+from exudyn_model.five_bodies.contact_forces import ANGLE, FRAME, PER_BODY, X
+from exudyn_model.five_bodies.parts import JournalPart, Part, SliderPart
 from exudyn_model.linkage import CRANK, ROCKER, ROD2, ROD4, SLIDER, InitialState
 from exudyn_model.memory import law_array, new_contacts
 from exudyn_model.parameters import Contact, Parameters
 from exudyn_model.tables import PIN
-
-FRAME = -1
-# Among the coordinates of one body: of its centre (m), and its angle (rad)
-X, Y, ANGLE = range(3)
-PER_BODY = 3
 
 Array = NDArray[np.float64]
 
@@ -146,7 +142,22 @@ class System:
         pins = [f"reaction_{pin.name}_{axis}" for pin in self.pins for axis in "xy"]
         return (*pins, "crank_torque", *(name for _ in self.guides for name in ("guide_force", "guide_moment")))
 
-    @property
+    @cached_property
+    def masses(self) -> Array:
+        """Masses and inertias by coordinate, shape (3 n,); kg, kg m^2."""
+        return np.array([[body.mass, body.mass, body.inertia] for body in self.bodies]).ravel()
+
+    @cached_property
+    def prescribed(self) -> list[tuple[int, float, float]]:
+        """Coordinates that are prescribed: number, value at t = 0, rate. First that of the drive."""
+        body = self.drive.body
+        prescribed = [(PER_BODY * body + ANGLE, self.bodies[body].position[ANGLE], self.drive.omega)]
+        for guide in self.guides:
+            prescribed.append((PER_BODY * guide.body + guide.coordinate, guide.value, 0.0))
+            prescribed.append((PER_BODY * guide.body + ANGLE, 0.0, 0.0))
+        return prescribed
+
+    @cached_property
     def reference(self) -> Array:
         """From where the coordinates count, shape (3 n,): a slider's from its guide, for all digits of gaps."""
         reference = np.zeros((len(self.bodies), PER_BODY))
@@ -185,81 +196,6 @@ def press(parameters: Parameters, state: InitialState) -> System:
     return System(bodies, pins, guides, contacts, drive, SLIDER, mechanism.gravity)
 
 
-class Constants(NamedTuple):
-    """The lists as arrays for the kernels.
-
-    Attributes
-    ----------
-    masses, weights, reference : ndarray, shape (3 n,)
-        Masses and inertias (kg, kg m^2) and weights (N) by coordinate; from where the coordinates count.
-    pins : ndarray, shape (k, 6)
-        First body, its point, second body, its point.
-    fixed : ndarray, shape (l, 3)
-        Of a coordinate that is prescribed: its number, value at t = 0, and rate. First that of the drive.
-    bodies_of_rows : ndarray of int, shape (2 k + l, 2)
-        Of each constraint; ``FRAME`` where there is none.
-    sliders : ndarray, shape (s, 18)
-        Law and geometry of each slider's contact: see ``columns``.
-    slider_bodies : ndarray, shape (s,)
-    journals : ndarray, shape (j, 18)
-    journal_ends : ndarray, shape (j, 8)
-        As ``pins``; then what the first body's coordinates count from, less what the second's do.
-    """
-
-    masses: Array
-    weights: Array
-    reference: Array
-    pins: Array
-    fixed: Array
-    bodies_of_rows: NDArray[np.int64]
-    sliders: Array
-    slider_bodies: Array
-    journals: Array
-    journal_ends: Array
-
-
-def constants(system: System) -> Constants:
-    """Make the arrays of a system."""
-    inertias = np.array([[body.mass, body.mass, body.inertia] for body in system.bodies])
-    weights = np.zeros_like(inertias)
-    weights[:, Y] = -system.gravity * inertias[:, Y]
-    drive = system.drive
-    fixed = [(PER_BODY * drive.body + ANGLE, system.bodies[drive.body].position[ANGLE], drive.omega)]
-    for guide in system.guides:
-        fixed.append((PER_BODY * guide.body + guide.coordinate, guide.value, 0.0))
-        fixed.append((PER_BODY * guide.body + ANGLE, 0.0, 0.0))
-    sliders = [
-        law_array(one.contact, system.bodies[one.body].mass, one.width / 2, one.length / 2, one.direction)
-        for one in system.sliders
-    ]
-    journals = [law_array(one.contact, system.bodies[one.second].mass) for one in system.journals]
-    reference = system.reference.reshape(-1, PER_BODY)[:, :ANGLE]
-    apart = [reference[one.first] - reference[one.second] for one in system.journals]
-    rows = [(pin.first, pin.second) for pin in system.pins for _ in "xy"]
-    rows += [(FRAME, int(coordinate) // PER_BODY) for coordinate, _, _ in fixed]
-    return Constants(
-        inertias.ravel(),
-        weights.ravel(),
-        system.reference,
-        _ends(system.pins),
-        np.array(fixed, dtype=np.float64),
-        np.array(rows, dtype=np.int64),
-        np.array(sliders).reshape(len(sliders), LAW_COLUMNS),
-        np.array([one.body for one in system.sliders], dtype=np.float64),
-        np.array(journals).reshape(len(journals), LAW_COLUMNS),
-        np.hstack([_ends(system.journals), np.array(apart, dtype=np.float64).reshape(-1, 2)]),
-    )
-
-
-def _ends(joints: list[Any]) -> Array:
-    rows = [(one.first, *one.first_point, one.second, *one.second_point) for one in joints]
-    return np.array(rows, dtype=np.float64).reshape(len(rows), 6)
-
-
-# (mbs, t, object number, coordinates, velocities) -> generalized forces
-ForceUserFunction = Callable[[Any, float, int, list[float], list[float]], tuple[float, ...]]
-
-
 @dataclass(frozen=True)
 class Model:
     """A system assembled in Exudyn, with what its contact forces read.
@@ -270,22 +206,20 @@ class Model:
     container : exudyn.SystemContainer
         Owner of ``mbs``; held so that it outlives it.
     system : System
-    constants : Constants
+    parts : list of Part
+        Its contacts.
     contacts : ndarray, shape (n, columns)
-        Memory of the contacts: see ``memory``.
+        Their memory: see ``memory``.
     step : ndarray, shape (2,)
-        Length of the step in progress (s); 1 where what is open at its start stays without force.
-    after_newton : list of callable
-        Of each journal: see ``contact_forces.settle_function``.
+        Of the step in progress: see ``parts``.
     """
 
     mbs: Any
     container: Any
     system: System
-    constants: Constants
+    parts: list[Part]
     contacts: Array
     step: Array
-    after_newton: list[Callable[[], bool]] = field(default_factory=list)
 
 
 def build(system: System, step: float) -> Model:
@@ -293,18 +227,12 @@ def build(system: System, step: float) -> Model:
 
     Its coordinates are x, y, angle of each body.
     """
-    # Here, as a fault that a test puts into the forces has to take effect
-    from exudyn_model.five_bodies import contact_forces
-
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     ground = mbs.AddObject(ObjectGround())
     ground_node = mbs.AddNode(NodePointGround())
-    arrays = constants(system)
-    rows = CORNER_COUNT * len(system.sliders) + len(system.journals)
-    model = Model(mbs, container, system, arrays, new_contacts(rows), np.array([step, 0.0]))
     nodes, objects = [], []
-    for body, reference in zip(system.bodies, arrays.reference.reshape(-1, PER_BODY), strict=True):
+    for body, reference in zip(system.bodies, system.reference.reshape(-1, PER_BODY), strict=True):
         node = mbs.AddNode(
             NodeRigidBody2D(
                 referenceCoordinates=list(reference),
@@ -318,31 +246,46 @@ def build(system: System, step: float) -> Model:
         mbs.AddLoad(LoadMassProportional(markerNumber=centre, loadVector=[0.0, -system.gravity, 0.0]))
     for pin in system.pins:
         ends = []
-        for number, point in ((pin.first, pin.first_point), (pin.second, pin.second_point)):
-            body_number = ground if number == FRAME else objects[number]
-            ends.append(mbs.AddMarker(MarkerBodyPosition(bodyNumber=body_number, localPosition=[*point, 0.0])))
+        for body_number, point in ((pin.first, pin.first_point), (pin.second, pin.second_point)):
+            carrier = ground if body_number == FRAME else objects[body_number]
+            ends.append(mbs.AddMarker(MarkerBodyPosition(bodyNumber=carrier, localPosition=[*point, 0.0])))
         mbs.AddObject(ObjectJointRevolute2D(name=pin.name, markerNumbers=ends))
     fixed = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=ground_node, coordinate=0))
-    for number, (coordinate, value, rate) in enumerate(arrays.fixed):
-        body_number, axis = divmod(int(coordinate), PER_BODY)
+    for number, (coordinate, value, rate) in enumerate(system.prescribed):
+        body_number, axis = divmod(coordinate, PER_BODY)
         marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=nodes[body_number], coordinate=axis))
-        offset = rate if number == 0 else value - arrays.reference[int(coordinate)]
+        is_drive = number == 0
+        offset = rate if is_drive else value - system.reference[coordinate]
         mbs.AddObject(
-            CoordinateConstraint(markerNumbers=[fixed, marker], offset=offset, velocityLevel=number == 0)
+            CoordinateConstraint(markerNumbers=[fixed, marker], offset=offset, velocityLevel=is_drive)
         )
-    for number, slider in enumerate(system.sliders):
-        _add_contact(mbs, [nodes[slider.body]], contact_forces.slider_function(model, number))
-    for number, journal in enumerate(system.journals):
-        both = [nodes[journal.first], nodes[journal.second]]
-        _add_contact(mbs, both, contact_forces.journal_function(model, number))
-        model.after_newton.append(contact_forces.settle_function(model, number))
+    contacts, current = new_contacts(len(system.contact_names)), np.array([step, 0.0])
+    parts = _parts(system, contacts, current)
+    for part in parts:
+        # An object without mass on the bodies' nodes, which only adds the contact force
+        size = PER_BODY * len(part.bodies)
+        mbs.AddObject(
+            ObjectGenericODE2(
+                nodeNumbers=[nodes[body] for body in part.bodies],
+                massMatrix=np.zeros((size, size)),
+                forceUserFunction=part.force,
+            )
+        )
     mbs.Assemble()
-    return model
+    return Model(mbs, container, system, parts, contacts, current)
 
 
-def _add_contact(mbs: Any, nodes: list[Any], force: ForceUserFunction) -> None:
-    """Add an object without mass on the bodies' nodes, which only adds the contact force."""
-    size = PER_BODY * len(nodes)
-    mbs.AddObject(
-        ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=force)
-    )
+def _parts(system: System, contacts: Array, step: Array) -> list[Part]:
+    reference = system.reference.reshape(-1, PER_BODY)
+    parts: list[Part] = []
+    for number, slider in enumerate(system.sliders):
+        mass = system.bodies[slider.body].mass
+        law = law_array(slider.contact, mass, slider.width / 2, slider.length / 2, slider.direction)
+        parts.append(SliderPart(slider.body, CORNER_COUNT * number, law, contacts, step))
+    row = CORNER_COUNT * len(parts)
+    for number, journal in enumerate(system.journals):
+        apart = reference[journal.first] - reference[journal.second]
+        ends = [journal.first, *journal.first_point, journal.second, *journal.second_point, *apart[:ANGLE]]
+        law = law_array(journal.contact, system.bodies[journal.second].mass)
+        parts.append(JournalPart(np.array(ends, dtype=np.float64), row + number, law, contacts, step))
+    return parts

@@ -1,0 +1,394 @@
+"""What an accepted state of five bodies does to a contact: its memory, and the length of the next step.
+
+Memory: this is the only place where an impact speed is frozen or cleared. It depends on accepted states alone
+(the last one is what the memory still holds), never on trial states of the Newton iteration.
+
+Foresight, which ``step_choice`` asks for: zeros of gaps and kinks of friction (Eq. 13) from the latest rates;
+ticks that resolve the oscillation of a normal force; touches and separations in a step, by the gaps' cubic
+Hermite interpolants.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.columns import (
+    ACROSS_X,
+    ACROSS_Y,
+    CLOSED,
+    DAMPING_POWER,
+    DIRECTION,
+    EXPONENT,
+    FRICTION,
+    FRICTION_POWER,
+    GAP,
+    IMPACT_SPEED,
+    LAW,
+    MASS,
+    NORMAL,
+    RATE,
+    SIDE_STIFFNESS,
+    SLIP,
+    STATIC_SPEED,
+    STORED,
+    TRANSITION_SPEED,
+)
+from exudyn_model.corners import CORNER_COUNT, UPPER, corner_load, corner_motion
+from exudyn_model.five_bodies.contact_forces import (
+    ANGLE,
+    LENGTH,
+    X,
+    Y,
+    crossing,
+    first_touch,
+    journal_in_bearing,
+    journal_loads,
+    touch,
+    triple,
+)
+from exudyn_model.journal import journal_forces
+from exudyn_model.kernels import entry, kernel
+from exudyn_model.laws import FOUNDATION, CornerMotion, side_forces
+from exudyn_model.memory import begin_contact, end_contact, is_shared
+
+Array = NDArray[np.float64]
+
+# Part of the time to a foreseen zero that a step may cover
+PART = 0.5
+# The oscillation of a normal force, relative to its mean, at which steps in a contact begin to grow
+RIPPLE = 1.0
+# Decay of the observed second derivative of a normal force, over the phase of its oscillation (rad): that
+# passes through zero twice a period
+_DECAY = 0.25
+_NEVER = 2.0
+
+# Of each contact in the last state: rate of its gap, slip, normal force and its rate, second derivative of
+# the normal force, its largest one (decaying), and the length of the step that led there
+(_RATE, _SLIP, _NORMAL, _NORMAL_RATE, _CHANGE, _LARGEST_CHANGE, _STEP) = range(7)
+BEFORE_COLUMNS = 7
+
+
+@kernel
+def begin_inside(
+    time: float, step: float, row: int, gap: float, rate: float, contact: Array, law: Array
+) -> None:
+    """Begin a contact that was open in the last accepted state and is closed in that at ``time`` > 0 (s)."""
+    if contact[IMPACT_SPEED] == 0.0 and gap < 0.0:
+        touched_at, speed = touch(contact, gap, rate, step, law)
+        begin_contact(contact, row, time - (1.0 - touched_at) * step, speed)
+
+
+@kernel
+def left_at(contact: Array, gap: float, rate: float, step: float) -> float:
+    """Return the fraction of a step at which a contact opens that is open at its end; 0 of one that was."""
+    return crossing(contact[GAP], contact[RATE], gap, rate, step) if contact[CLOSED] > 0.0 else 0.0
+
+
+@kernel
+def end_inside(
+    time: float, step: float, row: int, left: float, before: float, contact: Array, events: Array, count: int
+) -> int:
+    """End the contact of a row, if there is one, at a fraction of the step that has led to ``time`` (s).
+
+    ``before`` is its normal force at the step's start, N.
+    """
+    if contact[IMPACT_SPEED] == 0.0:
+        return count
+    rest = 0.5 * before * left * step
+    return end_contact(row, contact, time - (1.0 - left) * step, rest, events, count)
+
+
+@kernel
+def remember(contact: Array, gap: float, rate: float, slip: float, normal: float, friction: float) -> None:
+    """Keep the state of a contact for the next step."""
+    contact[GAP], contact[RATE], contact[SLIP] = gap, rate, slip
+    contact[NORMAL], contact[FRICTION] = normal, friction
+    contact[CLOSED] = 1.0 if gap < 0.0 else 0.0
+
+
+@kernel
+def update_side(
+    time: float,
+    step: float,
+    first: int,
+    side: int,
+    lower: CornerMotion,
+    upper: CornerMotion,
+    law: Array,
+    contacts: Array,
+    load: Array,
+    events: Array,
+    count: int,
+) -> int:
+    """Update the memory of a side with the accepted state at ``time`` (s); return the count of events.
+
+    Parameters
+    ----------
+    time, step : float
+        s.
+    first : int
+        Row of the slider's first corner among all contacts.
+    side : int
+        Of the side's lower corner among its four.
+    lower, upper : CornerMotion
+    law : ndarray
+    contacts : ndarray, shape (4, columns)
+        Changed in place.
+    load : ndarray, shape (3,)
+        In the guide's frame; that of this side is added.
+    events : ndarray
+    count : int
+    """
+    low, up, shared = contacts[side], contacts[side + UPPER], is_shared(law)
+    if time > 0.0:
+        if not shared:
+            begin_inside(time, step, first + side, lower.gap, lower.rate, low, law)
+            begin_inside(time, step, first + side + UPPER, upper.gap, upper.rate, up, law)
+        elif low[IMPACT_SPEED] == 0.0 and (lower.gap < 0.0 or upper.gap < 0.0):
+            end, at, speed = first_touch(low, up, lower, upper, step, law)
+            begin_contact(low, first + side + UPPER * end, time - (1.0 - at) * step, speed)
+        # Before the forces: what has left has none
+        if shared:
+            if lower.gap >= 0.0 and upper.gap >= 0.0:
+                left = max(
+                    left_at(low, lower.gap, lower.rate, step), left_at(up, upper.gap, upper.rate, step)
+                )
+                before = low[NORMAL] + up[NORMAL]
+                count = end_inside(time, step, first + side, left, before, low, events, count)
+        else:
+            if lower.gap >= 0.0:
+                left = left_at(low, lower.gap, lower.rate, step)
+                count = end_inside(time, step, first + side, left, low[NORMAL], low, events, count)
+            if upper.gap >= 0.0:
+                left = left_at(up, upper.gap, upper.rate, step)
+                count = end_inside(time, step, first + side + UPPER, left, up[NORMAL], up, events, count)
+    forces = side_forces(lower, upper, low[IMPACT_SPEED], up[IMPACT_SPEED], law)
+    whole = not np.isnan(forces.slip)
+    lower_slip, upper_slip = (forces.slip, forces.slip) if whole else (lower.slip, upper.slip)
+    remember(low, lower.gap, lower.rate, lower_slip, forces.lower, forces.lower_friction)
+    remember(up, upper.gap, upper.rate, upper_slip, forces.upper, forces.upper_friction)
+    low[STORED], low[DAMPING_POWER], low[FRICTION_POWER] = forces.stored, forces.damping, forces.friction
+    first_load = corner_load(side, forces.lower, forces.lower_friction, lower)
+    second_load = corner_load(side + UPPER, forces.upper, forces.upper_friction, upper)
+    load[X] += first_load[0] + second_load[0]
+    load[Y] += first_load[1] + second_load[1]
+    load[ANGLE] += first_load[2] + second_load[2]
+    return count
+
+
+@entry
+def follow_slider(
+    time: float,
+    step: Array,
+    q: Array,
+    v: Array,
+    tick: float,
+    longest: float,
+    first: int,
+    law: Array,
+    contacts: Array,
+    last: Array,
+    load: Array,
+    events: Array,
+    count: int,
+) -> tuple[int, float]:
+    """Take an accepted state of a slider in its guide.
+
+    Parameters
+    ----------
+    time : float
+        s.
+    step : ndarray, shape (2,)
+        The one that has ended.
+    q, v : ndarray, shape (3,)
+        Coordinates of the slider from the guide's point (m, rad) and their rates.
+    tick, longest : float
+        Shortest step (s), and how many of them the next one may be at most.
+    first : int
+        Row of its first corner among all contacts.
+    law : ndarray
+    contacts : ndarray, shape (4, columns)
+        Changed in place.
+    last : ndarray, shape (4, 7)
+        Changed in place.
+    load : ndarray, shape (3,)
+        Filled: fx, fy (N) and moment (N m) on the slider.
+    events : ndarray
+        With room for four rows from ``count`` on.
+    count : int
+
+    Returns
+    -------
+    count : int
+    ticks : float
+        That the next step may take.
+    """
+    cx, cy, turned, omega = law[ACROSS_X], law[ACROSS_Y], q[ANGLE] - law[DIRECTION], v[ANGLE]
+    across, v_across, v_along = cx * q[X] + cy * q[Y], cx * v[X] + cy * v[Y], cx * v[Y] - cy * v[X]
+    load[X], load[Y], load[ANGLE] = 0.0, 0.0, 0.0
+    for side in range(2):
+        lower = corner_motion(side, across, turned, v_across, v_along, omega, law)
+        upper = corner_motion(side + UPPER, across, turned, v_across, v_along, omega, law)
+        count = update_side(time, step[LENGTH], first, side, lower, upper, law, contacts, load, events, count)
+    load[X], load[Y] = cx * load[X] - cy * load[Y], cy * load[X] + cx * load[Y]
+    ticks = longest
+    for number in range(CORNER_COUNT):
+        contact = contacts[number]
+        span, change = foresee(time, step[LENGTH], contact, last[number])
+        if contact[CLOSED] > 0.0:
+            ticks = min(ticks, resolved_ticks(contact, last[number], law))
+            span = min(span, time_to_kink(contact[SLIP], change, law))
+        ticks = min(ticks, PART * span / tick)
+    return count, ticks
+
+
+@kernel
+def foresee(time: float, step: float, contact: Array, last: Array) -> tuple[float, float]:
+    """Follow a contact over a step (s); return when its gap vanishes (s), and the rate of its slip (m/s^2)."""
+    if time == 0.0:
+        acceleration, slip_rate = 0.0, 0.0
+    else:
+        acceleration, slip_rate = (contact[RATE] - last[_RATE]) / step, (contact[SLIP] - last[_SLIP]) / step
+        normal_rate = (contact[NORMAL] - last[_NORMAL]) / step
+        if last[_STEP] > 0.0:
+            last[_CHANGE] = 2.0 * abs(normal_rate - last[_NORMAL_RATE]) / (step + last[_STEP])
+        last[_NORMAL_RATE], last[_STEP] = normal_rate, step
+    last[_RATE], last[_SLIP], last[_NORMAL] = contact[RATE], contact[SLIP], contact[NORMAL]
+    sign = -1.0
+    if contact[CLOSED] == 0.0:
+        last[_LARGEST_CHANGE], sign = 0.0, 1.0
+    return time_to_zero(abs(contact[GAP]), sign * contact[RATE], sign * acceleration), slip_rate
+
+
+@kernel
+def time_to_zero(distance: float, rate: float, acceleration: float) -> float:
+    """Return when (s) a positive distance vanishes, at the latest acceleration if that is towards zero."""
+    towards = min(acceleration, 0.0)
+    root: float = np.sqrt(rate * rate - 2.0 * towards * distance)
+    if rate < 0.0:
+        return 2.0 * distance / (root - rate)
+    return -(root + rate) / towards if towards < 0.0 else np.inf
+
+
+@kernel
+def time_to_kink(slip: float, slip_rate: float, law: Array) -> float:
+    """Return when (s) the slip reaches a speed at which the friction of Eq. 13 has a kink."""
+    speed, change = abs(slip), slip_rate if slip >= 0.0 else -slip_rate
+    found = np.inf
+    for kink in (law[STATIC_SPEED], law[TRANSITION_SPEED]):
+        if (kink - speed) * change > 0.0:
+            found = min(found, (kink - speed) / change)
+    return min(found, -speed / change) if change < 0.0 else found
+
+
+@kernel
+def resolved_ticks(contact: Array, last: Array, law: Array) -> float:
+    """Return the ticks that resolve the oscillation of a closed contact's normal force.
+
+    An oscillation by ``RIPPLE`` times N has N'' = ripple omega^2 N, with the frequency omega of the mass on
+    the contact; the error of a step is that of N'' times the square of its length.
+    """
+    depth, normal = -contact[GAP], contact[NORMAL]
+    if normal <= 0.0:
+        return 1.0
+    squared_frequency = law[EXPONENT] * normal / (depth * law[MASS])
+    if law[LAW] == FOUNDATION:  # that of a whole side inside: the stiffest
+        squared_frequency = law[SIDE_STIFFNESS] / law[MASS]
+    decay = np.exp(-_DECAY * np.sqrt(squared_frequency) * last[_STEP])
+    last[_LARGEST_CHANGE] = max(last[_CHANGE], decay * last[_LARGEST_CHANGE])
+    if not last[_LARGEST_CHANGE] > 0.0:
+        return np.inf
+    ticks: float = np.sqrt(RIPPLE * squared_frequency * normal / last[_LARGEST_CHANGE])
+    return ticks
+
+
+@kernel
+def zero_within(contact: Array, gap: float, rate: float, step: float) -> float:
+    """Return the fraction of a step at which a contact's gap first changes its sign, or more than 1.
+
+    By the cubic Hermite interpolant between its memory, at the start, and gap (m) and rate at the end.
+    """
+    sign = -1.0 if contact[CLOSED] > 0.0 else 1.0
+    distance0, distance1 = sign * contact[GAP], sign * gap
+    rate0, rate1 = sign * contact[RATE], sign * rate
+    if distance1 <= 0.0:
+        return crossing(distance0, rate0, distance1, rate1, step) if distance0 > 0.0 else 0.0
+    if rate0 >= 0.0 or rate1 <= 0.0:
+        return _NEVER
+    # Its least value, where the slope, slope0 + 2 b f + a f^2, vanishes
+    slope0, slope1, rise = step * rate0, step * rate1, distance1 - distance0
+    a, b = 3.0 * (slope0 + slope1 - 2.0 * rise), 3.0 * rise - 2.0 * slope0 - slope1
+    fraction = -slope0 / (b + np.sqrt(b * b - a * slope0))
+    least = distance0 + fraction * (slope0 + fraction * (b + fraction * a / 3.0))
+    return fraction if least <= 0.0 else _NEVER
+
+
+@entry
+def slider_change(q: Array, v: Array, step: Array, law: Array, contacts: Array) -> float:
+    """Return the fraction of a step after which a corner's contact begins or ends; more than 1: none does.
+
+    Parameters
+    ----------
+    q, v : ndarray, shape (3,)
+        Coordinates of the slider at the step's end, and their rates.
+    step : ndarray, shape (2,)
+    law : ndarray
+    contacts : ndarray, shape (4, columns)
+        At the step's start.
+    """
+    cx, cy, found = law[ACROSS_X], law[ACROSS_Y], _NEVER
+    across, v_across, turned = cx * q[X] + cy * q[Y], cx * v[X] + cy * v[Y], q[ANGLE] - law[DIRECTION]
+    for number in range(CORNER_COUNT):
+        corner = corner_motion(number, across, turned, v_across, 0.0, v[ANGLE], law)
+        found = min(found, zero_within(contacts[number], corner.gap, corner.rate, step[LENGTH]))
+    return found
+
+
+@entry
+def follow_journal(
+    time: float,
+    step: Array,
+    q: Array,
+    v: Array,
+    tick: float,
+    longest: float,
+    row: int,
+    ends: Array,
+    law: Array,
+    contact: Array,
+    last: Array,
+    load: Array,
+    events: Array,
+    count: int,
+) -> tuple[int, float]:
+    """Take an accepted state of a journal in its bearing: as :func:`follow_slider`.
+
+    ``q`` and ``v``, shape (3 n,), are of all bodies, ``ends`` as in ``parts.JournalPart``; ``load``, shape (6,),
+    is on the journal's body, then on the bearing's.
+    """
+    q1, q2, v1, v2 = triple(q, ends[0]), triple(q, ends[3]), triple(v, ends[0]), triple(v, ends[3])
+    motion = journal_in_bearing(q1, v1, q2, v2, ends, law)
+    if time > 0.0:
+        begin_inside(time, step[LENGTH], row, motion.gap, motion.rate, contact, law)
+        if motion.gap >= 0.0:
+            left = left_at(contact, motion.gap, motion.rate, step[LENGTH])
+            count = end_inside(time, step[LENGTH], row, left, contact[NORMAL], contact, events, count)
+    normal, elastic, friction = journal_forces(motion, contact[IMPACT_SPEED], law)
+    remember(contact, motion.gap, motion.rate, motion.slip, normal, friction)
+    contact[STORED] = elastic * max(-motion.gap, 0.0) / (law[EXPONENT] + 1.0)
+    contact[DAMPING_POWER] = -(normal - elastic) * motion.rate
+    contact[FRICTION_POWER] = -friction * motion.slip
+    gx, gy, moment1, moment2 = journal_loads(normal, friction, motion, q1, q2, ends, law)
+    load[0], load[1], load[2] = -gx, -gy, moment1
+    load[3], load[4], load[5] = gx, gy, moment2
+    span, _ = foresee(time, step[LENGTH], contact, last)
+    if contact[CLOSED] > 0.0:
+        return count, 1.0  # its friction reverses within a step: see `contact_forces`
+    return count, min(longest, PART * span / tick)
+
+
+@entry
+def journal_change(q: Array, v: Array, step: Array, ends: Array, law: Array, contact: Array) -> float:
+    """Return the fraction of a step after which the contact begins or ends: as :func:`slider_change`."""
+    q1, q2, v1, v2 = triple(q, ends[0]), triple(q, ends[3]), triple(v, ends[0]), triple(v, ends[3])
+    motion = journal_in_bearing(q1, v1, q2, v2, ends, law)
+    return zero_within(contact, motion.gap, motion.rate, step[LENGTH])
