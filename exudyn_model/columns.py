@@ -6,6 +6,7 @@ The kernels take plain arrays of numbers: one array a contact law, one row a con
 # ---- A contact law: see `parameters.Contact`. The geometry stands last: of a slider, or of a journal.
 (
     LAW,
+    SHARED,  # 1: the side of a slider remembers its touch, not the corner
     STIFFNESS,
     EXPONENT,
     DAMPING,
@@ -23,8 +24,8 @@ The kernels take plain arrays of numbers: one array a contact law, one row a con
     ACROSS_Y,
     DIRECTION,
     BEARING_RADIUS,
-) = range(18)
-LAW_COLUMNS = 18
+) = range(19)
+LAW_COLUMNS = 19
 
 # ---- The memory of a contact: of a corner of a slider, or of a journal. See `memory`.
 (

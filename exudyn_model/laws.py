@@ -1,7 +1,7 @@
 """The contact law of a side of the slider: depths and rates of both corners in, forces and energies out.
 
-Three laws, by their number in ``LAWS``; each is one branch of :func:`side_forces`, and ``SHARED`` says whether
-it is the side that remembers its touch:
+Three laws, by their number in ``LAWS``; each is one branch of :func:`side_forces`, and ``REMEMBERED_BY_SIDE``
+names those where it is the side that remembers its touch:
 
 - "hertz-corners": each corner follows Eqs. 9-11 by itself.
 - "paper-switching": the same until both corners are in contact. Then, literally Eqs. 7-8: the surface's force
@@ -34,7 +34,7 @@ from exudyn_model.kernels import kernel
 
 LAWS = ("hertz-corners", "paper-switching", "foundation")
 SWITCHING, FOUNDATION = 1, 2
-SHARED = (False, False, True)
+REMEMBERED_BY_SIDE = ("foundation",)
 
 
 class CornerMotion(NamedTuple):

@@ -2,7 +2,7 @@
 
 One row a contact: of the four corners of a slider, in the order of ``corners.CORNERS``, and of a journal. It is
 updated with accepted states alone: nothing that a trial state of an iteration or of a rejected step does is
-ever kept. Where a law has the side remember (``laws.SHARED``), the touch stands in the row of its lower
+ever kept. Where a law has the side remember (``laws.REMEMBERED_BY_SIDE``), the touch stands in the row of its lower
 corner, whatever corner it is named after.
 """
 
@@ -35,6 +35,7 @@ from exudyn_model.columns import (
     MASS,
     MEMORY_COLUMNS,
     NAME,
+    SHARED,
     SIDE_STIFFNESS,
     SPEED_FLOOR,
     START,
@@ -44,7 +45,7 @@ from exudyn_model.columns import (
 )
 from exudyn_model.corners import UPPER
 from exudyn_model.kernels import kernel
-from exudyn_model.laws import LAWS, SHARED, CornerMotion, foundation_normals
+from exudyn_model.laws import LAWS, REMEMBERED_BY_SIDE, CornerMotion, foundation_normals
 from exudyn_model.parameters import Contact
 
 ROUNDED = 2e-15
@@ -72,6 +73,7 @@ def law_array(
     """
     law = np.zeros(LAW_COLUMNS)
     law[LAW], law[CURRENT] = LAWS.index(contact.law), contact.impact_speed == "current"
+    law[SHARED] = contact.law in REMEMBERED_BY_SIDE
     law[STIFFNESS], law[EXPONENT], law[DAMPING] = contact.stiffness, contact.exponent, contact.damping
     law[SPEED_FLOOR], law[SIDE_STIFFNESS] = contact.impact_speed_floor, contact.side_stiffness
     law[FRICTION_COEFFICIENT] = contact.friction
@@ -90,18 +92,6 @@ def new_contacts(rows: int) -> NDArray[np.float64]:
 
 
 @kernel
-def is_shared(law: NDArray[np.float64]) -> bool:
-    """Return whether the side remembers its touch, not the corner."""
-    return SHARED[int(law[LAW])]
-
-
-@kernel
-def begin_contact(contact: NDArray[np.float64], name: float, time: float, speed: float) -> None:
-    """Begin a contact at ``time`` (s) with an impact speed (m/s), named as a row of the memory."""
-    contact[IMPACT_SPEED], contact[START], contact[NAME] = speed, time, name
-
-
-@kernel
 def end_contact(
     row: float, contact: NDArray[np.float64], time: float, rest: float, events: NDArray[np.float64], count: int
 ) -> int:
@@ -109,18 +99,11 @@ def end_contact(
 
     ``rest`` is what the impulse (N s) has of the step in which it ends.
     """
-    write_event(row, contact, time, rest, events[count])
-    contact[IMPACT_SPEED] = 0.0
-    return count + 1
-
-
-@kernel
-def write_event(
-    row: float, contact: NDArray[np.float64], time: float, rest: float, event: NDArray[np.float64]
-) -> None:
-    """Fill a row of the table of contacts from the memory of one that ends at ``time`` (s)."""
+    event = events[count]
     event[EVENT_ROW], event[EVENT_NAME], event[EVENT_REST] = row, contact[NAME], rest
     event[EVENT_START], event[EVENT_END], event[EVENT_SPEED] = contact[START], time, contact[IMPACT_SPEED]
+    contact[IMPACT_SPEED] = 0.0
+    return count + 1
 
 
 def start_side(
@@ -145,7 +128,7 @@ def start_side(
         for row, corner in ((side, lower), (side + UPPER, upper))
         if corner.gap < -ROUNDED or (corner.gap <= ROUNDED and corner.rate < 0.0)
     ]
-    if not SHARED[int(law[LAW])]:
+    if law[SHARED] == 0.0:
         for row in touching:
             rate = lower.rate if row == side else upper.rate
             contacts[row, [IMPACT_SPEED, NAME]] = max(-rate, law[SPEED_FLOOR]), row

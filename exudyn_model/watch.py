@@ -7,9 +7,8 @@ so that a fault in the formulas that the run was computed with does not conceal 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import BEARING_RADIUS, CLEARANCE, HALF_LENGTH, HALF_WIDTH, LAW
+from exudyn_model.columns import BEARING_RADIUS, CLEARANCE, HALF_LENGTH, HALF_WIDTH, SHARED
 from exudyn_model.corners import ACROSS, ALONG, CORNER_COUNT, UPPER
-from exudyn_model.laws import SHARED
 
 Array = NDArray[np.float64]
 
@@ -87,7 +86,7 @@ class Watch:
         """
         x, angle, vx, vy, omega = motion
         cosine, sine = np.cos(angle), np.sin(angle)
-        wall, shared = law[HALF_WIDTH] + law[CLEARANCE], SHARED[int(law[LAW])]
+        wall, shared = law[HALF_WIDTH] + law[CLEARANCE], bool(law[SHARED])
         gaps, rates, slips = np.empty((3, CORNER_COUNT, len(times)))
         for number in range(CORNER_COUNT):
             side, end = ACROSS[number], ALONG[number]

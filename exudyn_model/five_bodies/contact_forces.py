@@ -30,6 +30,7 @@ from exudyn_model.columns import (
     IMPACT_SPEED,
     RATE,
     REGIME,
+    SHARED,
     SPEED_FLOOR,
 )
 from exudyn_model.corners import UPPER, corner_load, corner_motion
@@ -37,7 +38,7 @@ from exudyn_model.friction import friction_in_regime, slip_regime
 from exudyn_model.journal import JournalMotion, bearing_load, journal_forces, journal_motion
 from exudyn_model.kernels import entry, kernel
 from exudyn_model.laws import CornerMotion, side_forces
-from exudyn_model.memory import ROUNDED, is_shared
+from exudyn_model.memory import ROUNDED
 
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -114,17 +115,17 @@ def first_touch(
         0: the lower one; 1: the upper one.
     fraction, speed : float
     """
-    lower_at, lower_speed = 0.0, 0.0
-    if lower.gap < 0.0:
-        lower_at, lower_speed = touch(low, lower.gap, lower.rate, step, law)
-    if upper.gap < 0.0:
-        upper_at, upper_speed = touch(up, upper.gap, upper.rate, step, law)
-        lead = (lower_at - upper_at) * step
-        if lower.gap >= 0.0 or lead * upper_speed > ROUNDED:
-            return 1, upper_at, upper_speed
-        if -lead * lower_speed <= ROUNDED:
-            lower_speed = max(lower_speed, upper_speed)
-    return 0, lower_at, lower_speed
+    found, found_at, found_speed = 0, 0.0, 0.0
+    for end in range(2):
+        corner = lower if end == 0 else upper
+        if corner.gap < 0.0:
+            at, speed = touch(low if end == 0 else up, corner.gap, corner.rate, step, law)
+            lead = (found_at - at) * step
+            if end == 0 or found_speed == 0.0 or lead * speed > ROUNDED:
+                found, found_at, found_speed = end, at, speed
+            elif -lead * found_speed <= ROUNDED:
+                found_speed = max(found_speed, speed)
+    return found, found_at, found_speed
 
 
 @kernel
@@ -169,7 +170,7 @@ def slider_force(
         upper = corner_motion(side + UPPER, across, turned, v_across, v_along, omega, law)
         if lower.gap < 0.0 or upper.gap < 0.0:
             low, up = contacts[side], contacts[side + UPPER]
-            if is_shared(law):
+            if law[SHARED] > 0.0:
                 lower_speed = low[IMPACT_SPEED]
                 if lower_speed == 0.0 and step[STAYS_OPEN] == 0.0:
                     lower_speed = first_touch(low, up, lower, upper, step[LENGTH], law)[2]

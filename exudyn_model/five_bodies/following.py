@@ -24,10 +24,13 @@ from exudyn_model.columns import (
     IMPACT_SPEED,
     LAW,
     MASS,
+    NAME,
     NORMAL,
     RATE,
+    SHARED,
     SIDE_STIFFNESS,
     SLIP,
+    START,
     STATIC_SPEED,
     STORED,
     TRANSITION_SPEED,
@@ -48,7 +51,7 @@ from exudyn_model.five_bodies.contact_forces import (
 from exudyn_model.journal import journal_forces
 from exudyn_model.kernels import entry, kernel
 from exudyn_model.laws import FOUNDATION, CornerMotion, side_forces
-from exudyn_model.memory import begin_contact, end_contact, is_shared
+from exudyn_model.memory import end_contact
 
 Array = NDArray[np.float64]
 
@@ -68,33 +71,48 @@ BEFORE_COLUMNS = 7
 
 
 @kernel
-def begin_inside(
-    time: float, step: float, row: int, gap: float, rate: float, contact: Array, law: Array
-) -> None:
-    """Begin a contact that was open in the last accepted state and is closed in that at ``time`` > 0 (s)."""
-    if contact[IMPACT_SPEED] == 0.0 and gap < 0.0:
-        touched_at, speed = touch(contact, gap, rate, step, law)
-        begin_contact(contact, row, time - (1.0 - touched_at) * step, speed)
-
-
-@kernel
-def left_at(contact: Array, gap: float, rate: float, step: float) -> float:
-    """Return the fraction of a step at which a contact opens that is open at its end; 0 of one that was."""
-    return crossing(contact[GAP], contact[RATE], gap, rate, step) if contact[CLOSED] > 0.0 else 0.0
-
-
-@kernel
-def end_inside(
-    time: float, step: float, row: int, left: float, before: float, contact: Array, events: Array, count: int
+def update_alone(
+    time: float, step: float, row: int, gap: float, rate: float, contact: Array, law: Array, events: Array, count: int
 ) -> int:
-    """End the contact of a row, if there is one, at a fraction of the step that has led to ``time`` (s).
-
-    ``before`` is its normal force at the step's start, N.
-    """
-    if contact[IMPACT_SPEED] == 0.0:
+    """Begin the contact of a point that closes in the step to ``time`` (s), end one that opens; count events."""
+    if (contact[IMPACT_SPEED] > 0.0) == (gap < 0.0):
         return count
-    rest = 0.5 * before * left * step
-    return end_contact(row, contact, time - (1.0 - left) * step, rest, events, count)
+    at, speed = touch(contact, gap, rate, step, law)
+    now = time - (1.0 - at) * step
+    if gap < 0.0:
+        contact[IMPACT_SPEED], contact[START], contact[NAME] = speed, now, row
+        return count
+    return end_contact(row, contact, now, 0.5 * contact[NORMAL] * at * step, events, count)
+
+
+@kernel
+def update_shared(
+    time: float,
+    step: float,
+    row: int,
+    lower: CornerMotion,
+    upper: CornerMotion,
+    low: Array,
+    up: Array,
+    law: Array,
+    events: Array,
+    count: int,
+) -> int:
+    """Begin or end the contact of a side that remembers, as :func:`update_alone`; ``row``: its lower corner's."""
+    is_open = lower.gap >= 0.0 and upper.gap >= 0.0
+    if low[IMPACT_SPEED] == 0.0 and not is_open:
+        end, touched_at, speed = first_touch(low, up, lower, upper, step, law)
+        low[IMPACT_SPEED], low[NAME] = speed, row + UPPER * end
+        low[START] = time - (1.0 - touched_at) * step
+    elif low[IMPACT_SPEED] > 0.0 and is_open:
+        left_at = 0.0  # by the last of its corners
+        for end in range(2):
+            corner, contact = (lower, low) if end == 0 else (upper, up)
+            if contact[CLOSED] > 0.0:
+                left_at = max(left_at, touch(contact, corner.gap, corner.rate, step, law)[0])
+        rest = 0.5 * (low[NORMAL] + up[NORMAL]) * left_at * step
+        return end_contact(row, low, time - (1.0 - left_at) * step, rest, events, count)
+    return count
 
 
 @kernel
@@ -138,29 +156,13 @@ def update_side(
     events : ndarray
     count : int
     """
-    low, up, shared = contacts[side], contacts[side + UPPER], is_shared(law)
-    if time > 0.0:
-        if not shared:
-            begin_inside(time, step, first + side, lower.gap, lower.rate, low, law)
-            begin_inside(time, step, first + side + UPPER, upper.gap, upper.rate, up, law)
-        elif low[IMPACT_SPEED] == 0.0 and (lower.gap < 0.0 or upper.gap < 0.0):
-            end, at, speed = first_touch(low, up, lower, upper, step, law)
-            begin_contact(low, first + side + UPPER * end, time - (1.0 - at) * step, speed)
-        # Before the forces: what has left has none
-        if shared:
-            if lower.gap >= 0.0 and upper.gap >= 0.0:
-                left = max(
-                    left_at(low, lower.gap, lower.rate, step), left_at(up, upper.gap, upper.rate, step)
-                )
-                before = low[NORMAL] + up[NORMAL]
-                count = end_inside(time, step, first + side, left, before, low, events, count)
-        else:
-            if lower.gap >= 0.0:
-                left = left_at(low, lower.gap, lower.rate, step)
-                count = end_inside(time, step, first + side, left, low[NORMAL], low, events, count)
-            if upper.gap >= 0.0:
-                left = left_at(up, upper.gap, upper.rate, step)
-                count = end_inside(time, step, first + side + UPPER, left, up[NORMAL], up, events, count)
+    low, up, row = contacts[side], contacts[side + UPPER], first + side
+    # Before the forces: what has left has none
+    if time > 0.0 and law[SHARED] > 0.0:
+        count = update_shared(time, step, row, lower, upper, low, up, law, events, count)
+    elif time > 0.0:
+        count = update_alone(time, step, row, lower.gap, lower.rate, low, law, events, count)
+        count = update_alone(time, step, row + UPPER, upper.gap, upper.rate, up, law, events, count)
     forces = side_forces(lower, upper, low[IMPACT_SPEED], up[IMPACT_SPEED], law)
     whole = not np.isnan(forces.slip)
     lower_slip, upper_slip = (forces.slip, forces.slip) if whole else (lower.slip, upper.slip)
@@ -230,75 +232,54 @@ def follow_slider(
         upper = corner_motion(side + UPPER, across, turned, v_across, v_along, omega, law)
         count = update_side(time, step[LENGTH], first, side, lower, upper, law, contacts, load, events, count)
     load[X], load[Y] = cx * load[X] - cy * load[Y], cy * load[X] + cx * load[Y]
-    ticks = longest
     for number in range(CORNER_COUNT):
-        contact = contacts[number]
-        span, change = foresee(time, step[LENGTH], contact, last[number])
-        if contact[CLOSED] > 0.0:
-            ticks = min(ticks, resolved_ticks(contact, last[number], law))
-            span = min(span, time_to_kink(contact[SLIP], change, law))
-        ticks = min(ticks, PART * span / tick)
-    return count, ticks
+        ticks = allowed_ticks(time, step[LENGTH], tick, contacts[number], last[number], law)
+        longest = min(longest, ticks)
+    return count, longest
 
 
 @kernel
-def foresee(time: float, step: float, contact: Array, last: Array) -> tuple[float, float]:
-    """Follow a contact over a step (s); return when its gap vanishes (s), and the rate of its slip (m/s^2)."""
-    if time == 0.0:
-        acceleration, slip_rate = 0.0, 0.0
-    else:
+def allowed_ticks(time: float, step: float, tick: float, contact: Array, last: Array, law: Array) -> float:
+    """Return how many ticks (s) a contact lets the next step take, after one over ``step`` (s) to ``time`` (s).
+
+    A part of the time to a zero of its gap, foreseen from gap, rate and acceleration, and to a kink of its
+    friction (Eq. 13). Inside a contact also what resolves the oscillation of the normal force: one by
+    ``RIPPLE`` times N has N'' = ripple omega^2 N, with the frequency omega of the mass on the contact; the
+    error of a step is that of N'' times the square of its length.
+    """
+    acceleration, slip_rate, closed = 0.0, 0.0, contact[CLOSED] > 0.0
+    if time > 0.0:
         acceleration, slip_rate = (contact[RATE] - last[_RATE]) / step, (contact[SLIP] - last[_SLIP]) / step
         normal_rate = (contact[NORMAL] - last[_NORMAL]) / step
         if last[_STEP] > 0.0:
             last[_CHANGE] = 2.0 * abs(normal_rate - last[_NORMAL_RATE]) / (step + last[_STEP])
         last[_NORMAL_RATE], last[_STEP] = normal_rate, step
     last[_RATE], last[_SLIP], last[_NORMAL] = contact[RATE], contact[SLIP], contact[NORMAL]
-    sign = -1.0
-    if contact[CLOSED] == 0.0:
-        last[_LARGEST_CHANGE], sign = 0.0, 1.0
-    return time_to_zero(abs(contact[GAP]), sign * contact[RATE], sign * acceleration), slip_rate
-
-
-@kernel
-def time_to_zero(distance: float, rate: float, acceleration: float) -> float:
-    """Return when (s) a positive distance vanishes, at the latest acceleration if that is towards zero."""
-    towards = min(acceleration, 0.0)
-    root: float = np.sqrt(rate * rate - 2.0 * towards * distance)
+    sign = -1.0 if closed else 1.0
+    distance, rate, towards = abs(contact[GAP]), sign * contact[RATE], min(sign * acceleration, 0.0)
+    root, span, ticks = np.sqrt(rate * rate - 2.0 * towards * distance), np.inf, np.inf
     if rate < 0.0:
-        return 2.0 * distance / (root - rate)
-    return -(root + rate) / towards if towards < 0.0 else np.inf
-
-
-@kernel
-def time_to_kink(slip: float, slip_rate: float, law: Array) -> float:
-    """Return when (s) the slip reaches a speed at which the friction of Eq. 13 has a kink."""
-    speed, change = abs(slip), slip_rate if slip >= 0.0 else -slip_rate
-    found = np.inf
-    for kink in (law[STATIC_SPEED], law[TRANSITION_SPEED]):
+        span = 2.0 * distance / (root - rate)
+    elif towards < 0.0:
+        span = -(root + rate) / towards
+    if not closed:
+        last[_LARGEST_CHANGE] = 0.0
+        return PART * span / tick
+    speed, change = abs(contact[SLIP]), slip_rate if contact[SLIP] >= 0.0 else -slip_rate
+    for kink in (0.0, law[STATIC_SPEED], law[TRANSITION_SPEED]):
         if (kink - speed) * change > 0.0:
-            found = min(found, (kink - speed) / change)
-    return min(found, -speed / change) if change < 0.0 else found
-
-
-@kernel
-def resolved_ticks(contact: Array, last: Array, law: Array) -> float:
-    """Return the ticks that resolve the oscillation of a closed contact's normal force.
-
-    An oscillation by ``RIPPLE`` times N has N'' = ripple omega^2 N, with the frequency omega of the mass on
-    the contact; the error of a step is that of N'' times the square of its length.
-    """
-    depth, normal = -contact[GAP], contact[NORMAL]
+            span = min(span, (kink - speed) / change)
+    normal = contact[NORMAL]
     if normal <= 0.0:
         return 1.0
-    squared_frequency = law[EXPONENT] * normal / (depth * law[MASS])
+    squared_frequency = law[EXPONENT] * normal / (distance * law[MASS])
     if law[LAW] == FOUNDATION:  # that of a whole side inside: the stiffest
         squared_frequency = law[SIDE_STIFFNESS] / law[MASS]
     decay = np.exp(-_DECAY * np.sqrt(squared_frequency) * last[_STEP])
     last[_LARGEST_CHANGE] = max(last[_CHANGE], decay * last[_LARGEST_CHANGE])
-    if not last[_LARGEST_CHANGE] > 0.0:
-        return np.inf
-    ticks: float = np.sqrt(RIPPLE * squared_frequency * normal / last[_LARGEST_CHANGE])
-    return ticks
+    if last[_LARGEST_CHANGE] > 0.0:
+        ticks = np.sqrt(RIPPLE * squared_frequency * normal / last[_LARGEST_CHANGE])
+    return min(ticks, PART * span / tick)
 
 
 @kernel
@@ -368,10 +349,7 @@ def follow_journal(
     q1, q2, v1, v2 = triple(q, ends[0]), triple(q, ends[3]), triple(v, ends[0]), triple(v, ends[3])
     motion = journal_in_bearing(q1, v1, q2, v2, ends, law)
     if time > 0.0:
-        begin_inside(time, step[LENGTH], row, motion.gap, motion.rate, contact, law)
-        if motion.gap >= 0.0:
-            left = left_at(contact, motion.gap, motion.rate, step[LENGTH])
-            count = end_inside(time, step[LENGTH], row, left, contact[NORMAL], contact, events, count)
+        count = update_alone(time, step[LENGTH], row, motion.gap, motion.rate, contact, law, events, count)
     normal, elastic, friction = journal_forces(motion, contact[IMPACT_SPEED], law)
     remember(contact, motion.gap, motion.rate, motion.slip, normal, friction)
     contact[STORED] = elastic * max(-motion.gap, 0.0) / (law[EXPONENT] + 1.0)
@@ -380,10 +358,9 @@ def follow_journal(
     gx, gy, moment1, moment2 = journal_loads(normal, friction, motion, q1, q2, ends, law)
     load[0], load[1], load[2] = -gx, -gy, moment1
     load[3], load[4], load[5] = gx, gy, moment2
-    span, _ = foresee(time, step[LENGTH], contact, last)
-    if contact[CLOSED] > 0.0:
-        return count, 1.0  # its friction reverses within a step: see `contact_forces`
-    return count, min(longest, PART * span / tick)
+    ticks = allowed_ticks(time, step[LENGTH], tick, contact, last, law)
+    # Its friction reverses within a step: see `contact_forces`
+    return count, 1.0 if contact[CLOSED] > 0.0 else min(longest, ticks)
 
 
 @entry

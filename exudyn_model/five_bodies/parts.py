@@ -63,6 +63,8 @@ class SliderPart:
         On which it acts.
     rows : slice
         Of the memory of all contacts.
+    force : callable
+        Exudyn's ``forceUserFunction`` on their nodes.
     load : ndarray, shape (3,)
         On the bodies' coordinates in the last accepted state (N, N m).
     """
@@ -76,17 +78,23 @@ class SliderPart:
         self._state = step, law, self._contacts
         self._fixed = first, law, self._contacts, last, self.load
         vectors = self._q, self._v
-        self._force = machine_code(slider_force, *(0.0,) * 6, *self._state)
+        self.force = self._user_function()
         self._change = machine_code(following.slider_change, *vectors, *self._state)
         self._follow = machine_code(
             following.follow_slider, 0.0, step, *vectors, 0.0, 0.0, *self._fixed, _EVENTS, 0
         )
 
-    def force(self, mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
-        """Exudyn's ``forceUserFunction`` on the slider's node."""
-        del mbs, t, number
-        # Exudyn passes lists, which numba would copy element by element: scalars are 7 us faster a call
-        return self._force(q[X], q[Y], q[ANGLE], v[X], v[Y], v[ANGLE], *self._state)
+    def _user_function(self) -> ForceUserFunction:
+        force, state = machine_code(slider_force, *(0.0,) * 6, *self._state), self._state
+
+        def user_function(
+            mbs: Any, t: float, number: int, q: list[float], v: list[float]
+        ) -> tuple[float, ...]:
+            # Exudyn passes lists, which numba would copy element by element: scalars are 7 us faster a call
+            (x, y, angle), (vx, vy, omega) = q, v
+            return force(x, y, angle, vx, vy, omega, *state)
+
+        return user_function
 
     def attach(self, q: Array, v: Array) -> None:
         """Take the states to come from these vectors of all bodies, shape (3 n,)."""
@@ -154,18 +162,24 @@ class JournalPart:
         self._fixed = row, ends, law, self._contact, np.zeros(following.BEFORE_COLUMNS), self.load
         vectors, known = (self._q, self._v), (ends, law, self._contact)
         self._state = step, *known
-        self._force = machine_code(journal_force, *((0.0,) * PER_BODY,) * 4, *self._state)
+        self.force = self._user_function()
         self._change = machine_code(following.journal_change, *vectors, *self._state)
         self._settle, self._known = machine_code(settle, *vectors, *known), known
         self._follow = machine_code(
             following.follow_journal, 0.0, step, *vectors, 0.0, 0.0, *self._fixed, _EVENTS, 0
         )
 
-    def force(self, mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
-        """Exudyn's ``forceUserFunction`` on the nodes of both bodies."""
-        del mbs, t, number
-        (x1, y1, angle1, x2, y2, angle2), (vx1, vy1, w1, vx2, vy2, w2) = q, v
-        return self._force((x1, y1, angle1), (x2, y2, angle2), (vx1, vy1, w1), (vx2, vy2, w2), *self._state)
+    def _user_function(self) -> ForceUserFunction:
+        force = machine_code(journal_force, *((0.0,) * PER_BODY,) * 4, *self._state)
+        state = self._state
+
+        def user_function(
+            mbs: Any, t: float, number: int, q: list[float], v: list[float]
+        ) -> tuple[float, ...]:
+            (x1, y1, angle1, x2, y2, angle2), (vx1, vy1, w1, vx2, vy2, w2) = q, v
+            return force((x1, y1, angle1), (x2, y2, angle2), (vx1, vy1, w1), (vx2, vy2, w2), *state)
+
+        return user_function
 
     def attach(self, q: Array, v: Array) -> None:
         """Take the states to come from these vectors of all bodies, shape (3 n,)."""

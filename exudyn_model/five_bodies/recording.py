@@ -11,7 +11,7 @@ from exudyn_model.columns import (
     FRICTION_POWER,
     GAP,
     IMPACT_SPEED,
-    LAW,
+    SHARED,
     MEMORY_COLUMNS,
     NAME,
     NORMAL,
@@ -24,7 +24,6 @@ from exudyn_model.five_bodies.contact_forces import ANGLE, PER_BODY, Y
 from exudyn_model.five_bodies.parts import JournalPart, SliderPart
 from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.five_bodies.system import Model
-from exudyn_model.laws import SHARED
 from exudyn_model.tables import (
     ACCELERATION,
     ACCELERATIONS,
@@ -90,21 +89,21 @@ class Recorder:
         )  # fmt: skip
         self.accepted, self.watch = 0, Watch()
         self.drift = dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
-        shared = any(SHARED[int(part.law[LAW])] for part in model.parts)
+        shared = any(bool(part.law[SHARED]) for part in model.parts)
         self.contacts = Contacts(names, model.contacts, shared)
         self.extrema = Extrema(len(self.channels), period, duration)
         self._model, self._choice, self._energy = model, choice, energy
         self._samples, self._sample_count = np.full((len(self.channels), samples + 1), np.nan), 0
-        # Of each state: time, tick, coordinates, rates, multipliers, memory, loads of the contacts
+        # Of each state: time and tick, coordinates, rates, multipliers, memory, loads of the contacts
         bodies = PER_BODY * len(system.bodies)
-        sizes = [1, 1, bodies, bodies, len(system.multipliers), model.contacts.size]
+        sizes = [2, bodies, bodies, len(system.multipliers), model.contacts.size]
         sizes += [len(part.load) for part in model.parts]
         ends = np.cumsum([0, *sizes])
         self._log = np.zeros((_ROOM, ends[-1]))
         self._columns = [slice(*pair) for pair in zip(ends[:-1], ends[1:], strict=True)]
         self._count = 0
         self._followed: tuple[int, ...] = ()
-        self._vectors: tuple[Array, ...] = ()
+        self._stamp, self._vectors = np.zeros(2), (np.zeros(0),)
         # Works of drive, damping and friction up to the last state; of height and stored at t = 0
         self._works, self._initial = np.zeros(3), (0.0, 0.0)
 
@@ -132,7 +131,7 @@ class Recorder:
                 raise AssertionError("Exudyn has moved its state")
             return
         self._followed = places
-        self._vectors = q, v, multipliers, self._model.contacts.reshape(-1)
+        self._vectors = self._stamp, q, v, multipliers, self._model.contacts.reshape(-1)
         self._vectors += tuple(part.load for part in self._model.parts)
         for part in self._model.parts:
             part.attach(q, v)
@@ -141,15 +140,13 @@ class Recorder:
     def accept(self) -> float:
         """Take the next state; return how many ticks the next step may take."""
         choice, contacts = self._choice, self.contacts
-        time, wanted = choice.time, choice.allowed
-        if contacts.names:
-            contacts.make_room()
+        time, wanted, count = choice.time, choice.allowed, contacts.count
         for part in self._model.parts:
             contacts.count, wanted = part.follow(time, choice.size, wanted, contacts.events, contacts.count)
-        row = self._log[self._count]
-        row[0], row[1] = time, choice.tick
-        for columns, vector in zip(self._columns[2:], self._vectors, strict=True):
-            row[columns] = vector
+        if contacts.count != count:
+            contacts.make_room()
+        self._stamp[:] = time, choice.tick
+        np.concatenate(self._vectors, out=self._log[self._count])
         self._count += 1
         self.accepted += 1
         if self._count == _ROOM:
@@ -162,9 +159,9 @@ class Recorder:
         if self._count <= new:
             return
         parts = [self._log[: self._count, columns].T.copy() for columns in self._columns]
-        (times,), (ticks,), q, v, multipliers, memory = parts[:6]
+        (times, ticks), q, v, multipliers, memory = parts[:5]
         memory = memory.reshape(-1, MEMORY_COLUMNS, len(times))
-        values = self._values(times, q, v, multipliers, memory, parts[6:])
+        values = self._values(times, q, v, multipliers, memory, parts[5:])
         self.extrema.take(times[new:], values[:, new:])
         self._take_turning_points(times, ticks, values)
         self._take_contacts(times, memory, new)
@@ -245,7 +242,7 @@ class Recorder:
     def _take_contacts(self, times: Array, memory: Array, new: int) -> None:
         """Take the normal forces of contacts: pulses, and by the trapezoidal rule the impulses."""
         for part in self._model.parts:
-            shared = isinstance(part, SliderPart) and SHARED[int(part.law[LAW])]
+            shared = isinstance(part, SliderPart) and bool(part.law[SHARED])
             count = UPPER if shared else len(memory[part.rows])
             for row in range(part.rows.start, part.rows.start + count):
                 normal, depth, speed, start = memory[row, [NORMAL, GAP, IMPACT_SPEED, START]]

@@ -240,8 +240,9 @@ class Solution:
     def _after_newton(self, mbs: Any, t: float) -> list[float]:
         """Exudyn's post-Newton function: an error above 1 rejects, with a recommended step or to iterate."""
         del mbs, t
-        if not all(part.settled() for part in self._model.parts):
-            return [2.0, -1.0]
+        for part in self._model.parts:
+            if not part.settled():
+                return [2.0, -1.0]
         if self._again:
             self._again = False
             return [2.0, -1.0]
