@@ -1,0 +1,250 @@
+"""Where in a step of a tree a contact begins or ends: isolated for certain, so that the step ends there.
+
+Over a step the distance of a contact (``motion.evaluate``) is the quintic Hermite polynomial through both
+ends. A polynomial lies between the least and the greatest of its Bernstein coefficients [1]_: if none is
+negative, neither is the polynomial, however often it turns. Most steps are settled by that; else the step is
+searched from its start on, in parts short enough to be settled each.
+
+References
+----------
+.. [1] Farouki, The Bernstein polynomial basis: a centennial retrospective, Comput. Aided Geom. Des. 29 (2012)
+   379-419, sections 5 and 6.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.columns import CLOSED, IMPACT_SPEED, LEFT, NAME, RATE, SHARED, SPEED_FLOOR, START
+from exudyn_model.corners import CORNER_COUNT, UPPER
+from exudyn_model.kernels import kernel
+from exudyn_model.memory import ROUNDED, end_contact
+from exudyn_model.tree.motion import ACCELERATION, DISTANCE, PIN_ROW, ROWS, SPEED
+
+Array = NDArray[np.float64]
+
+# A fraction of the step that is none
+NEVER = 2.0
+# Parts of one step that are looked at, after which a shorter step is asked for. A gap of 1e-13 m at rest over
+# a step of free flight takes some 100
+_SEARCH_LIMIT = 1000
+_DEGREE = 5
+
+
+@kernel
+def bernstein(first: Array, last: Array, sign: float, step: float, coefficients: Array) -> None:
+    """Fill the six coefficients of ``sign`` times a distance over a step (s) from its three values at both ends."""
+    rate0, rate1 = step * first[SPEED] / 5.0, step * last[SPEED] / 5.0
+    bend0, bend1 = step * step * first[ACCELERATION] / 20.0, step * step * last[ACCELERATION] / 20.0
+    coefficients[0], coefficients[5] = sign * first[DISTANCE], sign * last[DISTANCE]
+    coefficients[1], coefficients[4] = sign * (first[DISTANCE] + rate0), sign * (last[DISTANCE] - rate1)
+    coefficients[2] = sign * (first[DISTANCE] + 2.0 * rate0 + bend0)
+    coefficients[3] = sign * (last[DISTANCE] - 2.0 * rate1 + bend1)
+
+
+@kernel
+def part(coefficients: Array, low: float, high: float, found: Array) -> float:
+    """Fill the coefficients of the part from ``low`` to ``high`` of a step; return the least of them.
+
+    By de Casteljau's algorithm: of the part up to ``high``, then of that from ``low`` on.
+    """
+    for k in range(_DEGREE + 1):
+        found[k] = coefficients[k]
+    for level in range(1, _DEGREE + 1):
+        for k in range(_DEGREE, level - 1, -1):
+            found[k] = (1.0 - high) * found[k - 1] + high * found[k]
+    share, least = low / high, np.inf
+    for level in range(1, _DEGREE + 1):
+        for k in range(_DEGREE + 1 - level):
+            found[k] = (1.0 - share) * found[k] + share * found[k + 1]
+    for k in range(_DEGREE + 1):
+        least = min(least, found[k])
+    return least
+
+
+@kernel
+def first_change(coefficients: Array, found: Array) -> float:
+    """Return the fraction of a step at which a distance falls below zero, or ``NEVER``.
+
+    Not necessarily the first one in the step: the step up to there is tried again, and searched again. 0 if
+    the distance was zero from the start on until it passed; nan if a shorter step is needed to be sure.
+
+    Parameters
+    ----------
+    coefficients, found : ndarray, shape (6,)
+        Of the distance; room for those of a part.
+    """
+    low, width, high = 0.0, 1.0, 1.0
+    passed = coefficients[_DEGREE] < -ROUNDED
+    count = 0
+    while not passed:
+        count += 1
+        if count > _SEARCH_LIMIT:
+            return np.nan
+        high = min(low + width, 1.0)
+        if part(coefficients, low, high, found) >= -ROUNDED:
+            if high >= 1.0:
+                return NEVER
+            low, width = high, 2.0 * width
+        elif found[_DEGREE] < -ROUNDED:
+            passed = True
+        else:
+            width *= 0.5
+    low = 0.0
+    if coefficients[0] <= ROUNDED:
+        # At the wall at the start. It has to separate before it can cross
+        low, apart = high, 0.0
+        while apart <= ROUNDED:
+            low *= 0.5
+            if low < 1e-16:
+                return 0.0
+            part(coefficients, low, 1.0, found)
+            apart = found[0]
+    # Newton's method, safeguarded by bisection
+    fraction = 0.5 * (low + high)
+    for _ in range(100):
+        part(coefficients, fraction, 1.0, found)
+        value, slope = found[0], _DEGREE * (found[1] - found[0]) / (1.0 - fraction)
+        if value > 0.0:
+            low = fraction
+        else:
+            high = fraction
+        change = -value / slope if slope != 0.0 else 2.0
+        if not low < fraction + change < high:
+            change = 0.5 * (low + high) - fraction
+        fraction += change
+        if abs(change) < 1e-14 or abs(value) < 1e-16:
+            break
+    return fraction
+
+
+@kernel
+def close(row: int, contacts: Array, time: float, law: Array) -> None:
+    """Close a contact at its wall at ``time`` (s); begin it, if it is not yet that of its side.
+
+    The present speed, floored, is frozen as impact speed.
+    """
+    contacts[row, CLOSED] = 1.0
+    # A side that remembers does so in the row of its lower corner
+    own = contacts[row % UPPER if law[SHARED] > 0.0 else row]
+    if own[IMPACT_SPEED] == 0.0:
+        own[IMPACT_SPEED] = max(-contacts[row, RATE], law[SPEED_FLOOR])
+        own[START], own[NAME] = time, row
+
+
+@kernel
+def separate(row: int, contacts: Array, time: float, law: Array, events: Array, count: int) -> int:
+    """Open a contact at ``time`` (s) and end it, unless it goes on in the other corner; count events."""
+    contacts[row, CLOSED], contacts[row, LEFT] = 0.0, time
+    if law[SHARED] > 0.0:
+        other = contacts[(row + UPPER) % CORNER_COUNT]
+        if other[CLOSED] > 0.0:
+            return count
+        row, time = row % UPPER, max(time, other[LEFT])
+    return end_contact(row, contacts[row], time, 0.0, events, count)
+
+
+@kernel
+def accepted_fraction(
+    start: float,
+    step: float,
+    before: Array,
+    after: Array,
+    guide: Array | None,
+    journal: Array | None,
+    contacts: Array,
+    least: float,
+    work: Array,
+) -> float:
+    """Return the fraction of a step up to the first contact that begins or ends; 1: it can be accepted.
+
+    Where a side remembers also up to where a corner goes into its wall, or out of it, while the other one of
+    its side is inside.
+
+    A contact that touches sooner than ``least`` after the start touches *at* the start: its impact speed is
+    frozen here, and the step is to be tried again with it. At separation the force is 0 already but has a
+    kink, across which no interpolation is accurate.
+
+    Parameters
+    ----------
+    start, step, least : float
+        s.
+    before, after : ndarray, shape (5, 3)
+        Distances at both ends of the step.
+    guide, journal : ndarray or None
+        Laws.
+    contacts : ndarray, shape (5, columns)
+    work : ndarray, shape (2, 6)
+        Room.
+    """
+    first = 1.0
+    for row in range(0 if guide is not None else CORNER_COUNT, ROWS if journal is not None else CORNER_COUNT):
+        contact = contacts[row]
+        closed = contact[CLOSED] > 0.0
+        bernstein(before[row], after[row], -1.0 if closed else 1.0, step, work[0])
+        if work[0, 0] < -ROUNDED and closed:
+            work[0, 0] = 0.0  # what touches within `least` is frozen before it does
+        fraction = 0.0 if work[0, 0] < -ROUNDED else first_change(work[0], work[1])
+        if np.isnan(fraction):
+            fraction = 0.5
+        elif fraction != NEVER and fraction * step < least:
+            if closed:
+                # It separates at once. What comes back is another contact: the step must end before
+                fraction = 1.0 if after[row, DISTANCE] > ROUNDED else 0.5
+            else:
+                # Exudyn calls back before it judges a step's error: the end of one far too long is arbitrary,
+                # and only the start shows what is at the wall
+                fraction = 0.5
+                if before[row, DISTANCE] <= ROUNDED - 2.0 * least * before[row, SPEED]:
+                    contact[RATE] = before[row, SPEED]
+                    if journal is not None and row == PIN_ROW:
+                        close(row, contacts, start, journal)
+                    elif guide is not None:
+                        close(row, contacts, start, guide)
+        first = min(first, fraction)
+    return first
+
+
+@kernel
+def switch(
+    row: int,
+    start: float,
+    end: float,
+    before: Array,
+    after: Array,
+    law: Array,
+    contacts: Array,
+    events: Array,
+    count: int,
+) -> tuple[bool, int]:
+    """End the contact of a row that has opened in an accepted step, or begin one that touches at its end.
+
+    Parameters
+    ----------
+    row : int
+    start, end : float
+        Of the step, s.
+    before, after : ndarray, shape (5, 3)
+        Distances at both ends of the step.
+    law : ndarray
+    contacts : ndarray, shape (5, columns)
+    events : ndarray
+    count : int
+
+    Returns
+    -------
+    switched : bool
+    count : int
+    """
+    gap, rate, switched = after[row, DISTANCE], after[row, SPEED], False
+    contact = contacts[row]
+    # What has just touched may still be open by round-off, but it approaches
+    if contact[CLOSED] > 0.0 and (gap > ROUNDED or (gap >= -ROUNDED and rate > 0.0)):
+        # In an accepted step a contact separates at one of the ends alone: see `accepted_fraction`
+        left = end if gap < -before[row, DISTANCE] else start
+        count = separate(row, contacts, left, law, events, count)
+        switched = True
+    contact[RATE] = rate
+    if contact[CLOSED] == 0.0 and gap <= ROUNDED and rate < 0.0:
+        close(row, contacts, end, law)
+        switched = True
+    return switched, count

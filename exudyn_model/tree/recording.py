@@ -1,0 +1,267 @@
+"""What is kept of a run of a tree: accepted steps are collected, and observed many at a time.
+
+A step goes from one state to the next without a touch or a separation between: its angles are interpolated by
+quintic Hermite polynomials, at the samples' times and at ``_POINTS`` for extrema, impulses and peaks. Whatever
+is kept follows from such a state by balance of forces.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.columns import CLOSED, IMPACT_SPEED, NAME, RATE, SHARED, SPEED_FLOOR
+from exudyn_model.corners import CORNER_COUNT, CORNERS, UPPER
+from exudyn_model.kernels import machine_code
+from exudyn_model.laws import CornerMotion
+from exudyn_model.linkage import (
+    CRANK_ANGLE,
+    CRANK_LENGTH,
+    CRANK_SPEED,
+    GUIDE_X,
+    PIVOT_X,
+    PIVOT_Y,
+    ROCKER_TO_B,
+    ROD2_LENGTH,
+)
+from exudyn_model.memory import ROUNDED, start_side
+from exudyn_model.tables import (
+    ACCELERATIONS,
+    CONTACT,
+    JOURNAL,
+    PER_CONTACT,
+    PIN,
+    Contacts,
+    Extrema,
+    corner_channels,
+)
+from exudyn_model.tables import STATE as STATE_CHANNELS
+from exudyn_model.tree.building import Tree
+from exudyn_model.tree.motion import PIN_ROW, ROD2, ROCKER, ROWS, STATE, WIDTH
+from exudyn_model.tree.steps import ENDS, STEP_COLUMNS, judge, observe
+from exudyn_model.watch import Watch
+
+Array = NDArray[np.float64]
+
+NAMES = (*CORNERS, PIN)
+CHANNELS = (*STATE_CHANNELS, *ACCELERATIONS, *corner_channels(NAMES), *JOURNAL)
+# Parts of a step: Simpson's rule and the extrema's parabolas take them in pairs
+_POINTS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+_SIMPSON = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / 12.0
+# A contact of no more steps needs its force inside of them too: loose tolerances get through with 6 steps
+_FEW = 20
+# Steps that are observed at once: as many as the processor's cache holds
+_ROOM = 512
+
+
+class TreeRecorder:
+    """Recorder of one run of a tree, which also judges its steps.
+
+    Parameters
+    ----------
+    tree : Tree
+    sample_interval : float
+        s.
+    samples : int
+        Besides the initial state.
+    period : float
+        Of the crank, s.
+    least : float
+        Shortest step that ends where a contact begins or ends, s.
+
+    Attributes
+    ----------
+    steps : int
+        Accepted so far.
+    time : float
+        Of the last accepted state, s.
+    extrema, contacts, watch
+        See ``tables`` and ``watch``.
+    channels : tuple of str
+    """
+
+    def __init__(self, tree: Tree, sample_interval: float, samples: int, period: float, least: float) -> None:
+        self.steps, self.time, self.channels = 0, 0.0, CHANNELS
+        self.watch = Watch()
+        self.extrema = Extrema(len(CHANNELS), period, samples * sample_interval)
+        shared = tree.guide is not None and bool(tree.guide[SHARED])
+        self.contacts = Contacts(NAMES, tree.contacts, shared)
+        self._tree, self._interval = tree, sample_interval
+        self._samples, self._sample_count = np.full((len(CHANNELS), samples + 1), np.nan), 0
+        self._log, self._count = np.zeros((_ROOM, STEP_COLUMNS)), 0
+        self._distances = np.zeros((2, ROWS, 3))
+        laws = tree.linkage, tree.guide, tree.journal
+        room = np.zeros(WIDTH), np.zeros((2, 6)), self._log
+        self._fixed = np.zeros((2, 4, 4)), self._distances, *laws, tree.contacts, least, *room
+        vector = np.zeros(2)
+        examples = 0.0, vector, vector, False, *self._fixed, 0, self.contacts.events, 0
+        self._judge = machine_code(judge, *examples)
+        points = self._log, np.zeros(1, dtype=np.int64), vector
+        self._observe = machine_code(observe, *points, *laws, np.zeros((1, WIDTH)))
+
+    def begin(self, q: Array, v: Array) -> None:
+        """Take the initial state (see :meth:`judge`): what is inside its wall is in contact from t = 0."""
+        for _ in range(2):  # distances first; then the accelerations with what they say is in contact
+            self._judge(0.0, q, v, True, *self._fixed, 0, self.contacts.events, 0)
+            self._start_contacts()
+
+    def _start_contacts(self) -> None:
+        tree, gaps, rates = self._tree, self._distances[0, :, 0], self._distances[0, :, 1]
+        contacts = tree.contacts
+        if contacts[:, CLOSED].any():
+            return
+        contacts[:, RATE] = rates
+        touching = (gaps < -ROUNDED) | ((gaps <= ROUNDED) & (rates < 0.0))
+        if tree.guide is not None:
+            corners = [CornerMotion(gaps[k], rates[k], 0.0, 0.0, 0.0) for k in range(CORNER_COUNT)]
+            for side in range(UPPER):
+                start_side(side, corners[side], corners[side + UPPER], contacts, tree.guide)
+            contacts[:CORNER_COUNT, CLOSED] = touching[:CORNER_COUNT]
+        if tree.journal is not None and touching[PIN_ROW]:
+            speed = max(-rates[PIN_ROW], tree.journal[SPEED_FLOOR])
+            contacts[PIN_ROW, [CLOSED, IMPACT_SPEED, NAME]] = 1.0, speed, PIN_ROW
+
+    def judge(self, time: float, q: Array, v: Array) -> float:
+        """Accept the step to this state, or return where in it a contact first begins or ends.
+
+        Parameters
+        ----------
+        time : float
+            s.
+        q, v : ndarray
+            Coordinates of the tree and their rates: see ``building``.
+
+        Returns
+        -------
+        fraction : float
+            1 if the step is accepted, else the fraction of it after which a contact begins or ends; nan if
+            the coordinates are not finite.
+        """
+        contacts = self.contacts
+        fraction, count = self._judge(
+            time, q, v, False, *self._fixed, self._count, contacts.events, contacts.count
+        )
+        if fraction >= 1.0:
+            self.time = time
+            self.steps += 1
+            self._count += 1
+            if self._count == _ROOM:
+                self.observe()
+            if count != contacts.count:
+                contacts.count = count
+                contacts.make_room()
+        return fraction
+
+    def observe(self, last: bool = False) -> None:
+        """Observe the steps that wait for it; of a run that ends here samples up to 1e-10 s later, too."""
+        count, self._count = self._count, 0
+        if not count:
+            if self.steps == 0:
+                self._observe_start()
+            return
+        steps = self._log[:count]
+        starts, ends = steps[:, 0], steps[:, ENDS // 2]
+        values = self._values(np.repeat(np.arange(count), len(_POINTS)), np.tile(_POINTS, count))
+        times = (starts[:, None] + _POINTS * (ends - starts)[:, None]).ravel()
+        channels = values[:, : len(CHANNELS)].T
+        self.extrema.take(times, channels)
+        self._take_vertices(starts, ends - starts, values.reshape(count, len(_POINTS), -1))
+        memory = np.repeat(steps[:, ENDS:].reshape(count, 3, ROWS).transpose(2, 1, 0), len(_POINTS), axis=2)
+        self._take_contacts(starts, ends - starts, values, memory)
+        self._watch(times, values, memory)
+        until = ends[-1] + 1e-10 if last else np.nextafter(ends[-1], 0.0)
+        number = min(int(until / self._interval * (1 + 1e-15)), self._samples.shape[1] - 1)
+        wanted = np.arange(self._sample_count, number + 1) * self._interval
+        wanted = wanted[wanted <= until]
+        at = np.clip(np.searchsorted(starts, wanted, side="right") - 1, 0, count - 1)
+        samples = self._values(at, (wanted - starts[at]) / (ends - starts)[at])
+        self._samples[:, self._sample_count : self._sample_count + len(wanted)] = samples[
+            :, : len(CHANNELS)
+        ].T
+        self._sample_count += len(wanted)
+
+    def _observe_start(self) -> None:
+        """Observe a run without a step: its initial state alone."""
+        ends = self._fixed[0]
+        self._log[0] = 0.0
+        self._log[0, :ENDS] = np.concatenate([ends[0].ravel(), ends[0].ravel()])
+        self._log[0, ENDS // 2] = 1.0  # a time that is not that of its start
+        self._log[0, ENDS : ENDS + ROWS] = self._tree.contacts[:, IMPACT_SPEED]
+        channels = self._values(np.zeros(1, dtype=np.int64), np.zeros(1))[:, : len(CHANNELS)].T
+        self._samples[:, :1] = channels
+        self._sample_count = 1
+        self.extrema.take(np.zeros(1), channels)
+
+    def _values(self, number: NDArray[np.int64], fraction: Array) -> Array:
+        tree, values = self._tree, np.zeros((len(number), WIDTH))
+        self._observe(self._log, number, fraction, tree.linkage, tree.guide, tree.journal, values)
+        return values
+
+    def _take_vertices(self, starts: Array, steps: Array, values: Array) -> None:
+        """Take the vertices of the parabolas of the slider's motion through three points of each step."""
+        motion = values[:, :, : CONTACT].transpose(2, 0, 1)
+        interval = 0.25 * steps
+        for middle in (1, 3):
+            before, here, after = (motion[:, :, middle + shift] for shift in (-1, 0, 1))
+            rise, bend = 0.5 * (after - before), after - 2.0 * here + before
+            for channel, turns in enumerate(np.abs(rise) < np.abs(bend)):
+                at = np.flatnonzero(turns)
+                if len(at):
+                    shift = rise[channel, at] / bend[channel, at]
+                    times = starts[at] + (middle - shift) * interval[at]
+                    vertex = here[channel, at] - 0.5 * shift * rise[channel, at]
+                    self.extrema.take_inside(channel, times, vertex)
+
+    def _take_contacts(self, starts: Array, steps: Array, values: Array, memory: Array) -> None:
+        """Take pulses, peaks, depths, and by Simpson's rule the impulses of the contacts."""
+        count, points = len(starts), len(_POINTS)
+        for row in range(ROWS):
+            speed, begun = (memory[row, k, ::points] for k in (0, 1))
+            closed = speed > 0.0
+            if not closed.any():
+                continue
+            column = CONTACT + PER_CONTACT * row
+            normal, depth = values[:, column + 1], -values[:, column]
+            if self.contacts.shared and row < UPPER:  # the contact of a side
+                other = column + PER_CONTACT * UPPER
+                normal, depth = normal + values[:, other + 1], np.maximum(depth, -values[:, other])
+            normal, depth = normal.reshape(count, points), depth.reshape(count, points)
+            impulse = steps * (normal @ _SIMPSON)
+            own = begun[closed], impulse[closed], normal.max(axis=1)[closed], depth.max(axis=1)[closed]
+            self.contacts.take(row, *own)
+            noted = np.zeros((count, points), dtype=bool)
+            noted[:, -1] = closed
+            noted[:, 1:-1] = (closed & (starts - begun < _FEW * steps))[:, None]
+            noted[:, 0] = closed & (begun == starts)
+            times = starts[:, None] + _POINTS * steps[:, None]
+            self.contacts.note(row, times[noted], normal[noted])
+
+    def _watch(self, times: Array, values: Array, memory: Array) -> None:
+        tree, linkage = self._tree, self._tree.linkage
+        forces = np.array([values[:, CONTACT + PER_CONTACT * row + 1 :][:, :2].T for row in range(ROWS)])
+        if tree.guide is not None:
+            motion = values[:, [0, 2, 3, 4, 5]].T
+            motion[0] -= linkage[GUIDE_X]
+            own = slice(0, CORNER_COUNT)
+            self.watch.take_slider(0, times, motion, forces[own], memory[own], tree.guide)
+        if tree.journal is not None:
+            # From the crank's tip back over rod 2 and rocker to H, as complex numbers
+            angles, rates = values[:, STATE : STATE + 4].T, values[:, STATE + 4 : STATE + 8].T
+            w1 = linkage[CRANK_SPEED]
+            arm1 = linkage[CRANK_LENGTH] * np.exp(1j * (linkage[CRANK_ANGLE] + w1 * times))
+            arm2 = linkage[ROD2_LENGTH] * np.exp(1j * angles[ROD2])
+            arm3 = linkage[ROCKER_TO_B] * np.exp(1j * angles[ROCKER])
+            apart = arm1 + arm2 - arm3 - complex(linkage[PIVOT_X], linkage[PIVOT_Y])
+            rate = 1j * (w1 * arm1 + rates[ROD2] * arm2 - rates[ROCKER] * arm3)
+            motion = np.array(
+                [apart.real, apart.imag, rate.real, rate.imag, np.full(len(times), w1), rates[ROD2]]
+            )
+            self.watch.take_journal(PIN_ROW, times, motion, forces[PIN_ROW], memory[PIN_ROW], tree.journal)
+
+    def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
+        """Return sampled channels by name, as far as the run came."""
+        return {name: self._samples[CHANNELS.index(name), : self._sample_count].copy() for name in names}
+
+    def event_table(self) -> dict[str, NDArray[Any]]:
+        """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
+        return self.contacts.table(self.time)
