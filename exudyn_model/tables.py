@@ -87,24 +87,27 @@ class Extrema:
             if low < high:
                 self._update(cycle, slice(None), times[low:high], values[:, low:high])
 
-    def take_inside(self, channel: int, times: Array, values: Array) -> None:
-        """Take extrema of one channel between states, at any times (s)."""
-        cycles = np.clip((times / self.period).astype(int), 0, len(self.values) - 1)
-        for cycle in np.unique(cycles):
-            chosen = cycles == cycle
-            self._update(int(cycle), slice(channel, channel + 1), times[chosen], values[None, chosen])
+    def take_inside(self, times: Array, values: Array) -> None:
+        """Take the first channels between states, shape (k, n) each, at times of their own (s).
 
-    def _update(self, cycle: int, channels: slice, times: Array, values: Array) -> None:
-        known = self.values[cycle, channels]
-        rows = np.arange(len(values))
-        for part, at, better in (
-            (MIN, np.argmin(values, axis=1), np.less),
-            (MAX, np.argmax(values, axis=1), np.greater),
-        ):
-            found = values[rows, at]
+        A time that is infinite is of no value.
+        """
+        cycles = np.clip(times / self.period, 0, len(self.values) - 1)
+        for cycle in range(int(np.min(cycles, initial=0.0)), int(np.max(cycles, initial=-1.0)) + 1):
+            outside = (cycles.astype(int) != cycle) | np.isinf(times)
+            self._update(cycle, slice(0, len(values)), times, values, outside)
+
+    def _update(
+        self, cycle: int, channels: slice, times: Array, values: Array, outside: Array | None = None
+    ) -> None:
+        known, rows = self.values[cycle, channels], np.arange(len(values))
+        times = np.broadcast_to(times, values.shape)
+        for part, find, better, worst in ((MIN, np.argmin, np.less, np.inf), (MAX, np.argmax, np.greater, -np.inf)):
+            looked = values if outside is None else np.where(outside, worst, values)
+            at = find(looked, axis=1)
+            found = looked[rows, at]
             improved = better(found, known[:, part])
-            known[improved, part] = found[improved]
-            known[improved, part + 1] = times[at][improved]
+            known[improved, part], known[improved, part + 1] = found[improved], times[rows, at][improved]
 
 
 class Contacts:
@@ -224,14 +227,16 @@ class Contacts:
 def turning_points(before: Array, rate0: Array, after: Array, rate1: Array, step: Array) -> tuple[Array, Array]:
     """Return the fractions of steps where cubic Hermite interpolants have their extrema, and these.
 
-    The rates at both ends must differ in sign.
+    Infinite where the rates at both ends do not differ in sign.
     """
     slope0, slope1, rise = step * rate0, step * rate1, after - before
     # The slope is slope0 + 2 b f + a f^2
     a, b = 3.0 * (slope0 + slope1 - 2.0 * rise), 3.0 * rise - 2.0 * slope0 - slope1
-    root = np.sqrt(b * b - a * slope0)
-    fraction = -slope0 / (b + np.where(slope0 < 0.0, root, -root))
-    return fraction, before + fraction * (slope0 + fraction * (b + fraction * a / 3.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.sqrt(b * b - a * slope0)
+        fraction = -slope0 / (b + np.where(slope0 < 0.0, root, -root))
+        fraction = np.where(rate0 * rate1 < 0.0, fraction, np.inf)
+        return fraction, before + fraction * (slope0 + fraction * (b + fraction * a / 3.0))
 
 
 def by_cycle(extrema: Extrema, channels: tuple[str, ...], names: tuple[str, ...]) -> dict[str, Array]:

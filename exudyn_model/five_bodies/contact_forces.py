@@ -25,6 +25,7 @@ from exudyn_model.columns import (
     ACROSS_X,
     ACROSS_Y,
     BEARING_RADIUS,
+    CLOSED,
     DIRECTION,
     GAP,
     IMPACT_SPEED,
@@ -92,10 +93,10 @@ def touch(contact: Array, gap: float, rate: float, step: float, law: Array) -> t
 
 
 @kernel
-def first_touch(
+def side_change(
     low: Array, up: Array, lower: CornerMotion, upper: CornerMotion, step: float, law: Array
 ) -> tuple[int, float, float]:
-    """Return which end of an open side touches first in a step, at what fraction of it, and how fast (m/s).
+    """Return which end of a side touches first in a step or, of one in contact, leaves last; when; how fast.
 
     Of two that touch at once, within the rounding of gaps, it is the lower one with the faster's speed.
 
@@ -104,7 +105,7 @@ def first_touch(
     low, up : ndarray
         Memory of the side's corners at the step's start.
     lower, upper : CornerMotion
-        Their motions at its end, where at least one is inside the wall.
+        Their motions at its end: of an open side at least one is inside the wall, of one in contact none.
     step : float
         s.
     law : ndarray
@@ -114,17 +115,19 @@ def first_touch(
     end : int
         0: the lower one; 1: the upper one.
     fraction, speed : float
+        Of the step; impact speed, m/s.
     """
-    found, found_at, found_speed = 0, 0.0, 0.0
+    found, found_at, found_speed, leaves = 0, 0.0, 0.0, low[IMPACT_SPEED] > 0.0
     for end in range(2):
-        corner = lower if end == 0 else upper
-        if corner.gap < 0.0:
-            at, speed = touch(low if end == 0 else up, corner.gap, corner.rate, step, law)
-            lead = (found_at - at) * step
-            if end == 0 or found_speed == 0.0 or lead * speed > ROUNDED:
-                found, found_at, found_speed = end, at, speed
-            elif -lead * found_speed <= ROUNDED:
-                found_speed = max(found_speed, speed)
+        corner, contact = (lower, low) if end == 0 else (upper, up)
+        if (corner.gap < 0.0) == (contact[CLOSED] > 0.0):
+            continue
+        at, speed = touch(contact, corner.gap, corner.rate, step, law)
+        lead = (found_at - at) * step
+        if found_speed == 0.0 or (at > found_at if leaves else lead * speed > ROUNDED):
+            found, found_at, found_speed = end, at, speed
+        elif -lead * found_speed <= ROUNDED:
+            found_speed = max(found_speed, speed)
     return found, found_at, found_speed
 
 
@@ -173,7 +176,7 @@ def slider_force(
             if law[SHARED] > 0.0:
                 lower_speed = low[IMPACT_SPEED]
                 if lower_speed == 0.0 and step[STAYS_OPEN] == 0.0:
-                    lower_speed = first_touch(low, up, lower, upper, step[LENGTH], law)[2]
+                    lower_speed = side_change(low, up, lower, upper, step[LENGTH], law)[2]
                 upper_speed = lower_speed
             else:
                 lower_speed = speed_in_step(low, lower.gap, lower.rate, step, law)

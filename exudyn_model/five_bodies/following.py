@@ -42,9 +42,9 @@ from exudyn_model.five_bodies.contact_forces import (
     X,
     Y,
     crossing,
-    first_touch,
     journal_in_bearing,
     journal_loads,
+    side_change,
     touch,
     triple,
 )
@@ -100,18 +100,13 @@ def update_shared(
 ) -> int:
     """Begin or end the contact of a side that remembers, as :func:`update_alone`; ``row``: its lower corner's."""
     is_open = lower.gap >= 0.0 and upper.gap >= 0.0
-    if low[IMPACT_SPEED] == 0.0 and not is_open:
-        end, touched_at, speed = first_touch(low, up, lower, upper, step, law)
-        low[IMPACT_SPEED], low[NAME] = speed, row + UPPER * end
-        low[START] = time - (1.0 - touched_at) * step
-    elif low[IMPACT_SPEED] > 0.0 and is_open:
-        left_at = 0.0  # by the last of its corners
-        for end in range(2):
-            corner, contact = (lower, low) if end == 0 else (upper, up)
-            if contact[CLOSED] > 0.0:
-                left_at = max(left_at, touch(contact, corner.gap, corner.rate, step, law)[0])
-        rest = 0.5 * (low[NORMAL] + up[NORMAL]) * left_at * step
-        return end_contact(row, low, time - (1.0 - left_at) * step, rest, events, count)
+    if (low[IMPACT_SPEED] > 0.0) != is_open:
+        return count
+    end, at, speed = side_change(low, up, lower, upper, step, law)
+    now = time - (1.0 - at) * step
+    if is_open:
+        return end_contact(row, low, now, 0.5 * (low[NORMAL] + up[NORMAL]) * at * step, events, count)
+    low[IMPACT_SPEED], low[START], low[NAME] = speed, now, row + UPPER * end
     return count
 
 

@@ -230,14 +230,13 @@ class Recorder:
 
     def _take_turning_points(self, times: Array, ticks: Array, values: Array) -> None:
         """Take the extrema of the observed motion inside steps longer than a tick."""
-        long = np.diff(ticks) > 1.0
-        for channel in range(MOTION.start, MOTION.stop):
-            rate = values[channel + TO_RATE]
-            at = np.flatnonzero(long & (rate[:-1] * rate[1:] < 0.0))
-            if len(at):
-                step, motion = times[at + 1] - times[at], values[channel]
-                fraction, turning = turning_points(motion[at], rate[at], motion[at + 1], rate[at + 1], step)
-                self.extrema.take_inside(channel, times[at] + fraction * step, turning)
+        long = np.flatnonzero(np.diff(ticks) > 1.0)
+        if len(long):
+            motion, rates = values[MOTION], values[MOTION.start + TO_RATE : MOTION.stop + TO_RATE]
+            step, after = times[long + 1] - times[long], long + 1
+            ends = motion[:, long], rates[:, long], motion[:, after], rates[:, after]
+            fraction, turning = turning_points(*ends, step)
+            self.extrema.take_inside(times[long] + fraction * step, turning)
 
     def _take_contacts(self, times: Array, memory: Array, new: int) -> None:
         """Take the normal forces of contacts: pulses, and by the trapezoidal rule the impulses."""

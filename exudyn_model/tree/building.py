@@ -46,7 +46,7 @@ from exudyn_model.linkage import (
 )
 from exudyn_model.memory import law_array, new_contacts
 from exudyn_model.parameters import Mechanism, Parameters
-from exudyn_model.tree.motion import ROWS, WIDTH, chain_accelerations, contact_loads
+from exudyn_model.tree.motion import ROWS, State, chain_accelerations, contact_loads
 
 Array = NDArray[np.float64]
 # (mbs, t, object number, coordinates, velocities) -> generalized forces
@@ -114,16 +114,15 @@ def slider_tree_moments(
     linkage: Array,
     guide: Array,
     contacts: Array,
-    state: Array,
-    values: Array,
+    nothing: Array,
 ) -> tuple[float, float]:
     """Return the moments (N m) of inertia and contact on rod 4's angle and on the slider's from rod 4.
 
-    Arguments: time (s), both coordinates (rad), their rates (rad/s); room of shape (2, 4) and (``WIDTH``,).
+    Arguments: time (s), both coordinates (rad), their rates (rad/s); ``nothing`` is empty.
     """
-    state[0, 2], state[0, 3], state[1, 2], state[1, 3] = theta4, theta4 + from_rod4, w4, w4 + from_rod_w4
+    state = State(0.0, 0.0, theta4, theta4 + from_rod4, 0.0, 0.0, w4, w4 + from_rod_w4)
     tip = driven_tip(time, linkage)
-    loads = contact_loads(time, state, tip, linkage, guide, None, contacts, values)
+    loads = contact_loads(time, state, tip, linkage, guide, None, contacts, nothing)
     length = linkage[ROD4_LENGTH]
     first_moment = linkage[ROD4_MASS] * linkage[ROD4_CENTROID] + linkage[SLIDER_MASS] * length
     across_x, across_y = length * loads.fx - first_moment * tip.ax, length * loads.fy - first_moment * tip.ay
@@ -139,25 +138,22 @@ def rocker_tree_moments(
     guide: Array | None,
     journal: Array,
     contacts: Array,
-    state: Array,
-    values: Array,
+    nothing: Array,
 ) -> tuple[float, float, float, float]:
     """Return the moments (N m) of contact and guide on the coordinates of the tree that hangs on H.
 
     Arguments as for :func:`slider_tree_moments`; the coordinate of an ideal slider, which the tree has not got,
     is 0.
     """
-    for row in range(2):
-        angles = q if row == 0 else v
-        state[row, 1], state[row, 0], state[row, 2] = angles[0], angles[0] + angles[1], angles[0] + angles[2]
-        state[row, 3] = state[row, 2] + angles[3]
-    tip = carried_tip(state[0, 1], state[1, 1], 0.0, linkage)
-    loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, values)
+    theta3, theta4, w3, w4 = q[0], q[0] + q[2], v[0], v[0] + v[2]
+    state = State(theta3 + q[1], theta3, theta4, theta4 + q[3], w3 + v[1], w3, w4, w4 + v[3])
+    tip = carried_tip(theta3, w3, 0.0, linkage)
+    loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, nothing)
     fx = loads.fx
     if guide is None:
         fx = chain_accelerations(state, loads, linkage, guide)[3]
-    c2, s2, c3, s3 = np.cos(state[0, 0]), np.sin(state[0, 0]), np.cos(state[0, 1]), np.sin(state[0, 1])
-    c4, s4 = np.cos(state[0, 2]), np.sin(state[0, 2])
+    c2, s2, c3, s3 = np.cos(state.theta2), np.sin(state.theta2), np.cos(theta3), np.sin(theta3)
+    c4, s4 = np.cos(theta4), np.sin(theta4)
     # About the ends that carry: rod 2 by B, rod 4 by C
     arm2 = linkage[ROD2_LENGTH] - linkage[ROD2_CENTROID]
     on_rod2 = loads.pin_moment - arm2 * (c2 * loads.pin_y - s2 * loads.pin_x)
@@ -255,19 +251,18 @@ def _user_function(
     linkage: Array, guide: Array | None, journal: Array | None, contacts: Array
 ) -> ForceUserFunction:
     """Make the ``forceUserFunction`` of a tree; the time that Exudyn passes is that of the stage."""
-    room = np.zeros((2, 4)), np.zeros(WIDTH)
+    nothing = np.zeros(0)
     if journal is None:
-        fixed = linkage, guide, contacts, *room
-        moments = machine_code(slider_tree_moments, *(0.0,) * 5, *fixed)
+        moments = machine_code(slider_tree_moments, *(0.0,) * 5, linkage, guide, contacts, nothing)
 
         def on_slider_tree(
             mbs: Any, t: float, number: int, q: list[float], v: list[float]
         ) -> tuple[float, ...]:
             (theta4, from_rod4), (w4, from_rod_w4) = q, v
-            return moments(t, theta4, from_rod4, w4, from_rod_w4, *fixed)
+            return moments(t, theta4, from_rod4, w4, from_rod_w4, linkage, guide, contacts, nothing)
 
         return on_slider_tree
-    known = linkage, guide, journal, contacts, *room
+    known = linkage, guide, journal, contacts, nothing
     chain_moments = machine_code(rocker_tree_moments, 0.0, (0.0,) * 4, (0.0,) * 4, *known)
 
     def on_rocker_tree(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:

@@ -31,14 +31,21 @@ _DEGREE = 5
 
 
 @kernel
-def bernstein(first: Array, last: Array, sign: float, step: float, coefficients: Array) -> None:
-    """Fill the six coefficients of ``sign`` times a distance over a step (s) from its three values at both ends."""
+def bernstein(first: Array, last: Array, sign: float, step: float, coefficients: Array) -> float:
+    """Fill the six coefficients of ``sign`` times a distance over a step (s) from its three values at both ends.
+
+    Return the least of them.
+    """
     rate0, rate1 = step * first[SPEED] / 5.0, step * last[SPEED] / 5.0
     bend0, bend1 = step * step * first[ACCELERATION] / 20.0, step * step * last[ACCELERATION] / 20.0
     coefficients[0], coefficients[5] = sign * first[DISTANCE], sign * last[DISTANCE]
     coefficients[1], coefficients[4] = sign * (first[DISTANCE] + rate0), sign * (last[DISTANCE] - rate1)
     coefficients[2] = sign * (first[DISTANCE] + 2.0 * rate0 + bend0)
     coefficients[3] = sign * (last[DISTANCE] - 2.0 * rate1 + bend1)
+    least = np.inf
+    for k in range(_DEGREE + 1):
+        least = min(least, coefficients[k])
+    return least
 
 
 @kernel
@@ -89,21 +96,17 @@ def first_change(coefficients: Array, found: Array) -> float:
             passed = True
         else:
             width *= 0.5
-    low = 0.0
-    if coefficients[0] <= ROUNDED:
-        # At the wall at the start. It has to separate before it can cross
-        low, apart = high, 0.0
-        while apart <= ROUNDED:
-            low *= 0.5
-            if low < 1e-16:
-                return 0.0
-            part(coefficients, low, 1.0, found)
-            apart = found[0]
-    # Newton's method, safeguarded by bisection
-    fraction = 0.5 * (low + high)
-    for _ in range(100):
+    # Newton's method, safeguarded by bisection; what is at the wall at the start has to separate before
+    low, separated, fraction = 0.0, coefficients[0] > ROUNDED, 0.5 * high
+    for _ in range(200):
         part(coefficients, fraction, 1.0, found)
         value, slope = found[0], _DEGREE * (found[1] - found[0]) / (1.0 - fraction)
+        if not separated and value <= ROUNDED:
+            high, fraction = fraction, 0.5 * fraction
+            if fraction < 1e-16:
+                return 0.0
+            continue
+        separated = True
         if value > 0.0:
             low = fraction
         else:
@@ -180,7 +183,8 @@ def accepted_fraction(
     for row in range(0 if guide is not None else CORNER_COUNT, ROWS if journal is not None else CORNER_COUNT):
         contact = contacts[row]
         closed = contact[CLOSED] > 0.0
-        bernstein(before[row], after[row], -1.0 if closed else 1.0, step, work[0])
+        if bernstein(before[row], after[row], -1.0 if closed else 1.0, step, work[0]) >= ROUNDED:
+            continue
         if work[0, 0] < -ROUNDED and closed:
             work[0, 0] = 0.0  # what touches within `least` is frozen before it does
         fraction = 0.0 if work[0, 0] < -ROUNDED else first_change(work[0], work[1])

@@ -1,8 +1,7 @@
 """A state of a tree: contact forces in it, accelerations by balance of forces, and all channels.
 
-A state is an array of shape (2, 4): angles (rad) of rod 2, rocker, rod 4 and slider, and their rates. What is
-not free keeps 0: rod 2 and rocker where the crank pin is ideal, the slider's angle where the slider is. What
-drives a tree is a function of time: joint C where the crank pin is ideal, else the journal.
+What drives a tree is a function of time: joint C where the crank pin is ideal, else the journal. Rod 2 and
+rocker are not free where the crank pin is ideal, nor is the slider's angle where the slider is.
 
 A joint that is ideal has ``None`` for its law: numba compiles what is needed for the other one alone.
 
@@ -51,17 +50,32 @@ from exudyn_model.tables import CONTACT, PER_CONTACT
 
 Array = NDArray[np.float64]
 
-# Columns of a state
+# An end of a step: its time; from these columns on the four angles, their rates and second derivatives
+TIME, THETA, RATE, SECOND = 0, 1, 5, 9
+END_COLUMNS = 13
 ROD2, ROCKER, ROD4, SLIDER = range(4)
 # Rows of the contacts' memory, whether there or not
 PIN_ROW = CORNER_COUNT
 ROWS = CORNER_COUNT + 1
-# Values of a state: those of `tables`, then the state itself
+# Values of a state: those of `tables`, then angles and rates of rod 2 and rocker
 JOURNAL_E = CONTACT + PER_CONTACT * ROWS
-STATE = JOURNAL_E + 2
-WIDTH = STATE + 8
+ANGLES = JOURNAL_E + 2
+WIDTH = ANGLES + 4
 # Of each contact: its distance from touching (see `evaluate`), first and second derivative
 DISTANCE, SPEED, ACCELERATION = range(3)
+
+
+class State(NamedTuple):
+    """Angles (rad) of rod 2, rocker, rod 4 and slider, and their rates (rad/s); what is not free keeps 0."""
+
+    theta2: float
+    theta3: float
+    theta4: float
+    theta5: float
+    w2: float
+    w3: float
+    w4: float
+    w5: float
 
 
 class Loads(NamedTuple):
@@ -78,7 +92,7 @@ class Loads(NamedTuple):
 @kernel
 def contact_loads(
     time: float,
-    state: Array,
+    state: State,
     tip: TipMotion,
     linkage: Array,
     guide: Array | None,
@@ -92,44 +106,48 @@ def contact_loads(
     ----------
     time : float
         s.
-    state : ndarray, shape (2, 4)
+    state : State
     tip : TipMotion
         Of joint C; its acceleration is not read.
     linkage : ndarray
     guide, journal : ndarray or None
         Laws.
     contacts : ndarray, shape (5, columns)
-    values : ndarray, shape (``WIDTH``,)
+    values : ndarray, shape (``WIDTH``,) or (0,)
         The slider's motion, the contacts and e are filled in.
     """
+    fill = len(values) > 0
     fx, fy, moment, pin_x, pin_y, pin_moment = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    angle, omega = state[0, SLIDER], state[1, SLIDER]
-    along_x = linkage[ROD4_LENGTH] * np.cos(state[0, ROD4])
-    along_y = linkage[ROD4_LENGTH] * np.sin(state[0, ROD4])
-    vx, vy = tip.vx - state[1, ROD4] * along_y, tip.vy + state[1, ROD4] * along_x
-    values[0], values[1], values[2] = tip.x + along_x, tip.y + along_y, angle
-    values[3], values[4], values[5] = vx, vy, omega
+    angle, omega = state.theta5, state.w5
+    along_x, along_y = linkage[ROD4_LENGTH] * np.cos(state.theta4), linkage[ROD4_LENGTH] * np.sin(state.theta4)
+    vx, vy = tip.vx - state.w4 * along_y, tip.vy + state.w4 * along_x
+    if fill:
+        values[0], values[1], values[2] = tip.x + along_x, tip.y + along_y, angle
+        values[3], values[4], values[5] = vx, vy, omega
     if guide is not None:
         x = tip.x + along_x - linkage[GUIDE_X]
         for side in range(2):
+            lower_speed, upper_speed = contacts[side, IMPACT_SPEED], contacts[side + UPPER, IMPACT_SPEED]
+            if not fill and lower_speed == 0.0 and upper_speed == 0.0:
+                continue
             lower = corner_motion(side, x, angle, vx, vy, omega, guide)
             upper = corner_motion(side + UPPER, x, angle, vx, vy, omega, guide)
-            forces = side_forces(
-                lower, upper, contacts[side, IMPACT_SPEED], contacts[side + UPPER, IMPACT_SPEED], guide
-            )
+            forces = side_forces(lower, upper, lower_speed, upper_speed, guide)
             for end in range(2):
                 number, motion = side + UPPER * end, lower if end == 0 else upper
                 normal = forces.lower if end == 0 else forces.upper
                 friction = forces.lower_friction if end == 0 else forces.upper_friction
                 load = corner_load(number, normal, friction, motion)
                 fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
-                column = CONTACT + PER_CONTACT * number
-                values[column], values[column + 1], values[column + 2] = motion.gap, normal, friction
+                if fill:
+                    column = CONTACT + PER_CONTACT * number
+                    values[column], values[column + 1], values[column + 2] = motion.gap, normal, friction
     if journal is not None:
-        angle1, w1, w2, w3 = linkage[CRANK_ANGLE] + linkage[CRANK_SPEED] * time, linkage[CRANK_SPEED], state[1, ROD2], state[1, ROCKER]
+        w1, w2, w3 = linkage[CRANK_SPEED], state.w2, state.w3
+        angle1 = linkage[CRANK_ANGLE] + w1 * time
         ax, ay = linkage[CRANK_LENGTH] * np.cos(angle1), linkage[CRANK_LENGTH] * np.sin(angle1)
-        bx, by = linkage[ROCKER_TO_B] * np.cos(state[0, ROCKER]), linkage[ROCKER_TO_B] * np.sin(state[0, ROCKER])
-        rod_x, rod_y = linkage[ROD2_LENGTH] * np.cos(state[0, ROD2]), linkage[ROD2_LENGTH] * np.sin(state[0, ROD2])
+        bx, by = linkage[ROCKER_TO_B] * np.cos(state.theta3), linkage[ROCKER_TO_B] * np.sin(state.theta3)
+        rod_x, rod_y = linkage[ROD2_LENGTH] * np.cos(state.theta2), linkage[ROD2_LENGTH] * np.sin(state.theta2)
         # The bearing hangs on H by rocker and rod 2
         ex, ey = ax - (linkage[PIVOT_X] + bx - rod_x), ay - (linkage[PIVOT_Y] + by - rod_y)
         pin = journal_motion(
@@ -138,9 +156,10 @@ def contact_loads(
         normal, _, friction = journal_forces(pin, contacts[PIN_ROW, IMPACT_SPEED], journal)
         share = linkage[ROD2_CENTROID] / linkage[ROD2_LENGTH]
         pin_x, pin_y, pin_moment = bearing_load(normal, friction, pin, -share * rod_x, -share * rod_y, journal)
-        column = CONTACT + PER_CONTACT * PIN_ROW
-        values[column], values[column + 1], values[column + 2] = pin.gap, normal, friction
-        values[JOURNAL_E], values[JOURNAL_E + 1] = ex, ey
+        if fill:
+            column = CONTACT + PER_CONTACT * PIN_ROW
+            values[column], values[column + 1], values[column + 2] = pin.gap, normal, friction
+            values[JOURNAL_E], values[JOURNAL_E + 1] = ex, ey
     return Loads(fx, fy, moment, pin_x, pin_y, pin_moment)
 
 
@@ -163,7 +182,7 @@ def rod4_acceleration(angle: float, tip: TipMotion, fx: float, fy: float, linkag
 
 @kernel
 def chain_accelerations(
-    state: Array, loads: Loads, linkage: Array, guide: Array | None
+    state: State, loads: Loads, linkage: Array, guide: Array | None
 ) -> tuple[float, float, float, float]:
     """Return the angular accelerations of rod 2, rocker and rod 4 behind a crank pin with clearance.
 
@@ -182,10 +201,10 @@ def chain_accelerations(
     to_b, length3, length4 = linkage[ROCKER_TO_B], linkage[ROCKER_LENGTH], linkage[ROD4_LENGTH]
     centre2, centre4 = linkage[ROD2_LENGTH] - linkage[ROD2_CENTROID], linkage[ROD4_CENTROID]
     m2, m3, m4, m5 = linkage[ROD2_MASS], linkage[ROCKER_MASS], linkage[ROD4_MASS], linkage[SLIDER_MASS]
-    c2, s2 = np.cos(state[0, ROD2]), np.sin(state[0, ROD2])
-    c3, s3 = np.cos(state[0, ROCKER]), np.sin(state[0, ROCKER])
-    c4, s4 = np.cos(state[0, ROD4]), np.sin(state[0, ROD4])
-    square2, square3, square4 = state[1, ROD2] ** 2, state[1, ROCKER] ** 2, state[1, ROD4] ** 2
+    c2, s2 = np.cos(state.theta2), np.sin(state.theta2)
+    c3, s3 = np.cos(state.theta3), np.sin(state.theta3)
+    c4, s4 = np.cos(state.theta4), np.sin(state.theta4)
+    square2, square3, square4 = state.w2 ** 2, state.w3 ** 2, state.w4 ** 2
     cos23, sin23 = c2 * c3 + s2 * s3, s3 * c2 - c3 * s2
     cos34, sin34 = c3 * c4 + s3 * s4, s4 * c3 - c4 * s3
     first4, g = m4 * centre4 + m5 * length4, linkage[GRAVITY]
@@ -238,7 +257,7 @@ def chain_accelerations(
 @kernel
 def evaluate(
     time: float,
-    state: Array,
+    state: State,
     linkage: Array,
     guide: Array | None,
     journal: Array | None,
@@ -252,7 +271,7 @@ def evaluate(
     ----------
     time : float
         s.
-    state : ndarray, shape (2, 4)
+    state : State
     linkage : ndarray
     guide, journal : ndarray or None
         Laws.
@@ -267,19 +286,19 @@ def evaluate(
     if journal is None:
         tip = driven_tip(time, linkage)
         loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, values)
-        alpha4 = rod4_acceleration(state[0, ROD4], tip, loads.fx, loads.fy, linkage)
+        alpha4 = rod4_acceleration(state.theta4, tip, loads.fx, loads.fy, linkage)
     else:
-        tip = carried_tip(state[0, ROCKER], state[1, ROCKER], 0.0, linkage)
+        tip = carried_tip(state.theta3, state.w3, 0.0, linkage)
         loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, values)
         alpha2, alpha3, alpha4, _ = chain_accelerations(state, loads, linkage, guide)
     # Of C, what its rocker's angular acceleration adds; 0 behind an ideal pin
     arm_x, arm_y = tip.x - linkage[PIVOT_X], tip.y - linkage[PIVOT_Y]
     along_x, along_y = values[0] - tip.x, values[1] - tip.y
-    w4 = state[1, ROD4]
+    w4 = state.w4
     ax = tip.ax - alpha3 * arm_y - alpha4 * along_y - w4 * w4 * along_x
     ay = tip.ay + alpha3 * arm_x + alpha4 * along_x - w4 * w4 * along_y
     if guide is not None:
-        alpha5, angle, omega = loads.moment / linkage[SLIDER_INERTIA], state[0, SLIDER], state[1, SLIDER]
+        alpha5, angle, omega = loads.moment / linkage[SLIDER_INERTIA], state.theta5, state.w5
         x = values[0] - linkage[GUIDE_X]
         for number in range(CORNER_COUNT):
             motion, out = corner_motion(number, x, angle, values[3], values[4], omega, guide), ACROSS[number]
@@ -292,16 +311,16 @@ def evaluate(
     if journal is not None:
         _journal_distance(time, state, alpha2, alpha3, linkage, journal, values, distances)
     values[6], values[7], values[8] = ax, ay, alpha5
-    for row in range(2):
-        for column in range(4):
-            values[STATE + 4 * row + column] = state[row, column]
+    # What the watch of a journal reads
+    values[ANGLES], values[ANGLES + 1] = state.theta2, state.theta3
+    values[ANGLES + 2], values[ANGLES + 3] = state.w2, state.w3
     return alpha2, alpha3, alpha4, alpha5
 
 
 @kernel
 def _journal_distance(
     time: float,
-    state: Array,
+    state: State,
     alpha2: float,
     alpha3: float,
     linkage: Array,
@@ -311,12 +330,12 @@ def _journal_distance(
 ) -> None:
     """Fill the distance of the journal: see :func:`evaluate`; ``values`` holds its gap and e."""
     ex, ey, clearance = values[JOURNAL_E], values[JOURNAL_E + 1], journal[CLEARANCE]
-    w1, w2, w3 = linkage[CRANK_SPEED], state[1, ROD2], state[1, ROCKER]
+    w1, w2, w3 = linkage[CRANK_SPEED], state.w2, state.w3
     # Of A, of B about H and of A' about B: e = A - H - HB + A'B
     angle1 = linkage[CRANK_ANGLE] + w1 * time
     ax, ay = linkage[CRANK_LENGTH] * np.cos(angle1), linkage[CRANK_LENGTH] * np.sin(angle1)
-    bx, by = linkage[ROCKER_TO_B] * np.cos(state[0, ROCKER]), linkage[ROCKER_TO_B] * np.sin(state[0, ROCKER])
-    cx, cy = linkage[ROD2_LENGTH] * np.cos(state[0, ROD2]), linkage[ROD2_LENGTH] * np.sin(state[0, ROD2])
+    bx, by = linkage[ROCKER_TO_B] * np.cos(state.theta3), linkage[ROCKER_TO_B] * np.sin(state.theta3)
+    cx, cy = linkage[ROD2_LENGTH] * np.cos(state.theta2), linkage[ROD2_LENGTH] * np.sin(state.theta2)
     vx, vy = -w1 * ay + w3 * by - w2 * cy, w1 * ax - w3 * bx + w2 * cx
     rate_x = -w1 * w1 * ax + alpha3 * by + w3 * w3 * bx - alpha2 * cy - w2 * w2 * cx
     rate_y = -w1 * w1 * ay - alpha3 * bx + w3 * w3 * by + alpha2 * cx - w2 * w2 * cy
@@ -328,24 +347,24 @@ def _journal_distance(
 
 
 @kernel
-def interpolate(start: Array, end: Array, fraction: float, state: Array) -> float:
-    """Fill the state at a fraction of the step between two ends; return its time (s).
+def interpolate(start: Array, end: Array, fraction: float, here: Array) -> None:
+    """Fill time, angles and rates at a fraction of the step between two ends, all of shape (13,).
 
-    Each angle by its quintic Hermite polynomial. An end has the shape (4, 4): time in its first element;
-    angles, rates and second derivatives.
+    Each angle by its quintic Hermite polynomial.
     """
-    step, square, rest = end[0, 0] - start[0, 0], fraction * fraction, 1.0 - fraction
-    for column in range(4):
-        x0, v0, x1, v1 = start[1, column], start[2, column], end[1, column], end[2, column]
+    step, square, rest = end[TIME] - start[TIME], fraction * fraction, 1.0 - fraction
+    here[TIME] = start[TIME] + fraction * step
+    blend = square * fraction * (10.0 + fraction * (6.0 * fraction - 15.0))
+    for angle in range(THETA, RATE):
+        rate, second = angle + RATE - THETA, angle + SECOND - THETA
+        v0, v1 = start[rate], end[rate]
         # Cubic polynomial of the rate, by rates and second derivatives; what its integral leaves of the rise
-        slope0, slope1 = step * start[3, column], step * end[3, column]
+        slope0, slope1 = step * start[second], step * end[second]
         c2, c3 = 3.0 * (v1 - v0) - 2.0 * slope0 - slope1, 2.0 * (v0 - v1) + slope0 + slope1
-        missing = x1 - x0 - step * (0.5 * (v0 + v1) + (slope0 - slope1) / 12.0)
+        missing = end[angle] - start[angle] - step * (0.5 * (v0 + v1) + (slope0 - slope1) / 12.0)
         integral = fraction * (v0 + fraction * (0.5 * slope0 + fraction * (c2 / 3.0 + 0.25 * fraction * c3)))
-        blend = square * fraction * (10.0 + fraction * (6.0 * fraction - 15.0))
-        state[0, column] = x0 + step * integral + missing * blend
-        state[1, column] = v0 + fraction * (slope0 + fraction * (c2 + fraction * c3))
+        here[angle] = start[angle] + step * integral + missing * blend
+        here[rate] = v0 + fraction * (slope0 + fraction * (c2 + fraction * c3))
         # Round-off of the angles is no rate: in a step of 1e-7 s it would be one of 1e-8 rad/s
         if abs(missing) > 4e-15:
-            state[1, column] += 30.0 * square * rest * rest * missing / step
-    return start[0, 0] + fraction * step
+            here[rate] += 30.0 * square * rest * rest * missing / step

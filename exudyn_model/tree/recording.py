@@ -31,27 +31,27 @@ from exudyn_model.tables import (
     JOURNAL,
     PER_CONTACT,
     PIN,
+    STATE,
     Contacts,
     Extrema,
     corner_channels,
 )
-from exudyn_model.tables import STATE as STATE_CHANNELS
 from exudyn_model.tree.building import Tree
-from exudyn_model.tree.motion import PIN_ROW, ROD2, ROCKER, ROWS, STATE, WIDTH
+from exudyn_model.tree.motion import ANGLES, END_COLUMNS, PIN_ROW, ROWS, WIDTH
 from exudyn_model.tree.steps import ENDS, STEP_COLUMNS, judge, observe
 from exudyn_model.watch import Watch
 
 Array = NDArray[np.float64]
 
 NAMES = (*CORNERS, PIN)
-CHANNELS = (*STATE_CHANNELS, *ACCELERATIONS, *corner_channels(NAMES), *JOURNAL)
+CHANNELS = (*STATE, *ACCELERATIONS, *corner_channels(NAMES), *JOURNAL)
 # Parts of a step: Simpson's rule and the extrema's parabolas take them in pairs
 _POINTS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 _SIMPSON = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / 12.0
 # A contact of no more steps needs its force inside of them too: loose tolerances get through with 6 steps
 _FEW = 20
 # Steps that are observed at once: as many as the processor's cache holds
-_ROOM = 512
+_ROOM = 2048
 
 
 class TreeRecorder:
@@ -92,12 +92,13 @@ class TreeRecorder:
         self._distances = np.zeros((2, ROWS, 3))
         laws = tree.linkage, tree.guide, tree.journal
         room = np.zeros(WIDTH), np.zeros((2, 6)), self._log
-        self._fixed = np.zeros((2, 4, 4)), self._distances, *laws, tree.contacts, least, *room
+        self._fixed = np.zeros((2, END_COLUMNS)), self._distances, *laws, tree.contacts, least, *room
         vector = np.zeros(2)
         examples = 0.0, vector, vector, False, *self._fixed, 0, self.contacts.events, 0
         self._judge = machine_code(judge, *examples)
+        self._room = np.zeros(END_COLUMNS), np.zeros((ROWS, 3)), tree.contacts.copy()
         points = self._log, np.zeros(1, dtype=np.int64), vector
-        self._observe = machine_code(observe, *points, *laws, np.zeros((1, WIDTH)))
+        self._observe = machine_code(observe, *points, *laws, *self._room, np.zeros((1, WIDTH)))
 
     def begin(self, q: Array, v: Array) -> None:
         """Take the initial state (see :meth:`judge`): what is inside its wall is in contact from t = 0."""
@@ -160,13 +161,12 @@ class TreeRecorder:
                 self._observe_start()
             return
         steps = self._log[:count]
-        starts, ends = steps[:, 0], steps[:, ENDS // 2]
+        starts, ends = steps[:, 0], steps[:, END_COLUMNS]
         values = self._values(np.repeat(np.arange(count), len(_POINTS)), np.tile(_POINTS, count))
         times = (starts[:, None] + _POINTS * (ends - starts)[:, None]).ravel()
-        channels = values[:, : len(CHANNELS)].T
-        self.extrema.take(times, channels)
-        self._take_vertices(starts, ends - starts, values.reshape(count, len(_POINTS), -1))
-        memory = np.repeat(steps[:, ENDS:].reshape(count, 3, ROWS).transpose(2, 1, 0), len(_POINTS), axis=2)
+        self.extrema.take(times, values[: len(CHANNELS)])
+        self._take_vertices(starts, ends - starts, values)
+        memory = np.repeat(steps[:, ENDS:].T.reshape(3, ROWS, count).swapaxes(0, 1), len(_POINTS), axis=2)
         self._take_contacts(starts, ends - starts, values, memory)
         self._watch(times, values, memory)
         until = ends[-1] + 1e-10 if last else np.nextafter(ends[-1], 0.0)
@@ -175,42 +175,38 @@ class TreeRecorder:
         wanted = wanted[wanted <= until]
         at = np.clip(np.searchsorted(starts, wanted, side="right") - 1, 0, count - 1)
         samples = self._values(at, (wanted - starts[at]) / (ends - starts)[at])
-        self._samples[:, self._sample_count : self._sample_count + len(wanted)] = samples[
-            :, : len(CHANNELS)
-        ].T
+        columns = slice(self._sample_count, self._sample_count + len(wanted))
+        self._samples[:, columns] = samples[: len(CHANNELS)]
         self._sample_count += len(wanted)
 
     def _observe_start(self) -> None:
         """Observe a run without a step: its initial state alone."""
         ends = self._fixed[0]
         self._log[0] = 0.0
-        self._log[0, :ENDS] = np.concatenate([ends[0].ravel(), ends[0].ravel()])
-        self._log[0, ENDS // 2] = 1.0  # a time that is not that of its start
+        self._log[0, :ENDS] = np.concatenate([ends[0], ends[0]])
+        self._log[0, END_COLUMNS] = 1.0  # a time that is not that of its start
         self._log[0, ENDS : ENDS + ROWS] = self._tree.contacts[:, IMPACT_SPEED]
-        channels = self._values(np.zeros(1, dtype=np.int64), np.zeros(1))[:, : len(CHANNELS)].T
+        channels = self._values(np.zeros(1, dtype=np.int64), np.zeros(1))[: len(CHANNELS)]
         self._samples[:, :1] = channels
         self._sample_count = 1
         self.extrema.take(np.zeros(1), channels)
 
     def _values(self, number: NDArray[np.int64], fraction: Array) -> Array:
+        """Return all values of states at fractions of the steps of these numbers, shape (``WIDTH``, n)."""
         tree, values = self._tree, np.zeros((len(number), WIDTH))
-        self._observe(self._log, number, fraction, tree.linkage, tree.guide, tree.journal, values)
-        return values
+        laws = tree.linkage, tree.guide, tree.journal
+        self._observe(self._log, number, fraction, *laws, *self._room, values)
+        return values.T.copy()
 
     def _take_vertices(self, starts: Array, steps: Array, values: Array) -> None:
         """Take the vertices of the parabolas of the slider's motion through three points of each step."""
-        motion = values[:, :, : CONTACT].transpose(2, 0, 1)
-        interval = 0.25 * steps
+        motion, interval = values[:CONTACT].reshape(CONTACT, len(steps), len(_POINTS)), 0.25 * steps
         for middle in (1, 3):
-            before, here, after = (motion[:, :, middle + shift] for shift in (-1, 0, 1))
+            before, here, after = motion[..., middle - 1], motion[..., middle], motion[..., middle + 1]
             rise, bend = 0.5 * (after - before), after - 2.0 * here + before
-            for channel, turns in enumerate(np.abs(rise) < np.abs(bend)):
-                at = np.flatnonzero(turns)
-                if len(at):
-                    shift = rise[channel, at] / bend[channel, at]
-                    times = starts[at] + (middle - shift) * interval[at]
-                    vertex = here[channel, at] - 0.5 * shift * rise[channel, at]
-                    self.extrema.take_inside(channel, times, vertex)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                shift = np.where(np.abs(rise) < np.abs(bend), rise / bend, np.inf)
+                self.extrema.take_inside(starts + (middle - shift) * interval, here - 0.5 * shift * rise)
 
     def _take_contacts(self, starts: Array, steps: Array, values: Array, memory: Array) -> None:
         """Take pulses, peaks, depths, and by Simpson's rule the impulses of the contacts."""
@@ -221,10 +217,10 @@ class TreeRecorder:
             if not closed.any():
                 continue
             column = CONTACT + PER_CONTACT * row
-            normal, depth = values[:, column + 1], -values[:, column]
+            normal, depth = values[column + 1], -values[column]
             if self.contacts.shared and row < UPPER:  # the contact of a side
                 other = column + PER_CONTACT * UPPER
-                normal, depth = normal + values[:, other + 1], np.maximum(depth, -values[:, other])
+                normal, depth = normal + values[other + 1], np.maximum(depth, -values[other])
             normal, depth = normal.reshape(count, points), depth.reshape(count, points)
             impulse = steps * (normal @ _SIMPSON)
             own = begun[closed], impulse[closed], normal.max(axis=1)[closed], depth.max(axis=1)[closed]
@@ -238,23 +234,22 @@ class TreeRecorder:
 
     def _watch(self, times: Array, values: Array, memory: Array) -> None:
         tree, linkage = self._tree, self._tree.linkage
-        forces = np.array([values[:, CONTACT + PER_CONTACT * row + 1 :][:, :2].T for row in range(ROWS)])
+        forces = values[CONTACT : CONTACT + PER_CONTACT * ROWS].reshape(ROWS, PER_CONTACT, -1)[:, 1:]
         if tree.guide is not None:
-            motion = values[:, [0, 2, 3, 4, 5]].T
+            motion = values[[0, 2, 3, 4, 5]]
             motion[0] -= linkage[GUIDE_X]
             own = slice(0, CORNER_COUNT)
             self.watch.take_slider(0, times, motion, forces[own], memory[own], tree.guide)
         if tree.journal is not None:
             # From the crank's tip back over rod 2 and rocker to H, as complex numbers
-            angles, rates = values[:, STATE : STATE + 4].T, values[:, STATE + 4 : STATE + 8].T
-            w1 = linkage[CRANK_SPEED]
+            (theta2, theta3, w2, w3), w1 = values[ANGLES : ANGLES + 4], linkage[CRANK_SPEED]
             arm1 = linkage[CRANK_LENGTH] * np.exp(1j * (linkage[CRANK_ANGLE] + w1 * times))
-            arm2 = linkage[ROD2_LENGTH] * np.exp(1j * angles[ROD2])
-            arm3 = linkage[ROCKER_TO_B] * np.exp(1j * angles[ROCKER])
+            arm2 = linkage[ROD2_LENGTH] * np.exp(1j * theta2)
+            arm3 = linkage[ROCKER_TO_B] * np.exp(1j * theta3)
             apart = arm1 + arm2 - arm3 - complex(linkage[PIVOT_X], linkage[PIVOT_Y])
-            rate = 1j * (w1 * arm1 + rates[ROD2] * arm2 - rates[ROCKER] * arm3)
+            rate = 1j * (w1 * arm1 + w2 * arm2 - w3 * arm3)
             motion = np.array(
-                [apart.real, apart.imag, rate.real, rate.imag, np.full(len(times), w1), rates[ROD2]]
+                [apart.real, apart.imag, rate.real, rate.imag, np.full(len(times), w1), w2]
             )
             self.watch.take_journal(PIN_ROW, times, motion, forces[PIN_ROW], memory[PIN_ROW], tree.journal)
 
