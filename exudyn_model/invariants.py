@@ -176,7 +176,9 @@ def _overlap(contacts: Contacts, events: Mapping[str, NDArray[Any]]) -> Observed
     return worst
 
 
-def _energy(columns: Mapping[str, NDArray[np.float64]], extrema: Mapping[str, Mapping[str, float]]) -> Observed:
+def _energy(
+    columns: Mapping[str, NDArray[np.float64]], extrema: Mapping[str, Mapping[str, float]]
+) -> Observed:
     """Return the largest residual, over all that was dissipated and the largest kinetic energy."""
     residual = extrema["energy_residual"]
     side = "max" if residual["max"] > -residual["min"] else "min"
@@ -233,7 +235,7 @@ def judge(seen: list[Observed], limits: Mapping[str, float]) -> tuple[dict[str, 
         if one.value > limit and excess > worst:
             worst, measure = excess, "" if unit == "1" else f" {unit}"
             broken = (
-                f"{name}: {sentence.format(place=one.place)} by {one.value:.3g}{measure} at {one.time:.9g} s, "
-                f"bound {limit:.3g}{measure}"
+                f"{name}: {sentence.format(place=one.place)} by {one.value:.3g}{measure} at "
+                f"{one.time:.9g} s, bound {limit:.3g}{measure}"
             )
     return invariants, broken

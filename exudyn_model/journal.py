@@ -67,7 +67,12 @@ def journal_forces(
 
 @kernel
 def bearing_load(
-    normal: float, friction: float, motion: JournalMotion, arm_x: float, arm_y: float, law: NDArray[np.float64]
+    normal: float,
+    friction: float,
+    motion: JournalMotion,
+    arm_x: float,
+    arm_y: float,
+    law: NDArray[np.float64],
 ) -> tuple[float, float, float]:
     """Return the force G on the bearing's body (N) and its moment (N m).
 

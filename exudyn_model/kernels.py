@@ -130,8 +130,11 @@ def seal() -> None:
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile ``function`` with numba where a kernel calls it; what Python would need to call it is left out."""
-    return cast(Callable[P, R], numba.njit(error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)(function))
+    """Compile ``function`` with numba where a kernel calls it, without what Python needs to call it."""
+    return cast(
+        Callable[P, R],
+        numba.njit(error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)(function),
+    )
 
 
 def entry(function: Callable[P, R]) -> Callable[P, R]:

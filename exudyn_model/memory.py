@@ -1,9 +1,9 @@
 """Memory of the contacts: what a damping refers to (Eq. 11), and what the table of contacts says.
 
-One row a contact: of the four corners of a slider, in the order of ``corners.CORNERS``, and of a journal. It is
-updated with accepted states alone: nothing that a trial state of an iteration or of a rejected step does is
-ever kept. Where a law has the side remember (``laws.REMEMBERED_BY_SIDE``), the touch stands in the row of its lower
-corner, whatever corner it is named after.
+One row a contact: of the four corners of a slider, in the order of ``corners.CORNERS``, and of a journal. It
+is updated with accepted states alone: nothing that a trial state of an iteration or of a rejected step does
+is ever kept. Where a law has the side remember (``laws.REMEMBERED_BY_SIDE``), the touch stands in the row of
+its lower corner, whatever corner it is named after.
 """
 
 from typing import Any, cast
@@ -93,7 +93,12 @@ def new_contacts(rows: int) -> NDArray[np.float64]:
 
 @kernel
 def end_contact(
-    row: float, contact: NDArray[np.float64], time: float, rest: float, events: NDArray[np.float64], count: int
+    row: float,
+    contact: NDArray[np.float64],
+    time: float,
+    rest: float,
+    events: NDArray[np.float64],
+    count: int,
 ) -> int:
     """End the contact that a row remembers at ``time`` (s), and write it down; return the count of events.
 
@@ -107,7 +112,11 @@ def end_contact(
 
 
 def start_side(
-    side: int, lower: CornerMotion, upper: CornerMotion, contacts: NDArray[np.float64], law: NDArray[np.float64]
+    side: int,
+    lower: CornerMotion,
+    upper: CornerMotion,
+    contacts: NDArray[np.float64],
+    law: NDArray[np.float64],
 ) -> None:
     """Begin at t = 0 the contacts of a side with a corner inside its wall, or on it and moving in.
 

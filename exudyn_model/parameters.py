@@ -37,7 +37,7 @@ class Rod:
 
 @dataclass(frozen=True)
 class Slider:
-    """The slider, a rectangle about its centre of mass: ``length`` along the guide, ``width`` across it, m."""
+    """The slider, a rectangle about its centre: ``length`` along the guide, ``width`` across it, m."""
 
     mass: float
     inertia: float
@@ -342,7 +342,9 @@ def _require_supported(scene: Mapping[str, Any]) -> None:
         )
     slow, fast = scene["friction"]["static_speed"], scene["friction"]["transition_speed"]
     if not fast > slow:
-        raise ValueError(f"friction.transition_speed = {fast} must be greater than friction.static_speed = {slow}")
+        raise ValueError(
+            f"friction.transition_speed = {fast} must be greater than friction.static_speed = {slow}"
+        )
 
 
 # Usual settings of each formulation (see `Integration`), and the methods that integrate it
@@ -370,7 +372,9 @@ def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
     given = {key: value for key, value in scene["solver"]["exudyn"].items() if value != "auto"}
     formulation = given.pop("formulation", "auto")
     if formulation not in ("auto", *_USUAL):
-        raise ValueError(f"solver.exudyn.formulation = {formulation!r} must be one of 'auto', 'full' and 'tree'")
+        raise ValueError(
+            f"solver.exudyn.formulation = {formulation!r} must be one of 'auto', 'full' and 'tree'"
+        )
     forces = [group for group in scene["output"]["groups"] if group in ("joints", "energy")]
     free = "clearance" in (scene["joints"]["slider"], scene["joints"]["crank_pin"])
     if formulation == "auto":
@@ -392,8 +396,8 @@ def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
         )
     if formulation == "tree" and not free:
         raise ValueError(
-            f"joints.slider = {scene['joints']['slider']!r} leaves solver.exudyn.formulation = 'tree' nothing "
-            "free; use 'full'"
+            f"joints.slider = {scene['joints']['slider']!r} leaves solver.exudyn.formulation = 'tree' "
+            "nothing free; use 'full'"
         )
     for key in ("step", "tolerance"):
         if not chosen[key] > 0:

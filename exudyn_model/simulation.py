@@ -98,9 +98,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     events, columns = recorder.event_table(), recorder.columns(channels)
     cycle_extrema = by_cycle(recorder.extrema, recorder.channels, channels)
     extrema = whole(cycle_extrema, channels)
-    seen = observed(
-        parameters, recorder.watch, recorder.contacts, events, columns, extrema, run.constraints
-    )
+    seen = observed(parameters, recorder.watch, recorder.contacts, events, columns, extrema, run.constraints)
     step, longest, tolerance = (
         run.settings.get(name, 0.0) for name in ("step_used", "longest_step", "newton_tolerance")
     )
@@ -145,7 +143,8 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
 
 def _channels(parameters: Parameters) -> tuple[str, ...]:
     """List the channels that a scene asks for."""
-    integration, channels = parameters.integration, STATE
+    integration = parameters.integration
+    channels: tuple[str, ...] = STATE
     if integration.accelerations:
         channels += ACCELERATIONS
     if integration.corners and parameters.guide is not None:

@@ -102,7 +102,10 @@ class Extrema:
     ) -> None:
         known, rows = self.values[cycle, channels], np.arange(len(values))
         times = np.broadcast_to(times, values.shape)
-        for part, find, better, worst in ((MIN, np.argmin, np.less, np.inf), (MAX, np.argmax, np.greater, -np.inf)):
+        for part, find, better, worst in (
+            (MIN, np.argmin, np.less, np.inf),
+            (MAX, np.argmax, np.greater, -np.inf),
+        ):
             looked = values if outside is None else np.where(outside, worst, values)
             at = find(looked, axis=1)
             found = looked[rows, at]
@@ -224,7 +227,9 @@ class Contacts:
         return [self.names[number]]
 
 
-def turning_points(before: Array, rate0: Array, after: Array, rate1: Array, step: Array) -> tuple[Array, Array]:
+def turning_points(
+    before: Array, rate0: Array, after: Array, rate1: Array, step: Array
+) -> tuple[Array, Array]:
     """Return the fractions of steps where cubic Hermite interpolants have their extrema, and these.
 
     Infinite where the rates at both ends do not differ in sign.

@@ -47,7 +47,15 @@ class Watch:
                 self.worst[name] = float(values[at]), float(times[at]), row
 
     def _take(
-        self, row: int, times: Array, gap: Array, rate: Array, slip: Array, force: Array, power: Array, closed: Array
+        self,
+        row: int,
+        times: Array,
+        gap: Array,
+        rate: Array,
+        slip: Array,
+        force: Array,
+        power: Array,
+        closed: Array,
     ) -> None:
         """Take the states of one contact: what holds in each of them."""
         self._keep("open-depth", row, times, np.where(closed, 0.0, -gap))
@@ -57,7 +65,9 @@ class Watch:
         self.fastest_slip = max(self.fastest_slip, float(np.max(np.abs(slip))))
         self.strongest = max(self.strongest, float(np.max(force)))
 
-    def _take_starts(self, row: int, times: Array, gap: Array, rate: Array, speed: Array, start: Array) -> None:
+    def _take_starts(
+        self, row: int, times: Array, gap: Array, rate: Array, speed: Array, start: Array
+    ) -> None:
         """Take how contacts begin: those of t = 0 may separate, as a corner may start inside its wall."""
         begins = (speed[1:] > 0.0) & (start[1:] != start[:-1])
         at = np.flatnonzero(begins) + 1

@@ -50,7 +50,9 @@ def constraints(system: System, times: Array, q: Array, v: Array) -> Constraints
     q, v : ndarray, shape (3 bodies, n)
         Coordinates and their rates.
     """
-    reference, rows, wanted, gaps, rates = system.reference, [], [], [], []
+    reference, gaps, rates = system.reference, [], []
+    rows: list[dict[int, Any]] = []
+    wanted: list[Any] = []
     cosines, sines = np.cos(q[ANGLE::PER_BODY]), np.sin(q[ANGLE::PER_BODY])
     for pin in system.pins:
         x_row: dict[int, Any] = {}

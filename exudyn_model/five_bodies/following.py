@@ -72,9 +72,17 @@ BEFORE_COLUMNS = 7
 
 @kernel
 def update_alone(
-    time: float, step: float, row: int, gap: float, rate: float, contact: Array, law: Array, events: Array, count: int
+    time: float,
+    step: float,
+    row: int,
+    gap: float,
+    rate: float,
+    contact: Array,
+    law: Array,
+    events: Array,
+    count: int,
 ) -> int:
-    """Begin the contact of a point that closes in the step to ``time`` (s), end one that opens; count events."""
+    """Begin the contact of a point that closes in the step to ``time`` (s), end one that opens."""
     if (contact[IMPACT_SPEED] > 0.0) == (gap < 0.0):
         return count
     at, speed = touch(contact, gap, rate, step, law)
@@ -98,7 +106,7 @@ def update_shared(
     events: Array,
     count: int,
 ) -> int:
-    """Begin or end the contact of a side that remembers, as :func:`update_alone`; ``row``: its lower corner's."""
+    """Begin or end the contact of a side that remembers; ``row`` is that of its lower corner."""
     is_open = lower.gap >= 0.0 and upper.gap >= 0.0
     if (low[IMPACT_SPEED] > 0.0) != is_open:
         return count
@@ -235,7 +243,7 @@ def follow_slider(
 
 @kernel
 def allowed_ticks(time: float, step: float, tick: float, contact: Array, last: Array, law: Array) -> float:
-    """Return how many ticks (s) a contact lets the next step take, after one over ``step`` (s) to ``time`` (s).
+    """Return how many ticks (s) a contact lets the next step take, after one of ``step`` (s) to ``time`` (s).
 
     A part of the time to a zero of its gap, foreseen from gap, rate and acceleration, and to a kink of its
     friction (Eq. 13). Inside a contact also what resolves the oscillation of the normal force: one by
@@ -338,8 +346,8 @@ def follow_journal(
 ) -> tuple[int, float]:
     """Take an accepted state of a journal in its bearing: as :func:`follow_slider`.
 
-    ``q`` and ``v``, shape (3 n,), are of all bodies, ``ends`` as in ``parts.JournalPart``; ``load``, shape (6,),
-    is on the journal's body, then on the bearing's.
+    ``q`` and ``v``, shape (3 n,), are of all bodies, ``ends`` as in ``parts.JournalPart``; ``load``, shape
+    (6,), is on the journal's body, then on the bearing's.
     """
     q1, q2, v1, v2 = triple(q, ends[0]), triple(q, ends[3]), triple(v, ends[0]), triple(v, ends[3])
     motion = journal_in_bearing(q1, v1, q2, v2, ends, law)

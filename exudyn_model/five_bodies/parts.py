@@ -90,6 +90,7 @@ class SliderPart:
         def user_function(
             mbs: Any, t: float, number: int, q: list[float], v: list[float]
         ) -> tuple[float, ...]:
+            del mbs, t, number
             # Exudyn passes lists, which numba would copy element by element: scalars are 7 us faster a call
             (x, y, angle), (vx, vy, omega) = q, v
             return force(x, y, angle, vx, vy, omega, *state)
@@ -150,8 +151,8 @@ class SliderPart:
 class JournalPart:
     """A journal in its bearing: parameters and attributes as of :class:`SliderPart`.
 
-    ``ends``, shape (8,): body of the journal, its centre there, body of the bearing, its centre there (m); what
-    the first body's coordinates count from, less what the second's do (m).
+    ``ends``, shape (8,): body of the journal, its centre there, body of the bearing, its centre there (m);
+    what the first body's coordinates count from, less what the second's do (m).
     """
 
     def __init__(self, ends: Array, row: int, law: Array, contacts: Array, step: Array) -> None:
@@ -176,6 +177,7 @@ class JournalPart:
         def user_function(
             mbs: Any, t: float, number: int, q: list[float], v: list[float]
         ) -> tuple[float, ...]:
+            del mbs, t, number
             (x1, y1, angle1, x2, y2, angle2), (vx1, vy1, w1, vx2, vy2, w2) = q, v
             return force((x1, y1, angle1), (x2, y2, angle2), (vx1, vy1, w1), (vx2, vy2, w2), *state)
 
@@ -203,7 +205,7 @@ class JournalPart:
         return self._follow(time, self._step, self._q, self._v, tick, longest, *self._fixed, events, count)
 
     def change(self) -> float:
-        """Return the fraction of the step after which the contact begins or ends; more than 1: it does not."""
+        """Return the fraction of the step after which the contact begins or ends; more than 1: none."""
         return self._change(self._q, self._v, *self._state)
 
     def settled(self) -> bool:

@@ -1,5 +1,6 @@
 """What is kept of a run of five bodies: accepted states are collected, and observed many at a time."""
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,10 @@ from exudyn_model.columns import (
     FRICTION_POWER,
     GAP,
     IMPACT_SPEED,
-    SHARED,
     MEMORY_COLUMNS,
     NAME,
     NORMAL,
+    SHARED,
     START,
     STORED,
 )
@@ -100,10 +101,11 @@ class Recorder:
         sizes += [len(part.load) for part in model.parts]
         ends = np.cumsum([0, *sizes])
         self._log = np.zeros((_ROOM, ends[-1]))
-        self._columns = [slice(*pair) for pair in zip(ends[:-1], ends[1:], strict=True)]
+        self._columns = [slice(*pair) for pair in pairwise(ends)]
         self._count = 0
         self._followed: tuple[int, ...] = ()
-        self._stamp, self._vectors = np.zeros(2), (np.zeros(0),)
+        self._stamp = np.zeros(2)
+        self._vectors: tuple[Array, ...] = ()
         # Works of drive, damping and friction up to the last state; of height and stored at t = 0
         self._works, self._initial = np.zeros(3), (0.0, 0.0)
 
@@ -205,15 +207,17 @@ class Recorder:
         return values
 
     def _energies(self, times: Array, q: Array, v: Array, multipliers: Array, memory: Array) -> Array:
-        """Audit the energy: works of motor and contacts by the trapezoidal rule, as accurate as the integration.
+        """Audit the energy: works of motor and contacts by the trapezoidal rule, as good as the integration.
 
-        Return the energies (J), shape (7, n), in the order of ``tables.ENERGIES``: drive, gravity, damping and
-        friction count from t = 0, kinetic and contact energy are those stored now. The residual is the work of
-        motor and gravity less the increase of what is stored, less what is dissipated.
+        Return the energies (J), shape (7, n), in the order of ``tables.ENERGIES``: drive, gravity, damping
+        and friction count from t = 0, kinetic and contact energy are those stored now. The residual is the
+        work of motor and gravity less the increase of what is stored, less what is dissipated.
         """
         system = self._model.system
         drive = -multipliers[2 * len(system.pins)] * v[system.prescribed[0][0]]
-        powers = np.array([drive, memory[:, DAMPING_POWER].sum(axis=0), memory[:, FRICTION_POWER].sum(axis=0)])
+        powers = np.array(
+            [drive, memory[:, DAMPING_POWER].sum(axis=0), memory[:, FRICTION_POWER].sum(axis=0)]
+        )
         works = np.zeros_like(powers)
         works[:, 1:] = np.cumsum(0.5 * (powers[:, 1:] + powers[:, :-1]) * np.diff(times), axis=1)
         works += self._works[:, None]
@@ -301,9 +305,7 @@ class Recorder:
 
     def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
         """Return sampled channels by name, as far as the run came."""
-        return {
-            name: self._samples[self.channels.index(name), : self._sample_count].copy() for name in names
-        }
+        return {name: self._samples[self.channels.index(name), : self._sample_count].copy() for name in names}
 
     def event_table(self) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""

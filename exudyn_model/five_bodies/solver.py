@@ -9,6 +9,7 @@ import exudyn as exu
 import numpy as np
 
 from exudyn_model.five_bodies.balance import constraints, correct_start
+from exudyn_model.five_bodies.contact_forces import ANGLE, PER_BODY
 from exudyn_model.five_bodies.recording import Recorder
 from exudyn_model.five_bodies.settings import (
     SPECTRAL_RADIUS,
@@ -17,7 +18,7 @@ from exudyn_model.five_bodies.settings import (
     exudyn_settings,
 )
 from exudyn_model.five_bodies.step_choice import LONGEST, LONGEST_INDEX2, StepChoice
-from exudyn_model.five_bodies.system import ANGLE, PER_BODY, Model, System, build, press
+from exudyn_model.five_bodies.system import Model, System, build, press
 from exudyn_model.linkage import assemble
 from exudyn_model.parameters import Parameters
 from exudyn_model.run import PROGRESS_INTERVAL, Outcome, Run
@@ -39,7 +40,9 @@ def run_five_bodies(parameters: Parameters, progress: Progress | None) -> Run:
         parameters.integration.energy,
         progress,
     )
-    if outcome.status == "newton-failed" and any(one.impact_speed == "current" for one in parameters.contacts):
+    if outcome.status == "newton-failed" and any(
+        one.impact_speed == "current" for one in parameters.contacts
+    ):
         # Over a step the damping of a stiff contact turns by all of it, within the floor of the speed
         remedy = "reduce solver.exudyn.step to 5e-7 s, or use solver.exudyn.formulation = 'tree'"
         outcome = Outcome(outcome.status, remedy, outcome.counters)
@@ -132,8 +135,8 @@ class Solution:
         except exu.SolverError:
             status = "newton-failed"
             remedy = (
-                "raise solver.exudyn.tolerance if below 1e-8, reduce solver.exudyn.step if above 2e-5 s; where "
-                "friction.coefficient is above 1, lower it"
+                "raise solver.exudyn.tolerance if below 1e-8, reduce solver.exudyn.step if above 2e-5 s; "
+                "where friction.coefficient is above 1, lower it"
             )
         except exu.ModelError as error:
             # Ctrl-C or a fault inside the contact force arrives as the cause; it is no outcome of the scene
@@ -184,9 +187,7 @@ class Solution:
         if self._settings.index2:  # other methods damp what is wrong with the initial accelerations
             q, v = self._vectors()
             multipliers = self._data.GetAECoordinates(copy=False)
-            correct_start(
-                self._model.system, q, v, self._data.GetODE2Coordinates_tt(copy=False), multipliers
-            )
+            correct_start(self._model.system, q, v, self._data.GetODE2Coordinates_tt(copy=False), multipliers)
 
     def _accept(self) -> None:
         choice, recorder = self._choice, self._recorder
@@ -194,15 +195,18 @@ class Solution:
             recorder.follow(*self._vectors(), self._data.GetAECoordinates(copy=False))
         ticks = recorder.accept()
         if choice.at_sample and self._progress is not None:
-            if time.monotonic() - self._last_call > PROGRESS_INTERVAL:
-                self._last_call = time.monotonic()
-                self._progress(choice.time / self._duration)
+            self._report(self._progress)
         before = choice.ticks
         choice.choose(ticks)
         if not self._settings.fixed:
             self._accepted = False
             if choice.ticks != before:
                 self._set_step()
+
+    def _report(self, progress: Progress) -> None:
+        if time.monotonic() - self._last_call > PROGRESS_INTERVAL:
+            self._last_call = time.monotonic()
+            progress(self._choice.time / self._duration)
 
     def _require_consistent_start(self) -> None:
         q, v = self._vectors()
@@ -261,7 +265,7 @@ class Solution:
         balances whatever the wall exerts. No later step brings it back.
         """
         system, start = self._model.system, exu.ConfigurationType.Initial
-        sliders = {one.body for one in (*system.sliders, *system.guides)}
+        sliders = {one.body for one in system.sliders} | {one.body for one in system.guides}
         held = sliders | {pin.first for pin in system.pins if pin.second in sliders}
         turned = self._data.GetODE2Coordinates() - self._data.GetODE2Coordinates(configuration=start)
         return any(abs(turned[PER_BODY * body + ANGLE]) > math.pi for body in held)

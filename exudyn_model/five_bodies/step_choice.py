@@ -75,7 +75,7 @@ class StepChoice:
         return min(_GROWTH * self.ticks, longest)
 
     def choose(self, wanted: float) -> None:
-        """Choose the step after the one that has been accepted; ``wanted`` ticks at most, but at least one."""
+        """Choose the step after the one that has been accepted: ``wanted`` ticks at most, at least one."""
         self.longest_taken = max(self.longest_taken, self.ticks)
         if self.tick % 1.0:
             ticks = min(2.0 * self.ticks, 1.0 - self.tick % 1.0)

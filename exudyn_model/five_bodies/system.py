@@ -1,4 +1,4 @@
-"""A planar linkage as lists, and what Exudyn makes of them: rigid bodies, joints, a drive, gravity, contacts."""
+"""A planar linkage as lists, and what Exudyn makes of them: bodies, joints, a drive, gravity, contacts."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 
 class Body(NamedTuple):
-    """A rigid body: mass (kg), inertia about its centre (kg m^2); x, y, angle at t = 0 (m, rad), and rates."""
+    """A rigid body: mass (kg), inertia about its centre (kg m^2); x, y, angle at t = 0 (m, rad), rates."""
 
     mass: float
     inertia: float
@@ -86,7 +86,7 @@ class SliderContact(NamedTuple):
 
 
 class JournalContact(NamedTuple):
-    """A journal on the first body in a bearing of the second one, with their centres in body coordinates, m."""
+    """A journal on the first body in a bearing of the second one; their centres in body coordinates, m."""
 
     name: str
     first: int
@@ -140,7 +140,11 @@ class System:
         the constraint's force or moment on the second body, is -lambda.
         """
         pins = [f"reaction_{pin.name}_{axis}" for pin in self.pins for axis in "xy"]
-        return (*pins, "crank_torque", *(name for _ in self.guides for name in ("guide_force", "guide_moment")))
+        return (
+            *pins,
+            "crank_torque",
+            *(name for _ in self.guides for name in ("guide_force", "guide_moment")),
+        )
 
     @cached_property
     def masses(self) -> Array:
@@ -159,7 +163,7 @@ class System:
 
     @cached_property
     def reference(self) -> Array:
-        """From where the coordinates count, shape (3 n,): a slider's from its guide, for all digits of gaps."""
+        """What coordinates count from, shape (3 n,): of a slider its guide, for all digits of gaps."""
         reference = np.zeros((len(self.bodies), PER_BODY))
         for slider in self.sliders:
             reference[slider.body, :ANGLE] = slider.point
@@ -167,7 +171,7 @@ class System:
 
 
 def press(parameters: Parameters, state: InitialState) -> System:
-    """Return the press of Fig. 4 as lists (Eq. 16): pins O, A, H, B, C, F; the crank pin A may have clearance."""
+    """Return the press of Fig. 4 as lists (Eq. 16): pins O, A, H, B, C, F; A may have clearance."""
     mechanism = parameters.mechanism
     crank, rod2, rocker, rod4 = mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4
     slider = mechanism.slider
@@ -188,9 +192,11 @@ def press(parameters: Parameters, state: InitialState) -> System:
     ]
     if parameters.journal is not None:
         contacts.append(JournalContact(*pins.pop(1), parameters.journal))
+    inertias = [(body.mass, body.inertia) for body in (crank, rod2, rocker, rod4)]
+    inertias.append((slider.mass, slider.inertia))
     bodies = [
-        Body(body.mass, body.inertia, tuple(q.tolist()), tuple(v.tolist()))
-        for body, q, v in zip((crank, rod2, rocker, rod4, slider), *state, strict=True)
+        Body(mass, inertia, tuple(q.tolist()), tuple(v.tolist()))
+        for (mass, inertia), q, v in zip(inertias, *state, strict=True)
     ]
     drive = Drive(CRANK, mechanism.omega)
     return System(bodies, pins, guides, contacts, drive, SLIDER, mechanism.gravity)
@@ -241,7 +247,9 @@ def build(system: System, step: float) -> Model:
             )
         )
         nodes.append(node)
-        objects.append(mbs.AddObject(ObjectRigidBody2D(mass=body.mass, inertia=body.inertia, nodeNumber=node)))
+        objects.append(
+            mbs.AddObject(ObjectRigidBody2D(mass=body.mass, inertia=body.inertia, nodeNumber=node))
+        )
         centre = mbs.AddMarker(MarkerBodyMass(bodyNumber=objects[-1]))
         mbs.AddLoad(LoadMassProportional(markerNumber=centre, loadVector=[0.0, -system.gravity, 0.0]))
     for pin in system.pins:

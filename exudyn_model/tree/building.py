@@ -7,12 +7,12 @@ No joint is left as a constraint, which Exudyn's explicit integrators would igno
   adds an inertial force, - mass times the acceleration of C in each centre of mass.
 - Crank pin with clearance: nothing but the contact holds rod 2 to the driven crank, so that the linkage is
   open: rod 2 and rod 4 hang on the rocker, a slider with clearance on rod 4. An ideal slider closes a loop,
-  though: it does not rotate, which makes it a point mass at the end of rod 4, and the guide gives it the force
-  that leaves its x without acceleration. How far it drifts from its line is the integration's error: measured
-  2e-10 m in two cycles at a tolerance of 1e-7, 5e-14 m at 1e-10.
+  though: it does not rotate, which makes it a point mass at the end of rod 4, and the guide gives it the
+  force that leaves its x without acceleration. How far it drifts from its line is the integration's error:
+  measured 2e-10 m in two cycles at a tolerance of 1e-7, 5e-14 m at 1e-10.
 
-The coordinates are angles (rad), each from that of its parent: of rod 4 and slider, or of rocker, rod 2, rod 4
-and, where it has clearance, the slider.
+The coordinates are angles (rad), each from that of its parent: of rod 4 and slider, or of rocker, rod 2,
+rod 4 and, where it has clearance, the slider.
 """
 
 from collections.abc import Callable
@@ -51,7 +51,6 @@ from exudyn_model.tree.motion import ROWS, State, chain_accelerations, contact_l
 Array = NDArray[np.float64]
 # (mbs, t, object number, coordinates, velocities) -> generalized forces
 ForceUserFunction = Callable[[Any, float, int, list[float], list[float]], tuple[float, ...]]
-
 
 
 @dataclass(frozen=True)
@@ -142,8 +141,8 @@ def rocker_tree_moments(
 ) -> tuple[float, float, float, float]:
     """Return the moments (N m) of contact and guide on the coordinates of the tree that hangs on H.
 
-    Arguments as for :func:`slider_tree_moments`; the coordinate of an ideal slider, which the tree has not got,
-    is 0.
+    Arguments as for :func:`slider_tree_moments`; the coordinate of an ideal slider, which the tree has not
+    got, is 0.
     """
     theta3, theta4, w3, w4 = q[0], q[0] + q[2], v[0], v[0] + v[2]
     state = State(theta3 + q[1], theta3, theta4, theta4 + q[3], w3 + v[1], w3, w4, w4 + v[3])
@@ -258,6 +257,7 @@ def _user_function(
         def on_slider_tree(
             mbs: Any, t: float, number: int, q: list[float], v: list[float]
         ) -> tuple[float, ...]:
+            del mbs, number
             (theta4, from_rod4), (w4, from_rod_w4) = q, v
             return moments(t, theta4, from_rod4, w4, from_rod_w4, linkage, guide, contacts, nothing)
 
@@ -266,6 +266,7 @@ def _user_function(
     chain_moments = machine_code(rocker_tree_moments, 0.0, (0.0,) * 4, (0.0,) * 4, *known)
 
     def on_rocker_tree(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
+        del mbs, number
         if guide is None:
             return chain_moments(t, (*q, 0.0), (*v, 0.0), *known)[:3]
         return chain_moments(t, tuple(q), tuple(v), *known)

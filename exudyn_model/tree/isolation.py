@@ -32,7 +32,7 @@ _DEGREE = 5
 
 @kernel
 def bernstein(first: Array, last: Array, sign: float, step: float, coefficients: Array) -> float:
-    """Fill the six coefficients of ``sign`` times a distance over a step (s) from its three values at both ends.
+    """Fill the six coefficients of ``sign`` times a distance over a step (s) from its values at both ends.
 
     Return the least of them.
     """

@@ -119,7 +119,10 @@ def contact_loads(
     fill = len(values) > 0
     fx, fy, moment, pin_x, pin_y, pin_moment = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     angle, omega = state.theta5, state.w5
-    along_x, along_y = linkage[ROD4_LENGTH] * np.cos(state.theta4), linkage[ROD4_LENGTH] * np.sin(state.theta4)
+    along_x, along_y = (
+        linkage[ROD4_LENGTH] * np.cos(state.theta4),
+        linkage[ROD4_LENGTH] * np.sin(state.theta4),
+    )
     vx, vy = tip.vx - state.w4 * along_y, tip.vy + state.w4 * along_x
     if fill:
         values[0], values[1], values[2] = tip.x + along_x, tip.y + along_y, angle
@@ -147,7 +150,10 @@ def contact_loads(
         angle1 = linkage[CRANK_ANGLE] + w1 * time
         ax, ay = linkage[CRANK_LENGTH] * np.cos(angle1), linkage[CRANK_LENGTH] * np.sin(angle1)
         bx, by = linkage[ROCKER_TO_B] * np.cos(state.theta3), linkage[ROCKER_TO_B] * np.sin(state.theta3)
-        rod_x, rod_y = linkage[ROD2_LENGTH] * np.cos(state.theta2), linkage[ROD2_LENGTH] * np.sin(state.theta2)
+        rod_x, rod_y = (
+            linkage[ROD2_LENGTH] * np.cos(state.theta2),
+            linkage[ROD2_LENGTH] * np.sin(state.theta2),
+        )
         # The bearing hangs on H by rocker and rod 2
         ex, ey = ax - (linkage[PIVOT_X] + bx - rod_x), ay - (linkage[PIVOT_Y] + by - rod_y)
         pin = journal_motion(
@@ -155,7 +161,9 @@ def contact_loads(
         )
         normal, _, friction = journal_forces(pin, contacts[PIN_ROW, IMPACT_SPEED], journal)
         share = linkage[ROD2_CENTROID] / linkage[ROD2_LENGTH]
-        pin_x, pin_y, pin_moment = bearing_load(normal, friction, pin, -share * rod_x, -share * rod_y, journal)
+        pin_x, pin_y, pin_moment = bearing_load(
+            normal, friction, pin, -share * rod_x, -share * rod_y, journal
+        )
         if fill:
             column = CONTACT + PER_CONTACT * PIN_ROW
             values[column], values[column + 1], values[column + 2] = pin.gap, normal, friction
@@ -170,7 +178,12 @@ def rod4_acceleration(angle: float, tip: TipMotion, fx: float, fy: float, linkag
     Rod 4 and the slider together rotate about C, which moves as the drive makes it; taking moments about C
     leaves this as the only unknown.
     """
-    cosine, sine, length, centroid = np.cos(angle), np.sin(angle), linkage[ROD4_LENGTH], linkage[ROD4_CENTROID]
+    cosine, sine, length, centroid = (
+        np.cos(angle),
+        np.sin(angle),
+        linkage[ROD4_LENGTH],
+        linkage[ROD4_CENTROID],
+    )
     mass4, mass5 = linkage[ROD4_MASS], linkage[SLIDER_MASS]
     first_moment = mass4 * centroid + mass5 * length
     second_moment = linkage[ROD4_INERTIA] + mass4 * centroid**2 + mass5 * length**2
@@ -204,7 +217,7 @@ def chain_accelerations(
     c2, s2 = np.cos(state.theta2), np.sin(state.theta2)
     c3, s3 = np.cos(state.theta3), np.sin(state.theta3)
     c4, s4 = np.cos(state.theta4), np.sin(state.theta4)
-    square2, square3, square4 = state.w2 ** 2, state.w3 ** 2, state.w4 ** 2
+    square2, square3, square4 = state.w2**2, state.w3**2, state.w4**2
     cos23, sin23 = c2 * c3 + s2 * s3, s3 * c2 - c3 * s2
     cos34, sin34 = c3 * c4 + s3 * s4, s4 * c3 - c4 * s3
     first4, g = m4 * centre4 + m5 * length4, linkage[GRAVITY]
@@ -229,9 +242,7 @@ def chain_accelerations(
         - centre2 * (c2 * loads.pin_y - s2 * loads.pin_x)
     )
     moment4 = (
-        -length3 * first4 * sin34 * square3
-        - g * c4 * first4
-        + length4 * (c4 * loads.fy - s4 * loads.fx)
+        -length3 * first4 * sin34 * square3 - g * c4 * first4 + length4 * (c4 * loads.fy - s4 * loads.fx)
     )
     # Rod 2 eliminated, then rod 4: alpha4 = offset + slope alpha3
     inertia = inertia3 - between23**2 / inertia2

@@ -1,8 +1,8 @@
 """What is kept of a run of a tree: accepted steps are collected, and observed many at a time.
 
-A step goes from one state to the next without a touch or a separation between: its angles are interpolated by
-quintic Hermite polynomials, at the samples' times and at ``_POINTS`` for extrema, impulses and peaks. Whatever
-is kept follows from such a state by balance of forces.
+A step goes from one state to the next without a touch or a separation between: its angles are interpolated
+by quintic Hermite polynomials, at the samples' times and at ``_POINTS`` for extrema, impulses and peaks.
+Whatever is kept follows from such a state by balance of forces.
 """
 
 from typing import Any
@@ -248,9 +248,7 @@ class TreeRecorder:
             arm3 = linkage[ROCKER_TO_B] * np.exp(1j * theta3)
             apart = arm1 + arm2 - arm3 - complex(linkage[PIVOT_X], linkage[PIVOT_Y])
             rate = 1j * (w1 * arm1 + w2 * arm2 - w3 * arm3)
-            motion = np.array(
-                [apart.real, apart.imag, rate.real, rate.imag, np.full(len(times), w1), w2]
-            )
+            motion = np.array([apart.real, apart.imag, rate.real, rate.imag, np.full(len(times), w1), w2])
             self.watch.take_journal(PIN_ROW, times, motion, forces[PIN_ROW], memory[PIN_ROW], tree.journal)
 
     def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
