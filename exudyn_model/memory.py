@@ -50,6 +50,8 @@ from exudyn_model.parameters import Contact
 
 ROUNDED = 2e-15
 """A gap (m) that counts as none: some roundings of the sums of lengths near 0.6 m that it comes from."""
+ROUNDED_SPEED = 4e-15
+"""A speed (m/s) that counts as none at t = 0: some roundings of rates of some m/s."""
 
 
 def law_array(
@@ -135,7 +137,7 @@ def start_side(
     touching = [
         row
         for row, corner in ((side, lower), (side + UPPER, upper))
-        if corner.gap < -ROUNDED or (corner.gap <= ROUNDED and corner.rate < 0.0)
+        if corner.gap < -ROUNDED or (corner.gap <= ROUNDED and corner.rate < -ROUNDED_SPEED)
     ]
     if law[SHARED] == 0.0:
         for row in touching:

@@ -85,23 +85,27 @@ class Extrema:
             end = np.inf if cycle == last else (cycle + 1) * self.period + slack
             low, high = np.searchsorted(times, [cycle * self.period - slack, end])
             if low < high:
-                self._update(cycle, slice(None), times[low:high], values[:, low:high])
+                self._update(cycle, np.arange(len(values)), times[low:high], values[:, low:high])
 
-    def take_inside(self, times: Array, values: Array) -> None:
-        """Take the first channels between states, shape (k, n) each, at times of their own (s).
+    def take_inside(self, channels: NDArray[np.int64], times: Array, values: Array) -> None:
+        """Take values of some channels between states, shape (k, n), at times of their own (s).
 
         A time that is infinite is of no value.
         """
         cycles = np.clip(times / self.period, 0, len(self.values) - 1)
         for cycle in range(int(np.min(cycles, initial=0.0)), int(np.max(cycles, initial=-1.0)) + 1):
             outside = (cycles.astype(int) != cycle) | np.isinf(times)
-            self._update(cycle, slice(0, len(values)), times, values, outside)
+            self._update(cycle, channels, times, values, outside)
 
     def _update(
-        self, cycle: int, channels: slice, times: Array, values: Array, outside: Array | None = None
+        self,
+        cycle: int,
+        channels: NDArray[np.int64],
+        times: Array,
+        values: Array,
+        outside: Array | None = None,
     ) -> None:
-        known, rows = self.values[cycle, channels], np.arange(len(values))
-        times = np.broadcast_to(times, values.shape)
+        rows, times = np.arange(len(values)), np.broadcast_to(times, values.shape)
         for part, find, better, worst in (
             (MIN, np.argmin, np.less, np.inf),
             (MAX, np.argmax, np.greater, -np.inf),
@@ -109,8 +113,10 @@ class Extrema:
             looked = values if outside is None else np.where(outside, worst, values)
             at = find(looked, axis=1)
             found = looked[rows, at]
-            improved = better(found, known[:, part])
-            known[improved, part], known[improved, part + 1] = found[improved], times[rows, at][improved]
+            improved = better(found, self.values[cycle, channels, part])
+            where = channels[improved]
+            self.values[cycle, where, part] = found[improved]
+            self.values[cycle, where, part + 1] = times[rows, at][improved]
 
 
 class Contacts:

@@ -4,6 +4,8 @@ Every accepted state is examined. Gaps, rates and slips are computed here once m
 so that a fault in the formulas that the run was computed with does not conceal itself.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -66,13 +68,16 @@ class Watch:
         self.strongest = max(self.strongest, float(np.max(force)))
 
     def _take_starts(
-        self, row: int, times: Array, gap: Array, rate: Array, speed: Array, start: Array
+        self, row: int, times: Array, gaps: Array, rates: Array, corner: Any, at: NDArray[np.int64]
     ) -> None:
-        """Take how contacts begin: those of t = 0 may separate, as a corner may start inside its wall."""
-        begins = (speed[1:] > 0.0) & (start[1:] != start[:-1])
-        at = np.flatnonzero(begins) + 1
-        self._keep("leaving-start", row, times[at], np.minimum(rate[at - 1], rate[at]))
-        self._keep("start-gap", row, times[at], np.minimum(np.abs(gap[at - 1]), np.abs(gap[at])))
+        """Take how contacts begin by the states ``at``: the rows ``corner`` of gaps and rates.
+
+        Not those of t = 0, which may separate: a corner may start inside its wall.
+        """
+        leaving = np.minimum(rates[corner, at - 1], rates[corner, at])
+        self._keep("leaving-start", row, times[at], leaving)
+        away = np.minimum(np.abs(gaps[corner, at - 1]), np.abs(gaps[corner, at]))
+        self._keep("start-gap", row, times[at], away)
 
     def take_slider(
         self, first: int, times: Array, motion: Array, forces: Array, memory: Array, law: Array
@@ -112,13 +117,11 @@ class Watch:
         for number in range(CORNER_COUNT):
             this = first + number, times, gaps[number], rates[number], slips[number]
             self._take(*this, forces[number, 0], powers[number], closed[number])
-            gap, rate = gaps[number], rates[number]
-            if shared and number < UPPER:
-                # The contact of a side is judged by the corner that it is named after
-                upper = memory[number, NAME] != first + number
-                gap = np.where(upper, gaps[number + UPPER], gap)
-                rate = np.where(upper, rates[number + UPPER], rate)
-            self._take_starts(first + number, times, gap, rate, memory[number, SPEED], memory[number, START])
+            speed, start, name = memory[number]
+            at = np.flatnonzero((speed[1:] > 0.0) & (start[1:] != start[:-1])) + 1
+            # The contact of a side is judged by the corner that it is named after
+            corner = name[at].astype(int) - first
+            self._take_starts(first + number, times, gaps, rates, corner, at)
 
     def take_journal(
         self, row: int, times: Array, motion: Array, forces: Array, memory: Array, law: Array
@@ -148,4 +151,5 @@ class Watch:
         gap, rate = law[CLEARANCE] - distance, -(nx * vx + ny * vy)
         closed = memory[SPEED] > 0.0
         self._take(row, times, gap, rate, slip, forces[0], forces[1] * slip, closed)
-        self._take_starts(row, times, gap, rate, memory[SPEED], memory[START])
+        at = np.flatnonzero((memory[SPEED, 1:] > 0.0) & (memory[START, 1:] != memory[START, :-1])) + 1
+        self._take_starts(row, times, gap[None], rate[None], 0, at)

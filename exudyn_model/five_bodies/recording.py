@@ -20,7 +20,7 @@ from exudyn_model.columns import (
     STORED,
 )
 from exudyn_model.corners import CORNER_COUNT, UPPER
-from exudyn_model.five_bodies.balance import accelerations, constraints
+from exudyn_model.five_bodies.balance import Constraints, accelerations, constraints
 from exudyn_model.five_bodies.contact_forces import ANGLE, PER_BODY, Y
 from exudyn_model.five_bodies.parts import JournalPart, SliderPart
 from exudyn_model.five_bodies.step_choice import StepChoice
@@ -156,14 +156,22 @@ class Recorder:
         return wanted
 
     def observe(self) -> None:
-        """Observe the states that wait for it; the last one remains, as the first of those to come."""
+        """Observe the states that wait for it; the last one remains, as the first of those to come.
+
+        The numbers of a run that diverges overflow.
+        """
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            self._observe()
+
+    def _observe(self) -> None:
         new = min(self._count - 1, 1) if self.accepted > self._count else 0
         if self._count <= new:
             return
         parts = [self._log[: self._count, columns].T.copy() for columns in self._columns]
         (times, ticks), q, v, multipliers, memory = parts[:5]
         memory = memory.reshape(-1, MEMORY_COLUMNS, len(times))
-        values = self._values(times, q, v, multipliers, memory, parts[5:])
+        required = np.flatnonzero(ticks % self._choice.per_state == 0)
+        values = self._values(times, q, v, multipliers, memory, parts[5:], required)
         self.extrema.take(times[new:], values[:, new:])
         self._take_turning_points(times, ticks, values)
         self._take_contacts(times, memory, new)
@@ -175,7 +183,14 @@ class Recorder:
         self._count = 1
 
     def _values(
-        self, times: Array, q: Array, v: Array, multipliers: Array, memory: Array, loads: list[Array]
+        self,
+        times: Array,
+        q: Array,
+        v: Array,
+        multipliers: Array,
+        memory: Array,
+        loads: list[Array],
+        required: NDArray[Any],
     ) -> Array:
         """Return all channels, shape (channels, n)."""
         system, parts = self._model.system, self._model.parts
@@ -186,10 +201,7 @@ class Recorder:
                 own = slice(PER_BODY * body, PER_BODY * (body + 1))
                 force[own] += load[PER_BODY * number : PER_BODY * (number + 1)]
         found = constraints(system, times, q, v)
-        for name, amounts in zip(CONSTRAINTS, (found.position, found.velocity), strict=True):
-            most = int(np.argmax(amounts))  # the first that is not a number, if one is not
-            if not amounts[most] <= self.drift[name][0]:
-                self.drift[name] = float(amounts[most]), float(times[most])
+        self._take_drift(times, required, found)
         acceleration = accelerations(system, found, force)
         values = np.empty((len(self.channels), len(times)))
         own = slice(PER_BODY * system.observed, PER_BODY * (system.observed + 1))
@@ -205,6 +217,14 @@ class Recorder:
             rest.append(self._energies(times, q, v, multipliers, memory))
         values[end:] = np.concatenate(rest)
         return values
+
+    def _take_drift(self, times: Array, required: NDArray[Any], found: Constraints) -> None:
+        """Take the violation of the constraints, in the states that there have to be."""
+        for name, amounts in zip(CONSTRAINTS, (found.position, found.velocity), strict=True):
+            if len(required):
+                most = required[np.argmax(amounts[required])]  # the first that is not a number, if one is not
+                if not amounts[most] <= self.drift[name][0]:
+                    self.drift[name] = float(amounts[most]), float(times[most])
 
     def _energies(self, times: Array, q: Array, v: Array, multipliers: Array, memory: Array) -> Array:
         """Audit the energy: works of motor and contacts by the trapezoidal rule, as good as the integration.
@@ -240,7 +260,8 @@ class Recorder:
             step, after = times[long + 1] - times[long], long + 1
             ends = motion[:, long], rates[:, long], motion[:, after], rates[:, after]
             fraction, turning = turning_points(*ends, step)
-            self.extrema.take_inside(times[long] + fraction * step, turning)
+            channels = np.arange(MOTION.start, MOTION.stop)
+            self.extrema.take_inside(channels, times[long] + fraction * step, turning)
 
     def _take_contacts(self, times: Array, memory: Array, new: int) -> None:
         """Take the normal forces of contacts: pulses, and by the trapezoidal rule the impulses."""

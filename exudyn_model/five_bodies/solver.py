@@ -210,7 +210,8 @@ class Solution:
 
     def _require_consistent_start(self) -> None:
         q, v = self._vectors()
-        found = constraints(self._model.system, np.zeros(1), q[:, None], v[:, None])
+        with np.errstate(over="ignore"):
+            found = constraints(self._model.system, np.zeros(1), q[:, None], v[:, None])
         # Lengths are near 1 m: round-off of a few operations is some 1e-16
         if not (found.position[0] <= 1e-13 and found.velocity[0] <= 1e-12 * (1 + np.max(np.abs(v)))):
             raise AssertionError("initial positions or velocities do not fit the joints")

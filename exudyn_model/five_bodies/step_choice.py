@@ -64,7 +64,7 @@ class StepChoice:
         self.ticks, self.longest_taken = 0.0, 1.0
         self.tick, self.time, self.at_sample, self.at_required_state = 0.0, 0.0, True, True
         self.size, self.per_sample, self.longest = size, per_sample, longest
-        self._per_state, self._step, self._contacts = per_state, model.step, model.contacts
+        self.per_state, self._step, self._contacts = per_state, model.step, model.contacts
         self._touched = False
 
     @property
@@ -81,7 +81,7 @@ class StepChoice:
             ticks = min(2.0 * self.ticks, 1.0 - self.tick % 1.0)
         else:
             # Equal parts up to the next state that there has to be
-            left = self._per_state - self.tick % self._per_state
+            left = self.per_state - self.tick % self.per_state
             ticks = -(-left // -(-left // max(wanted // 1.0, 1.0)))
         self._take(ticks)
 
@@ -97,7 +97,7 @@ class StepChoice:
         self.tick = tick = self.tick + ticks
         self.time = tick * self.size
         self.at_sample = tick % self.per_sample == 0
-        self.at_required_state = tick % self._per_state == 0
+        self.at_required_state = tick % self.per_state == 0
         if ticks != self.ticks:
             self.ticks = ticks
             self._step[LENGTH], self._step[STAYS_OPEN] = ticks * self.size, float(ticks > 1)

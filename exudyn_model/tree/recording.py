@@ -24,7 +24,7 @@ from exudyn_model.linkage import (
     ROCKER_TO_B,
     ROD2_LENGTH,
 )
-from exudyn_model.memory import ROUNDED, start_side
+from exudyn_model.memory import ROUNDED, ROUNDED_SPEED, start_side
 from exudyn_model.tables import (
     ACCELERATIONS,
     CONTACT,
@@ -37,7 +37,7 @@ from exudyn_model.tables import (
     corner_channels,
 )
 from exudyn_model.tree.building import Tree
-from exudyn_model.tree.motion import ANGLES, END_COLUMNS, PIN_ROW, ROWS, WIDTH
+from exudyn_model.tree.motion import ANGLES, END_COLUMNS, JOURNAL_E, PIN_ROW, ROWS, WIDTH
 from exudyn_model.tree.steps import ENDS, STEP_COLUMNS, judge, observe
 from exudyn_model.watch import Watch
 
@@ -48,6 +48,8 @@ CHANNELS = (*STATE, *ACCELERATIONS, *corner_channels(NAMES), *JOURNAL)
 # Parts of a step: Simpson's rule and the extrema's parabolas take them in pairs
 _POINTS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 _SIMPSON = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / 12.0
+# Channels without kinks: motion and accelerations of the slider, and e of the journal
+_SMOOTH = np.array([*range(CONTACT), JOURNAL_E, JOURNAL_E + 1])
 # A contact of no more steps needs its force inside of them too: loose tolerances get through with 6 steps
 _FEW = 20
 # Steps that are observed at once: as many as the processor's cache holds
@@ -112,7 +114,7 @@ class TreeRecorder:
         if contacts[:, CLOSED].any():
             return
         contacts[:, RATE] = rates
-        touching = (gaps < -ROUNDED) | ((gaps <= ROUNDED) & (rates < 0.0))
+        touching = (gaps < -ROUNDED) | ((gaps <= ROUNDED) & (rates < -ROUNDED_SPEED))
         if tree.guide is not None:
             corners = [CornerMotion(gaps[k], rates[k], 0.0, 0.0, 0.0) for k in range(CORNER_COUNT)]
             for side in range(UPPER):
@@ -200,13 +202,15 @@ class TreeRecorder:
 
     def _take_vertices(self, starts: Array, steps: Array, values: Array) -> None:
         """Take the vertices of the parabolas of the slider's motion through three points of each step."""
-        motion, interval = values[:CONTACT].reshape(CONTACT, len(steps), len(_POINTS)), 0.25 * steps
+        smooth = values[_SMOOTH]
+        motion, interval = smooth.reshape(len(smooth), len(steps), len(_POINTS)), 0.25 * steps
         for middle in (1, 3):
             before, here, after = motion[..., middle - 1], motion[..., middle], motion[..., middle + 1]
             rise, bend = 0.5 * (after - before), after - 2.0 * here + before
             with np.errstate(divide="ignore", invalid="ignore"):
                 shift = np.where(np.abs(rise) < np.abs(bend), rise / bend, np.inf)
-                self.extrema.take_inside(starts + (middle - shift) * interval, here - 0.5 * shift * rise)
+                vertices = here - 0.5 * shift * rise
+                self.extrema.take_inside(_SMOOTH, starts + (middle - shift) * interval, vertices)
 
     def _take_contacts(self, starts: Array, steps: Array, values: Array, memory: Array) -> None:
         """Take pulses, peaks, depths, and by Simpson's rule the impulses of the contacts."""
