@@ -32,12 +32,7 @@ def test_gap_is_the_distance_of_the_corner_from_its_wall(short) -> None:
         rx, _ = arms(short, corner)
         wall = mechanism["guide_x"] - inward(corner) * half_gap
         gap = inward(corner) * (short.columns["slider_x"] + rx - wall)
-        # Exudyn's own contact has spheres of 1e-4 m inside the corners: 1e-4 angle^2 / 2 less.
-        sphere = 1e-4 if short.native else 0.0
-        bound = 1e-15 + sphere / 2.0 * short.columns["slider_angle"] ** 2
-        # That one knows of a corner that starts inside its wall from its first step on.
-        first = 1 if short.native and gap[0] < 0.0 else 0
-        assert np.all(np.abs(short.columns[f"corner_{corner}_gap"] - gap)[first:] <= bound[first:])
+        assert np.all(np.abs(short.columns[f"corner_{corner}_gap"] - gap) <= 1e-15)
 
 
 def test_walls_press_and_friction_opposes_the_corner_s_material(short) -> None:
@@ -50,8 +45,7 @@ def test_walls_press_and_friction_opposes_the_corner_s_material(short) -> None:
         assert np.all(normal >= 0.0)
         assert np.all(friction * slip <= 0.0)
         largest = friction_law["coefficient"] * normal
-        # A few roundings; Exudyn's own contact takes both from coordinates of 10 m and rounds at 4e-10.
-        assert np.all(np.abs(friction) <= largest * (1 + (1e-9 if short.native else 1e-12)))
+        assert np.all(np.abs(friction) <= largest * (1 + 1e-12))  # a few roundings
         full = np.abs(slip) > 1.01 * friction_law["transition_speed"]
         np.testing.assert_allclose(np.abs(friction)[full], largest[full], rtol=1e-9)
         pressed += np.count_nonzero(normal[full])
@@ -123,10 +117,8 @@ def test_peaks_depths_and_impact_speeds_are_those_of_the_samples(short) -> None:
                 _, ry = arms(short, corner)
                 rate = inward(corner) * (short.columns["slider_vx"] - short.columns["slider_omega"] * ry)
                 touch = -np.interp(contact["start"], short.columns["time"], rate)
-                # The rate is straight to (4e-6 s)^2 / 8 times its curvature: below 1e-5 m/s. The native
-                # contact takes it at the end of its step, 2e-6 s late at up to 1000 m/s^2.
-                late = 2e-3 if short.native else 0.0
-                assert contact["normal_speed"] == pytest.approx(max(touch, 1e-4), abs=2e-5 + late)
+                # The rate is straight to (4e-6 s)^2 / 8 times its curvature: below 1e-5 m/s.
+                assert contact["normal_speed"] == pytest.approx(max(touch, 1e-4), abs=2e-5)
 
 
 def test_impulse_is_the_integral_of_the_normal_force(short) -> None:
@@ -216,21 +208,12 @@ def test_a_corner_that_starts_inside_its_wall_has_its_own_impact_speed_or_the_fl
 ) -> None:
     """A corner with a depth at t = 0 is in contact with max(speed(0), floor)."""
     changes = {"initial.slider_offset": 2.02e-4, "initial.slider_vx": vx, "drive.cycles": 0.002}
-    if variant == "exudyn-native" and vx < 1e-4:
-        # Its impact speed is that after its first step: a corner that does not move inwards has none then.
-        with pytest.raises(ValueError, match="no impact speed"):
-            run(variant, "150rpm-0.2mm", changes)
-        return
     found = run(variant, "150rpm-0.2mm", changes)
     for corner in ("lr", "ur"):
         first = found.contacts(corner)[0]
-        # The native contact knows of it from the end of its first step on, 2e-6 s later, with the speed that
-        # some 27 N on 0.02 kg and less have left of it.
-        assert first["start"] == pytest.approx(0.0, abs=2e-6 if found.native else 0.0)
-        assert first["normal_speed"] == pytest.approx(speed, rel=1e-9, abs=5e-4 if found.native else 0.0)
-        assert first["largest_depth"] >= 2e-6 * (1 - 1e-9) - (
-            5e-8 if found.native else 0.0
-        )  # 2e-6 s, 0.02 m/s
+        assert first["start"] == 0.0
+        assert first["normal_speed"] == pytest.approx(speed, rel=1e-9)
+        assert first["largest_depth"] >= 2e-6 * (1 - 1e-9)
     assert not found.contacts("ll")
     assert not found.contacts("ul")
 

@@ -76,18 +76,3 @@ def test_reactions_and_torque_of_the_ideal_mechanism_agree(scene) -> None:
         elif name != "time":
             # Of second order in the step of 2e-5 s: (2e-5 * 16 / s)^2 / 12 times harmonics and a whole cycle.
             assert difference <= 1e-5 * np.ptp(a[name]), name
-
-
-@pytest.mark.slow
-def test_exudyn_s_own_contact_agrees_to_1e_7_m(scene) -> None:
-    """Another opinion on the law: first cycle, to 1e-7 m, less with a shorter step."""
-    cycle = {"drive.cycles": 1.0, "output.groups": []}
-    exact = reference_model.simulate(scene({**cycle, "solver.reference.tolerance": 1e-13}))
-    differences = []
-    for step in (1e-6, 5e-7):
-        settings = {"formulation": "native", "step": step}
-        run = exudyn_model.simulate(scene({**cycle, "solver.exudyn": settings}))
-        differences.append(np.abs(run.columns["slider_x"] - exact.columns["slider_x"]).max())
-    assert differences[0] <= 1e-7
-    # Its impact speed is that of the end of a step: between first and second order, 7e-8 and 2e-8 m.
-    assert differences[1] <= differences[0] / 2.0
