@@ -325,7 +325,7 @@ def _require_supported(scene: Mapping[str, Any]) -> None:
     for key, value, known in choices:
         if value not in known:
             usable = " or ".join(repr(name) for name in known)
-            raise ValueError(f"{key} = {value!r} is not simulated by the Exudyn model; use {usable}")
+            raise ValueError(f"{key} = {value!r} is not simulated by the Exudyn model yet; use {usable}")
     if scene["drive"]["speed_rpm"] == 0:
         raise ValueError(f"drive.speed_rpm = {scene['drive']['speed_rpm']} must not be zero")
     cycles, samples = scene["drive"]["cycles"], scene["output"]["samples_per_cycle"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exudyn_model import simulate
-from exudyn_model.reading import read_scene
+from exudyn_model.parameters import read_scene
 
 
 def test_converges_over_the_first_cycle(tree_scene, error):
@@ -183,7 +183,7 @@ def test_a_corner_that_penetrates_at_the_start_is_in_contact_at_its_own_speed_or
         force = result.columns["corner_lr_normal"][0]
         return result.events["normal_speed"][0], force
 
-    elastic = read_scene(tree_scene(1e-10, {})).contact.stiffness * (2e-6) ** 1.5
+    elastic = read_scene(tree_scene(1e-10, {})).guide.stiffness * (2e-6) ** 1.5
     speed, force = first(0.03)
     assert speed == pytest.approx(0.03, rel=1e-12)
     assert force == pytest.approx(1.1425 * elastic, rel=1e-9)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exudyn_model import simulate
-from exudyn_model.reading import read_scene
+from exudyn_model.parameters import read_scene
 
 SCENES = {
     "crank pin": {"joints.crank_pin": "clearance", "joints.slider": "ideal"},

@@ -8,8 +8,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from exudyn_model import simulate
-from exudyn_model.five_bodies import run, step_choice
-from exudyn_model.five_bodies.foresight import time_to_zero, zero_within
+from exudyn_model.columns import CLOSED
+from exudyn_model.five_bodies import solver, step_choice
 from exudyn_model.five_bodies.step_choice import LONGEST, StepChoice
 
 FULL = {"drive.cycles": 0.1, "solver.exudyn.formulation": "full", "solver.exudyn.method": "generalized-alpha"}
@@ -19,44 +19,10 @@ TREE = {
     "solver.exudyn.step": 1e-4,
     "solver.exudyn.tolerance": 1e-10,
 }
+# Samples inside of steps; a sample at each tick
+DENSE, ALL = {"output.samples_per_cycle": 25_000}, {"output.samples_per_cycle": 100_000}
 # A sample at each tick of 4e-6 s leaves no longer step
 FIXED = {"output.samples_per_cycle": 100_000, "solver.exudyn.step": 4e-6}
-
-
-@given(
-    height=st.floats(1e-9, 1e-3),
-    rate=st.floats(-1.0, 1.0),
-    acceleration=st.floats(-1e3, -1e-3),
-)
-def test_the_time_to_zero_is_that_of_a_throw(height, rate, acceleration):
-    time = time_to_zero(height, rate, acceleration)
-    terms = height, rate * time, acceleration * time**2 / 2
-    # Cancels to roundings of its terms
-    assert sum(terms) == pytest.approx(0.0, abs=1e-12 * max(map(abs, terms)))
-
-
-@given(
-    start=st.floats(0.01, 0.45),
-    width=st.floats(1e-3, 0.5),
-    height=st.floats(1e-6, 1.0),
-    apart=st.booleans(),
-)
-def test_a_dip_inside_a_step_is_a_zero_where_it_reaches_the_wall(start, width, height, apart):
-    """A parabola, which its Hermite interpolant is: with two zeros in the step, or lifted above the wall."""
-    ends = start, start + width
-    lift = height * (width / 2) ** 2 * 1.01 if apart else 0.0
-
-    def gap(fraction):
-        return height * (fraction - ends[0]) * (fraction - ends[1]) + lift
-
-    def rate(fraction):
-        return height * (2 * fraction - sum(ends))
-
-    found = zero_within(gap(0.0), rate(0.0), gap(1.0), rate(1.0), 1.0)
-    if apart:
-        assert found > 1.0
-    else:
-        assert ends[0] <= found <= ends[1]
 
 
 def near(scene: Any, other: Any, corner: str, within: float, count: int) -> None:
@@ -122,11 +88,9 @@ def test_what_is_not_foreseen_is_located_and_taken_back(make_scene, monkeypatch)
     scene = FULL | thrown(0.3, 0.1, True, 1.0, 150.0)
     usual, choose = simulate(make_scene(scene)), StepChoice.choose
 
-    def blind(self: StepChoice) -> None:
-        choose(self)
-        if self.time > self.size and not self._contacts["impact_speed"].any():
-            self._tick -= self.ticks
-            self._take(min(LONGEST, self.per_sample - self._tick % self.per_sample))
+    def blind(self: StepChoice, wanted: float) -> None:
+        in_flight = self.time > self.size and not self._contacts[:, CLOSED].any()
+        choose(self, LONGEST if in_flight else wanted)
 
     monkeypatch.setattr(StepChoice, "choose", blind)
     result = simulate(make_scene(scene))
@@ -196,14 +160,14 @@ def test_a_failure_of_newtons_method_in_a_long_step_leaves_no_trace(make_scene, 
     monkeypatch.setattr(step_choice, "LONGEST_BEFORE_CONTACT", LONGEST)
     scene = FULL | {"drive.cycles": 0.01}
     usual = simulate(make_scene(scene)).columns
-    models, build, shorten, choose = [], run.build, StepChoice.shorten, StepChoice.choose
+    models, build, shorten, choose = [], solver.build, StepChoice.shorten, StepChoice.choose
 
     def kept(*arguments: Any) -> Any:
         models.append(build(*arguments))
         return models[-1]
 
-    def failing(self: StepChoice) -> None:
-        choose(self)
+    def failing(self: StepChoice, wanted: float) -> None:
+        choose(self, wanted)
         newton = models[-1].mbs.sys["dynamicSolver"].newton
         newton.maxIterations = 0 if self.ticks > 8 and self.time > 2e-3 and not failed else 25
 
@@ -214,7 +178,7 @@ def test_a_failure_of_newtons_method_in_a_long_step_leaves_no_trace(make_scene, 
         models[-1].mbs.sys["dynamicSolver"].newton.maxIterations = 25
         shorten(self, fraction)
 
-    monkeypatch.setattr(run, "build", kept)
+    monkeypatch.setattr(solver, "build", kept)
     monkeypatch.setattr(StepChoice, "choose", failing)
     monkeypatch.setattr(StepChoice, "shorten", noted)
     result = simulate(make_scene(scene))
@@ -233,3 +197,57 @@ def test_a_kink_of_friction_is_passed_in_parts_of_a_tick(make_scene):
     assert list(result.events["corner"]) == list(exact.events["corner"])
     # Of second order in a fortieth of a contact: a tick of 2e-6 s, contacts of 9e-5 s; two are cut off
     np.testing.assert_allclose(result.events["impulse"][:4], exact.events["impulse"][:4], rtol=1e-3)
+
+
+def test_samples_inside_steps_are_as_accurate_as_states(make_scene):
+    dense, fixed, exact = (simulate(make_scene(FULL | scene)) for scene in (DENSE, ALL, DENSE | TREE))
+    assert fixed.provenance["settings"]["longest_step"] == fixed.provenance["settings"]["step_used"]
+    assert dense.provenance["counters"]["steps"] < 0.2 * fixed.provenance["counters"]["steps"]
+    assert list(dense.events["corner"]) == list(fixed.events["corner"])
+    for name in exact.columns:
+        errors = [
+            np.abs(values - exact.columns[name]).max()
+            for values in (dense.columns[name], fixed.columns[name][::4])
+        ]
+        # That of the contacts, scattered by where in a step their touches fall; 1e-6 of the range: the error
+        # of linear interpolation over a step of 1.3e-4 s at 150 rpm, (15.7 1.3e-4)^2 / 8 = 5e-7
+        span = np.ptp(exact.columns[name])
+        assert errors[0] <= 1.5 * errors[1] + 1e-6 * span, (name, errors, span)
+
+
+@pytest.mark.parametrize("times", [10, 50])
+def test_more_samples_change_no_step(make_scene, times):
+    """There are states at the samples of a thousandth of a cycle alone, whether or not there are others."""
+    usual, dense = (
+        simulate(make_scene(FULL | {"output.samples_per_cycle": n})) for n in (1000, 1000 * times)
+    )
+    assert dense.provenance["settings"]["steps_per_sample"] == 100 // times
+    assert dense.provenance["counters"] == usual.provenance["counters"]
+    assert list(dense.events["corner"]) == list(usual.events["corner"])
+    # Nor an extremum. A tick of 4e-4 s / 100 is rounded otherwise than one of 4e-5 s / 10
+    pairs = [
+        *((dense.events[name], usual.events[name]) for name in usual.events if name != "corner"),
+        *((dense.columns[name][::times], usual.columns[name]) for name in usual.columns if name != "time"),
+        *((dense.cycle_extrema[name], values) for name, values in usual.cycle_extrema.items()),
+    ]
+    for found, expected in pairs:
+        scale = np.abs(expected).max()
+        np.testing.assert_allclose(found, expected, rtol=0, atol=0.0 if times == 50 else 1e-6 * scale)
+
+
+def test_extrema_enclose_all_samples(make_scene):
+    result = simulate(make_scene(FULL | DENSE))
+    assert set(result.extrema) == set(result.columns) - {"time"}
+    for name, extrema in result.extrema.items():
+        values = result.columns[name]
+        # A gap between two states, where no channel says how it turns: (15.7 1.3e-4)^2 / 8 of the motion, but
+        # 20 times as much of the gap, whose range is that much less
+        assert extrema["min"] <= values.min() + 1e-5 * np.ptp(values)
+        assert extrema["max"] >= values.max() - 1e-5 * np.ptp(values)
+
+
+@pytest.mark.parametrize("groups", [["joints"], ["energy"]])
+def test_what_is_not_interpolated_has_a_state_at_each_sample(make_scene, groups):
+    scene = {"drive.cycles": 0.01, "output.groups": groups, "solver.exudyn.method": "trapezoidal-index2"}
+    scene = FULL | DENSE | scene
+    assert simulate(make_scene(scene)).provenance["settings"]["longest_step"] <= 4 * 4.001e-6

@@ -1,13 +1,13 @@
-"""Derived quantities, and one-line refusals of what the model does not simulate."""
+"""What is taken from a scene: derived quantities, settings left open, one-line refusals."""
 
 import pytest
 
 from exudyn_model import simulate
-from exudyn_model.reading import read_scene
+from exudyn_model.parameters import read_scene
 
 
 def test_contact_stiffness_and_damping_of_the_paper(make_scene):
-    contact = read_scene(make_scene({})).contact
+    contact = read_scene(make_scene({})).guide
     # By hand: sigma = (1 - 0.28^2) / 210e9 = 4.388571e-12 for each body; sqrt(1e-3) = 0.03162278
     assert contact.stiffness == pytest.approx(4 * 0.0316227766 / (3 * 2 * 4.3885714286e-12), rel=1e-9)
     assert contact.damping == pytest.approx(0.1425, rel=1e-12)
@@ -16,20 +16,32 @@ def test_contact_stiffness_and_damping_of_the_paper(make_scene):
 def test_stiffnesses_of_the_side_and_of_the_pin(make_scene):
     parameters = read_scene(make_scene({"joints.crank_pin": "clearance"}))
     # By hand: Eq. 8 with a = 0.05 + 0.07 m; Eq. 10 with R = 0.01 * 0.0102 / 0.0002 = 0.51 m
-    assert parameters.contact.side_stiffness == pytest.approx(0.12 / (0.475 * 2 * 4.3885714286e-12), rel=1e-9)
+    assert parameters.guide.side_stiffness == pytest.approx(0.12 / (0.475 * 2 * 4.3885714286e-12), rel=1e-9)
     journal = parameters.journal
     assert journal.stiffness == pytest.approx(4 * 0.7141428429 / (3 * 2 * 4.3885714286e-12), rel=1e-9)
-    assert (journal.clearance, journal.radius) == (2e-4, 0.01)
+    assert (journal.clearance, journal.journal_radius) == (2e-4, 0.01)
     assert read_scene(make_scene({})).journal is None
+
+
+def test_materials_of_slider_and_guide_may_differ(make_scene):
+    """Journal and bearing are both of the guide's."""
+    changes = {"joints.crank_pin": "clearance", "contact.youngs_modulus": {"slider": 70e9, "guide": 210e9}}
+    apart = read_scene(make_scene(changes | {"contact.poisson": {"slider": 0.33, "guide": 0.28}}))
+    same = read_scene(make_scene({"joints.crank_pin": "clearance"}))
+    # sigma = (1 - nu^2) / E: of the slider 1.273e-11 by hand, of the guide as above
+    ratio = (1.2730e-11 + 4.3885714e-12) / (2 * 4.3885714e-12)
+    assert same.guide.stiffness / apart.guide.stiffness == pytest.approx(ratio, rel=1e-5)
+    assert same.guide.side_stiffness / apart.guide.side_stiffness == pytest.approx(ratio, rel=1e-5)
+    assert apart.journal == same.journal
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
         (
-            {"contact.law": "winkler"},
-            "contact.law = 'winkler' is not simulated by the Exudyn model yet; "
-            "use 'hertz-corners' or 'paper-switching' or 'strip' or 'foundation'",
+            {"contact.law": "strip"},
+            "contact.law = 'strip' is not simulated by the Exudyn model yet; "
+            "use 'hertz-corners' or 'paper-switching' or 'foundation'",
         ),
         (
             {"contact.impact_speed": "mean"},
@@ -53,7 +65,7 @@ def test_stiffnesses_of_the_side_and_of_the_pin(make_scene):
         ),
         (
             {"solver.exudyn.formulation": "minimal"},
-            "solver.exudyn.formulation = 'minimal' must be one of 'auto', 'full', 'native' and 'tree'",
+            "solver.exudyn.formulation = 'minimal' must be one of 'auto', 'full' and 'tree'",
         ),
         (
             {
@@ -77,30 +89,6 @@ def test_stiffnesses_of_the_side_and_of_the_pin(make_scene):
             "output.groups = 'joints' is not given by solver.exudyn.method = 'dopri5'; "
             "use 'trapezoidal-index2' (formulation 'full')",
         ),
-        (
-            {"solver.exudyn.formulation": "native", "contact.law": "strip"},
-            "contact.law = 'strip' has no contact object for solver.exudyn.formulation = 'native'; "
-            "use 'full'",
-        ),
-        (
-            {"solver.exudyn.formulation": "native", "contact.law": "foundation"},
-            "contact.law = 'foundation' has no contact object for solver.exudyn.formulation = 'native'; "
-            "use 'full'",
-        ),
-        (
-            {"solver.exudyn.formulation": "native", "contact.impact_speed": "current"},
-            "contact.impact_speed = 'current' has no contact object for solver.exudyn.formulation = "
-            "'native'; use 'full'",
-        ),
-        (
-            {"solver.exudyn.formulation": "native", "joints.crank_pin": "clearance"},
-            "joints.crank_pin = 'clearance' has no contact object for solver.exudyn.formulation = 'native'; "
-            "use 'full'",
-        ),
-        (
-            {"solver.exudyn.formulation": "native", "joints.slider": "ideal"},
-            "joints.slider = 'ideal' leaves solver.exudyn.formulation = 'native' nothing free; use 'full'",
-        ),
         ({"drive.speed_rpm": 0.0}, "drive.speed_rpm = 0.0 must not be zero"),
         ({"drive.cycles": 0.0}, "drive.cycles = 0.0 must be positive"),
         (
@@ -119,3 +107,31 @@ def test_unsupported_scenes_are_refused_in_one_line(make_scene, changes, message
     with pytest.raises(ValueError, match=r"must|not simulated|use '") as caught:
         simulate(make_scene(changes))
     assert str(caught.value) == message
+
+
+def test_usual_settings_of_the_formulation(make_scene):
+    scene = make_scene({"drive.cycles": 0.01})
+    scene["solver"]["exudyn"] = {"formulation": "tree"}
+    provenance = simulate(scene).provenance
+    assert provenance["formulation"] == "rod 4 and slider tree"
+    assert provenance["integrator"] == "dopri5"
+    assert provenance["settings"]["tolerance"] == 1e-10
+
+
+@pytest.mark.parametrize(
+    ("changes", "formulation"),
+    [
+        ({}, "tree"),
+        ({"joints.crank_pin": "clearance"}, "tree"),
+        ({"joints.slider": "ideal"}, "full"),
+        ({"output.groups": ["joints"]}, "full"),
+        ({"output.groups": ["energy"]}, "full"),
+    ],
+)
+def test_left_open_it_is_the_smallest_that_gives_what_is_asked_for(make_scene, changes, formulation):
+    scene = make_scene(changes)
+    for settings in ({}, {"formulation": "auto", "method": "auto"}):
+        scene["solver"]["exudyn"] = settings
+        assert read_scene(scene).integration.formulation == formulation
+    scene["solver"]["exudyn"] = {"method": "trapezoidal-index2"}
+    assert read_scene(scene).integration.formulation == "full"
