@@ -14,7 +14,7 @@ BRANCHES = [(1, -1), (1, 1), (-1, -1), (-1, 1)]
 
 def start(make_scene, time, rocker, slider, rpm=150.0):
     """Parameters and initial state of a press that starts where one at 37 degrees is at ``time`` (s)."""
-    right = {} if rocker > 0 else {"mechanism.guide_x": 0.65, "mechanism.reference_offset": 0.0}
+    right = {} if rocker > 0 else {"mechanism.guide_x": 0.18, "mechanism.reference_offset": 0.0}
     scene = make_scene(
         right
         | {

@@ -31,14 +31,14 @@ def flipped(content: bytes) -> bytes:
 
 DAMAGES = {
     "cut": lambda content: content[: len(content) // 2],
-    "emptied": lambda content: b"",
+    "emptied": lambda content: content[:0],
     "zeroed": lambda content: bytes(len(content)),
     "one bit": flipped,
 }
 
 
 def damaged(package: str, folder: Path, cache: Path, name: str, suffix: str) -> list[bool]:
-    """Whether a kernel comes from the cache before one of its files is damaged, after that, and then again."""
+    """Whether a kernel comes from the cache before one of its files is damaged, after that, and again."""
     call(package, folder, cache)
     found = [call(package, folder, cache)[0]]
     (path,) = files(cache, suffix)
