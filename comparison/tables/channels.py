@@ -67,6 +67,8 @@ class Channel:
             return extent
         rule, per, _ = self.scale.partition("/(T/100)")
         clearance = float(scene["clearance"][where])
+        if self.scale == "pin clearance":
+            return float(scene["clearance"]["crank_pin"]) or extent
         value = {
             "clearance": clearance,
             "clearance*tan_beta": clearance * (1.0 if pin_clearance else _tan_beta()),
@@ -111,16 +113,16 @@ def is_uncertainty(column: str) -> bool:
 def expected(scene: Mapping[str, Any]) -> list[str]:
     """Return the names of the channels that a scene requests, without ``time``.
 
-    An ideal slider has no corner channels; only an ideal slider has guide reactions.
+    An ideal slider has no corner channels, an ideal crank pin none of the journal; only an ideal slider has
+    guide reactions.
     """
     groups = {"motion", *scene["output"]["groups"]}
-    ideal = scene["joints"]["slider"] == "ideal"
-    if ideal:
-        groups.discard("corners")
+    ideal, pin = (scene["joints"][joint] == "ideal" for joint in ("slider", "crank_pin"))
+    absent = ("corner_" if ideal else "guide_", *(["journal_"] if pin else []))
     return [
         name
         for name, channel in channels().items()
-        if channel.group in groups and (ideal or not name.startswith("guide_"))
+        if channel.group in groups and not name.startswith(absent)
     ]
 
 

@@ -103,7 +103,7 @@ def hermite(time: Array, values: Array, slopes: Array, at: Array) -> tuple[Array
 
 def _jumps_with(channel: Channel) -> str | None:
     """Return the contact at whose events a channel jumps, "all" for any contact; None: it is continuous."""
-    if channel.group == "corners":
+    if channel.name.startswith("corner_"):
         _, corner, quantity = channel.name.split("_")
         return corner if quantity in {"normal", "friction"} else None
     return "all" if channel.group in {"accelerations", "joints"} else None

@@ -205,6 +205,8 @@ class Engine:
         for joint, name in enumerate(self.joints):
             out[f"reaction_{name}_x"], out[f"reaction_{name}_y"] = -λ[2 * joint], -λ[2 * joint + 1]
         if not self.ideal_pin:
+            bearing = q[3:5] - self.Ls[1] * direction(q[5])
+            out["journal_x"], out["journal_y"] = q[0:2] + self.to_tip[0] * direction(q[2]) - bearing
             n, t = found[4][3:5] if self.v_i[4] else (np.zeros(2), np.zeros(2))
             out["reaction_A_x"], out["reaction_A_y"] = journal_load(states[4][0], states[4][1], n, t)
         out["crank_torque"] = -λ[2 * len(self.joints)]
