@@ -121,10 +121,6 @@ class SliderPart:
         """Return the fraction of the step after which a contact begins or ends; more than 1: none does."""
         return self._change(self._q, self._v, *self._state)
 
-    def settled(self) -> bool:
-        """Whether the state that Newton's method has come to can stand."""
-        return True
-
     def watch(self, watch: Watch, times: Array, q: Array, v: Array, forces: Array, memory: Array) -> None:
         """Watch states of all bodies, shape (3 n, states), with forces and memory of its rows."""
         own = slice(PER_BODY * self.bodies[0], PER_BODY * self.bodies[0] + PER_BODY)

@@ -147,7 +147,8 @@ class Recorder:
             contacts.count, wanted = part.follow(time, choice.size, wanted, contacts.events, contacts.count)
         if contacts.count != count:
             contacts.make_room()
-        self._stamp[:] = time, choice.tick
+        stamp = self._stamp
+        stamp[0], stamp[1] = time, choice.tick
         np.concatenate(self._vectors, out=self._log[self._count])
         self._count += 1
         self.accepted += 1

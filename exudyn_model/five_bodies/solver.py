@@ -10,6 +10,7 @@ import numpy as np
 
 from exudyn_model.five_bodies.balance import constraints, correct_start
 from exudyn_model.five_bodies.contact_forces import ANGLE, PER_BODY
+from exudyn_model.five_bodies.parts import JournalPart
 from exudyn_model.five_bodies.recording import Recorder
 from exudyn_model.five_bodies.settings import (
     SPECTRAL_RADIUS,
@@ -112,6 +113,7 @@ class Solution:
         self._model, self._settings, self._choice = model, settings, choice
         self._recorder, self._progress = recorder, progress
         self._data = model.mbs.systemData
+        self._settling = [part for part in model.parts if isinstance(part, JournalPart)]
         self._interruption: BaseException | None = None
         # Whether Newton's method has converged in the present step, so that it is accepted; whether the step
         # is to be iterated once more from its start; fraction of the step to where a contact begins or ends
@@ -245,7 +247,7 @@ class Solution:
     def _after_newton(self, mbs: Any, t: float) -> list[float]:
         """Exudyn's post-Newton function: an error above 1 rejects, with a recommended step or to iterate."""
         del mbs, t
-        for part in self._model.parts:
+        for part in self._settling:
             if not part.settled():
                 return [2.0, -1.0]
         if self._again:

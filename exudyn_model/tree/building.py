@@ -113,19 +113,18 @@ def slider_tree_moments(
     linkage: Array,
     guide: Array,
     contacts: Array,
-    nothing: Array,
 ) -> tuple[float, float]:
     """Return the moments (N m) of inertia and contact on rod 4's angle and on the slider's from rod 4.
 
-    Arguments: time (s), both coordinates (rad), their rates (rad/s); ``nothing`` is empty.
+    Arguments: time (s), both coordinates (rad), their rates (rad/s).
     """
     state = State(0.0, 0.0, theta4, theta4 + from_rod4, 0.0, 0.0, w4, w4 + from_rod_w4)
     tip = driven_tip(time, linkage)
-    loads = contact_loads(time, state, tip, linkage, guide, None, contacts, nothing)
-    length = linkage[ROD4_LENGTH]
-    first_moment = linkage[ROD4_MASS] * linkage[ROD4_CENTROID] + linkage[SLIDER_MASS] * length
-    across_x, across_y = length * loads.fx - first_moment * tip.ax, length * loads.fy - first_moment * tip.ay
-    return -np.sin(theta4) * across_x + np.cos(theta4) * across_y + loads.moment, loads.moment
+    loads = contact_loads(time, state, tip, linkage, guide, None, contacts, contacts[0, :0])
+    # The slider's mass, and what rod 4's has at the slider's place
+    mass = linkage[SLIDER_MASS] + linkage[ROD4_MASS] * linkage[ROD4_CENTROID] / linkage[ROD4_LENGTH]
+    about_c = loads.along_x * (loads.fy - mass * tip.ay) - loads.along_y * (loads.fx - mass * tip.ax)
+    return about_c + loads.moment, loads.moment
 
 
 @entry
@@ -137,7 +136,6 @@ def rocker_tree_moments(
     guide: Array | None,
     journal: Array,
     contacts: Array,
-    nothing: Array,
 ) -> tuple[float, float, float, float]:
     """Return the moments (N m) of contact and guide on the coordinates of the tree that hangs on H.
 
@@ -147,16 +145,15 @@ def rocker_tree_moments(
     theta3, theta4, w3, w4 = q[0], q[0] + q[2], v[0], v[0] + v[2]
     state = State(theta3 + q[1], theta3, theta4, theta4 + q[3], w3 + v[1], w3, w4, w4 + v[3])
     tip = carried_tip(theta3, w3, 0.0, linkage)
-    loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, nothing)
+    loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, contacts[0, :0])
     fx = loads.fx
     if guide is None:
         fx = chain_accelerations(state, loads, linkage, guide)[3]
     c2, s2, c3, s3 = np.cos(state.theta2), np.sin(state.theta2), np.cos(theta3), np.sin(theta3)
-    c4, s4 = np.cos(theta4), np.sin(theta4)
     # About the ends that carry: rod 2 by B, rod 4 by C
     arm2 = linkage[ROD2_LENGTH] - linkage[ROD2_CENTROID]
     on_rod2 = loads.pin_moment - arm2 * (c2 * loads.pin_y - s2 * loads.pin_x)
-    on_rod4 = loads.moment + linkage[ROD4_LENGTH] * (c4 * loads.fy - s4 * fx)
+    on_rod4 = loads.moment + loads.along_x * loads.fy - loads.along_y * fx
     on_rocker = linkage[ROCKER_TO_B] * (c3 * loads.pin_y - s3 * loads.pin_x)
     on_rocker += linkage[ROCKER_LENGTH] * (c3 * loads.fy - s3 * fx)
     # The rocker's coordinate rotates all of them, rod 4's rotates the slider too
@@ -250,19 +247,18 @@ def _user_function(
     linkage: Array, guide: Array | None, journal: Array | None, contacts: Array
 ) -> ForceUserFunction:
     """Make the ``forceUserFunction`` of a tree; the time that Exudyn passes is that of the stage."""
-    nothing = np.zeros(0)
     if journal is None:
-        moments = machine_code(slider_tree_moments, *(0.0,) * 5, linkage, guide, contacts, nothing)
+        moments = machine_code(slider_tree_moments, *(0.0,) * 5, linkage, guide, contacts)
 
         def on_slider_tree(
             mbs: Any, t: float, number: int, q: list[float], v: list[float]
         ) -> tuple[float, ...]:
             del mbs, number
             (theta4, from_rod4), (w4, from_rod_w4) = q, v
-            return moments(t, theta4, from_rod4, w4, from_rod_w4, linkage, guide, contacts, nothing)
+            return moments(t, theta4, from_rod4, w4, from_rod_w4, linkage, guide, contacts)
 
         return on_slider_tree
-    known = linkage, guide, journal, contacts, nothing
+    known = linkage, guide, journal, contacts
     chain_moments = machine_code(rocker_tree_moments, 0.0, (0.0,) * 4, (0.0,) * 4, *known)
 
     def on_rocker_tree(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:

@@ -79,8 +79,13 @@ class State(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """Forces (N) and moments about the centres (N m) of the contacts on the slider and on rod 2."""
+    """Forces (N) and moments about the centres (N m) of the contacts on the slider and on rod 2.
 
+    ``along_x``, ``along_y`` (m): from joint C to the slider.
+    """
+
+    along_x: float
+    along_y: float
     fx: float
     fy: float
     moment: float
@@ -168,7 +173,7 @@ def contact_loads(
             column = CONTACT + PER_CONTACT * PIN_ROW
             values[column], values[column + 1], values[column + 2] = pin.gap, normal, friction
             values[JOURNAL_E], values[JOURNAL_E + 1] = ex, ey
-    return Loads(fx, fy, moment, pin_x, pin_y, pin_moment)
+    return Loads(along_x, along_y, fx, fy, moment, pin_x, pin_y, pin_moment)
 
 
 @kernel

@@ -164,7 +164,7 @@ class TreeRecorder:
             return
         steps = self._log[:count]
         starts, ends = steps[:, 0], steps[:, END_COLUMNS]
-        values = self._values(np.repeat(np.arange(count), len(_POINTS)), np.tile(_POINTS, count))
+        values = self._at_points(count)
         times = (starts[:, None] + _POINTS * (ends - starts)[:, None]).ravel()
         self.extrema.take(times, values[: len(CHANNELS)])
         self._take_vertices(starts, ends - starts, values)
@@ -192,6 +192,18 @@ class TreeRecorder:
         self._samples[:, :1] = channels
         self._sample_count = 1
         self.extrema.take(np.zeros(1), channels)
+
+    def _at_points(self, count: int) -> Array:
+        """Return all values at ``_POINTS`` of each step, shape (``WIDTH``, steps times points)."""
+        rest, points = len(_POINTS) - 1, np.empty((WIDTH, count, len(_POINTS)))
+        inner = self._values(np.repeat(np.arange(count), rest), np.tile(_POINTS[1:], count))
+        points[..., 1:] = inner.reshape(WIDTH, count, rest)
+        # A step starts as the one before has ended, but where contacts begin or end in between
+        points[:, 1:, 0] = points[:, :-1, -1]
+        speeds = self._log[:count, ENDS : ENDS + ROWS]
+        anew = np.append(0, np.flatnonzero((speeds[1:] != speeds[:-1]).any(axis=1)) + 1)
+        points[:, anew, 0] = self._values(anew, np.zeros(len(anew)))
+        return points.reshape(WIDTH, -1)
 
     def _values(self, number: NDArray[np.int64], fraction: Array) -> Array:
         """Return all values of states at fractions of the steps of these numbers, shape (``WIDTH``, n)."""
