@@ -146,11 +146,6 @@ FAULTS = [
     # A corner that is never looked at (tree), and contacts that begin too deep (five bodies)
     ("tree/isolation.py", "range(0 if guide is not None", "range(1 if guide is not None"),
     (
-        "tree/steps.py",
-        "for row in range(CORNER_COUNT):\n                one,",
-        "for row in range(1, CORNER_COUNT):\n                one,",
-    ),
-    (
         "five_bodies/following.py",
         "(contact[IMPACT_SPEED] > 0.0) == (gap < 0.0):",
         "(contact[IMPACT_SPEED] > 0.0) == (gap < -5e-7 * (contact[IMPACT_SPEED] == 0.0)):",
