@@ -107,6 +107,8 @@ def first_change(coefficients: Array, found: Array) -> float:
                 return 0.0
             continue
         separated = True
+        if abs(value) < 1e-16:
+            break
         if value > 0.0:
             low = fraction
         else:
@@ -115,7 +117,7 @@ def first_change(coefficients: Array, found: Array) -> float:
         if not low < fraction + change < high:
             change = 0.5 * (low + high) - fraction
         fraction += change
-        if abs(change) < 1e-14 or abs(value) < 1e-16:
+        if abs(change) < 1e-14:
             break
     return fraction
 
