@@ -1,7 +1,7 @@
 """What no correct run can show: bounds with their reasons, and the verdict on a run that violates one.
 
-What is judged here was observed in accepted states, in the table of contacts, in the audit of the energy
-(``watch``, ``seen``) and in the constraints (``five_bodies.constraints``), not where contacts are located and
+What is judged here was observed in accepted states (``watch``), in the table of contacts, in the samples, in
+the audit of the energy and in the constraints (``five_bodies.balance``), not where contacts are located and
 forces computed.
 """
 
@@ -13,174 +13,208 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.five_bodies.native_contact import sphere_friction
+from exudyn_model.corners import ACROSS, ALONG, CORNERS
 from exudyn_model.parameters import Parameters
-from exudyn_model.seen import Seen
-
-UNITS = {
-    "open-depth": "m",
-    "pull": "N",
-    "driving-friction": "W",
-    "leaving-start": "m/s",
-    "start-gap": "m",
-    "overlap": "s",
-    "energy": "1",
-    "constraint-position": "m",
-    "constraint-velocity": "m/s",
-}
-
-# What each says when it is violated
-_SENTENCES = {
-    "open-depth": "{place} is inside its wall outside a contact",
-    "pull": "the wall pulls {place}",
-    "driving-friction": "friction drives {place}",
-    "leaving-start": "a contact of {place} begins while it leaves",
-    "start-gap": "a contact of {place} begins away from its wall",
-    "overlap": "two contacts of {place} overlap",
-    "energy": "the energy does not balance",
-    "constraint-position": "{place} is violated",
-    "constraint-velocity": "the rate of {place} is violated",
-}
+from exudyn_model.tables import PIN, Contacts
+from exudyn_model.watch import Watch
 
 
 @dataclass(frozen=True)
-class Bound:
-    """Bound of one invariant.
-
-    Attributes
-    ----------
-    name : str
-        Of ``UNITS``.
-    formulations, methods : tuple of str
-        Where it holds; see ``solver_choice``.
-    factor : float
-        Bound over ``scale``.
-    scale : str
-        What of the run: see :func:`scales`.
-    """
+class Observed:
+    """The worst of one kind in a run: its value, when (s) and where."""
 
     name: str
-    formulations: tuple[str, ...]
-    methods: tuple[str, ...]
-    factor: float
-    scale: str
+    value: float
+    time: float
+    place: str = ""
 
+
+# Unit of each invariant, and what it says when it is violated
+_KINDS = {
+    "open-depth": ("m", "{place} is inside its wall outside a contact"),
+    "pull": ("N", "the wall pulls {place}"),
+    "driving-friction": ("W", "friction drives {place}"),
+    "leaving-start": ("m/s", "a contact of {place} begins while it leaves"),
+    "start-gap": ("m", "a contact of {place} begins away from its wall"),
+    "overlap": ("s", "two contacts of {place} overlap"),
+    "energy": ("1", "the energy does not balance"),
+    "constraint-position": ("m", "{place} is violated"),
+    "constraint-velocity": ("m/s", "the rate of {place} is violated"),
+}
 
 # m: with index 3 the Newton iteration also ends at 1e-8 of the residual that it begins with. Measured in the
 # paper's case, whatever the tolerance below this: 1.5e-12 m
 _RELATIVE_END = 1e-12
 
-_FIXED, _IMPLICIT = ("full", "native"), ("generalized-alpha", "trapezoidal-index2")
-_ALL, _ANY = ("tree", *_FIXED), ("dopri5", *_IMPLICIT)
 
-BOUNDS = (
-    # Touches are located until the gap is less than 2e-15 m; what is left is round-off
-    Bound("open-depth", ("tree",), _ANY, 1e-11, "one"),
-    # A corner that touches inside a step is no deeper at its end, where its contact begins
-    Bound("open-depth", _FIXED, _ANY, 1.0, "normal_path"),
-    # The law is clipped at 0: a product and a sum are rounded
-    Bound("pull", _ALL, _ANY, 1e-13, "force"),
-    # Against the slip, whose sign is wrong only where it is rounded
-    Bound("driving-friction", ("tree", "full"), _ANY, 1e-13, "power"),
-    Bound("driving-friction", ("native",), _ANY, 1.0, "sphere_power"),
-    # What is located approaches, but for a contact that has just ended and is pressed back, by some
-    # 1e4 m/s^2, before it is 2e-15 m away: the root of twice their product
-    Bound("leaving-start", ("tree",), _ANY, 1e-5, "one"),
-    # A gap that falls below 0 in a step approaches at its start or at its end, but for the Newton iteration's
-    # error in positions over the step
-    Bound("leaving-start", _FIXED, _ANY, 1.0, "rounded_speed"),
-    # Where touches are located a step ends there; else the wall is reached inside a step
-    Bound("start-gap", ("tree",), _ANY, 1e-11, "one"),
-    Bound("start-gap", _FIXED, _ANY, 1.0, "normal_path"),
-    # A contact ends before the next one begins, both times rounded
-    Bound("overlap", _ALL, _ANY, 1.0, "rounded_time"),
-    # The trapezoidal rule's error in the contacts
-    Bound("energy", _FIXED, ("trapezoidal-index2",), 1.0, "energy_order"),
-    # Part of the residual of the Newton iteration, of which the norm is a mean over up to 30 rows
-    Bound("constraint-position", _FIXED, ("generalized-alpha",), 10.0, "newton_end"),
-    Bound("constraint-velocity", _FIXED, ("trapezoidal-index2",), 10.0, "newton"),
-    # Not enforced: an error of second order in the step
-    Bound("constraint-velocity", _FIXED, ("generalized-alpha",), 1.0, "crank_speed_order"),
-    Bound("constraint-position", _FIXED, ("trapezoidal-index2",), 1.0, "drift_order"),
-)
-
-
-def scales(
+def bounds(
     parameters: Parameters,
-    contacts: NDArray[np.void],
+    watch: Watch,
     events: Mapping[str, NDArray[Any]],
-    extrema: Mapping[str, Mapping[str, float]],
     step: float,
     longest: float,
     tolerance: float,
 ) -> dict[str, float]:
-    """Return the scales of a run that the bounds are multiples of.
+    """Return the bound of each invariant that a run has to keep.
 
     Parameters
     ----------
     parameters : Parameters
-    contacts : ndarray, shape (5,)
-        Watched: see ``watch``.
-    events, extrema : mapping
-        Of ``simulation.Result``.
+    watch : Watch
+    events : mapping
+        The table of contacts.
     step, longest : float
         That in a contact and the longest one in flight, s; 0 for a tree.
     tolerance : float
         Of the Newton iteration; 0 for a tree.
     """
-    force, slip = float(np.max(contacts["strongest"])), float(np.max(contacts["fastest_slip"]))
-    omega, duration = parameters.drive.omega, parameters.samples * parameters.sample_interval
+    fastest, slip, force = watch.fastest, watch.fastest_slip, watch.strongest
     found = {
-        "one": 1.0,
-        "newton": tolerance,
-        "newton_end": max(tolerance, _RELATIVE_END),
-        "normal_path": float(np.max(contacts["fastest"])) * step,
-        "force": force,
-        "power": force * slip,
-        "sphere_power": force * sphere_friction(parameters.contact, extrema, slip),
-        "rounded_time": 64 * math.ulp(duration),
+        # The law is clipped at 0: a product and a sum are rounded
+        "pull": 1e-13 * force,
+        # Against the slip, whose sign is wrong only where it is rounded
+        "driving-friction": 1e-13 * force * slip,
+        # A contact ends before the next one begins, both times rounded
+        "overlap": 64 * math.ulp(parameters.duration),
     }
-    if step > 0.0:
-        # Positions are rounded to some 1e-15 m
-        rounded_speed, squared = 1e-13 / step, (omega * longest) ** 2
-        cycles = parameters.drive.cycles
+    if step == 0.0:
+        return found | {
+            # Touches are located until the gap is less than 2e-15 m; what is left is round-off
+            "open-depth": 1e-11,
+            "start-gap": 1e-11,
+            # What is located approaches, but for a contact that has just ended and is pressed back, by some
+            # 1e4 m/s^2, before it is 2e-15 m away: the root of twice their product
+            "leaving-start": 1e-5,
+        }
+    # Positions are rounded to some 1e-15 m, and a rate to that over the step
+    omega, rounded_speed = parameters.mechanism.omega, 1e-13 / step
+    squared = (omega * longest) ** 2
+    found |= {
+        # A corner that touches inside a step is no deeper at its end, where its contact begins
+        "open-depth": fastest * step,
+        "start-gap": fastest * step,
+        # A gap that falls below 0 in a step approaches at its start or at its end, but for the Newton
+        # iteration's error in positions over the step
+        "leaving-start": rounded_speed,
+    }
+    if parameters.integration.method == "trapezoidal-index2":
         # A mean of the squares: a long rest beside short impacts says nothing of the steps in those
         impulse = np.asarray(events["impulse"], dtype=float)
         shares = step / np.maximum(events["end"] - events["start"], step)
         squared_share = float(impulse @ shares**2) / float(impulse.sum()) if impulse.sum() > 0.0 else 0.0
-        found |= {
-            "rounded_speed": rounded_speed,
-            "crank_speed_order": abs(omega) * parameters.mechanism.crank.length * (1e-4 + 10 * squared)
-            + rounded_speed,
-            "drift_order": 1e-7 + 10 * squared * (1 + cycles),
-            "energy_order": _energy_order(parameters, step, squared_share) + squared,
+        # The friction of a journal reverses within a step: measured 4e-6
+        order = 1e-6 if parameters.journal is None else 1e-4
+        return found | {
+            # The trapezoidal rule's error of second order in the step's share of a contact
+            "energy": order + 10 * squared_share + squared,
+            # Part of the residual of the Newton iteration, of which the norm is a mean over up to 30 rows
+            "constraint-velocity": 10.0 * tolerance,
+            # Not enforced: an error of second order in the step
+            "constraint-position": 1e-7 + 10 * squared * (1 + parameters.cycles),
         }
-    return found
+    crank_speed = abs(omega) * parameters.mechanism.crank.length
+    return found | {
+        "constraint-position": 10.0 * max(tolerance, _RELATIVE_END),
+        "constraint-velocity": crank_speed * (1e-4 + 10 * squared) + rounded_speed,
+    }
 
 
-def _energy_order(parameters: Parameters, step: float, squared_share: float) -> float:
-    """Bound the energy's residual in contacts, an error of second order in the step's share of one."""
-    # The friction of a pin with clearance reverses within a step: measured 4e-6
-    order = (1e-6 if parameters.journal is None else 1e-4) + 10 * squared_share
-    if parameters.contact.law == "strip":
-        # A surface of steel is stiffer than the steps resolve: measured 3e-3
-        squared = step**2 * parameters.contact.side_stiffness / parameters.mechanism.slider.mass
-        order += 0.05 * min(1.0, squared)
-    return order
-
-
-def judge(
-    seen: list[Seen], formulation: str, method: str, scales: Mapping[str, float]
-) -> tuple[dict[str, dict[str, Any]], str]:
-    """Compare what was observed with its bounds.
+def observed(
+    parameters: Parameters,
+    watch: Watch,
+    contacts: Contacts,
+    events: Mapping[str, NDArray[Any]],
+    columns: Mapping[str, NDArray[np.float64]],
+    extrema: Mapping[str, Mapping[str, float]],
+    constraints: Mapping[str, tuple[float, float]],
+) -> list[Observed]:
+    """Return the worst of a run by each way of looking at it.
 
     Parameters
     ----------
-    seen : list of Seen
-    formulation, method : str
-        Of ``parameters.Integration``.
-    scales : mapping
-        Value of each scale that ``BOUNDS`` names.
+    parameters : Parameters
+    watch : Watch
+    contacts : Contacts
+    events, columns, extrema : mapping
+        Of ``simulation.Result``.
+    constraints : mapping
+        Largest violation of each kind (m, rad; m/s, rad/s), and when (s); a tree has none.
+    """
+    found = [
+        Observed(name, value, time, _place(contacts.names[row]) if contacts.names else "")
+        for name, (value, time, row) in watch.worst.items()
+    ]
+    found.append(_overlap(contacts, events))
+    if parameters.guide is not None:
+        found.append(_deepest_sample(parameters, contacts, events, columns))
+    found += [
+        Observed(f"constraint-{name}", value, time, "a constraint")
+        for name, (value, time) in constraints.items()
+    ]
+    switches = parameters.guide is not None and parameters.guide.law == "paper-switching"
+    if parameters.integration.energy and not switches:
+        found.append(_energy(columns, extrema))
+    return found
+
+
+def _place(name: str) -> str:
+    return "the crank pin" if name == PIN else f"corner {name}"
+
+
+def _overlap(contacts: Contacts, events: Mapping[str, NDArray[Any]]) -> Observed:
+    """Return the longest overlap of two contacts of one corner or side; the table is sorted by start."""
+    worst = Observed("overlap", 0.0, 0.0)
+    for number, name in enumerate(contacts.names):
+        chosen = np.isin(events["corner"], contacts.names_of_one(number))
+        start, end = events["start"][chosen], events["end"][chosen]
+        if len(start) < 2:
+            continue
+        overlaps = np.maximum.accumulate(end)[:-1] - start[1:]
+        row = int(np.argmax(overlaps))
+        if overlaps[row] > worst.value:
+            worst = Observed("overlap", float(overlaps[row]), float(start[row + 1]), _place(name))
+    return worst
+
+
+def _energy(
+    columns: Mapping[str, NDArray[np.float64]], extrema: Mapping[str, Mapping[str, float]]
+) -> Observed:
+    """Return the largest residual, over all that was dissipated and the largest kinetic energy."""
+    residual = extrema["energy_residual"]
+    side = "max" if residual["max"] > -residual["min"] else "min"
+    base = extrema["energy_kinetic"]["max"]
+    base += max(float(columns["energy_damping"][-1] + columns["energy_friction"][-1]), 0.0)
+    return Observed("energy", abs(residual[side]) / base, residual[f"time_of_{side}"])
+
+
+def _deepest_sample(
+    parameters: Parameters,
+    contacts: Contacts,
+    events: Mapping[str, NDArray[Any]],
+    columns: Mapping[str, NDArray[np.float64]],
+) -> Observed:
+    """Return the deepest corner at a sample that lies in no contact of the table."""
+    assert parameters.guide is not None
+    slider, worst = parameters.mechanism.slider, Observed("open-depth", 0.0, 0.0)
+    x, angle = (columns[name] for name in ("slider_x", "slider_angle"))
+    times = np.arange(len(x)) * parameters.sample_interval
+    earlier = times * (1.0 - 1e-12)  # those of the table are rounded
+    for number, name in enumerate(CORNERS):
+        side, end = ACROSS[number], ALONG[number]
+        across = side * slider.width / 2 * np.cos(angle) - end * slider.length / 2 * np.sin(angle)
+        place = side * (x - parameters.mechanism.guide_x + across)
+        depths = place - slider.width / 2 - parameters.guide.clearance
+        chosen = np.isin(events["corner"], contacts.names_of_one(number))
+        starts, ends = (np.append(-np.inf, events[column][chosen]) for column in ("start", "end"))
+        depths[earlier <= ends[np.searchsorted(starts, times, side="right") - 1]] = 0.0
+        row = int(np.argmax(depths))
+        if depths[row] > worst.value:
+            worst = Observed("open-depth", float(depths[row]), float(times[row]), _place(name))
+    return worst
+
+
+def judge(seen: list[Observed], limits: Mapping[str, float]) -> tuple[dict[str, dict[str, Any]], str]:
+    """Compare what was observed with the bounds.
 
     Returns
     -------
@@ -191,21 +225,17 @@ def judge(
     """
     invariants: dict[str, dict[str, Any]] = {}
     worst, broken = 1.0, ""
-    for bound in BOUNDS:
-        if formulation not in bound.formulations or method not in bound.methods:
+    for name, limit in limits.items():
+        of_this = [one for one in seen if one.name == name]
+        if not of_this:
             continue
-        limit = bound.factor * scales[bound.scale]
-        kind = [one for one in seen if one.name == bound.name]
-        if kind:
-            one, unit = max(kind, key=lambda one: one.value), UNITS[bound.name]
-            invariants[one.name] = {"value": one.value, "bound": limit, "unit": unit, "time_s": one.time}
-            excess = one.value / limit if limit > 0.0 else math.inf
-            if one.value > limit and excess > worst:
-                worst = excess
-                sentence = _SENTENCES[one.name].format(place=one.place)
-                measure = "" if unit == "1" else f" {unit}"
-                broken = (
-                    f"{one.name}: {sentence} by {one.value:.3g}{measure} at {one.time:.9g} s, "
-                    f"bound {limit:.3g}{measure}"
-                )
+        one, (unit, sentence) = max(of_this, key=lambda one: one.value), _KINDS[name]
+        invariants[name] = {"value": one.value, "bound": limit, "unit": unit, "time_s": one.time}
+        excess = one.value / limit if limit > 0.0 else math.inf
+        if one.value > limit and excess > worst:
+            worst, measure = excess, "" if unit == "1" else f" {unit}"
+            broken = (
+                f"{name}: {sentence.format(place=one.place)} by {one.value:.3g}{measure} at "
+                f"{one.time:.9g} s, bound {limit:.3g}{measure}"
+            )
     return invariants, broken

@@ -1,16 +1,61 @@
-"""The driven four-bar O-A-B-H in closed form: the rocker's tip C (Eq. 16, rows 1 to 8).
+"""The linkage in closed form: the driven four-bar O-A-B-H for the kernels, and the state of all at t = 0."""
 
-A function of time where the crank pin is ideal, else of the rocker's angle.
-"""
-
-from typing import Any, NamedTuple
+import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from exudyn_model.compiled import kernel
+from exudyn_model.kernels import kernel
+from exudyn_model.parameters import Mechanism, Parameters
 
-# Crank positions in a cycle
+CRANK, ROD2, ROCKER, ROD4, SLIDER = range(5)
+
+# Constants of linkage and drive for the kernels, SI units and rad
+(
+    CRANK_LENGTH,
+    ROD2_LENGTH,
+    ROD2_CENTROID,
+    ROD2_MASS,
+    ROD2_INERTIA,
+    ROCKER_TO_B,
+    ROCKER_LENGTH,
+    ROCKER_MASS,
+    ROCKER_INERTIA,
+    ROD4_LENGTH,
+    ROD4_CENTROID,
+    ROD4_MASS,
+    ROD4_INERTIA,
+    SLIDER_MASS,
+    SLIDER_INERTIA,
+    GRAVITY,
+    GUIDE_X,
+    PIVOT_X,
+    PIVOT_Y,
+    ROCKER_BRANCH,
+    CRANK_ANGLE,
+    CRANK_SPEED,
+) = range(22)
+
+# Crank positions tried in one cycle: 0.1 degrees apart, where the linkage hardly changes
 _POSITIONS = 3600
+
+
+def linkage_array(mechanism: Mechanism) -> NDArray[np.float64]:
+    """Collect the constants above, shape (22,)."""
+    rod2, rocker, rod4, slider = mechanism.rod2, mechanism.rocker, mechanism.rod4, mechanism.slider
+    return np.array(
+        [
+            mechanism.crank.length,
+            *(rod2.length, rod2.centroid, rod2.mass, rod2.inertia),
+            *(rocker.centroid, rocker.length, rocker.mass, rocker.inertia),
+            *(rod4.length, rod4.centroid, rod4.mass, rod4.inertia),
+            *(slider.mass, slider.inertia),
+            *(mechanism.gravity, mechanism.guide_x, *mechanism.rocker_pivot),
+            *(mechanism.rocker_branch, mechanism.crank_angle, mechanism.omega),
+        ],
+        dtype=np.float64,
+    )
 
 
 class TipMotion(NamedTuple):
@@ -25,27 +70,19 @@ class TipMotion(NamedTuple):
 
 
 @kernel
-def rocker_tip(time: float, linkage: Any) -> TipMotion:
-    """Return the motion of joint C.
+def driven_tip(time: float, linkage: NDArray[np.float64]) -> TipMotion:
+    """Return the motion of joint C behind an ideal crank pin at a time in s.
 
     The rocker's angle by the law of cosines in the triangle A, H, B; its angular velocity and acceleration
     from the constant length of rod 2, (B - A)^2, differentiated once and twice (Eq. 16, rows 1 to 8).
-
-    Parameters
-    ----------
-    time : float
-        s.
-    linkage : record
-        From ``constants.linkage_record``.
     """
-    w1 = linkage.omega
-    angle1 = linkage.crank_angle + w1 * time
-    ax, ay = linkage.crank_length * np.cos(angle1), linkage.crank_length * np.sin(angle1)
-    span_x, span_y = linkage.pivot_x - ax, linkage.pivot_y - ay
-    squared = span_x * span_x + span_y * span_y
-    arm = linkage.rocker_to_b
-    cosine = (linkage.rod2_length**2 - squared - arm * arm) / (2.0 * arm * np.sqrt(squared))
-    angle3 = np.arctan2(span_y, span_x) + linkage.rocker_branch * np.arccos(cosine)
+    w1 = linkage[CRANK_SPEED]
+    angle1 = linkage[CRANK_ANGLE] + w1 * time
+    ax, ay = linkage[CRANK_LENGTH] * np.cos(angle1), linkage[CRANK_LENGTH] * np.sin(angle1)
+    span_x, span_y = linkage[PIVOT_X] - ax, linkage[PIVOT_Y] - ay
+    squared, arm = span_x * span_x + span_y * span_y, linkage[ROCKER_TO_B]
+    cosine = (linkage[ROD2_LENGTH] ** 2 - squared - arm * arm) / (2.0 * arm * np.sqrt(squared))
+    angle3 = np.arctan2(span_y, span_x) + linkage[ROCKER_BRANCH] * np.arccos(cosine)
     c3, s3 = np.cos(angle3), np.sin(angle3)
     # Rod 2 from A to B; B rotates about H with radius `arm`
     px, py = span_x + arm * c3, span_y + arm * s3
@@ -57,40 +94,109 @@ def rocker_tip(time: float, linkage: Any) -> TipMotion:
     # p . (aB - aA) + (vB - vA)^2 = 0; A and B are accelerated towards their pivots, B also along its path
     towards_x, towards_y = w1 * w1 * ax - arm * w3 * w3 * c3, w1 * w1 * ay - arm * w3 * w3 * s3
     alpha3 = -(px * towards_x + py * towards_y + rate_x * rate_x + rate_y * rate_y) / across
-    length = linkage.rocker_length
+    return carried_tip(angle3, w3, alpha3, linkage)
+
+
+@kernel
+def carried_tip(theta3: float, w3: float, alpha3: float, linkage: NDArray[np.float64]) -> TipMotion:
+    """Return the motion of joint C from that of the rocker (rad, s)."""
+    x, y = linkage[ROCKER_LENGTH] * np.cos(theta3), linkage[ROCKER_LENGTH] * np.sin(theta3)
     return TipMotion(
-        linkage.pivot_x + length * c3,
-        linkage.pivot_y + length * s3,
-        -length * w3 * s3,
-        length * w3 * c3,
-        -length * (alpha3 * s3 + w3 * w3 * c3),
-        length * (alpha3 * c3 - w3 * w3 * s3),
+        linkage[PIVOT_X] + x,
+        linkage[PIVOT_Y] + y,
+        -w3 * y,
+        w3 * x,
+        -alpha3 * y - w3 * w3 * x,
+        alpha3 * x - w3 * w3 * y,
     )
 
 
-@kernel
-def tip_jerk(linkage: Any) -> float:
-    """Bound the rate (m/s^3) at which joint C's acceleration along x changes, over a crank cycle.
+class InitialState(NamedTuple):
+    """Positions (x, y, angle; m, rad) and velocities of the five bodies, each of shape (5, 3)."""
 
-    From accelerations 0.1 degrees apart, where the linkage hardly changes (``assembly``): the mean over an
-    interval, and as much again as that changes from one interval to the next.
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+
+
+def assemble(parameters: Parameters) -> InitialState:
+    """Place all bodies at t = 0 and give them velocities that fit the joints and the drive.
+
+    Raises
+    ------
+    ValueError
+        If the linkage cannot be closed at the start or somewhere in a crank cycle.
     """
-    interval = 2.0 * np.pi / (_POSITIONS * abs(linkage.omega))
-    mean, change, before, rise_before = 0.0, 0.0, 0.0, 0.0
-    for position in range(_POSITIONS + 2):
-        acceleration = rocker_tip(position * interval, linkage).ax
-        rise = acceleration - before
-        if position > 0:
-            mean = max(mean, abs(rise))
-        if position > 1:
-            change = max(change, abs(rise - rise_before))
-        before, rise_before = acceleration, rise
-    jerk: float = (mean + change) / interval
-    return jerk
+    mechanism, initial = parameters.mechanism, parameters.initial
+    if parameters.guide is None:
+        offset, angle, vx, omega = mechanism.reference_offset, 0.0, 0.0, 0.0
+        reach = [offset]
+    else:
+        offset, angle, vx, omega = initial.offset, initial.angle, initial.vx, initial.omega
+        reach = [-parameters.guide.clearance, parameters.guide.clearance]
+    lines = np.array([mechanism.guide_x + one for one in reach])
+    start = mechanism.crank_angle
+    _close(mechanism, start + np.linspace(0.0, 2.0 * math.pi, _POSITIONS, endpoint=False), lines)
+    x5 = mechanism.guide_x + offset
+    angles = np.array([start, *_close(mechanism, np.array([start]), np.array([x5]))[:, 0, 0], angle])
+    u = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    n = np.stack([-u[:, 1], u[:, 0]], axis=1)
+    crank, rod2, rocker, rod4 = mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4
+    # Section 2 of docs/model.md: w2 and w3 from the loop O-A-B-H, w4 from the slider's vx
+    across = n[ROCKER] @ u[ROD2]
+    w1 = mechanism.omega
+    w2 = w1 * crank.length * (n[CRANK] @ u[ROCKER]) / (rod2.length * across)
+    w3 = w1 * crank.length * (n[CRANK] @ u[ROD2]) / (rocker.centroid * across)
+    w4 = (w3 * rocker.length * n[ROCKER, 0] - vx) / (rod4.length * u[ROD4, 1])
+    # Arms of joints and centroids along the chain: from O over A, from H over C
+    pivot = np.array(mechanism.rocker_pivot)
+    places = [
+        crank.centroid * u[CRANK],
+        crank.length * u[CRANK] + rod2.centroid * u[ROD2],
+        pivot + rocker.centroid * u[ROCKER],
+        pivot + rocker.length * u[ROCKER] + rod4.centroid * u[ROD4],
+        pivot + rocker.length * u[ROCKER] + rod4.length * u[ROD4],
+    ]
+    rates = [
+        w1 * crank.centroid * n[CRANK],
+        w1 * crank.length * n[CRANK] + w2 * rod2.centroid * n[ROD2],
+        w3 * rocker.centroid * n[ROCKER],
+        w3 * rocker.length * n[ROCKER] + w4 * rod4.centroid * n[ROD4],
+        w3 * rocker.length * n[ROCKER] + w4 * rod4.length * n[ROD4],
+    ]
+    places[SLIDER][0], rates[SLIDER][0] = x5, vx  # not the round-off of cos(arccos)
+    speeds = [w1, w2, w3, w4, omega]
+    return InitialState(np.column_stack([places, angles]), np.column_stack([rates, speeds]))
 
 
-@kernel
-def carried_tip(theta3: float, w3: float, linkage: Any) -> tuple[float, float, float, float]:
-    """Return position (m) and velocity (m/s) of joint C, each as x, y, from the rocker's motion (rad, s)."""
-    x, y = linkage.rocker_length * np.cos(theta3), linkage.rocker_length * np.sin(theta3)
-    return linkage.pivot_x + x, linkage.pivot_y + y, -w3 * y, w3 * x
+def _close(
+    mechanism: Mechanism, crank_angles: NDArray[np.float64], lines: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the angles of rod 2, rocker and rod 4, shape (3, lines, n), from those of the crank (rad).
+
+    ``lines``, shape (k,): where along x the slider is, m.
+
+    Raises
+    ------
+    ValueError
+        If the linkage does not close somewhere.
+    """
+    crank, rod2, rocker, rod4 = mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4
+    tip_x, tip_y = crank.length * np.cos(crank_angles), crank.length * np.sin(crank_angles)
+    span_x, span_y = mechanism.rocker_pivot[0] - tip_x, mechanism.rocker_pivot[1] - tip_y
+    squared, arm = span_x**2 + span_y**2, rocker.centroid
+    with np.errstate(divide="ignore", invalid="ignore"):  # A in H: not closed either
+        at_pivot = (rod2.length**2 - squared - arm**2) / (2 * arm * np.sqrt(squared))
+        rocker_angle = np.arctan2(span_y, span_x) + mechanism.rocker_branch * np.arccos(at_pivot)
+        c_x = mechanism.rocker_pivot[0] + rocker.length * np.cos(rocker_angle)
+        at_tip = (lines[:, None] - c_x) / rod4.length
+        rod4_angle = mechanism.slider_branch * np.arccos(at_tip)
+    # At exactly 1 the linkage is stretched: it closes, but its velocities are not determined
+    open_loop, open_rod4 = ~(np.abs(at_pivot) < 1), ~(np.abs(at_tip) < 1).all(axis=0)
+    failed = np.flatnonzero(open_loop | open_rod4)
+    if failed.size:
+        parts = "crank, rod 2 and rocker" if open_loop[failed[0]] else "rod 4 and slider"
+        degrees = math.degrees(crank_angles[failed[0]]) % 360
+        raise ValueError(f"mechanism: {parts} cannot be assembled at a crank angle of {degrees:.2f} degrees")
+    rod2_angle = np.arctan2(span_y + arm * np.sin(rocker_angle), span_x + arm * np.cos(rocker_angle))
+    shape = rod4_angle.shape
+    return np.array([np.broadcast_to(rod2_angle, shape), np.broadcast_to(rocker_angle, shape), rod4_angle])

@@ -1,9 +1,15 @@
-"""What this model needs to know of a scene, in SI units (Tables 1 and 2).
+"""What this model takes from a scene, in SI units: its own derivation from the printed numbers.
 
-``reading`` makes these from the plain mapping.
+Derived here and nowhere else: angular speed and period, the stiffnesses of Eqs. 8 and 10, the factor of the
+damping of Eq. 11, and what the solver does where the scene does not say.
 """
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
+
+from exudyn_model.laws import LAWS
 
 
 @dataclass(frozen=True)
@@ -31,15 +37,7 @@ class Rod:
 
 @dataclass(frozen=True)
 class Slider:
-    """The slider, a rectangle about its centre of mass.
-
-    Attributes
-    ----------
-    mass, inertia : float
-        kg; about the centre, kg m^2.
-    length, width : float
-        Along the guide (y) and across it (x), m.
-    """
+    """The slider, a rectangle about its centre: ``length`` along the guide, ``width`` across it, m."""
 
     mass: float
     inertia: float
@@ -49,7 +47,7 @@ class Slider:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """The linkage of Fig. 4.
+    """The linkage of Fig. 4 and its drive.
 
     Attributes
     ----------
@@ -59,20 +57,16 @@ class Mechanism:
         Body 5.
     rocker_pivot : tuple of float
         Frame pivot H of the rocker, m; the crank's pivot is the origin.
-    guide_x : float
-        Centre line of the guide, m.
-    reference_offset : float
-        Line of the ideal slider, from the centre line of the guide, m.
+    guide_x, reference_offset : float
+        Centre line of the guide; from there the line of an ideal slider, m.
     crank_angle : float
         At t = 0, rad.
-    rocker_branch : int
-        +1 where joint B lies to the left of the line from the crank's tip to H, -1 to the right.
-    slider_branch : int
-        +1 where rod 4 points up from the rocker's tip, -1 down.
+    rocker_branch, slider_branch : int
+        +1 where joint B lies to the left of the line from the crank's tip to H; where rod 4 points up.
     gravity : float
         Along -y, m/s^2.
-    ideal_slider : bool
-        Whether the slider is fixed to its line; else it has clearance in the guide.
+    omega : float
+        Angular speed of the crank, counter-clockwise positive, rad/s.
     """
 
     crank: Rod
@@ -87,39 +81,17 @@ class Mechanism:
     rocker_branch: int
     slider_branch: int
     gravity: float
-    ideal_slider: bool
-
-
-@dataclass(frozen=True)
-class Drive:
-    """The motor on the crank.
-
-    Attributes
-    ----------
-    omega : float
-        Angular speed, counter-clockwise positive, rad/s.
-    period : float
-        Duration of one cycle, s.
-    cycles : float
-        Number of cycles to simulate.
-    """
-
     omega: float
-    period: float
-    cycles: float
+
+    @property
+    def period(self) -> float:
+        """Duration of one cycle, s."""
+        return 2 * math.pi / abs(self.omega)
 
 
 @dataclass(frozen=True)
 class Initial:
-    """State of a slider with clearance at t = 0.
-
-    Attributes
-    ----------
-    offset, angle : float
-        x from the guide's centre line, m; rad.
-    vx, omega : float
-        Their rates, m/s and rad/s.
-    """
+    """Slider with clearance at t = 0: x from the guide's centre line (m), angle (rad), and their rates."""
 
     offset: float
     angle: float
@@ -129,27 +101,32 @@ class Initial:
 
 @dataclass(frozen=True)
 class Contact:
-    """Contact of one point after Eqs. 9-14.
+    """Contact of a point after Eqs. 9-13, and what a side of the slider or a journal adds.
 
     Attributes
     ----------
     clearance : float
         m.
     stiffness : float
-        K of Eq. 10, N/m^exponent.
+        K of Eq. 10, N/m^1.5 (used as it is with any exponent).
     exponent : float
         n of Eq. 9.
     damping : float
-        3 (1 - c_e^2) / 4: the damping term of Eq. 11 is this times K depth^n, times the ratio of the speed
-        of penetration to the speed of impact.
+        C = 3 (1 - c_e^2) / 4 of Eq. 11.
     impact_speed : str
-        What the damping refers to: "frozen" or "current"; see ``contact.point.damped``.
+        What the damping refers to: "frozen" at the touch, or "current".
     impact_speed_floor : float
         Least speed of impact that is used, m/s.
     friction : float
         c_f of Eq. 12.
     static_speed, transition_speed : float
         v0 and v1 of Eq. 13, m/s.
+    law : str
+        Of the two corners of a side of the slider, one of ``LAWS``.
+    side_stiffness : float
+        K_s of Eq. 8, N/m; of a side of the slider.
+    journal_radius : float
+        Of the crank pin's journal, m.
     """
 
     clearance: float
@@ -161,35 +138,9 @@ class Contact:
     friction: float
     static_speed: float
     transition_speed: float
-
-
-@dataclass(frozen=True)
-class Guide(Contact):
-    """The slider's contact with its guide; the clearance c_T is that on each side.
-
-    Attributes
-    ----------
-    law : str
-        Of the two corners of one side: one of ``contact.laws.LAWS``.
-    side_stiffness : float
-        K_s of Eq. 8, N/m.
-    """
-
-    law: str
-    side_stiffness: float
-
-
-@dataclass(frozen=True)
-class Journal(Contact):
-    """The crank pin's journal in its bearing; the clearance is the difference of their radii.
-
-    Attributes
-    ----------
-    radius : float
-        Of the journal, m.
-    """
-
-    radius: float
+    law: str = LAWS[0]
+    side_stiffness: float = 0.0
+    journal_radius: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -199,14 +150,14 @@ class Integration:
     Attributes
     ----------
     formulation : str
-        "full": five bodies; "native": with Exudyn's own contact; "tree": what the drive leaves free.
+        "full": five bodies; "tree": what the drive leaves free.
     method : str
         "generalized-alpha" or "trapezoidal-index2"; "dopri5" for "tree".
     step : float
-        Largest step that the scene allows, s.
+        Step in a contact, "tree": largest step, s.
     tolerance : float
-        Of the Newton iteration, absolute; see ``five_bodies.settings.newton_tolerance``. "tree": of a step's
-        error, in rad and rad/s.
+        Of the Newton iteration, absolute (see ``five_bodies.settings``); "tree": of a step's error, rad and
+        rad/s.
     samples_per_cycle : int
         Samples in one crank cycle.
     accelerations, corners, joints, energy : bool
@@ -226,26 +177,229 @@ class Integration:
 
 @dataclass(frozen=True)
 class Parameters:
-    """Everything the model needs to know of a scene."""
+    """Everything the model needs to know of a scene.
+
+    ``guide`` and ``journal`` are the contacts of slider and crank pin; None where the joint is ideal.
+    """
 
     mechanism: Mechanism
-    drive: Drive
     initial: Initial
-    contact: Guide
-    journal: Journal | None  # None: the crank pin is ideal
+    guide: Contact | None
+    journal: Contact | None
     integration: Integration
+    cycles: float
 
     @property
-    def ideal(self) -> bool:
-        """Whether no joint has clearance."""
-        return self.mechanism.ideal_slider and self.journal is None
+    def contacts(self) -> list[Contact]:
+        """Contacts of the joints that have clearance."""
+        return [contact for contact in (self.guide, self.journal) if contact is not None]
 
     @property
     def sample_interval(self) -> float:
         """Time between two samples, s."""
-        return self.drive.period / self.integration.samples_per_cycle
+        return self.mechanism.period / self.integration.samples_per_cycle
 
     @property
     def samples(self) -> int:
         """Number of samples besides the one at t = 0."""
-        return round(self.drive.cycles * self.integration.samples_per_cycle)
+        return round(self.cycles * self.integration.samples_per_cycle)
+
+    @property
+    def duration(self) -> float:
+        """Time of the last sample, s."""
+        return self.samples * self.sample_interval
+
+
+def read_scene(scene: Mapping[str, Any]) -> Parameters:
+    """Read the complete mapping of a scene, defaults filled in.
+
+    Raises
+    ------
+    ValueError
+        In one line, for what this model does not simulate.
+    """
+    _require_supported(scene)
+    mechanism, joints, initial = scene["mechanism"], scene["joints"], scene["initial"]
+    slider, groups = mechanism["slider"], scene["output"]["groups"]
+    speed = float(scene["drive"]["speed_rpm"])
+    pivot_x, pivot_y = mechanism["rocker_pivot"]
+    has_guide, has_journal = joints["slider"] == "clearance", joints["crank_pin"] == "clearance"
+    solver = _choose_solver(scene)
+    return Parameters(
+        Mechanism(
+            **{name: _rod(mechanism[name]) for name in ("crank", "rod2", "rocker", "rod4")},
+            slider=Slider(*(float(slider[key]) for key in ("mass", "inertia", "length", "width"))),
+            rocker_pivot=(float(pivot_x), float(pivot_y)),
+            guide_x=float(mechanism["guide_x"]),
+            reference_offset=float(mechanism["reference_offset"]),
+            crank_angle=math.radians(mechanism["crank_angle_deg"]),
+            rocker_branch=int(mechanism["rocker_branch"]),
+            slider_branch=int(mechanism["slider_branch"]),
+            gravity=float(scene["environment"]["gravity"]),
+            omega=speed * math.pi / 30,
+        ),
+        Initial(*(float(initial[f"slider_{key}"]) for key in ("offset", "angle", "vx", "omega"))),
+        _guide(scene) if has_guide else None,
+        _journal(scene) if has_journal else None,
+        Integration(
+            formulation=solver["formulation"],
+            method=solver["method"],
+            step=float(solver["step"]),
+            tolerance=float(solver["tolerance"]),
+            samples_per_cycle=int(scene["output"]["samples_per_cycle"]),
+            accelerations="accelerations" in groups,
+            corners="corners" in groups,
+            joints="joints" in groups,
+            energy="energy" in groups,
+        ),
+        float(scene["drive"]["cycles"]),
+    )
+
+
+def _rod(values: Mapping[str, float]) -> Rod:
+    return Rod(*(float(values[key]) for key in ("length", "centroid", "mass", "inertia")))
+
+
+def _compliance(scene: Mapping[str, Any], part: str) -> float:
+    """Sigma of one partner, "slider" or "guide", m^2/N: (1 - nu^2) / E, without the pi of some texts."""
+    modulus, poisson = (
+        values[part] if isinstance(values, Mapping) else values
+        for values in (scene["contact"]["youngs_modulus"], scene["contact"]["poisson"])
+    )
+    return float((1 - poisson**2) / modulus)
+
+
+def _point(scene: Mapping[str, Any], radius: float, compliance: float) -> dict[str, Any]:
+    """Derive K of Eq. 10 for a radius (m) and a sum of sigmas, and C of Eq. 11; what every contact shares."""
+    contact, friction = scene["contact"], scene["friction"]
+    return {
+        "stiffness": 4 * math.sqrt(radius) / (3 * compliance),
+        "exponent": float(contact["exponent"]),
+        "damping": 0.75 * (1 - contact["restitution"] ** 2),
+        "impact_speed": _impact_speed(scene),
+        "impact_speed_floor": float(contact["impact_speed_floor"]),
+        "friction": float(friction["coefficient"]),
+        "static_speed": float(friction["static_speed"]),
+        "transition_speed": float(friction["transition_speed"]),
+    }
+
+
+def _impact_speed(scene: Mapping[str, Any]) -> str:
+    return str(scene["contact"].get("impact_speed", "frozen"))
+
+
+def _guide(scene: Mapping[str, Any]) -> Contact:
+    slider = scene["mechanism"]["slider"]
+    compliance = _compliance(scene, "slider") + _compliance(scene, "guide")
+    return Contact(
+        clearance=float(scene["clearance"]["slider"]),
+        law=scene["contact"]["law"],
+        # Eq. 8 with a = T + L
+        side_stiffness=(slider["thickness"] + slider["length"]) / (0.475 * compliance),
+        **_point(scene, scene["contact"]["corner_radius"], compliance),
+    )
+
+
+def _journal(scene: Mapping[str, Any]) -> Contact:
+    """Two conforming cylinders of the guide's material: their radius of Eq. 10 is R_j R_b / (R_b - R_j)."""
+    clearance, radius = float(scene["clearance"]["crank_pin"]), float(scene["clearance"]["journal_radius"])
+    return Contact(
+        clearance=clearance,
+        journal_radius=radius,
+        **_point(scene, radius * (radius + clearance) / clearance, 2 * _compliance(scene, "guide")),
+    )
+
+
+def _require_supported(scene: Mapping[str, Any]) -> None:
+    """Raise a ValueError of one line for what this model does not simulate."""
+    choices = [
+        ("joints.slider", scene["joints"]["slider"], ("clearance", "ideal")),
+        ("joints.crank_pin", scene["joints"]["crank_pin"], ("ideal", "clearance")),
+        ("contact.law", scene["contact"]["law"], LAWS),
+        ("contact.impact_speed", _impact_speed(scene), ("frozen", "current")),
+        *(
+            ("output.groups", group, ("accelerations", "corners", "joints", "energy"))
+            for group in scene["output"]["groups"]
+        ),
+    ]
+    for key, value, known in choices:
+        if value not in known:
+            usable = " or ".join(repr(name) for name in known)
+            raise ValueError(f"{key} = {value!r} is not simulated by the Exudyn model yet; use {usable}")
+    if scene["drive"]["speed_rpm"] == 0:
+        raise ValueError(f"drive.speed_rpm = {scene['drive']['speed_rpm']} must not be zero")
+    cycles, samples = scene["drive"]["cycles"], scene["output"]["samples_per_cycle"]
+    for key, value in (
+        ("drive.cycles", cycles),
+        ("output.samples_per_cycle", samples),
+        ("contact.impact_speed_floor", scene["contact"]["impact_speed_floor"]),
+    ):
+        if not value > 0:
+            raise ValueError(f"{key} = {value} must be positive")
+    if round(cycles * samples) < 1:
+        raise ValueError(
+            f"drive.cycles = {cycles} must last for a sample at least: {samples} samples a cycle"
+        )
+    slow, fast = scene["friction"]["static_speed"], scene["friction"]["transition_speed"]
+    if not fast > slow:
+        raise ValueError(
+            f"friction.transition_speed = {fast} must be greater than friction.static_speed = {slow}"
+        )
+
+
+# Usual settings of each formulation (see `Integration`), and the methods that integrate it
+_USUAL: dict[str, dict[str, Any]] = {
+    "full": {"method": "generalized-alpha", "step": 2e-6, "tolerance": 1e-7},
+    "tree": {"method": "dopri5", "step": 1e-4, "tolerance": 1e-10},
+}
+_METHODS = {"full": ("generalized-alpha", "trapezoidal-index2"), "tree": ("dopri5",)}
+
+
+def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Return formulation, method, step and tolerance of ``[solver.exudyn]``, defaults filled in.
+
+    "auto", the same as leaving a key out: the formulation "tree" wherever that gives what is asked for and no
+    implicit method is named, else "full"; the usual method of the formulation, or "trapezoidal-index2" where
+    the groups "joints" or "energy" are asked for. These need the constraints' multipliers, and those of
+    "generalized-alpha", whose constraints are at position level, carry the Newton iteration's error divided
+    by the square of the step: they are not given out.
+
+    Raises
+    ------
+    ValueError
+        In one line, for what does not fit together.
+    """
+    given = {key: value for key, value in scene["solver"]["exudyn"].items() if value != "auto"}
+    formulation = given.pop("formulation", "auto")
+    if formulation not in ("auto", *_USUAL):
+        raise ValueError(
+            f"solver.exudyn.formulation = {formulation!r} must be one of 'auto', 'full' and 'tree'"
+        )
+    forces = [group for group in scene["output"]["groups"] if group in ("joints", "energy")]
+    free = "clearance" in (scene["joints"]["slider"], scene["joints"]["crank_pin"])
+    if formulation == "auto":
+        explicit = given.get("method", _METHODS["tree"][0]) in _METHODS["tree"]
+        formulation = "tree" if free and explicit and not forces else "full"
+    usual = dict(_USUAL[formulation])
+    if forces and formulation == "full":
+        usual["method"] = "trapezoidal-index2"
+    chosen = {"formulation": formulation} | usual | given
+    if chosen["method"] not in _METHODS[formulation]:
+        raise ValueError(
+            f"solver.exudyn.method = {chosen['method']!r} does not integrate solver.exudyn.formulation = "
+            f"{formulation!r}; use {usual['method']!r}"
+        )
+    if forces and chosen["method"] != "trapezoidal-index2":
+        raise ValueError(
+            f"output.groups = {forces[0]!r} is not given by solver.exudyn.method = {chosen['method']!r}; use "
+            "'trapezoidal-index2' (formulation 'full')"
+        )
+    if formulation == "tree" and not free:
+        raise ValueError(
+            f"joints.slider = {scene['joints']['slider']!r} leaves solver.exudyn.formulation = 'tree' "
+            "nothing free; use 'full'"
+        )
+    for key in ("step", "tolerance"):
+        if not chosen[key] > 0:
+            raise ValueError(f"solver.exudyn.{key} = {chosen[key]} must be positive")
+    return chosen

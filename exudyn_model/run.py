@@ -6,6 +6,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.tables import Contacts, Extrema
+from exudyn_model.watch import Watch
+
 # s between two calls of `progress`
 PROGRESS_INTERVAL = 0.1
 
@@ -22,17 +25,16 @@ class Outcome:
 class Recorded(Protocol):
     """Results that the recorder of any formulation holds."""
 
+    channels: tuple[str, ...]
+    extrema: Extrema
+    contacts: Contacts
+    watch: Watch
+
     def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
         """Return sampled channels by name."""
 
-    def cycle_extrema(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
-        """Return extrema of channels in each cycle."""
-
-    def events(self) -> dict[str, NDArray[Any]]:
+    def event_table(self) -> dict[str, NDArray[Any]]:
         """Return the table of contacts."""
-
-    def pulses(self, events: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        """Return the forces of the contacts at the corners in time, by row of that table."""
 
 
 @dataclass(frozen=True)
@@ -46,16 +48,13 @@ class Run:
     settings : dict
         Beside those of the scene.
     recorder : Recorded
-    contacts : ndarray, shape (5,)
-        With what ``watch`` has seen of them.
     outcome : Outcome
     constraints : dict
-        Largest violation of each kind (m, rad; m/s, rad/s) at a sample, and when (s); a tree has none.
+        Largest violation of each kind (m, rad; m/s, rad/s), and when (s); a tree has none.
     """
 
     formulation: str
     settings: dict[str, Any]
     recorder: Recorded
-    contacts: NDArray[np.void]
     outcome: Outcome
     constraints: dict[str, tuple[float, float]] = field(default_factory=dict)

@@ -11,15 +11,22 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.channels import ACCELERATIONS, CORNER_CHANNELS, ENERGIES, REACTIONS, STATE
-from exudyn_model.five_bodies.run import run_five_bodies
-from exudyn_model.invariants import judge, scales
-from exudyn_model.parameters import Parameters
-from exudyn_model.reading import read_scene
-from exudyn_model.run import Run
-from exudyn_model.seen import Seen, seen_in_contacts, seen_in_energy, seen_in_events, seen_in_samples
-from exudyn_model.tables import whole_extrema
-from exudyn_model.tree.run import run_tree
+from exudyn_model.corners import CORNERS
+from exudyn_model.five_bodies.solver import run_five_bodies
+from exudyn_model.invariants import bounds, judge, observed
+from exudyn_model.kernels import seal
+from exudyn_model.parameters import Parameters, read_scene
+from exudyn_model.tables import (
+    ACCELERATIONS,
+    ENERGIES,
+    JOURNAL,
+    REACTIONS,
+    STATE,
+    by_cycle,
+    corner_channels,
+    whole,
+)
+from exudyn_model.tree.solver import run_tree
 
 
 @dataclass(frozen=True)
@@ -44,8 +51,8 @@ class Result:
     provenance : dict
         Model, settings, versions, counters, wall time, status; only what JSON can hold.
     status : str
-        "success", "newton-failed", "step-too-small", "work-limit", "out-of-range", "non-finite", or, of a run
-        that came to its end, "invariant-violated": see ``invariants``.
+        "success", "newton-failed", "step-too-small", "work-limit", "non-finite", or, of a run that came to
+        its end, "invariant-violated": see ``invariants``.
     remedy : str
         What to try after a failure, else empty.
     """
@@ -81,19 +88,30 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     """
     started = time.perf_counter()
     parameters = read_scene(scene)
-    run = (run_tree if parameters.integration.formulation == "tree" else run_five_bodies)(
-        parameters, progress
-    )
+    integration = parameters.integration
+    try:
+        run = (run_tree if integration.formulation == "tree" else run_five_bodies)(parameters, progress)
+    finally:
+        seal()
     recorder, outcome = run.recorder, run.outcome
-    events = recorder.events()
     channels = _channels(parameters)
-    columns = recorder.columns(channels)
-    times = np.arange(len(columns["slider_x"]), dtype=np.float64) * parameters.sample_interval
+    events, columns = recorder.event_table(), recorder.columns(channels)
+    cycle_extrema = by_cycle(recorder.extrema, recorder.channels, channels)
+    extrema = whole(cycle_extrema, channels)
+    seen = observed(parameters, recorder.watch, recorder.contacts, events, columns, extrema, run.constraints)
+    step, longest, tolerance = (
+        run.settings.get(name, 0.0) for name in ("step_used", "longest_step", "newton_tolerance")
+    )
+    invariants, broken = judge(seen, bounds(parameters, recorder.watch, events, step, longest, tolerance))
+    status, remedy = outcome.status, outcome.remedy
+    if broken and status == "success":
+        status = "invariant-violated"
+        remedy = f"{broken}; lower solver.exudyn.{'step' if run.constraints else 'tolerance'}"
     provenance = {
         "model": "exudyn",
         "formulation": run.formulation,
-        "integrator": parameters.integration.method,
-        "settings": asdict(parameters.integration) | run.settings,
+        "integrator": integration.method,
+        "settings": asdict(integration) | run.settings,
         "versions": {
             "python": platform.python_version(),
             "exudyn": exu.__version__,
@@ -103,67 +121,40 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         "platform": platform.platform(),
         "counters": outcome.counters,
         "wall_time_s": time.perf_counter() - started,
-        "status": outcome.status,
+        "invariants": invariants,
+        "status": status,
     }
     if run.constraints:
         provenance["constraints"] = {name: value for name, (value, _) in run.constraints.items()} | {
             f"{name}_time_s": time_s for name, (_, time_s) in run.constraints.items()
         }
-    by_cycle = recorder.cycle_extrema(channels)
-    extrema = whole_extrema(by_cycle, channels)
-    status, remedy = outcome.status, outcome.remedy
-    provenance["invariants"], broken = _invariants(parameters, run, columns, events, extrema)
-    if broken and status == "success":
-        status = "invariant-violated"
-        remedy = f"{broken}; lower solver.exudyn.{'step' if run.constraints else 'tolerance'}"
-    provenance["status"] = status
+    times = np.arange(len(columns["slider_x"]), dtype=np.float64) * parameters.sample_interval
     return Result(
         columns={"time": times} | columns,
         events=events,
         extrema=extrema,
-        cycle_extrema=by_cycle,
+        cycle_extrema=cycle_extrema,
         provenance=provenance,
         status=status,
         remedy=remedy,
-        pulses=recorder.pulses(events),
+        pulses=recorder.contacts.pulses(events),
     )
 
 
 def _channels(parameters: Parameters) -> tuple[str, ...]:
     """List the channels that a scene asks for."""
+    integration = parameters.integration
     channels: tuple[str, ...] = STATE
-    if parameters.integration.accelerations:
+    if integration.accelerations:
         channels += ACCELERATIONS
-    if parameters.integration.corners:
-        channels += CORNER_CHANNELS
-    if parameters.integration.joints:
+    if integration.corners and parameters.guide is not None:
+        channels += corner_channels(CORNERS)
+    if integration.corners and parameters.journal is not None:
+        channels += JOURNAL
+    if integration.joints:
         channels += (*REACTIONS, "crank_torque")
-        if parameters.mechanism.ideal_slider:
+        if parameters.guide is None:
             channels += ("guide_force", "guide_moment")
-    if parameters.integration.energy:
+    if integration.energy:
         channels += ENERGIES
     return channels
-
-
-def _invariants(
-    parameters: Parameters,
-    run: Run,
-    columns: dict[str, NDArray[np.float64]],
-    events: dict[str, NDArray[Any]],
-    extrema: dict[str, dict[str, float]],
-) -> tuple[dict[str, dict[str, Any]], str]:
-    """Judge a run by its results: see ``invariants``."""
-    integration = parameters.integration
-    seen = [*seen_in_contacts(run.contacts), seen_in_events(events, parameters.contact.law)]
-    if not parameters.mechanism.ideal_slider:
-        seen.append(seen_in_samples(columns, events, parameters))
-    seen += [
-        Seen(f"constraint-{name}", value, time_s, "a constraint")
-        for name, (value, time_s) in run.constraints.items()
-    ]
-    if integration.energy and parameters.contact.law != "paper-switching":
-        seen.append(seen_in_energy(columns, extrema))
-    names = "step_used", "longest_step", "newton_tolerance"
-    steps = (run.settings.get(name, 0.0) for name in names)
-    found = scales(parameters, run.contacts, events, extrema, *steps)
-    return judge(seen, integration.formulation, integration.method, found)

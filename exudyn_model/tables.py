@@ -1,158 +1,271 @@
-"""Tables of a run: extrema of the channels, and contacts."""
+"""What is kept of a run: names of the channels, their extrema by crank cycle, contacts, and their pulses.
+
+All is made of accepted states, many at a time, as arrays whose last axis is the state.
+"""
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.channels import ACCELERATIONS, STATE
-from exudyn_model.compiled import kernel
-from exudyn_model.contact.impact_speed import turning_point
-from exudyn_model.contact.memory import EVENT, write_event
-from exudyn_model.contact.states import CONTACTS
+from exudyn_model.columns import (
+    EVENT_COLUMNS,
+    EVENT_END,
+    EVENT_NAME,
+    EVENT_REST,
+    EVENT_ROW,
+    EVENT_SPEED,
+    EVENT_START,
+    IMPACT_SPEED,
+    NAME,
+    START,
+)
+from exudyn_model.corners import CORNERS, UPPER
 
-# Coordinates and velocities of the slider among the channels; from each to its rate
-_MOTION, _TO_RATE = len(STATE), len(ACCELERATIONS)
+Array = NDArray[np.float64]
 
-_EXTREMA = np.dtype([(name, np.float64) for name in ("min", "time_of_min", "max", "time_of_max")])
+STATE = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
+ACCELERATIONS = ("slider_ax", "slider_ay", "slider_alpha")
+REACTIONS = tuple(f"reaction_{joint}_{axis}" for joint in "OABHCF" for axis in "xy")
+ENERGIES = tuple(
+    f"energy_{name}" for name in ("drive", "gravity", "kinetic", "contact", "damping", "friction", "residual")
+)
+JOURNAL = ("journal_x", "journal_y")
+PIN = "pin"
+
+# Rows of the values of states: of the body observed x, y, angle, their rates and accelerations; then gap,
+# normal force and friction of each contact; then e of each journal
+MOTION, ACCELERATION, CONTACT = slice(0, 6), slice(6, 9), 9
+PER_CONTACT = 3
+# From a coordinate or velocity to its rate
+TO_RATE = 3
+
+# Last axis of the extrema
+_PARTS = ("min", "time_of_min", "max", "time_of_max")
+MIN, TIME_OF_MIN, MAX, TIME_OF_MAX = range(4)
+
+# Samples of a contact's force that are kept. Later contacts have no pulse
+_NOTES = 200_000
 
 
-class Extrema(NamedTuple):
-    """Least and greatest values of channels in each cycle of the crank.
+def corner_channels(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the channels of contacts."""
+    return tuple(f"corner_{name}_{part}" for name in names for part in ("gap", "normal", "friction"))
+
+
+class Extrema:
+    """Least and greatest values of channels in each cycle of the crank, with their times.
+
+    Parameters
+    ----------
+    channels : int
+    period, duration : float
+        Of a cycle and of the run, s.
 
     Attributes
     ----------
-    values : ndarray, shape (cycles, channels)
-    period : float
-        Of the crank, s.
+    values : ndarray, shape (cycles, channels, 4)
     """
 
-    values: NDArray[np.void]
-    period: float
+    def __init__(self, channels: int, period: float, duration: float) -> None:
+        self.period = period
+        self.values = np.zeros((max(1, math.ceil(duration / period - 1e-9)), channels, len(_PARTS)))
+        self.values[:, :, MIN], self.values[:, :, MAX] = np.inf, -np.inf
+
+    def take(self, times: Array, values: Array) -> None:
+        """Take states, shape (channels, n), at ascending times (s); where cycles meet, into both.
+
+        The last cycle takes in what is beyond it.
+        """
+        slack, last = 1e-9 * self.period, len(self.values) - 1
+        first = min(max(int((times[0] - slack) / self.period), 0), last)
+        for cycle in range(first, min(int((times[-1] + slack) / self.period), last) + 1):
+            end = np.inf if cycle == last else (cycle + 1) * self.period + slack
+            low, high = np.searchsorted(times, [cycle * self.period - slack, end])
+            if low < high:
+                self._update(cycle, np.arange(len(values)), times[low:high], values[:, low:high])
+
+    def take_inside(self, channels: NDArray[np.int64], times: Array, values: Array) -> None:
+        """Take values of some channels between states, shape (k, n), at times of their own (s).
+
+        A time that is infinite is of no value.
+        """
+        cycles = np.clip(times / self.period, 0, len(self.values) - 1)
+        for cycle in range(int(np.min(cycles, initial=0.0)), int(np.max(cycles, initial=-1.0)) + 1):
+            outside = (cycles.astype(int) != cycle) | np.isinf(times)
+            self._update(cycle, channels, times, values, outside)
+
+    def _update(
+        self,
+        cycle: int,
+        channels: NDArray[np.int64],
+        times: Array,
+        values: Array,
+        outside: Array | None = None,
+    ) -> None:
+        rows, times = np.arange(len(values)), np.broadcast_to(times, values.shape)
+        for part, find, better, worst in (
+            (MIN, np.argmin, np.less, np.inf),
+            (MAX, np.argmax, np.greater, -np.inf),
+        ):
+            looked = values if outside is None else np.where(outside, worst, values)
+            at = find(looked, axis=1)
+            found = looked[rows, at]
+            improved = better(found, self.values[cycle, channels, part])
+            where = channels[improved]
+            self.values[cycle, where, part] = found[improved]
+            self.values[cycle, where, part + 1] = times[rows, at][improved]
 
 
-def new_extrema(channels: int, period: float, cycles: float) -> Extrema:
-    """Make the extrema of so many channels before the first value; ``period`` of a cycle in s."""
-    values = np.zeros((max(1, math.ceil(cycles - 1e-9)), channels), _EXTREMA)
-    values["min"], values["max"] = np.inf, -np.inf
-    return Extrema(values, period)
-
-
-@kernel
-def cycle_at(extrema: Extrema, time: float) -> int:
-    """Return the number of the cycle of a time in s; the last one takes in what is beyond it."""
-    return min(max(int(time / extrema.period), 0), len(extrema.values) - 1)
-
-
-@kernel
-def update_extremum(extreme: Any, value: float, time: float) -> None:
-    """Take a ``value`` at ``time`` (s) into the extrema of one channel in one cycle."""
-    if value < extreme.min:
-        extreme.min, extreme.time_of_min = value, time
-    if value > extreme.max:
-        extreme.max, extreme.time_of_max = value, time
-
-
-@kernel
-def update_extrema(extrema: Extrema, values: NDArray[np.float64], time: float) -> None:
-    """Take the channels' ``values`` at ``time`` (s) into their extrema; where cycles meet, into both."""
-    slack = 1e-9 * extrema.period
-    for cycle in range(cycle_at(extrema, time - slack), cycle_at(extrema, time + slack) + 1):
-        for channel in range(len(values)):
-            update_extremum(extrema.values[cycle, channel], values[channel], time)
-
-
-@kernel
-def update_turning_points(
-    extrema: Extrema,
-    before: NDArray[np.float64],
-    values: NDArray[np.float64],
-    step: float,
-    time: float,
-) -> None:
-    """Take the extrema of the slider's motion inside a step into ``extrema``.
+class Contacts:
+    """Totals, table and pulses of the contacts of a run.
 
     Parameters
     ----------
-    extrema : Extrema
-    before, values : ndarray
-        At the start of the step and at its end: coordinates, velocities and accelerations first.
-    step : float
-        s.
-    time : float
-        Of the end, s.
-    """
-    for channel in range(_MOTION):
-        rate = channel + _TO_RATE
-        if before[rate] * values[rate] < 0.0:
-            fraction, value = turning_point(
-                before[channel], before[rate], values[channel], values[rate], step
-            )
-            now = time - (1.0 - fraction) * step
-            update_extremum(extrema.values[cycle_at(extrema, now), channel], value, now)
+    names : tuple of str
+        Of the rows of the memory.
+    memory : ndarray, shape (n, columns)
+    shared : bool
+        Whether sides remember their touches: see ``laws``.
 
-
-@kernel
-def update_vertices(extrema: Extrema, values: NDArray[np.float64], interval: float, time: float) -> None:
-    """Take the vertices of the parabolas of the slider's motion through three states into ``extrema``.
-
-    Parameters
+    Attributes
     ----------
-    extrema : Extrema
-    values : ndarray, shape (3, channels)
-        At equal intervals: coordinates, velocities and accelerations first.
-    interval, time : float
-        Between two of them; that of the middle one, s.
+    events : ndarray, shape (n, columns)
+        What the kernels write down; with room for a row of each contact from ``count`` on, after
+        :meth:`make_room`.
     """
-    for channel in range(_MOTION + _TO_RATE):
-        before, middle, after = values[0, channel], values[1, channel], values[2, channel]
-        rise, bend = 0.5 * (after - before), after - 2.0 * middle + before
-        if abs(rise) < abs(bend):
-            now = time - rise / bend * interval
-            value = middle - 0.5 * rise * rise / bend
-            update_extremum(extrema.values[cycle_at(extrema, now), channel], value, now)
+
+    def __init__(self, names: tuple[str, ...], memory: Array, shared: bool) -> None:
+        self.names, self.shared, self._memory = names, shared, memory
+        self.events, self.count = np.zeros((64, EVENT_COLUMNS)), 0
+        # By row and start of a contact: impulse, peak and depth so far
+        self._totals: dict[tuple[int, float], list[float]] = {}
+        self._pulses: list[list[Array]] = [[] for _ in names]
+        self._noted = [0 for _ in names]
+
+    def make_room(self) -> None:
+        """Make room for another row of each contact."""
+        if self.count + len(self.names) > len(self.events):
+            self.events = np.concatenate([self.events, np.zeros_like(self.events)])
+
+    def take(self, row: int, starts: Array, impulses: Array, peaks: Array, depths: Array) -> None:
+        """Add to the contacts that a row remembers, shape (n,) each, in order of time.
+
+        Parameters
+        ----------
+        row : int
+        starts : ndarray
+            By which the contact is known, s.
+        impulses, peaks, depths : ndarray
+            N s, N, m.
+        """
+        if not len(starts):
+            return
+        first = np.flatnonzero(np.append(True, starts[1:] != starts[:-1]))
+        parts = (
+            np.add.reduceat(impulses, first),
+            np.maximum.reduceat(peaks, first),
+            np.maximum.reduceat(depths, first),
+        )
+        for start, impulse, peak, depth in zip(starts[first], *parts, strict=True):
+            total = self._totals.setdefault((row, float(start)), [0.0, 0.0, 0.0])
+            total[:] = total[0] + impulse, max(total[1], peak), max(total[2], depth)
+
+    def note(self, row: int, times: Array, forces: Array) -> None:
+        """Note the normal forces (N) of the contacts that a row remembers, at times in s."""
+        room = _NOTES - self._noted[row]
+        if room > 0 and len(times):
+            self._pulses[row].append(np.stack([times[:room], forces[:room]]))
+            self._noted[row] += min(len(times), room)
+
+    def table(self, now: float) -> dict[str, NDArray[Any]]:
+        """Return the contacts sorted by start; one that lasts until ``now`` (s) ends there."""
+        rows = list(self.events[: self.count])
+        for row, contact in enumerate(self._memory):
+            if contact[IMPACT_SPEED] > 0.0:
+                event = np.zeros(EVENT_COLUMNS)
+                event[[EVENT_ROW, EVENT_NAME]] = row, contact[NAME]
+                event[[EVENT_START, EVENT_END, EVENT_SPEED]] = contact[START], now, contact[IMPACT_SPEED]
+                rows.append(event)
+        events = np.array(rows).reshape(-1, EVENT_COLUMNS)
+        events = events[np.lexsort((events[:, EVENT_NAME], events[:, EVENT_START]))]
+        none = [0.0, 0.0, 0.0]
+        keys = zip(events[:, EVENT_ROW].astype(int).tolist(), events[:, EVENT_START].tolist(), strict=True)
+        totals = np.array([self._totals.get(key, none) for key in keys]).reshape(-1, 3)
+        return {
+            "corner": np.array(self.names, dtype=str)[events[:, EVENT_NAME].astype(int)],
+            "start": events[:, EVENT_START],
+            "end": events[:, EVENT_END],
+            "normal_speed": events[:, EVENT_SPEED],
+            "impulse": totals[:, 0] + events[:, EVENT_REST],
+            "peak_force": totals[:, 1],
+            "largest_depth": totals[:, 2],
+        }
+
+    def pulses(self, table: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+        """Return normal forces in time: row (in the ``table``), time (s), force (N), by row and time.
+
+        Of the corners. A contact that was going on when the room of its notes was full has no pulse.
+        """
+        found: list[Array] = [np.zeros((3, 0))]
+        for number, noted in enumerate(self._pulses):
+            rows = np.flatnonzero(np.isin(table["corner"], self.names_of_one(number)))
+            if not noted or not len(rows) or self.names[number].startswith(PIN):
+                continue
+            time, force = np.concatenate(noted, axis=1)
+            row = rows[np.searchsorted(table["start"][rows], time, side="right") - 1]
+            # A tree may find in a step that a contact has ended at its start; a run may end with nan
+            kept = (time <= table["end"][row]) & np.isfinite(force)
+            if self._noted[number] == _NOTES:
+                kept &= row != row[-1]
+            found.append(np.stack([row[kept], time[kept], force[kept]]))
+        row, time, force = np.concatenate(found, axis=1)
+        order = np.argsort(row, kind="stable")
+        return {"row": row[order].astype(int), "time": time[order], "force": force[order]}
+
+    def names_of_one(self, number: int) -> list[str]:
+        """Return the names in the table of what is one contact with that of a row: those of its side."""
+        if self.shared and not self.names[number].startswith(PIN):
+            upper = number % len(CORNERS) >= UPPER
+            return [self.names[number], self.names[number - UPPER if upper else number + UPPER]]
+        return [self.names[number]]
 
 
-def cycle_extrema(
-    extrema: Extrema, channels: tuple[str, ...], names: tuple[str, ...]
-) -> dict[str, NDArray[np.float64]]:
-    """Return least and greatest value of the named channels in each cycle that has begun, with times in s.
+def turning_points(
+    before: Array, rate0: Array, after: Array, rate1: Array, step: Array
+) -> tuple[Array, Array]:
+    """Return the fractions of steps where cubic Hermite interpolants have their extrema, and these.
 
-    ``channels`` names the columns.
+    Infinite where the rates at both ends do not differ in sign.
     """
-    begun = extrema.values[np.isfinite(extrema.values["min"][:, 0])]
+    slope0, slope1, rise = step * rate0, step * rate1, after - before
+    # The slope is slope0 + 2 b f + a f^2
+    a, b = 3.0 * (slope0 + slope1 - 2.0 * rise), 3.0 * rise - 2.0 * slope0 - slope1
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.sqrt(b * b - a * slope0)
+        fraction = -slope0 / (b + np.where(slope0 < 0.0, root, -root))
+        fraction = np.where(rate0 * rate1 < 0.0, fraction, np.inf)
+        return fraction, before + fraction * (slope0 + fraction * (b + fraction * a / 3.0))
+
+
+def by_cycle(extrema: Extrema, channels: tuple[str, ...], names: tuple[str, ...]) -> dict[str, Array]:
+    """Return least and greatest value of named channels in each cycle that has begun, with times in s."""
+    begun = extrema.values[np.isfinite(extrema.values[:, 0, MIN])]
     return {
-        f"{name}_{part}": begun[part][:, channels.index(name)].copy()
+        f"{name}_{part}": begun[:, channels.index(name), column].copy()
         for name in names
-        for part in _EXTREMA.names or ()
+        for column, part in enumerate(_PARTS)
     }
 
 
-def whole_extrema(
-    by_cycle: Mapping[str, NDArray[np.float64]], names: tuple[str, ...]
-) -> dict[str, dict[str, float]]:
-    """Return the extrema of the named channels over the whole run, from those of its cycles."""
+def whole(by_cycle: Mapping[str, Array], names: tuple[str, ...]) -> dict[str, dict[str, float]]:
+    """Return the extrema of named channels over the whole run, from those of its cycles."""
     found = {}
     for name in names:
         low, high = int(np.argmin(by_cycle[f"{name}_min"])), int(np.argmax(by_cycle[f"{name}_max"]))
         found[name] = {
-            part: float(by_cycle[f"{name}_{part}"][high if part.endswith("max") else low])
-            for part in _EXTREMA.names or ()
+            part: float(by_cycle[f"{name}_{part}"][high if part.endswith("max") else low]) for part in _PARTS
         }
     return found
-
-
-def event_table(ended: NDArray[np.void], contacts: NDArray[np.void], now: float) -> dict[str, NDArray[Any]]:
-    """Sort contacts by start: those ``ended``, and those of ``contacts`` that last until ``now`` (s)."""
-    lasting = np.zeros(len(contacts), EVENT)
-    count = 0
-    for number, state in enumerate(contacts):
-        if state["impact_speed"] > 0:
-            write_event(lasting[count], number, state, now)
-            count += 1
-    table = np.concatenate([ended, lasting[:count]])
-    table = table[np.lexsort((table["corner"], table["start"]))]
-    columns: dict[str, NDArray[Any]] = {"corner": np.array(CONTACTS)[table["corner"]]}
-    return columns | {name: table[name].copy() for name in EVENT.names or () if name != "corner"}

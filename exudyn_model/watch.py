@@ -1,173 +1,155 @@
-"""Observed extremes of a run's contacts, which ``seen`` collects and ``invariants`` judges.
+"""Observed extremes of a run's contacts, which ``invariants`` judges.
 
 Every accepted state is examined. Gaps, rates and slips are computed here once more from the bodies' motion,
-so that a fault in the formulas that the run was computed with does not conceal itself. The worst of each
-contact is kept in its own record.
+so that a fault in the formulas that the run was computed with does not conceal itself.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.channels import FRICTION, NORMAL, PER_CONTACT
-from exudyn_model.compiled import kernel
-from exudyn_model.contact.foundation import other_end
-from exudyn_model.contact.laws import FOUNDATION
-from exudyn_model.contact.states import ACROSS, ALONG, CORNERS, PIN
+from exudyn_model.columns import BEARING_RADIUS, CLEARANCE, HALF_LENGTH, HALF_WIDTH, SHARED
+from exudyn_model.corners import ACROSS, ALONG, CORNER_COUNT, UPPER
 
-_CORNERS = len(CORNERS)
+Array = NDArray[np.float64]
 
-
-@kernel
-def watch_contact(
-    time: float, gap: float, rate: float, slip: float, normal: float, power: float, closed: bool, state: Any
-) -> None:
-    """Keep the worst violation of each invariant so far in the record of one contact.
-
-    Parameters
-    ----------
-    time : float
-        s.
-    gap, rate, slip : float
-        Gap (m), its rate and the slip (m/s).
-    normal : float
-        Normal force that goes with this state, N.
-    power : float
-        Of the friction that goes with it, W.
-    closed : bool
-        Whether a contact is in progress that covers this point.
-    state : record
-        Of ``contact.states.contact_states``.
-    """
-    if state.impact_speed > 0.0:
-        if state.start != state.known_start:
-            # Those that begin at t = 0 may separate: a corner may start inside its wall
-            state.known_start = state.start
-            leaving = min(state.known_rate, rate)
-            if leaving > state.leaving:
-                state.leaving, state.leaving_time = leaving, time
-            away = min(abs(state.known_gap), abs(gap))
-            if away > state.start_gap:
-                state.start_gap, state.start_gap_time = away, time
-    elif not closed and -gap > state.open_depth:
-        state.open_depth, state.open_depth_time = -gap, time
-    if -normal > state.pull:
-        state.pull, state.pull_time = -normal, time
-    if power > state.driving:
-        state.driving, state.driving_time = power, time
-    state.known_gap, state.known_rate = gap, rate
-    state.fastest = max(state.fastest, abs(rate))
-    state.fastest_slip = max(state.fastest_slip, abs(slip))
-    state.strongest = max(state.strongest, normal)
+WATCHED = ("open-depth", "pull", "driving-friction", "leaving-start", "start-gap")
+# Columns of the memory that are looked at
+MEMORY = ("impact speed", "start", "name")
+SPEED, START, NAME = range(3)
 
 
-@kernel
-def watch_corners(
-    time: float,
-    x: float,
-    angle: float,
-    vx: float,
-    vy: float,
-    omega: float,
-    values: NDArray[np.float64],
-    law: Any,
-    contacts: NDArray[np.void],
-) -> None:
-    """Watch the slider's corners.
+class Watch:
+    """The worst of a run's contacts.
+
+    States come many at a time, the first of them the last one of the call before.
 
     Parameters
     ----------
-    time : float
-        s.
-    x, angle, vx, vy, omega : float
-        Slider's x from the guide's centre line (m), angle (rad) and velocities.
-    values : ndarray
-        Of this state, in the order of ``channels.CHANNELS``; normal forces and friction are read.
-    law : record
-        From ``contact.gaps.contact_law``.
-    contacts : ndarray, shape (5,)
-        From ``contact.states``; changed in place.
+    names : tuple of str
+        Of the contacts.
+
+    Attributes
+    ----------
+    worst : dict
+        Of each of ``WATCHED``: value, time (s), and row of the contact.
+    fastest, fastest_slip, strongest : float
+        Rate of a gap and slip (m/s), normal force (N).
     """
-    cosine, sine = np.cos(angle), np.sin(angle)
-    wall, shared = law.half_width + law.clearance, law.kind == FOUNDATION
-    for number in range(_CORNERS):
-        side = ACROSS[number]
-        along_x, along_y = _arm(number, cosine, sine, law)
-        slip = vy + omega * along_x
-        power = values[FRICTION + PER_CONTACT * number] * slip
-        closed = contacts[number].impact_speed > 0.0
+
+    def __init__(self) -> None:
+        self.worst: dict[str, tuple[float, float, int]] = dict.fromkeys(WATCHED, (0.0, 0.0, 0))
+        self.fastest, self.fastest_slip, self.strongest = 0.0, 0.0, 0.0
+
+    def _keep(self, name: str, row: int, times: Array, values: Array) -> None:
+        if values.size:
+            at = int(np.argmax(values))
+            if values[at] > self.worst[name][0]:
+                self.worst[name] = float(values[at]), float(times[at]), row
+
+    def _take(
+        self,
+        row: int,
+        times: Array,
+        gap: Array,
+        rate: Array,
+        slip: Array,
+        force: Array,
+        power: Array,
+        closed: Array,
+    ) -> None:
+        """Take the states of one contact: what holds in each of them."""
+        self._keep("open-depth", row, times, np.where(closed, 0.0, -gap))
+        self._keep("pull", row, times, -force)
+        self._keep("driving-friction", row, times, power)
+        self.fastest = max(self.fastest, float(np.max(np.abs(rate))))
+        self.fastest_slip = max(self.fastest_slip, float(np.max(np.abs(slip))))
+        self.strongest = max(self.strongest, float(np.max(force)))
+
+    def _take_starts(
+        self, row: int, times: Array, gaps: Array, rates: Array, corner: Any, at: NDArray[np.int64]
+    ) -> None:
+        """Take how contacts begin by the states ``at``: the rows ``corner`` of gaps and rates.
+
+        Not those of t = 0, which may separate: a corner may start inside its wall.
+        """
+        leaving = np.minimum(rates[corner, at - 1], rates[corner, at])
+        self._keep("leaving-start", row, times[at], leaving)
+        away = np.minimum(np.abs(gaps[corner, at - 1]), np.abs(gaps[corner, at]))
+        self._keep("start-gap", row, times[at], away)
+
+    def take_slider(
+        self, first: int, times: Array, motion: Array, forces: Array, memory: Array, law: Array
+    ) -> None:
+        """Take states of a slider.
+
+        Parameters
+        ----------
+        first : int
+            Row of its first corner.
+        times : ndarray, shape (n,)
+            s.
+        motion : ndarray, shape (5, n)
+            Across the guide from its centre line, angle, both rates along and across, angular velocity, in
+            the guide's frame: x, angle, vx, vy, omega (m, rad, s).
+        forces : ndarray, shape (4, 2, n)
+            Normal force and friction of each corner, N.
+        memory : ndarray, shape (4, 3, n)
+            ``MEMORY`` of each corner.
+        law : ndarray
+        """
+        x, angle, vx, vy, omega = motion
+        cosine, sine = np.cos(angle), np.sin(angle)
+        wall, shared = law[HALF_WIDTH] + law[CLEARANCE], bool(law[SHARED])
+        gaps, rates, slips = np.empty((3, CORNER_COUNT, len(times)))
+        for number in range(CORNER_COUNT):
+            side, end = ACROSS[number], ALONG[number]
+            arm_x = side * law[HALF_WIDTH] * cosine - end * law[HALF_LENGTH] * sine
+            arm_y = side * law[HALF_WIDTH] * sine + end * law[HALF_LENGTH] * cosine
+            gaps[number] = wall - side * (x + arm_x)
+            rates[number], slips[number] = -side * (vx - omega * arm_y), vy + omega * arm_x
+        powers, closed = forces[:, 1] * slips, memory[:, SPEED] > 0.0
         if shared:
             # One friction, at the resultant of the side: the part of one corner may well drive
-            other = other_end(number)
-            other_slip = vy + omega * _arm(other, cosine, sine, law)[0]
-            power += values[FRICTION + PER_CONTACT * other] * other_slip
-            closed = closed or contacts[other].impact_speed > 0.0
-        watch_contact(
-            time,
-            wall - side * (x + along_x),
-            -side * (vx - omega * along_y),
-            slip,
-            values[NORMAL + PER_CONTACT * number],
-            power,
-            closed,
-            contacts[number],
-        )
+            powers = powers + np.roll(powers, UPPER, axis=0)
+            closed = closed | np.roll(closed, UPPER, axis=0)
+        for number in range(CORNER_COUNT):
+            this = first + number, times, gaps[number], rates[number], slips[number]
+            self._take(*this, forces[number, 0], powers[number], closed[number])
+            speed, start, name = memory[number]
+            at = np.flatnonzero((speed[1:] > 0.0) & (start[1:] != start[:-1])) + 1
+            # The contact of a side is judged by the corner that it is named after
+            corner = name[at].astype(int) - first
+            self._take_starts(first + number, times, gaps, rates, corner, at)
 
+    def take_journal(
+        self, row: int, times: Array, motion: Array, forces: Array, memory: Array, law: Array
+    ) -> None:
+        """Take states of a journal.
 
-@kernel
-def _arm(number: int, cosine: float, sine: float, law: Any) -> tuple[float, float]:
-    """Return the vector from the slider's centre to a corner, m."""
-    side, end = ACROSS[number], ALONG[number]
-    return (
-        side * law.half_width * cosine - end * law.half_length * sine,
-        side * law.half_width * sine + end * law.half_length * cosine,
-    )
-
-
-class Eccentricity(NamedTuple):
-    """Vector from the bearing's centre to the journal's (m), and its rate (m/s)."""
-
-    x: float
-    y: float
-    vx: float
-    vy: float
-
-
-@kernel
-def watch_pin(
-    time: float,
-    eccentricity: Eccentricity,
-    w1: float,
-    w2: float,
-    normal: float,
-    friction: float,
-    law: Any,
-    contacts: NDArray[np.void],
-) -> None:
-    """Watch the crank pin.
-
-    Parameters
-    ----------
-    time : float
-        s.
-    eccentricity : Eccentricity
-    w1, w2 : float
-        Angular velocities of crank and rod 2, rad/s.
-    normal, friction : float
-        On rod 2, along the bearing's outward normal and along that rotated by +90 degrees, N.
-    law : record
-        From ``contact.journal.journal_law``.
-    contacts : ndarray, shape (5,)
-        From ``contact.states``; changed in place.
-    """
-    ex, ey, vx, vy = eccentricity
-    distance = np.sqrt(ex * ex + ey * ey)
-    nx, ny = (ex / distance, ey / distance) if distance > 0.0 else (1.0, 0.0)
-    # Of the bearing's material against the journal's, in the point of the bearing's surface
-    bearing = w2 * law.bearing_radius
-    journal = nx * vy - ny * vx + w1 * (law.bearing_radius - distance)
-    slip = bearing - journal
-    closed = contacts[PIN].impact_speed > 0.0
-    gap, rate = law.clearance - distance, -(nx * vx + ny * vy)
-    watch_contact(time, gap, rate, slip, normal, friction * slip, closed, contacts[PIN])
+        Parameters
+        ----------
+        row : int
+        times : ndarray, shape (n,)
+            s.
+        motion : ndarray, shape (6, n)
+            e from the bearing's centre to the journal's (m), its rate (m/s), both angular speeds (rad/s).
+        forces : ndarray, shape (2, n)
+            Normal force on the bearing's body along e and friction on the journal across it, N.
+        memory : ndarray, shape (3, n)
+            ``MEMORY``.
+        law : ndarray
+        """
+        ex, ey, vx, vy, w1, w2 = motion
+        distance = np.sqrt(ex * ex + ey * ey)
+        with np.errstate(invalid="ignore"):
+            nx, ny = np.where(distance > 0.0, [ex / distance, ey / distance], [[1.0], [0.0]])
+        # Of both materials in the point of the bearing's surface, along n rotated by +90 degrees
+        of_journal = nx * vy - ny * vx + w1 * (law[BEARING_RADIUS] - distance)
+        slip = of_journal - w2 * law[BEARING_RADIUS]
+        gap, rate = law[CLEARANCE] - distance, -(nx * vx + ny * vy)
+        closed = memory[SPEED] > 0.0
+        self._take(row, times, gap, rate, slip, forces[0], forces[1] * slip, closed)
+        at = np.flatnonzero((memory[SPEED, 1:] > 0.0) & (memory[START, 1:] != memory[START, :-1])) + 1
+        self._take_starts(row, times, gap[None], rate[None], 0, at)

@@ -1,8 +1,6 @@
-"""Five bodies with joints in implicit steps: the formulations "full" and "native".
+"""A planar linkage as rigid bodies with joints in implicit steps: the formulation "full".
 
-Steps are short in contacts and long in flight (``step_choice``), but equal with Exudyn's own contact object,
-or where no joint has clearance.
-
-"full" has the contacts of ``exudyn_model.contact`` as user functions, "native" Exudyn's own contact object at
-the slider's corners (``native_contact``).
+It is built from lists of bodies, pins, guides, contacts and a drive (``system``), of which those of the press
+are one case. Steps are short in contacts and long in flight (``step_choice``), but equal where nothing has
+clearance.
 """

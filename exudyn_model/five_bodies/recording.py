@@ -1,30 +1,52 @@
-"""What is kept of a run of five bodies: samples, contacts and extrema, collected from accepted states."""
+"""What is kept of a run of five bodies: accepted states are collected, and observed many at a time."""
 
-from collections.abc import Callable
-from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.bodies import COORDINATES, SLIDER_X
-from exudyn_model.channels import CHANNELS, ENERGIES
-from exudyn_model.compiled import direct
-from exudyn_model.contact.memory import EVENT
-from exudyn_model.contact.states import CONTACTS
-from exudyn_model.energy import new_audit
-from exudyn_model.five_bodies.constraints import CONSTRAINTS, Constraints
-from exudyn_model.five_bodies.native_contact import RADIUS, deepest
-from exudyn_model.five_bodies.observation import Kept, Vectors, observe
-from exudyn_model.five_bodies.samples_between import interpolate
+from exudyn_model.columns import (
+    DAMPING_POWER,
+    FRICTION,
+    FRICTION_POWER,
+    GAP,
+    IMPACT_SPEED,
+    MEMORY_COLUMNS,
+    NAME,
+    NORMAL,
+    SHARED,
+    START,
+    STORED,
+)
+from exudyn_model.corners import CORNER_COUNT, UPPER
+from exudyn_model.five_bodies.balance import Constraints, accelerations, constraints
+from exudyn_model.five_bodies.contact_forces import ANGLE, PER_BODY, Y
+from exudyn_model.five_bodies.parts import JournalPart, SliderPart
 from exudyn_model.five_bodies.step_choice import StepChoice
-from exudyn_model.model import Model
-from exudyn_model.pulses import new_pulses, pulse_table
-from exudyn_model.tables import cycle_extrema, event_table, new_extrema
+from exudyn_model.five_bodies.system import Model
+from exudyn_model.tables import (
+    ACCELERATION,
+    ACCELERATIONS,
+    CONTACT,
+    ENERGIES,
+    JOURNAL,
+    MOTION,
+    PER_CONTACT,
+    STATE,
+    TO_RATE,
+    Contacts,
+    Extrema,
+    corner_channels,
+    turning_points,
+)
+from exudyn_model.watch import Watch
 
-_NOT_NATIVE = np.zeros((0, 4))
-# Rows of the events' table at first; states whose constraints are judged at once
-_ROOM = 256
+Array = NDArray[np.float64]
+
+CONSTRAINTS = ("position", "velocity")
+# States that are observed at once: as many as the processor's cache holds
+_ROOM = 2048
 
 
 class Recorder:
@@ -36,61 +58,58 @@ class Recorder:
     Parameters
     ----------
     model : Model
-        From ``mechanism``.
     choice : StepChoice
         Tells the time of the state to accept.
     samples : int
         Besides the initial state.
-    period : float
-        Of the crank, s.
-    masses : ndarray, shape (15,) or (0,)
-        From ``energy``; empty where the energy is not audited.
-    constraints : Constraints
+    period, duration : float
+        Of the crank's cycle and of the run, s.
+    energy : bool
+        Whether the energies are recorded.
 
     Attributes
     ----------
     accepted : int
         States so far.
+    extrema, contacts, watch
+        See ``tables`` and ``watch``.
+    drift : dict
+        Of each of ``CONSTRAINTS`` the largest violation so far (m, rad; m/s, rad/s), and when (s).
+    channels : tuple of str
     """
 
     def __init__(
-        self,
-        model: Model,
-        choice: StepChoice,
-        samples: int,
-        period: float,
-        masses: NDArray[np.float64],
-        constraints: Constraints,
+        self, model: Model, choice: StepChoice, samples: int, period: float, duration: float, energy: bool
     ) -> None:
-        self.accepted = 0
-        self._drift = dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
-        self._constraints = constraints
-        self._constants, self._contacts = model.constants, model.contacts
-        self._choice = choice
-        self._read_corners = model.read_corners
-        self._drive = model.multipliers.index("crank_torque")
-        self._channels = CHANNELS + model.multipliers
-        if "reaction_A_x" not in self._channels:
-            self._channels += ("reaction_A_x", "reaction_A_y")  # of the contact
-        if len(masses):
-            self._channels += ENERGIES
-        count = len(self._channels)
-        cycles = samples * choice.per_sample * choice.size / period
-        extrema = new_extrema(count, period, cycles)
-        self._kept = Kept(np.zeros(count), extrema, new_audit(), masses, new_pulses())
-        self._samples = np.zeros((samples + 1, count))
-        self._before = np.zeros(count)
-        self._events = np.zeros(0, EVENT)
-        self._event_count, self._sample_count = 0, 0
-        self._time = 0.0
-        self._required = np.zeros(_ROOM), *np.zeros((2, _ROOM, COORDINATES))
-        self._required_count = 0
+        system, names = model.system, model.system.contact_names
+        journals = [f"{name}{n or ''}" for n in range(len(system.journals)) for name in JOURNAL]
+        loads = [f"reaction_{journal.name}_{axis}" for journal in system.journals for axis in "xy"]
+        self.channels = (
+            *STATE, *ACCELERATIONS, *corner_channels(names), *journals, *system.multipliers, *loads,
+            *(ENERGIES if energy else ()),
+        )  # fmt: skip
+        self.accepted, self.watch = 0, Watch()
+        self.drift = dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
+        shared = any(bool(part.law[SHARED]) for part in model.parts)
+        self.contacts = Contacts(names, model.contacts, shared)
+        self.extrema = Extrema(len(self.channels), period, duration)
+        self._model, self._choice, self._energy = model, choice, energy
+        self._samples, self._sample_count = np.full((len(self.channels), samples + 1), np.nan), 0
+        # Of each state: time and tick, coordinates, rates, multipliers, memory, loads of the contacts
+        bodies = PER_BODY * len(system.bodies)
+        sizes = [2, bodies, bodies, len(system.multipliers), model.contacts.size]
+        sizes += [len(part.load) for part in model.parts]
+        ends = np.cumsum([0, *sizes])
+        self._log = np.zeros((_ROOM, ends[-1]))
+        self._columns = [slice(*pair) for pair in pairwise(ends)]
+        self._count = 0
         self._followed: tuple[int, ...] = ()
-        self._fill: Callable[..., None] | None = None
+        self._stamp = np.zeros(2)
+        self._vectors: tuple[Array, ...] = ()
+        # Works of drive, damping and friction up to the last state; of height and stored at t = 0
+        self._works, self._initial = np.zeros(3), (0.0, 0.0)
 
-    def follow(
-        self, q: NDArray[np.float64], v: NDArray[np.float64], multipliers: NDArray[np.float64]
-    ) -> None:
+    def follow(self, q: Array, v: Array, multipliers: Array) -> None:
         """Take the states to come from Exudyn's own vectors, which it fills anew in every step.
 
         To ask for them takes longer than to read them: at the states that there have to be is often enough to
@@ -98,10 +117,10 @@ class Recorder:
 
         Parameters
         ----------
-        q, v : ndarray, shape (15,)
-            Coordinates and their rates, the slider's x from the guide's centre line.
+        q, v : ndarray, shape (3 n,)
+            Coordinates and their rates.
         multipliers : ndarray
-            Those of Exudyn's constraints, in the order of ``Model.multipliers``.
+            Those of Exudyn's constraints, in the order of ``System.multipliers``.
 
         Raises
         ------
@@ -113,98 +132,203 @@ class Recorder:
             if places != self._followed:
                 raise AssertionError("Exudyn has moved its state")
             return
-        self._followed, self._q, self._v = places, q, v
-        fixed = Vectors(q, v, multipliers, self._drive), self._kept, self._constants, self._contacts
-        self._observe = partial(direct(observe, *fixed, 0.0, _NOT_NATIVE, self._events, 0), *fixed)
+        self._followed = places
+        self._vectors = self._stamp, q, v, multipliers, self._model.contacts.reshape(-1)
+        self._vectors += tuple(part.load for part in self._model.parts)
+        for part in self._model.parts:
+            part.attach(q, v)
+            part.start()
 
-    def accept(self) -> bool:
-        """Take the next state.
-
-        Returns
-        -------
-        bool
-            Whether it is a sample.
-        """
-        choice = self._choice
-        is_sample, time = choice.at_sample, choice.time
-        # Each contact ends at most once a step
-        if self._event_count + len(CONTACTS) > len(self._events):
-            self._events = np.concatenate([self._events, np.zeros(len(self._events) + _ROOM, EVENT)])
-        native = self._read_corners() if self._read_corners else _NOT_NATIVE
-        inside = choice.samples_inside()
-        if inside:
-            self._before[:] = self._kept.values
-        self._event_count = self._observe(time, native, self._events, self._event_count)
-        if inside:
-            rows = self._samples[self._sample_count : self._sample_count + len(inside)]
-            times = np.array(inside) * choice.size
-            self._interpolate(self._time, time - self._time, times, rows)
-            self._sample_count += len(inside)
-        if is_sample:
-            self._samples[self._sample_count] = self._kept.values
-            self._sample_count += 1
-        if choice.at_required_state:
-            if self._required_count == _ROOM:
-                self._judge_required()
-            for kept, value in zip(self._required, (time, self._q, self._v), strict=True):
-                kept[self._required_count] = value
-            self._required_count += 1
-        self._time = time
+    def accept(self) -> float:
+        """Take the next state; return how many ticks the next step may take."""
+        choice, contacts = self._choice, self.contacts
+        time, wanted, count = choice.time, choice.allowed, contacts.count
+        for part in self._model.parts:
+            contacts.count, wanted = part.follow(time, choice.size, wanted, contacts.events, contacts.count)
+        if contacts.count != count:
+            contacts.make_room()
+        stamp = self._stamp
+        stamp[0], stamp[1] = time, choice.tick
+        np.concatenate(self._vectors, out=self._log[self._count])
+        self._count += 1
         self.accepted += 1
-        return is_sample
+        if self._count == _ROOM:
+            self.observe()
+        return wanted
 
-    def _judge_required(self) -> None:
-        """Take the violations of the constraints in the states that wait for it."""
-        times, q, v = (kept[: self._required_count] for kept in self._required)
-        self._required_count = 0
-        if not times.size:
-            return
-        for name, amounts in zip(CONSTRAINTS, self._constraints.violation(times, q, v), strict=True):
-            most = np.argmax(amounts)  # the first that is not a number, if one is not
-            if not amounts[most] <= self._drift[name][0]:
-                self._drift[name] = float(amounts[most]), float(times[most])
+    def observe(self) -> None:
+        """Observe the states that wait for it; the last one remains, as the first of those to come.
 
-    def drift(self) -> dict[str, tuple[float, float]]:
-        """Return of each of ``constraints.CONSTRAINTS`` the largest violation so far, and its time in s.
-
-        In m and rad, and in m/s and rad/s, of the states that there have to be
-        (``settings.steps_between_states``).
+        The numbers of a run that diverges overflow.
         """
-        self._judge_required()
-        return dict(self._drift)
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            self._observe()
 
-    @property
-    def is_behind_a_wall(self) -> bool:
-        """Whether a corner is deeper in a wall than Exudyn's own contact object can hold it."""
-        return self._read_corners is not None and deepest(self._q[SLIDER_X:], self._constants.law) > RADIUS
+    def _observe(self) -> None:
+        new = min(self._count - 1, 1) if self.accepted > self._count else 0
+        if self._count <= new:
+            return
+        parts = [self._log[: self._count, columns].T.copy() for columns in self._columns]
+        (times, ticks), q, v, multipliers, memory = parts[:5]
+        memory = memory.reshape(-1, MEMORY_COLUMNS, len(times))
+        required = np.flatnonzero(ticks % self._choice.per_state == 0)
+        values = self._values(times, q, v, multipliers, memory, parts[5:], required)
+        self.extrema.take(times[new:], values[:, new:])
+        self._take_turning_points(times, ticks, values)
+        self._take_contacts(times, memory, new)
+        for part in self._model.parts:
+            own, forces = memory[part.rows], memory[part.rows][:, [NORMAL, FRICTION]]
+            part.watch(self.watch, times, q, v, forces, own[:, [IMPACT_SPEED, START, NAME]])
+        self._take_samples(times, ticks, values)
+        self._log[0] = self._log[self._count - 1]
+        self._count = 1
 
-    def _interpolate(
-        self, start: float, step: float, times: NDArray[np.float64], samples: NDArray[np.float64]
-    ) -> None:
-        fixed = self._constants.linkage[0], self._constants.law[0], samples
-        arguments = self._before, self._kept.values, start, step, times, *fixed
-        if self._fill is None:
-            self._fill = direct(interpolate, *arguments)
-        self._fill(*arguments)
+    def _values(
+        self,
+        times: Array,
+        q: Array,
+        v: Array,
+        multipliers: Array,
+        memory: Array,
+        loads: list[Array],
+        required: NDArray[Any],
+    ) -> Array:
+        """Return all channels, shape (channels, n)."""
+        system, parts = self._model.system, self._model.parts
+        force = np.zeros_like(q)
+        force[Y::PER_BODY] = -system.gravity * system.masses[Y::PER_BODY, None]
+        for part, load in zip(parts, loads, strict=True):
+            for number, body in enumerate(part.bodies):
+                own = slice(PER_BODY * body, PER_BODY * (body + 1))
+                force[own] += load[PER_BODY * number : PER_BODY * (number + 1)]
+        found = constraints(system, times, q, v)
+        self._take_drift(times, required, found)
+        acceleration = accelerations(system, found, force)
+        values = np.empty((len(self.channels), len(times)))
+        own = slice(PER_BODY * system.observed, PER_BODY * (system.observed + 1))
+        values[MOTION][:PER_BODY], values[MOTION][PER_BODY:] = q[own] + system.reference[own, None], v[own]
+        values[ACCELERATION] = acceleration[own]
+        end = CONTACT + PER_CONTACT * len(memory)
+        values[CONTACT:end] = memory[:, [GAP, NORMAL, FRICTION]].reshape(-1, len(times))
+        journals = [part for part in parts if isinstance(part, JournalPart)]
+        rest = [part.eccentricity(q) for part in journals]
+        of_journals = [load for part, load in zip(parts, loads, strict=True) if isinstance(part, JournalPart)]
+        rest += [-multipliers, *(load[PER_BODY : PER_BODY + ANGLE] for load in of_journals)]
+        if self._energy:
+            rest.append(self._energies(times, q, v, multipliers, memory))
+        values[end:] = np.concatenate(rest)
+        return values
+
+    def _take_drift(self, times: Array, required: NDArray[Any], found: Constraints) -> None:
+        """Take the violation of the constraints, in the states that there have to be."""
+        for name, amounts in zip(CONSTRAINTS, (found.position, found.velocity), strict=True):
+            if len(required):
+                most = required[np.argmax(amounts[required])]  # the first that is not a number, if one is not
+                if not amounts[most] <= self.drift[name][0]:
+                    self.drift[name] = float(amounts[most]), float(times[most])
+
+    def _energies(self, times: Array, q: Array, v: Array, multipliers: Array, memory: Array) -> Array:
+        """Audit the energy: works of motor and contacts by the trapezoidal rule, as good as the integration.
+
+        Return the energies (J), shape (7, n), in the order of ``tables.ENERGIES``: drive, gravity, damping
+        and friction count from t = 0, kinetic and contact energy are those stored now. The residual is the
+        work of motor and gravity less the increase of what is stored, less what is dissipated.
+        """
+        system = self._model.system
+        drive = -multipliers[2 * len(system.pins)] * v[system.prescribed[0][0]]
+        powers = np.array(
+            [drive, memory[:, DAMPING_POWER].sum(axis=0), memory[:, FRICTION_POWER].sum(axis=0)]
+        )
+        works = np.zeros_like(powers)
+        works[:, 1:] = np.cumsum(0.5 * (powers[:, 1:] + powers[:, :-1]) * np.diff(times), axis=1)
+        works += self._works[:, None]
+        self._works = works[:, -1].copy()
+        kinetic = 0.5 * system.masses @ (v * v)
+        heights = q[Y::PER_BODY] + system.reference[Y::PER_BODY, None]
+        height = system.gravity * system.masses[Y::PER_BODY] @ heights
+        stored = memory[:, STORED].sum(axis=0)
+        if times[0] == 0.0:
+            self._initial = float(height[0]), float(kinetic[0] + stored[0])
+        gravity = self._initial[0] - height
+        residual = works[0] + gravity - (kinetic + stored - self._initial[1]) - works[1] - works[2]
+        return np.array([works[0], gravity, kinetic, stored, works[1], works[2], residual])
+
+    def _take_turning_points(self, times: Array, ticks: Array, values: Array) -> None:
+        """Take the extrema of the observed motion inside steps longer than a tick."""
+        long = np.flatnonzero(np.diff(ticks) > 1.0)
+        if len(long):
+            motion, rates = values[MOTION], values[MOTION.start + TO_RATE : MOTION.stop + TO_RATE]
+            step, after = times[long + 1] - times[long], long + 1
+            ends = motion[:, long], rates[:, long], motion[:, after], rates[:, after]
+            fraction, turning = turning_points(*ends, step)
+            channels = np.arange(MOTION.start, MOTION.stop)
+            self.extrema.take_inside(channels, times[long] + fraction * step, turning)
+
+    def _take_contacts(self, times: Array, memory: Array, new: int) -> None:
+        """Take the normal forces of contacts: pulses, and by the trapezoidal rule the impulses."""
+        for part in self._model.parts:
+            shared = isinstance(part, SliderPart) and bool(part.law[SHARED])
+            count = UPPER if shared else len(memory[part.rows])
+            for row in range(part.rows.start, part.rows.start + count):
+                normal, depth, speed, start = memory[row, [NORMAL, GAP, IMPACT_SPEED, START]]
+                depth = -depth
+                if shared:  # the contact of a side, which its lower corner remembers
+                    normal = normal + memory[row + UPPER, NORMAL]
+                    depth = np.maximum(depth, -memory[row + UPPER, GAP])
+                same = (speed[:-1] > 0.0) & (start[:-1] == start[1:])
+                before = np.where(same, normal[:-1], 0.0)
+                width = times[1:] - np.maximum(start[1:], times[:-1])
+                impulse = np.append(0.0, 0.5 * (before + normal[1:]) * width)
+                closed = np.flatnonzero(speed[new:] > 0.0) + new
+                self.contacts.take(row, start[closed], impulse[closed], normal[closed], depth[closed])
+                self.contacts.note(row, times[closed], normal[closed])
+
+    def _take_samples(self, times: Array, ticks: Array, values: Array) -> None:
+        """Take the samples up to the last state; those between two states are interpolated.
+
+        Coordinates and velocities by cubic Hermite polynomials of the states and their rates, whose error is
+        of fourth order in the step; gaps from these coordinates; all others linearly, with an error of second
+        order, as that of the method, but the angular acceleration of a body in a guide: that follows from the
+        corners' forces.
+        """
+        last = int(ticks[-1] // self._choice.per_sample)
+        wanted = np.arange(self._sample_count, last + 1) * self._choice.per_sample
+        self._sample_count += len(wanted)
+        at = np.searchsorted(ticks, wanted)
+        samples = values[:, at]
+        between = np.flatnonzero(ticks[at] != wanted)
+        if len(between):
+            samples[:, between] = self._interpolate(times, values, at[between], wanted[between])
+        self._samples[:, self._sample_count - len(wanted) : self._sample_count] = samples
+
+    def _interpolate(self, times: Array, values: Array, at: NDArray[Any], wanted: NDArray[Any]) -> Array:
+        before, after, step = values[:, at - 1], values[:, at], times[at] - times[at - 1]
+        s = (wanted * self._choice.size - times[at - 1]) / step
+        r = 1.0 - s
+        samples: Array = r * before + s * after
+        rates = slice(MOTION.start + TO_RATE, MOTION.stop + TO_RATE)
+        change = after[MOTION] - before[MOTION]
+        leaves, arrives = step * before[rates] - change, change - step * after[rates]
+        samples[MOTION] += s * r * (r * leaves + s * arrives)
+        system = self._model.system
+        for part in self._model.parts:
+            if isinstance(part, SliderPart) and part.bodies[0] == system.observed:
+                first = PER_BODY * system.observed
+                q = samples[MOTION][:PER_BODY] - system.reference[first : first + PER_BODY, None]
+                rows = slice(CONTACT + PER_CONTACT * part.rows.start, CONTACT + PER_CONTACT * part.rows.stop)
+                forces = samples[rows].reshape(CORNER_COUNT, PER_CONTACT, -1)
+                forces[:, 0], moment = part.gaps_and_moment(q, forces[:, 1], forces[:, 2])
+                samples[ACCELERATION][ANGLE] = moment / system.masses[first + ANGLE]
+        return samples
 
     def is_finite(self) -> bool:
         """Whether the last accepted state holds no infinity and no NaN."""
-        return bool(np.all(np.isfinite(self._kept.values)))
+        return bool(np.all(np.isfinite(self._log[max(self._count - 1, 0)])))
 
-    def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
+    def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
         """Return sampled channels by name, as far as the run came."""
-        return {
-            name: self._samples[: self._sample_count, self._channels.index(name)].copy() for name in names
-        }
+        return {name: self._samples[self.channels.index(name), : self._sample_count].copy() for name in names}
 
-    def cycle_extrema(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
-        """Return least and greatest value of each channel in each cycle, with their times in s."""
-        return cycle_extrema(self._kept.extrema, self._channels, names)
-
-    def events(self) -> dict[str, NDArray[Any]]:
+    def event_table(self) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
-        return event_table(self._events[: self._event_count], self._contacts, self._time)
-
-    def pulses(self, events: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        """Return the normal forces of the corners' contacts in time; ``events`` is from :meth:`events`."""
-        return pulse_table(self._kept.pulses, self._contacts, events)
+        return self.contacts.table(float(self._log[max(self._count - 1, 0), 0]))

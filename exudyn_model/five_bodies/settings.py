@@ -17,64 +17,98 @@ ROUND_OFF = 4e-15
 1e-16 of it. At 150, 1000 and 3000 rpm 1e-15 is met and 3e-16 is not."""
 _MUCH = 4 * 32
 """Times the shortest step; four of the longest (``step_choice``), of which a sample shortens none by much."""
-DIFFERENCE = 1e-7
-"""Of a coordinate, at least 1e-2 m or rad: over which Exudyn differentiates forces for its Jacobian."""
 
 
 @dataclass(frozen=True)
-class Steps:
-    """The steps of a run, all as short as in a contact.
+class Settings:
+    """What the solution of a run is asked for.
 
     Attributes
     ----------
+    method : str
+        "generalized-alpha" or "trapezoidal-index2".
     sample_interval : float
         s.
     samples : int
         Besides the one at t = 0.
     per_sample : int
-        Steps in one sample interval.
+        Ticks, the steps in a contact, in one sample interval.
+    per_state : int
+        Ticks between states that there have to be.
+    fixed : bool
+        Whether all steps are one tick: nothing has clearance.
+    tolerance : float
+        Of the Newton iteration, in N and m alike (index 2: and m/s).
+    uses : int
+        Newton iterations of a step that may use an old Jacobian before each gets a new one.
+    difference : float
+        Of a coordinate, at least 1e-2 m or rad: over which Exudyn differentiates forces for its Jacobian.
     """
 
+    method: str
     sample_interval: float
     samples: int
     per_sample: int
+    per_state: int
+    fixed: bool
+    tolerance: float
+    uses: int
+    difference: float
 
     @property
-    def size(self) -> float:
-        """The step in s."""
+    def tick(self) -> float:
+        """The step in a contact, s."""
         return self.sample_interval / self.per_sample
 
+    @property
+    def index2(self) -> bool:
+        """Whether constraints are enforced at velocity level."""
+        return self.method == "trapezoidal-index2"
 
-def choose_steps(parameters: Parameters) -> Steps:
-    """Take the largest step that divides the sample interval and does not exceed the one asked for."""
-    interval = parameters.sample_interval
+
+def choose_settings(parameters: Parameters) -> Settings:
+    """Choose the settings of a scene; the tick is the largest step that divides the sample interval."""
+    integration, interval = parameters.integration, parameters.sample_interval
     # An interval that is a whole number of steps must not get one more from round-off
-    per_sample = max(1, math.ceil(interval / parameters.integration.step * (1 - 1e-12)))
-    return Steps(interval, parameters.samples, per_sample)
+    per_sample = max(1, math.ceil(interval / integration.step * (1 - 1e-12)))
+    # Smooth contacts: where two iterations do not suffice, the third gets a new Jacobian, with which two
+    # suffice for another twenty steps; without, every step would take three, and each is an evaluation of all
+    # forces and joints. Stiff ones with kinks (two corners at once, the pin's friction): a Jacobian from one
+    # side of a kink misleads on the other, where an old one from free flight converges, slowly, as the
+    # masses over the square of the step outweigh the contact. Then Exudyn's own default
+    smooth = parameters.journal is None and _law(parameters) in ("", "hertz-corners")
+    return Settings(
+        method=integration.method,
+        sample_interval=interval,
+        samples=parameters.samples,
+        per_sample=per_sample,
+        per_state=_ticks_between_states(parameters, per_sample),
+        fixed=not parameters.contacts,
+        tolerance=_newton_tolerance(parameters, interval / per_sample),
+        uses=1 if smooth else 8,
+        # On an elastic foundation a slider rests some 1e-9 m deep: over 1e-7, contact would pass for flight
+        difference=1e-8 if _law(parameters) == "foundation" else 1e-7,
+    )
 
 
-def fixed_steps(parameters: Parameters) -> bool:
-    """Return whether all steps are equal: with nothing to touch, or by Exudyn's own contact object.
-
-    That object locates no touch in a longer step, and an ideal linkage has no contact whose step to follow.
-    """
-    return parameters.ideal or parameters.integration.formulation == "native"
+def _law(parameters: Parameters) -> str:
+    return "" if parameters.guide is None else parameters.guide.law
 
 
-def steps_between_states(parameters: Parameters, steps: Steps) -> int:
-    """Return after how many of the shortest steps there has to be a state.
+def _ticks_between_states(parameters: Parameters, per_sample: int) -> int:
+    """Return after how many ticks there has to be a state.
 
     At each sample; of samples so dense that steps in flight would be shorter for them, only at one in each
     thousandth of a cycle: there a run takes the steps of one with 1000 samples. Forces of joints and energies
     are not interpolated. A sample at each step still makes all steps equal.
     """
-    if not 1 < steps.per_sample < _MUCH or parameters.integration.method != "generalized-alpha":
-        return steps.per_sample
+    if not 1 < per_sample < _MUCH or parameters.integration.method != "generalized-alpha":
+        return per_sample
     in_a_thousandth = max(1, parameters.integration.samples_per_cycle // 1000)
-    return steps.per_sample * math.gcd(in_a_thousandth, steps.samples)
+    return per_sample * math.gcd(in_a_thousandth, parameters.samples)
 
 
-def newton_tolerance(parameters: Parameters, step: float) -> float:
+def _newton_tolerance(parameters: Parameters, step: float) -> float:
     """Return the absolute tolerance of the Newton iteration, for a step in s.
 
     Index 2 has rows in m/s, whose error divided by the step is one of accelerations and so of reactions,
@@ -83,18 +117,17 @@ def newton_tolerance(parameters: Parameters, step: float) -> float:
     Never less than the round-off of the balances, which grows with the square of the speed.
     """
     tolerance, least = parameters.integration.tolerance, ROUND_OFF * _weight(parameters)
+    guide = parameters.guide
     if parameters.integration.method == "trapezoidal-index2":
-        tolerance *= step / (0.1 if parameters.ideal else 2e-3)
+        tolerance *= step / (2e-3 if parameters.contacts else 0.1)
         # Stiffer contacts: the pin's 4e8 N/m times coordinates of 0.2 m, a side's 1e11 N/m times gaps of
         # 2e-4 m round at some 1e-9 N, which the norm of the residual spreads over all rows
-        if parameters.journal is not None or not (
-            parameters.ideal or parameters.contact.law == "hertz-corners"
-        ):
+        if parameters.journal is not None or _law(parameters) in ("paper-switching", "foundation"):
             least = 2e-10
-    elif parameters.contact.law == "foundation" and not parameters.mechanism.ideal_slider:
+    elif guide is not None and guide.law == "foundation":
         # A joint between coordinates near 0.5 m places the slider to 1e-16 m: half of that, times the
         # stiffness of a whole side
-        least = max(least, 5e-17 * parameters.contact.side_stiffness)
+        least = max(least, 5e-17 * guide.side_stiffness)
     return max(tolerance, least)
 
 
@@ -102,60 +135,28 @@ def _weight(parameters: Parameters) -> float:
     """Return the weight of all bodies, N, at gravity and the acceleration of the crank's tip together."""
     mechanism = parameters.mechanism
     bodies = (mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4, mechanism.slider)
-    acceleration = mechanism.crank.length * parameters.drive.omega**2 + abs(mechanism.gravity)
+    acceleration = mechanism.crank.length * mechanism.omega**2 + abs(mechanism.gravity)
     return acceleration * math.fsum(body.mass for body in bodies)
 
 
-def jacobian_uses(parameters: Parameters) -> int:
-    """Return how many Newton iterations of a step may use an old Jacobian before each gets a new one.
-
-    Smooth contacts: where two iterations do not suffice, the third gets a new Jacobian, with which two
-    suffice for another twenty steps; without, every step would take three, and each is an evaluation of all
-    forces and joints. Stiff ones with kinks (two corners at once, the pin's friction): a Jacobian from one
-    side of a kink misleads on the other, where an old one from free flight converges, slowly, as the
-    masses over the square of the step outweigh the contact. Then Exudyn's own default.
-    """
-    smooth = parameters.journal is None and parameters.contact.law == "hertz-corners"
-    return 1 if smooth else 8
-
-
-def difference(parameters: Parameters) -> float:
-    """Return the relative difference for the forces' Jacobian: see ``DIFFERENCE``.
-
-    On an elastic foundation a slider rests some 1e-9 m deep: over that, contact would be taken for flight.
-    """
-    return 1e-8 if parameters.contact.law == "foundation" else DIFFERENCE
-
-
-def settings(
-    steps: Steps,
-    method: str,
-    tolerance: float,
-    uses: int,
-    fixed: bool = True,
-    relative_difference: float = DIFFERENCE,
-) -> Any:
-    """Make ``exudyn.SimulationSettings``; each value set here has its reason beside it.
-
-    ``tolerance``, ``uses`` of a Jacobian and ``relative_difference`` are those of the functions above,
-    ``fixed`` whether all steps are equal; else ``solver`` sets the length of each.
-    """
+def exudyn_settings(settings: Settings) -> Any:
+    """Make ``exudyn.SimulationSettings``; each value set here has its reason beside it."""
     values = exu.SimulationSettings()
     # No folder `solution/`, no file, no sensor: `recording` takes what it needs from memory
     values.solution.file.write = False
     values.solution.sensors.active = False
     integration = values.timeIntegration
     integration.verboseMode = 0
-    integration.endTime = steps.samples * steps.sample_interval
-    integration.numberOfSteps = steps.samples * steps.per_sample
+    integration.endTime = settings.samples * settings.sample_interval
+    integration.numberOfSteps = settings.samples * settings.per_sample
     # A step is tried again only where `solver` asks for it or Newton's method fails, with the length that
     # `solver` sets; never lengthened by Exudyn's own choice
-    integration.adaptiveStep = not fixed
+    integration.adaptiveStep = not settings.fixed
     integration.adaptiveStepRecoverySteps = 2**31 - 1
-    if not fixed:
-        integration.minimumStepSize = steps.size / PARTS * (1.0 + 1e-9)
+    if not settings.fixed:
+        integration.minimumStepSize = settings.tick / PARTS * (1.0 + 1e-9)
     integration.automaticStepSize = False
-    if method == "trapezoidal-index2":
+    if settings.index2:
         # Constraints at velocity level: the multipliers are as smooth as the accelerations. A relative
         # tolerance would refer to the residual before the iteration, which drive and gravity make large
         integration.newton.relativeTolerance = 0.0
@@ -169,14 +170,14 @@ def settings(
         integration.generalizedAlpha.useNewmark = False
     # The Jacobian changes little in a hundred steps; a new one in every iteration doubles the cost
     integration.newton.useModifiedNewton = True
-    integration.newton.maxModifiedNewtonIterations = uses
-    integration.newton.numericalDifferentiation.relativeEpsilon = relative_difference
-    # Pieces of the crank pin's friction (`contact.journal`): at most four changes; the last one is confirmed
+    integration.newton.maxModifiedNewtonIterations = settings.uses
+    integration.newton.numericalDifferentiation.relativeEpsilon = settings.difference
+    # Pieces of the crank pin's friction (`contact_forces`): at most four changes; the last one is confirmed
     integration.discontinuous.maxIterations = 6
     integration.discontinuous.ignoreMaxIterations = False
-    # Exudyn's own contact would ask for shorter steps where it begins, and stop where the step is fixed
-    integration.discontinuous.useRecommendedStepSize = not fixed
+    # The step that `solver` asks for where it takes one back
+    integration.discontinuous.useRecommendedStepSize = not settings.fixed
     # In N and m alike. For index 3 the usual 1e-7 is no limit: 1e-8 moves the slider of the paper's case by
     # 2e-11 m, and the step of 2e-6 s leaves 3e-7 m. Much smaller ones are less than the forces' round-off
-    integration.newton.absoluteTolerance = tolerance
+    integration.newton.absoluteTolerance = settings.tolerance
     return values

@@ -6,187 +6,269 @@ from collections.abc import Callable
 from typing import Any
 
 import exudyn as exu
+import numpy as np
 
-from exudyn_model.bodies import ROD4_ANGLE
+from exudyn_model.five_bodies.balance import constraints, correct_start
+from exudyn_model.five_bodies.contact_forces import ANGLE, PER_BODY
+from exudyn_model.five_bodies.parts import JournalPart
 from exudyn_model.five_bodies.recording import Recorder
-from exudyn_model.five_bodies.settings import Steps, settings
-from exudyn_model.five_bodies.step_choice import StepChoice
-from exudyn_model.model import Model
-from exudyn_model.run import PROGRESS_INTERVAL, Outcome
+from exudyn_model.five_bodies.settings import (
+    SPECTRAL_RADIUS,
+    Settings,
+    choose_settings,
+    exudyn_settings,
+)
+from exudyn_model.five_bodies.step_choice import LONGEST, LONGEST_INDEX2, StepChoice
+from exudyn_model.five_bodies.system import Model, System, build, press
+from exudyn_model.linkage import assemble
+from exudyn_model.parameters import Parameters
+from exudyn_model.run import PROGRESS_INTERVAL, Outcome, Run
+
+Progress = Callable[[float], None]
 
 # Ticks of a step in which the linkage hardly moves, and how many iterations of a longer one may use an old
 # Jacobian
 _SHORT, _USES_IN_LONG = 4, 2
 
 
-class _BehindWallError(Exception):
-    """Stop of a run in which Exudyn's own contact object has let a corner through."""
+def run_five_bodies(parameters: Parameters, progress: Progress | None) -> Run:
+    """Run the formulation "full"; ``progress`` as for ``simulation.simulate``."""
+    settings = choose_settings(parameters)
+    recorder, choice, outcome = run_system(
+        press(parameters, assemble(parameters)),
+        settings,
+        parameters.mechanism.period,
+        parameters.integration.energy,
+        progress,
+    )
+    if outcome.status == "newton-failed" and any(
+        one.impact_speed == "current" for one in parameters.contacts
+    ):
+        # Over a step the damping of a stiff contact turns by all of it, within the floor of the speed
+        remedy = "reduce solver.exudyn.step to 5e-7 s, or use solver.exudyn.formulation = 'tree'"
+        outcome = Outcome(outcome.status, remedy, outcome.counters)
+    used: dict[str, Any] = {
+        "step_used": settings.tick,
+        "longest_step": choice.longest_taken * settings.tick,
+        "steps_per_sample": settings.per_sample,
+        "newton_tolerance": settings.tolerance,
+    }
+    if not settings.index2:
+        used["spectral_radius"] = SPECTRAL_RADIUS
+    return Run("five bodies", used, recorder, outcome, recorder.drift)
 
 
-def _rod4_spun(data: Any) -> bool:
-    """Return whether rod 4 is more than half a revolution from its start, as no slider in a guide lets it be.
+def run_system(
+    system: System, settings: Settings, period: float, energy: bool, progress: Progress | None = None
+) -> tuple[Recorder, StepChoice, Outcome]:
+    """Run a linkage of lists.
 
-    In a step far longer than a contact the Newton iteration can overshoot by thousands of revolutions and
-    find a root there: the angle counts by its sine alone, and inertia balances whatever the wall exerts. No
-    later step brings it back.
+    Parameters
+    ----------
+    system : System
+        At positions and with velocities that fit its joints.
+    settings : Settings
+    period : float
+        Of the cycles by which extrema are kept, s.
+    energy : bool
+        Whether the energies are recorded.
+    progress : callable, optional
+
+    Raises
+    ------
+    AssertionError
+        If positions or velocities do not fit the joints: Exudyn would accept them without a word.
     """
-    start = data.GetODE2Coordinates(configuration=exu.ConfigurationType.Initial)[ROD4_ANGLE]
-    return bool(abs(data.GetODE2Coordinates()[ROD4_ANGLE] - start) > math.pi)
+    model = build(system, settings.tick)
+    longest = 1 if settings.fixed else LONGEST_INDEX2 if settings.index2 else LONGEST
+    choice = StepChoice(model, settings.tick, settings.per_sample, settings.per_state, longest)
+    duration = settings.samples * settings.sample_interval
+    recorder = Recorder(model, choice, settings.samples, period, duration, energy)
+    return recorder, choice, Solution(model, settings, choice, recorder, progress).run()
 
 
-def solve(
-    model: Model,
-    steps: Steps,
-    choice: StepChoice,
-    method: str,
-    tolerance: float,
-    uses: int,
-    relative_difference: float,
-    recorder: Recorder,
-    progress: Callable[[float], None] | None,
-    correct: Callable[..., None] | None,
-) -> Outcome:
-    """Integrate ``model`` from t = 0 and pass every accepted state to ``recorder``.
+class Solution:
+    """One call of Exudyn's solver for the whole run: a second one would start with new initial accelerations.
 
-    ``correct`` changes Exudyn's initial accelerations and multipliers (``initial_accelerations``).
-
-    One call of Exudyn's solver for the whole run: a second one would start with new initial accelerations.
     The length of each step is set before it; a step in which a contact begins or ends is taken back after it
-    where it is longer than a tick (``step_choice``).
-    """
-    interruption: list[BaseException] = []
-    mbs, settle = model.mbs, model.after_newton
-    data = mbs.systemData
-    fixed, index2 = choice.longest == 1, method == "trapezoidal-index2"
-    # Whether Newton's method has converged in the present step, so that it is accepted; whether the step is
-    # to be iterated once more from its start; fraction of the step up to where a contact begins or ends
-    accepted, again, fraction = True, False, 0.0
-    rejected = 0
-    dynamic: Any = None
-    iteration: Any = None
-    newton: Any = None
-    last_call, duration = time.monotonic(), steps.samples * steps.sample_interval
+    where it is longer than a tick (``step_choice``). Every accepted state goes to the recorder.
 
-    def before_step(*_: Any) -> bool:
-        """Record the current state; False to stop."""
-        nonlocal last_call, accepted, again, rejected, dynamic, iteration, newton
+    Parameters
+    ----------
+    model : Model
+    settings : Settings
+    choice : StepChoice
+    recorder : Recorder
+    progress : callable or None
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        settings: Settings,
+        choice: StepChoice,
+        recorder: Recorder,
+        progress: Progress | None,
+    ) -> None:
+        self._model, self._settings, self._choice = model, settings, choice
+        self._recorder, self._progress = recorder, progress
+        self._data = model.mbs.systemData
+        self._settling = [part for part in model.parts if isinstance(part, JournalPart)]
+        self._interruption: BaseException | None = None
+        # Whether Newton's method has converged in the present step, so that it is accepted; whether the step
+        # is to be iterated once more from its start; fraction of the step to where a contact begins or ends
+        self._accepted, self._again, self._fraction = True, False, 0.0
+        self._rejected, self._last_call = 0, time.monotonic()
+        self._duration = settings.samples * settings.sample_interval
+        self._dynamic: Any = None
+
+    def run(self) -> Outcome:
+        """Integrate from t = 0."""
+        mbs, status, remedy = self._model.mbs, "success", ""
+        mbs.SetPreStepUserFunction(self._before_step)
+        if not self._settings.fixed:
+            mbs.SetPostNewtonUserFunction(self._after_newton)
+        console = exu.config.printToConsole
+        exu.config.printToConsole = False
         try:
-            if dynamic is None:
-                dynamic = mbs.sys["dynamicSolver"]
-                iteration, newton = dynamic.it, dynamic.newton
-                if correct is not None:
-                    correct(
-                        data.GetODE2Coordinates(copy=False),
-                        data.GetODE2Coordinates_t(copy=False),
-                        data.GetODE2Coordinates_tt(copy=False),
-                        data.GetAECoordinates(copy=False),
-                    )
-            if not accepted:
-                if fraction == 0.0:
-                    # Newton's method has failed, after which Exudyn does not restore the algorithmic
-                    # accelerations of its method; to iterate anew does
-                    again = not index2
-                rejected += 1
-                choice.shorten(fraction if fraction > 0.0 else 0.5)
-                set_step()
-                dynamic.conv.jacobianUpdateRequested = True
-                return True
-            if choice.at_required_state:
-                recorder.follow(
-                    data.GetODE2Coordinates(copy=False),
-                    data.GetODE2Coordinates_t(copy=False),
-                    data.GetAECoordinates(copy=False),
-                )
-            is_sample = recorder.accept()
-            if is_sample and recorder.is_behind_a_wall:
-                interruption.append(_BehindWallError())
-                return False
-            if is_sample and progress is not None and time.monotonic() - last_call > PROGRESS_INTERVAL:
-                last_call = time.monotonic()
-                progress(choice.time / duration)
-            before = choice.ticks
-            choice.choose()
-            if not fixed:
-                accepted = False
-                if choice.ticks != before:
-                    set_step()
+            mbs.SolveDynamic(exudyn_settings(self._settings))
+            if self._interruption is None:
+                self._before_step()  # the last state, which no further step starts from
+        except exu.SolverError:
+            status = "newton-failed"
+            remedy = (
+                "raise solver.exudyn.tolerance if below 1e-8, reduce solver.exudyn.step if above 2e-5 s; "
+                "where friction.coefficient is above 1, lower it"
+            )
+        except exu.ModelError as error:
+            # Ctrl-C or a fault inside the contact force arrives as the cause; it is no outcome of the scene
+            raise (error.__cause__ or error) from None
+        finally:
+            exu.config.printToConsole = console
+            mbs.SetPreStepUserFunction(0)
+            mbs.SetPostNewtonUserFunction(0)
+        if self._interruption is not None:
+            raise self._interruption
+        self._recorder.observe()
+        if status == "success" and self._has_spun():
+            status, remedy = "newton-failed", "reduce solver.exudyn.step: it is far longer than a contact"
+        if not self._recorder.is_finite():
+            status, remedy = "non-finite", "check the scene's masses and speeds"
+        if self._progress is not None and status == "success":
+            self._progress(1.0)
+        iterations = mbs.sys["dynamicSolver"].it
+        counters = {
+            "steps": self._recorder.accepted - 1,
+            "rejected": self._rejected,
+            "newton_iterations": iterations.newtonStepsCount,
+            "jacobians": iterations.newtonJacobiCount,
+        }
+        return Outcome(status, remedy, counters)
+
+    def _before_step(self, *_: Any) -> bool:
+        """Exudyn's pre-step function: record the current state; False to stop."""
+        try:
+            if self._dynamic is None:
+                self._begin()
+            if self._accepted:
+                self._accept()
+            else:
+                self._try_again()
         # Also a user's Ctrl-C: Exudyn would make it an error of its own
         except BaseException as exception:
-            interruption.append(exception)
+            self._interruption = exception
             return False
         return True
 
-    def set_step() -> None:
+    def _vectors(self) -> tuple[Any, Any]:
+        return self._data.GetODE2Coordinates(copy=False), self._data.GetODE2Coordinates_t(copy=False)
+
+    def _begin(self) -> None:
+        self._dynamic = self._model.mbs.sys["dynamicSolver"]
+        self._require_consistent_start()
+        if self._settings.index2:  # other methods damp what is wrong with the initial accelerations
+            q, v = self._vectors()
+            multipliers = self._data.GetAECoordinates(copy=False)
+            correct_start(self._model.system, q, v, self._data.GetODE2Coordinates_tt(copy=False), multipliers)
+
+    def _accept(self) -> None:
+        choice, recorder = self._choice, self._recorder
+        if choice.at_required_state:
+            recorder.follow(*self._vectors(), self._data.GetAECoordinates(copy=False))
+        ticks = recorder.accept()
+        if choice.at_sample and self._progress is not None:
+            self._report(self._progress)
+        before = choice.ticks
+        choice.choose(ticks)
+        if not self._settings.fixed:
+            self._accepted = False
+            if choice.ticks != before:
+                self._set_step()
+
+    def _report(self, progress: Progress) -> None:
+        if time.monotonic() - self._last_call > PROGRESS_INTERVAL:
+            self._last_call = time.monotonic()
+            progress(self._choice.time / self._duration)
+
+    def _require_consistent_start(self) -> None:
+        q, v = self._vectors()
+        with np.errstate(over="ignore"):
+            found = constraints(self._model.system, np.zeros(1), q[:, None], v[:, None])
+        # Lengths are near 1 m: round-off of a few operations is some 1e-16
+        if not (found.position[0] <= 1e-13 and found.velocity[0] <= 1e-12 * (1 + np.max(np.abs(v)))):
+            raise AssertionError("initial positions or velocities do not fit the joints")
+
+    def _try_again(self) -> None:
+        """Shorten the step that was not accepted."""
+        if self._fraction == 0.0:
+            # Newton's method has failed, after which Exudyn does not restore the algorithmic accelerations of
+            # its method; to iterate anew does
+            self._again = not self._settings.index2
+        self._rejected += 1
+        self._choice.shorten(self._fraction if self._fraction > 0.0 else 0.5)
+        self._set_step()
+        self._dynamic.conv.jacobianUpdateRequested = True
+
+    def _set_step(self) -> None:
         """Give Exudyn the step that begins."""
-        iteration.currentStepSize = choice.ticks * choice.size
-        iteration.currentTime = choice.time
+        dynamic, settings, ticks = self._dynamic, self._settings, self._choice.ticks
+        dynamic.it.currentStepSize = ticks * settings.tick
+        dynamic.it.currentTime = self._choice.time
         # In long steps, in which the linkage moves on, two iterations seldom suffice; a third with the old
         # Jacobian takes less time than a new one
-        newton.maxModifiedNewtonIterations = uses if choice.ticks <= _SHORT else max(uses, _USES_IN_LONG)
+        uses = settings.uses if ticks <= _SHORT else max(settings.uses, _USES_IN_LONG)
+        dynamic.newton.maxModifiedNewtonIterations = uses
         # Its error in positions, over the step, is one of velocities
-        newton.absoluteTolerance = tolerance * min(choice.ticks, 1.0)
-        if index2:
+        dynamic.newton.absoluteTolerance = settings.tolerance * min(ticks, 1.0)
+        if settings.index2:
             # Rows of the constraints' velocities are scaled with the step
             dynamic.conv.jacobianUpdateRequested = True
 
-    def after_newton(mbs: Any, t: float) -> list[float]:
+    def _after_newton(self, mbs: Any, t: float) -> list[float]:
         """Exudyn's post-Newton function: an error above 1 rejects, with a recommended step or to iterate."""
-        nonlocal accepted, again, fraction
-        if settle is not None and settle(mbs, t)[0] > 0.0:
+        del mbs, t
+        for part in self._settling:
+            if not part.settled():
+                return [2.0, -1.0]
+        if self._again:
+            self._again = False
             return [2.0, -1.0]
-        if again:
-            again = False
-            return [2.0, -1.0]
-        if choice.ticks > 1:
-            fraction = choice.first_change(
-                data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
-            )
-            if not fraction > 1.0:
+        if self._choice.ticks > 1:
+            self._fraction = min(part.change() for part in self._model.parts)
+            if not self._fraction > 1.0:
                 return [2.0, 0.0]
-        accepted, fraction = True, 0.0
+        self._accepted, self._fraction = True, 0.0
         return [0.0, -1.0]
 
-    mbs.SetPreStepUserFunction(before_step)
-    if not fixed:
-        mbs.SetPostNewtonUserFunction(after_newton)
-    elif settle is not None:
-        mbs.SetPostNewtonUserFunction(settle)
-    status, remedy = "success", ""
-    console = exu.config.printToConsole
-    exu.config.printToConsole = False
-    try:
-        mbs.SolveDynamic(settings(steps, method, tolerance, uses, fixed, relative_difference))
-        if not interruption:
-            before_step()  # the last state, which no further step starts from
-    except exu.SolverError:
-        status = "newton-failed"
-        remedy = (
-            "raise solver.exudyn.tolerance if below 1e-8, reduce solver.exudyn.step if above 2e-5 s; where "
-            "friction.coefficient is above 1, lower it"
-        )
-    except exu.ModelError as error:
-        # Ctrl-C or a fault inside the contact force arrives as the cause; it is no outcome of the scene
-        raise (error.__cause__ or error) from None
-    finally:
-        exu.config.printToConsole = console
-        mbs.SetPreStepUserFunction(0)
-        mbs.SetPostNewtonUserFunction(0)
-    if interruption and not isinstance(interruption[0], _BehindWallError):
-        raise interruption[0]
-    if interruption:
-        status = "out-of-range"
-        remedy = "a corner is deeper in its wall than Exudyn's sphere: use solver.exudyn.formulation = 'full'"
-    elif status == "success" and _rod4_spun(data):
-        status, remedy = "newton-failed", "reduce solver.exudyn.step: it is far longer than a contact"
-    if not recorder.is_finite():
-        status, remedy = "non-finite", "check the scene's masses and speeds"
-    if progress is not None and status == "success":
-        progress(1.0)
-    iterations = mbs.sys["dynamicSolver"].it
-    counters = {
-        "steps": recorder.accepted - 1,
-        "rejected": rejected,
-        "newton_iterations": iterations.newtonStepsCount,
-        "jacobians": iterations.newtonJacobiCount,
-    }
-    return Outcome(status, remedy, counters)
+    def _has_spun(self) -> bool:
+        """Return whether a slider, or what it is pinned to, is over half a revolution from its start.
+
+        No guide lets it be. In a step far longer than a contact the Newton iteration can overshoot by
+        thousands of revolutions and find a root there: an angle counts by its sine alone, and inertia
+        balances whatever the wall exerts. No later step brings it back.
+        """
+        system, start = self._model.system, exu.ConfigurationType.Initial
+        sliders = {one.body for one in system.sliders} | {one.body for one in system.guides}
+        held = sliders | {pin.first for pin in system.pins if pin.second in sliders}
+        turned = self._data.GetODE2Coordinates() - self._data.GetODE2Coordinates(configuration=start)
+        return any(abs(turned[PER_BODY * body + ANGLE]) > math.pi for body in held)

@@ -1,5 +1,5 @@
 """What the drive leaves free, as a kinematic tree in explicit steps with error control: formulation "tree".
 
-Rod 4 and slider (``slider_tree``), or, where the crank pin has clearance, all bodies but the crank
-(``rocker_tree``). Steps end where a contact begins or ends.
+Rod 4 and slider, or, where the crank pin has clearance, all bodies but the crank (``building``). Steps end
+where a contact begins or ends (``isolation``).
 """

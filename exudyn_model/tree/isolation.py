@@ -1,182 +1,256 @@
-"""Where in a step of a tree a gap passes through zero: found for certain, however often it reverses.
+"""Where in a step of a tree a contact begins or ends: isolated for certain, so that the step ends there.
 
-The gap is that of the interpolated state (``motion``), not a polynomial of its own. That it does not
-change its sign follows from a bound of its second derivative (``step_bounds``): between two points a gap
-is nowhere smaller than the parabola through both with that second derivative. Most steps are settled by their
-ends alone; else the step is searched from its start on, in parts short enough to be settled each.
+Over a step the distance of a contact (``motion.evaluate``) is the quintic Hermite polynomial through both
+ends. A polynomial lies between the least and the greatest of its Bernstein coefficients [1]_: if none is
+negative, neither is the polynomial, however often it turns. Most steps are settled by that; else the step is
+searched from its start on, in parts short enough to be settled each.
+
+References
+----------
+.. [1] Farouki, The Bernstein polynomial basis: a centennial retrospective, Comput. Aided Geom. Des. 29 (2012)
+   379-419, sections 5 and 6.
 """
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 
-from exudyn_model.compiled import kernel
-from exudyn_model.contact.states import PIN
-from exudyn_model.tree.motion import contact_motion, interpolate
+from exudyn_model.columns import CLOSED, IMPACT_SPEED, LEFT, NAME, RATE, SHARED, SPEED_FLOOR, START
+from exudyn_model.corners import CORNER_COUNT, UPPER
+from exudyn_model.kernels import kernel
+from exudyn_model.memory import ROUNDED, end_contact
+from exudyn_model.tree.motion import ACCELERATION, DISTANCE, PIN_ROW, ROWS, SPEED
 
-# A gap (m) that counts as none: some roundings of the sums of lengths near 0.6 m that it comes from. The
-# second corner of a side rests at 1e-11 m under the "strip" law, and far less where it bears little
-GAP_TOLERANCE = 2e-15
+Array = NDArray[np.float64]
 
 # A fraction of the step that is none
 NEVER = 2.0
-
-# Gaps evaluated in the search of one step, after which a shorter step is asked for. A gap of 1e-13 m at rest
-# over a step of free flight takes some 100
+# Parts of one step that are looked at, after which a shorter step is asked for. A gap of 1e-13 m at rest over
+# a step of free flight takes some 100
 _SEARCH_LIMIT = 1000
+_DEGREE = 5
 
 
 @kernel
-def gap_within(
-    number: int, start: Any, end: Any, fraction: float, linkage: Any, law: Any, pin_law: Any
-) -> tuple[float, float]:
-    """Return the gap (m) of one of ``CONTACTS`` and its rate (m/s) at a fraction of the step."""
-    return contact_motion(number, interpolate(start, end, fraction, linkage), linkage, law, pin_law)
+def bernstein(first: Array, last: Array, sign: float, step: float, coefficients: Array) -> float:
+    """Fill the six coefficients of ``sign`` times a distance over a step (s) from its values at both ends.
 
-
-@kernel
-def crossing_within(
-    number: int, start: Any, end: Any, low: float, high: float, linkage: Any, law: Any, pin_law: Any
-) -> float:
-    """Return the fraction of the step at which the gap is zero.
-
-    Newton's method, safeguarded by bisection; the gap's signs at ``low`` and ``high`` must differ.
+    Return the least of them.
     """
-    step = end.time - start.time
-    open_at_low = gap_within(number, start, end, low, linkage, law, pin_law)[0] > 0.0
-    fraction = 0.5 * (low + high)
-    for _ in range(100):
-        gap, rate = gap_within(number, start, end, fraction, linkage, law, pin_law)
-        if (gap > 0.0) == open_at_low:
+    rate0, rate1 = step * first[SPEED] / 5.0, step * last[SPEED] / 5.0
+    bend0, bend1 = step * step * first[ACCELERATION] / 20.0, step * step * last[ACCELERATION] / 20.0
+    coefficients[0], coefficients[5] = sign * first[DISTANCE], sign * last[DISTANCE]
+    coefficients[1], coefficients[4] = sign * (first[DISTANCE] + rate0), sign * (last[DISTANCE] - rate1)
+    coefficients[2] = sign * (first[DISTANCE] + 2.0 * rate0 + bend0)
+    coefficients[3] = sign * (last[DISTANCE] - 2.0 * rate1 + bend1)
+    least = np.inf
+    for k in range(_DEGREE + 1):
+        least = min(least, coefficients[k])
+    return least
+
+
+@kernel
+def part(coefficients: Array, low: float, high: float, found: Array) -> float:
+    """Fill the coefficients of the part from ``low`` to ``high`` of a step; return the least of them.
+
+    By de Casteljau's algorithm: of the part up to ``high``, then of that from ``low`` on.
+    """
+    for k in range(_DEGREE + 1):
+        found[k] = coefficients[k]
+    for level in range(1, _DEGREE + 1):
+        for k in range(_DEGREE, level - 1, -1):
+            found[k] = (1.0 - high) * found[k - 1] + high * found[k]
+    share, least = low / high, np.inf
+    for level in range(1, _DEGREE + 1):
+        for k in range(_DEGREE + 1 - level):
+            found[k] = (1.0 - share) * found[k] + share * found[k + 1]
+    for k in range(_DEGREE + 1):
+        least = min(least, found[k])
+    return least
+
+
+@kernel
+def first_change(coefficients: Array, found: Array) -> float:
+    """Return the fraction of a step at which a distance falls below zero, or ``NEVER``.
+
+    Not necessarily the first one in the step: the step up to there is tried again, and searched again. 0 if
+    the distance was zero from the start on until it passed; nan if a shorter step is needed to be sure.
+
+    Parameters
+    ----------
+    coefficients, found : ndarray, shape (6,)
+        Of the distance; room for those of a part.
+    """
+    low, width, high = 0.0, 1.0, 1.0
+    passed = coefficients[_DEGREE] < -ROUNDED
+    count = 0
+    while not passed:
+        count += 1
+        if count > _SEARCH_LIMIT:
+            return np.nan
+        high = min(low + width, 1.0)
+        if part(coefficients, low, high, found) >= -ROUNDED:
+            if high >= 1.0:
+                return NEVER
+            low, width = high, 2.0 * width
+        elif found[_DEGREE] < -ROUNDED:
+            passed = True
+        else:
+            width *= 0.5
+    # Newton's method, safeguarded by bisection; what is at the wall at the start has to separate before
+    low, separated, fraction = 0.0, coefficients[0] > ROUNDED, 0.5 * high
+    for _ in range(200):
+        part(coefficients, fraction, 1.0, found)
+        value, slope = found[0], _DEGREE * (found[1] - found[0]) / (1.0 - fraction)
+        if not separated and value <= ROUNDED:
+            high, fraction = fraction, 0.5 * fraction
+            if fraction < 1e-16:
+                return 0.0
+            continue
+        separated = True
+        if abs(value) < 1e-16:
+            break
+        if value > 0.0:
             low = fraction
         else:
             high = fraction
-        change = -gap / (step * rate) if rate != 0.0 else 2.0
+        change = -value / slope if slope != 0.0 else 2.0
         if not low < fraction + change < high:
             change = 0.5 * (low + high) - fraction
         fraction += change
-        if abs(change) < 1e-14 or abs(gap) < 1e-16:
+        if abs(change) < 1e-14:
             break
     return fraction
 
 
 @kernel
-def smooth_distance(number: int, gap: float, pin_law: Any) -> float:
-    """Return a corner's gap (m); of the pin (c^2 - e^2) / (2 c), equal to it near 0 and smooth at e = 0."""
-    return gap - 0.5 * gap * gap / pin_law.clearance if number == PIN else gap
+def close(row: int, contacts: Array, time: float, law: Array) -> None:
+    """Close a contact at its wall at ``time`` (s); begin it, if it is not yet that of its side.
 
-
-@kernel
-def lower_bound(first: float, last: float, curvature: float) -> float:
-    """Bound a function on an interval from below, by its values at both ends.
-
-    The function lies above the parabola through both ends with its greatest second derivative. ``curvature``
-    is that derivative times the square of the interval's length.
+    The present speed, floored, is frozen as impact speed.
     """
-    rise = last - first
-    if abs(rise) >= 0.5 * curvature:
-        return min(first, last)
-    return 0.5 * (first + last) - 0.125 * curvature - 0.5 * rise * rise / curvature
+    contacts[row, CLOSED] = 1.0
+    # A side that remembers does so in the row of its lower corner
+    own = contacts[row % UPPER if law[SHARED] > 0.0 else row]
+    if own[IMPACT_SPEED] == 0.0:
+        own[IMPACT_SPEED] = max(-contacts[row, RATE], law[SPEED_FLOOR])
+        own[START], own[NAME] = time, row
 
 
 @kernel
-def passed_within(
-    number: int,
-    sign: float,
-    first: float,
-    last: float,
-    curvature: float,
-    start: Any,
-    end: Any,
-    linkage: Any,
-    law: Any,
-    pin_law: Any,
-) -> float:
-    """Return the fraction of the step at which the distance is below zero, or ``NEVER``; nan if unsure.
+def separate(row: int, contacts: Array, time: float, law: Array, events: Array, count: int) -> int:
+    """Open a contact at ``time`` (s) and end it, unless it goes on in the other corner; count events."""
+    contacts[row, CLOSED], contacts[row, LEFT] = 0.0, time
+    if law[SHARED] > 0.0:
+        other = contacts[(row + UPPER) % CORNER_COUNT]
+        if other[CLOSED] > 0.0:
+            return count
+        row, time = row % UPPER, max(time, other[LEFT])
+    return end_contact(row, contacts[row], time, 0.0, events, count)
 
-    The distance is :func:`smooth_distance` times ``sign``: -1 for a contact that is closed.
+
+@kernel
+def accepted_fraction(
+    start: float,
+    step: float,
+    before: Array,
+    after: Array,
+    guide: Array | None,
+    journal: Array | None,
+    contacts: Array,
+    least: float,
+    work: Array,
+) -> float:
+    """Return the fraction of a step up to the first contact that begins or ends; 1: it can be accepted.
+
+    Where a side remembers also up to where a corner goes into its wall, or out of it, while the other one of
+    its side is inside.
+
+    A contact that touches sooner than ``least`` after the start touches *at* the start: its impact speed is
+    frozen here, and the step is to be tried again with it. At separation the force is 0 already but has a
+    kink, across which no interpolation is accurate.
 
     Parameters
     ----------
-    number : int
-        One of ``CONTACTS``.
-    sign : float
-    first, last : float
-        The distances at the step's start and end, m.
-    curvature : float
-        Greatest second derivative of the distance, times the square of the step, m.
-    start, end, linkage, law, pin_law : record
+    start, step, least : float
+        s.
+    before, after : ndarray, shape (5, 3)
+        Distances at both ends of the step.
+    guide, journal : ndarray or None
+        Laws.
+    contacts : ndarray, shape (5, columns)
+    work : ndarray, shape (2, 6)
+        Room.
     """
-    if last < -GAP_TOLERANCE:
-        return 1.0
-    low, width, at_low, at_high = 0.0, 1.0, first, last
-    for _ in range(_SEARCH_LIMIT):
-        if lower_bound(at_low, at_high, curvature * width * width) >= -GAP_TOLERANCE:
-            if low + width >= 1.0:
-                return NEVER
-            low, at_low = low + width, at_high
-            width = min(2.0 * width, 1.0 - low)
-        else:
-            width *= 0.5
-        at_high = last
-        if low + width < 1.0:
-            gap, _ = gap_within(number, start, end, low + width, linkage, law, pin_law)
-            at_high = sign * smooth_distance(number, gap, pin_law)
-            if at_high < -GAP_TOLERANCE:
-                return low + width
-    return np.nan
+    first = 1.0
+    for row in range(0 if guide is not None else CORNER_COUNT, ROWS if journal is not None else CORNER_COUNT):
+        contact = contacts[row]
+        closed = contact[CLOSED] > 0.0
+        if bernstein(before[row], after[row], -1.0 if closed else 1.0, step, work[0]) >= ROUNDED:
+            continue
+        if work[0, 0] < -ROUNDED and closed:
+            work[0, 0] = 0.0  # what touches within `least` is frozen before it does
+        fraction = 0.0 if work[0, 0] < -ROUNDED else first_change(work[0], work[1])
+        if np.isnan(fraction):
+            fraction = 0.5
+        elif fraction != NEVER and fraction * step < least:
+            if closed:
+                # It separates at once. What comes back is another contact: the step must end before
+                fraction = 1.0 if after[row, DISTANCE] > ROUNDED else 0.5
+            else:
+                # Exudyn calls back before it judges a step's error: the end of one far too long is arbitrary,
+                # and only the start shows what is at the wall
+                fraction = 0.5
+                if before[row, DISTANCE] <= ROUNDED - 2.0 * least * before[row, SPEED]:
+                    contact[RATE] = before[row, SPEED]
+                    if journal is not None and row == PIN_ROW:
+                        close(row, contacts, start, journal)
+                    elif guide is not None:
+                        close(row, contacts, start, guide)
+        first = min(first, fraction)
+    return first
 
 
 @kernel
-def change_within(
-    number: int,
-    contact: Any,
-    gap: float,
-    least_acceleration: float,
-    greatest_acceleration: float,
-    start: Any,
-    end: Any,
-    linkage: Any,
-    law: Any,
-    pin_law: Any,
-) -> float:
-    """Return the fraction of the step at which a contact begins or, where it is closed, ends, or ``NEVER``.
-
-    Not necessarily the first one in the step: the step up to there is tried again, and searched again. 0 if
-    the gap was zero from the start on until it passed; nan if a shorter step is needed to be sure.
+def switch(
+    row: int,
+    start: float,
+    end: float,
+    before: Array,
+    after: Array,
+    law: Array,
+    contacts: Array,
+    events: Array,
+    count: int,
+) -> tuple[bool, int]:
+    """End the contact of a row that has opened in an accepted step, or begin one that touches at its end.
 
     Parameters
     ----------
-    number : int
-        One of ``CONTACTS``.
-    contact : record
-        Its state at the step's start.
-    gap : float
-        At the step's end, m.
-    least_acceleration, greatest_acceleration : float
-        Bounds of the second derivative of :func:`smooth_distance` over the step, m/s^2.
-    start, end, linkage, law, pin_law : record
+    row : int
+    start, end : float
+        Of the step, s.
+    before, after : ndarray, shape (5, 3)
+        Distances at both ends of the step.
+    law : ndarray
+    contacts : ndarray, shape (5, columns)
+    events : ndarray
+    count : int
+
+    Returns
+    -------
+    switched : bool
+    count : int
     """
-    step = end.time - start.time
-    sign, curvature = 1.0, greatest_acceleration * step * step
-    if contact.closed > 0.0:
-        sign, curvature = -1.0, -least_acceleration * step * step
-    first = sign * smooth_distance(number, contact.gap, pin_law)
-    if first < -GAP_TOLERANCE:
-        if sign > 0.0:
-            return 0.0
-        first = 0.0  # what touches within `least` is frozen before it does
-    last = sign * smooth_distance(number, gap, pin_law)
-    passed = passed_within(number, sign, first, last, curvature, start, end, linkage, law, pin_law)
-    if passed == NEVER or np.isnan(passed):
-        return passed
-    low = 0.0
-    if first <= GAP_TOLERANCE:
-        # At the wall at the start. It has to separate before it can cross
-        low, apart = passed, 0.0
-        while apart <= GAP_TOLERANCE:
-            low *= 0.5
-            if low < 1e-16:
-                return 0.0
-            apart = sign * gap_within(number, start, end, low, linkage, law, pin_law)[0]
-    return crossing_within(number, start, end, low, passed, linkage, law, pin_law)
+    gap, rate, switched = after[row, DISTANCE], after[row, SPEED], False
+    contact = contacts[row]
+    # What has just touched may still be open by round-off, but it approaches
+    if contact[CLOSED] > 0.0 and (gap > ROUNDED or (gap >= -ROUNDED and rate > 0.0)):
+        # In an accepted step a contact separates at one of the ends alone: see `accepted_fraction`
+        left = end if gap < -before[row, DISTANCE] else start
+        count = separate(row, contacts, left, law, events, count)
+        switched = True
+    contact[RATE] = rate
+    if contact[CLOSED] == 0.0 and gap <= ROUNDED and rate < 0.0:
+        close(row, contacts, end, law)
+        switched = True
+    return switched, count

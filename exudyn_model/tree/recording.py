@@ -1,26 +1,59 @@
-"""What is kept of a run of a tree: samples, contacts and extrema of its accepted steps."""
+"""What is kept of a run of a tree: accepted steps are collected, and observed many at a time.
 
-from functools import partial
+A step goes from one state to the next without a touch or a separation between: its angles are interpolated
+by quintic Hermite polynomials, at the samples' times and at ``_POINTS`` for extrema, impulses and peaks.
+Whatever is kept follows from such a state by balance of forces.
+"""
+
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.channels import CHANNELS, GAP, NORMAL, PER_CONTACT
-from exudyn_model.compiled import direct
-from exudyn_model.contact.foundation import other_end, shares_contact, speed_at_start
-from exudyn_model.contact.memory import EVENT
-from exudyn_model.contact.states import CONTACTS
-from exudyn_model.model import Model
-from exudyn_model.pulses import new_pulses, pulse_table
-from exudyn_model.tables import cycle_extrema, event_table, new_extrema
-from exudyn_model.tree.isolation import GAP_TOLERANCE
-from exudyn_model.tree.motion import MOTION, contact_motion, has_clearance, state_at
-from exudyn_model.tree.observation import WIDTH
-from exudyn_model.tree.steps import POINTS, Kept, fill, record_start, take_step
-from exudyn_model.tree.switching import close
+from exudyn_model.columns import CLOSED, IMPACT_SPEED, NAME, RATE, SHARED, SPEED_FLOOR
+from exudyn_model.corners import CORNER_COUNT, CORNERS, UPPER
+from exudyn_model.kernels import machine_code
+from exudyn_model.laws import CornerMotion
+from exudyn_model.linkage import (
+    CRANK_ANGLE,
+    CRANK_LENGTH,
+    CRANK_SPEED,
+    GUIDE_X,
+    PIVOT_X,
+    PIVOT_Y,
+    ROCKER_TO_B,
+    ROD2_LENGTH,
+)
+from exudyn_model.memory import ROUNDED, ROUNDED_SPEED, start_side
+from exudyn_model.tables import (
+    ACCELERATIONS,
+    CONTACT,
+    JOURNAL,
+    PER_CONTACT,
+    PIN,
+    STATE,
+    Contacts,
+    Extrema,
+    corner_channels,
+)
+from exudyn_model.tree.building import Tree
+from exudyn_model.tree.motion import ANGLES, END_COLUMNS, JOURNAL_E, PIN_ROW, ROWS, WIDTH
+from exudyn_model.tree.steps import ENDS, STEP_COLUMNS, judge, observe
+from exudyn_model.watch import Watch
 
-_COUNT = len(CONTACTS)
+Array = NDArray[np.float64]
+
+NAMES = (*CORNERS, PIN)
+CHANNELS = (*STATE, *ACCELERATIONS, *corner_channels(NAMES), *JOURNAL)
+# Parts of a step: Simpson's rule and the extrema's parabolas take them in pairs
+_POINTS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+_SIMPSON = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / 12.0
+# Channels without kinks: motion and accelerations of the slider, and e of the journal
+_SMOOTH = np.array([*range(CONTACT), JOURNAL_E, JOURNAL_E + 1])
+# A contact of no more steps needs its force inside of them too: loose tolerances get through with 6 steps
+_FEW = 20
+# Steps that are observed at once: as many as the processor's cache holds
+_ROOM = 2048
 
 
 class TreeRecorder:
@@ -28,8 +61,7 @@ class TreeRecorder:
 
     Parameters
     ----------
-    model : Model
-        From ``slider_tree`` or ``rocker_tree``.
+    tree : Tree
     sample_interval : float
         s.
     samples : int
@@ -38,59 +70,61 @@ class TreeRecorder:
         Of the crank, s.
     least : float
         Shortest step that ends where a contact begins or ends, s.
+
+    Attributes
+    ----------
+    steps : int
+        Accepted so far.
+    time : float
+        Of the last accepted state, s.
+    extrema, contacts, watch
+        See ``tables`` and ``watch``.
+    channels : tuple of str
     """
 
-    def __init__(
-        self, model: Model, sample_interval: float, samples: int, period: float, least: float
-    ) -> None:
-        self.steps = 0
-        self.time = 0.0
-        """Time of the last accepted state, s."""
-        self._constants, self._contacts = model.constants, model.contacts
-        self._start, self._end = np.zeros(1, MOTION), np.zeros(1, MOTION)
-        extrema = new_extrema(WIDTH, period, samples * sample_interval / period)
-        self._kept = Kept(
-            np.zeros((POINTS + 1, WIDTH)), extrema, np.zeros((samples + 1, WIDTH)), new_pulses()
-        )
-        self._events = np.zeros(64, EVENT)
-        self._event_count, self._sample_count = 0, 0
-        fixed = self._constants, self._contacts, self._kept, sample_interval, least
-        coordinates = np.zeros(2)
-        step = self._start, self._end, 0.0, coordinates, coordinates
-        self._take = partial(direct(take_step, *fixed, *step, self._events, 0, 0, False), *fixed)
+    def __init__(self, tree: Tree, sample_interval: float, samples: int, period: float, least: float) -> None:
+        self.steps, self.time, self.channels = 0, 0.0, CHANNELS
+        self.watch = Watch()
+        self.extrema = Extrema(len(CHANNELS), period, samples * sample_interval)
+        shared = tree.guide is not None and bool(tree.guide[SHARED])
+        self.contacts = Contacts(NAMES, tree.contacts, shared)
+        self._tree, self._interval = tree, sample_interval
+        self._samples, self._sample_count = np.full((len(CHANNELS), samples + 1), np.nan), 0
+        self._log, self._count = np.zeros((_ROOM, STEP_COLUMNS)), 0
+        self._distances = np.zeros((2, ROWS, 3))
+        laws = tree.linkage, tree.guide, tree.journal
+        room = np.zeros(WIDTH), np.zeros((2, 6)), self._log
+        self._fixed = np.zeros((2, END_COLUMNS)), self._distances, *laws, tree.contacts, least, *room
+        vector = np.zeros(2)
+        examples = 0.0, vector, vector, False, *self._fixed, 0, self.contacts.events, 0
+        self._judge = machine_code(judge, *examples)
+        self._room = np.zeros(END_COLUMNS), np.zeros((ROWS, 3)), tree.contacts.copy()
+        points = self._log, np.zeros(1, dtype=np.int64), vector
+        self._observe = machine_code(observe, *points, *laws, *self._room, np.zeros((1, WIDTH)))
 
-    def begin(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> None:
-        """Take the initial state (see :meth:`judge`): what penetrates is in contact from t = 0."""
-        linkage, law, pin_law = (record[0] for record in self._constants)
-        start, first_sample = self._start[0], self._kept.samples[0]
-        fill(start, 0.0, q, v, linkage)
-        state = state_at(start, linkage)
-        for number, contact in enumerate(self._contacts):
-            if has_clearance(number, linkage):
-                contact["gap"], contact["rate"] = contact_motion(number, state, linkage, law, pin_law)
-        # The deeper corner of a side counts as the one that touched first
-        for number in np.argsort(self._contacts["gap"], kind="stable"):
-            gap, rate = (self._contacts[number][name] for name in ("gap", "rate"))
-            if gap < -GAP_TOLERANCE or (gap <= GAP_TOLERANCE and rate < 0):
-                close(int(number), self._contacts, 0.0, law)
-                if shares_contact(int(number), law):
-                    lower, upper = (self._contacts[k] for k in sorted((number, other_end(number))))
-                    if self._contacts[number]["impact_speed"] > 0.0:
-                        self._contacts[number]["impact_speed"] = speed_at_start(
-                            lower["gap"], lower["rate"], upper["gap"], upper["rate"], law
-                        )
-        record_start(self._start, self._constants, self._contacts, self._kept)
-        for number, contact in enumerate(self._contacts):
-            row = PER_CONTACT * number
-            normal, gap = first_sample[NORMAL + row], first_sample[GAP + row]
-            if shares_contact(number, law):
-                other = PER_CONTACT * other_end(number)
-                normal, gap = normal + first_sample[NORMAL + other], min(gap, first_sample[GAP + other])
-            contact["normal"] = contact["peak"] = normal
-            contact["depth"] = max(-gap, 0.0)
-        self._sample_count = 1
+    def begin(self, q: Array, v: Array) -> None:
+        """Take the initial state (see :meth:`judge`): what is inside its wall is in contact from t = 0."""
+        for _ in range(2):  # distances first; then the accelerations with what they say is in contact
+            self._judge(0.0, q, v, True, *self._fixed, 0, self.contacts.events, 0)
+            self._start_contacts()
 
-    def judge(self, time: float, q: NDArray[np.float64], v: NDArray[np.float64], last: bool) -> float:
+    def _start_contacts(self) -> None:
+        tree, gaps, rates = self._tree, self._distances[0, :, 0], self._distances[0, :, 1]
+        contacts = tree.contacts
+        if contacts[:, CLOSED].any():
+            return
+        contacts[:, RATE] = rates
+        touching = (gaps < -ROUNDED) | ((gaps <= ROUNDED) & (rates < -ROUNDED_SPEED))
+        if tree.guide is not None:
+            corners = [CornerMotion(gaps[k], rates[k], 0.0, 0.0, 0.0) for k in range(CORNER_COUNT)]
+            for side in range(UPPER):
+                start_side(side, corners[side], corners[side + UPPER], contacts, tree.guide)
+            contacts[:CORNER_COUNT, CLOSED] = touching[:CORNER_COUNT]
+        if tree.journal is not None and touching[PIN_ROW]:
+            speed = max(-rates[PIN_ROW], tree.journal[SPEED_FLOOR])
+            contacts[PIN_ROW, [CLOSED, IMPACT_SPEED, NAME]] = 1.0, speed, PIN_ROW
+
+    def judge(self, time: float, q: Array, v: Array) -> float:
         """Accept the step to this state, or return where in it a contact first begins or ends.
 
         Parameters
@@ -98,9 +132,7 @@ class TreeRecorder:
         time : float
             s.
         q, v : ndarray
-            Coordinates of the tree and their rates: see ``slider_tree`` and ``rocker_tree``.
-        last : bool
-            Whether the run ends here: samples up to 1e-10 s later are extrapolated.
+            Coordinates of the tree and their rates: see ``building``.
 
         Returns
         -------
@@ -108,30 +140,137 @@ class TreeRecorder:
             1 if the step is accepted, else the fraction of it after which a contact begins or ends; nan if
             the coordinates are not finite.
         """
-        start, end, count = self._start, self._end, self._event_count
-        if count + _COUNT > len(self._events):
-            self._events = np.concatenate([self._events, np.zeros_like(self._events)])
-        fraction, self._event_count, self._sample_count = self._take(
-            start, end, time, q, v, self._events, count, self._sample_count, last
+        contacts = self.contacts
+        fraction, count = self._judge(
+            time, q, v, False, *self._fixed, self._count, contacts.events, contacts.count
         )
         if fraction >= 1.0:
-            self._start, self._end = end, start
             self.time = time
             self.steps += 1
+            self._count += 1
+            if self._count == _ROOM:
+                self.observe()
+            if count != contacts.count:
+                contacts.count = count
+                contacts.make_room()
         return fraction
 
-    def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
+    def observe(self, last: bool = False) -> None:
+        """Observe the steps that wait for it; of a run that ends here samples up to 1e-10 s later, too."""
+        count, self._count = self._count, 0
+        if not count:
+            if self.steps == 0:
+                self._observe_start()
+            return
+        steps = self._log[:count]
+        starts, ends = steps[:, 0], steps[:, END_COLUMNS]
+        values = self._at_points(count)
+        times = (starts[:, None] + _POINTS * (ends - starts)[:, None]).ravel()
+        self.extrema.take(times, values[: len(CHANNELS)])
+        self._take_vertices(starts, ends - starts, values)
+        memory = np.repeat(steps[:, ENDS:].T.reshape(3, ROWS, count).swapaxes(0, 1), len(_POINTS), axis=2)
+        self._take_contacts(starts, ends - starts, values, memory)
+        self._watch(times, values, memory)
+        until = ends[-1] + 1e-10 if last else np.nextafter(ends[-1], 0.0)
+        number = min(int(until / self._interval * (1 + 1e-15)), self._samples.shape[1] - 1)
+        wanted = np.arange(self._sample_count, number + 1) * self._interval
+        wanted = wanted[wanted <= until]
+        at = np.clip(np.searchsorted(starts, wanted, side="right") - 1, 0, count - 1)
+        samples = self._values(at, (wanted - starts[at]) / (ends - starts)[at])
+        columns = slice(self._sample_count, self._sample_count + len(wanted))
+        self._samples[:, columns] = samples[: len(CHANNELS)]
+        self._sample_count += len(wanted)
+
+    def _observe_start(self) -> None:
+        """Observe a run without a step: its initial state alone."""
+        ends = self._fixed[0]
+        self._log[0] = 0.0
+        self._log[0, :ENDS] = np.concatenate([ends[0], ends[0]])
+        self._log[0, END_COLUMNS] = 1.0  # a time that is not that of its start
+        self._log[0, ENDS : ENDS + ROWS] = self._tree.contacts[:, IMPACT_SPEED]
+        channels = self._values(np.zeros(1, dtype=np.int64), np.zeros(1))[: len(CHANNELS)]
+        self._samples[:, :1] = channels
+        self._sample_count = 1
+        self.extrema.take(np.zeros(1), channels)
+
+    def _at_points(self, count: int) -> Array:
+        """Return all values at ``_POINTS`` of each step, shape (``WIDTH``, steps times points)."""
+        rest, points = len(_POINTS) - 1, np.empty((WIDTH, count, len(_POINTS)))
+        inner = self._values(np.repeat(np.arange(count), rest), np.tile(_POINTS[1:], count))
+        points[..., 1:] = inner.reshape(WIDTH, count, rest)
+        # A step starts as the one before has ended, but where contacts begin or end in between
+        points[:, 1:, 0] = points[:, :-1, -1]
+        speeds = self._log[:count, ENDS : ENDS + ROWS]
+        anew = np.append(0, np.flatnonzero((speeds[1:] != speeds[:-1]).any(axis=1)) + 1)
+        points[:, anew, 0] = self._values(anew, np.zeros(len(anew)))
+        return points.reshape(WIDTH, -1)
+
+    def _values(self, number: NDArray[np.int64], fraction: Array) -> Array:
+        """Return all values of states at fractions of the steps of these numbers, shape (``WIDTH``, n)."""
+        tree, values = self._tree, np.zeros((len(number), WIDTH))
+        laws = tree.linkage, tree.guide, tree.journal
+        self._observe(self._log, number, fraction, *laws, *self._room, values)
+        return values.T.copy()
+
+    def _take_vertices(self, starts: Array, steps: Array, values: Array) -> None:
+        """Take the vertices of the parabolas of the slider's motion through three points of each step."""
+        smooth = values[_SMOOTH]
+        motion, interval = smooth.reshape(len(smooth), len(steps), len(_POINTS)), 0.25 * steps
+        for middle in (1, 3):
+            before, here, after = motion[..., middle - 1], motion[..., middle], motion[..., middle + 1]
+            rise, bend = 0.5 * (after - before), after - 2.0 * here + before
+            with np.errstate(divide="ignore", invalid="ignore"):
+                shift = np.where(np.abs(rise) < np.abs(bend), rise / bend, np.inf)
+                vertices = here - 0.5 * shift * rise
+                self.extrema.take_inside(_SMOOTH, starts + (middle - shift) * interval, vertices)
+
+    def _take_contacts(self, starts: Array, steps: Array, values: Array, memory: Array) -> None:
+        """Take pulses, peaks, depths, and by Simpson's rule the impulses of the contacts."""
+        count, points = len(starts), len(_POINTS)
+        for row in range(ROWS):
+            speed, begun = (memory[row, k, ::points] for k in (0, 1))
+            closed = speed > 0.0
+            if not closed.any():
+                continue
+            column = CONTACT + PER_CONTACT * row
+            normal, depth = values[column + 1], -values[column]
+            if self.contacts.shared and row < UPPER:  # the contact of a side
+                other = column + PER_CONTACT * UPPER
+                normal, depth = normal + values[other + 1], np.maximum(depth, -values[other])
+            normal, depth = normal.reshape(count, points), depth.reshape(count, points)
+            impulse = steps * (normal @ _SIMPSON)
+            own = begun[closed], impulse[closed], normal.max(axis=1)[closed], depth.max(axis=1)[closed]
+            self.contacts.take(row, *own)
+            noted = np.zeros((count, points), dtype=bool)
+            noted[:, -1] = closed
+            noted[:, 1:-1] = (closed & (starts - begun < _FEW * steps))[:, None]
+            noted[:, 0] = closed & (begun == starts)
+            times = starts[:, None] + _POINTS * steps[:, None]
+            self.contacts.note(row, times[noted], normal[noted])
+
+    def _watch(self, times: Array, values: Array, memory: Array) -> None:
+        tree, linkage = self._tree, self._tree.linkage
+        forces = values[CONTACT : CONTACT + PER_CONTACT * ROWS].reshape(ROWS, PER_CONTACT, -1)[:, 1:]
+        if tree.guide is not None:
+            motion = values[[0, 2, 3, 4, 5]]
+            motion[0] -= linkage[GUIDE_X]
+            own = slice(0, CORNER_COUNT)
+            self.watch.take_slider(0, times, motion, forces[own], memory[own], tree.guide)
+        if tree.journal is not None:
+            # From the crank's tip back over rod 2 and rocker to H, as complex numbers
+            (theta2, theta3, w2, w3), w1 = values[ANGLES : ANGLES + 4], linkage[CRANK_SPEED]
+            arm1 = linkage[CRANK_LENGTH] * np.exp(1j * (linkage[CRANK_ANGLE] + w1 * times))
+            arm2 = linkage[ROD2_LENGTH] * np.exp(1j * theta2)
+            arm3 = linkage[ROCKER_TO_B] * np.exp(1j * theta3)
+            apart = arm1 + arm2 - arm3 - complex(linkage[PIVOT_X], linkage[PIVOT_Y])
+            rate = 1j * (w1 * arm1 + w2 * arm2 - w3 * arm3)
+            motion = np.array([apart.real, apart.imag, rate.real, rate.imag, np.full(len(times), w1), w2])
+            self.watch.take_journal(PIN_ROW, times, motion, forces[PIN_ROW], memory[PIN_ROW], tree.journal)
+
+    def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
         """Return sampled channels by name, as far as the run came."""
-        return {name: self._kept.samples[: self._sample_count, CHANNELS.index(name)].copy() for name in names}
+        return {name: self._samples[CHANNELS.index(name), : self._sample_count].copy() for name in names}
 
-    def cycle_extrema(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
-        """Return least and greatest value of each channel in each cycle, with their times in s."""
-        return cycle_extrema(self._kept.extrema, CHANNELS, names)
-
-    def events(self) -> dict[str, NDArray[Any]]:
+    def event_table(self) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
-        return event_table(self._events[: self._event_count], self._contacts, self.time)
-
-    def pulses(self, events: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        """Return the normal forces of the corners' contacts in time; ``events`` is from :meth:`events`."""
-        return pulse_table(self._kept.pulses, self._contacts, events)
+        return self.contacts.table(self.time)

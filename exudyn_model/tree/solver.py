@@ -9,8 +9,10 @@ import exudyn as exu
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.parameters import Integration
-from exudyn_model.run import PROGRESS_INTERVAL, Outcome
+from exudyn_model.linkage import assemble
+from exudyn_model.parameters import Integration, Parameters
+from exudyn_model.run import PROGRESS_INTERVAL, Outcome, Run
+from exudyn_model.tree.building import build_tree
 from exudyn_model.tree.recording import TreeRecorder
 
 # Evaluations of the force in one trial of a step
@@ -32,6 +34,19 @@ _REMEDIES = {
     "non-finite": "lower solver.exudyn.step if far above 1e-4 s, or check the scene's masses and speeds",
     "work-limit": "shorten drive.cycles to less than was reached, or raise solver.exudyn.tolerance",
 }
+
+
+def run_tree(parameters: Parameters, progress: Callable[[float], None] | None) -> Run:
+    """Run the formulation "tree"; ``progress`` as for ``simulation.simulate``."""
+    tree, least = build_tree(parameters, assemble(parameters)), least_step(parameters.duration)
+    recorder = TreeRecorder(
+        tree, parameters.sample_interval, parameters.samples, parameters.mechanism.period, least
+    )
+    outcome = solve(
+        tree.mbs, parameters.duration, parameters.cycles, parameters.integration, recorder, progress
+    )
+    name = "rod 4 and slider tree" if parameters.journal is None else "rocker, rods and slider tree"
+    return Run(name, {"least_step": least}, recorder, outcome)
 
 
 class _StopError(Exception):
@@ -100,7 +115,7 @@ def solve(
     Exudyn calls back after each step that its error control accepts. The recorder then looks for a contact
     that begins or ends inside the step; if it finds one, the step is taken back and tried again with the
     length up to there. Of a step that is taken back one thing alone is kept: that a contact began at its
-    very start (``switching.locate``).
+    very start (``isolation.accepted_fraction``).
     """
     last_call = time.monotonic()
     located, trials = 0, 0
@@ -122,10 +137,9 @@ def solve(
         del mbs
         trials = 0
         step = t - recorder.time
-        last = t >= duration - 1e-10  # Exudyn's own rule
-        if step < shortest_step(t, least) and not last:
+        if step < shortest_step(t, least) and t < duration - 1e-10:  # Exudyn's own rule
             raise _StopError("step-too-small")
-        fraction = recorder.judge(t, q, v, last)
+        fraction = recorder.judge(t, q, v)
         if recorder.steps + located >= most:
             raise _StopError("work-limit")
         if not fraction >= 1.0:
@@ -166,6 +180,7 @@ def solve(
         mbs.SetPostNewtonUserFunction(0)
     if [view.ctypes.data for view in (q, v)] != [view.ctypes.data for view in _coordinates(mbs)]:
         raise AssertionError("Exudyn has moved its coordinates")
+    recorder.observe(last=True)
     if progress is not None and status == "success":
         progress(1.0)
     rejected = mbs.sys["dynamicSolver"].it.rejectedAutomaticStepSizeSteps

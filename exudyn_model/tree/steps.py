@@ -1,291 +1,196 @@
-"""Judge a step of a tree, and record an accepted one.
-
-An accepted step goes from one state to the next without a touch or a separation between: its angles are
-interpolated by quintic Hermite polynomials, at the samples' times and at ``POINTS`` equal parts of the step
-for extrema, impulses and peaks. Whatever is kept follows from such a state by balance of forces.
-"""
-
-from typing import Any, NamedTuple
+"""Judge a step of a tree, keep an accepted one, and observe states inside of accepted steps."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.channels import GAP, NORMAL, PER_CONTACT
-from exudyn_model.compiled import kernel
-from exudyn_model.constants import Constants
-from exudyn_model.contact.foundation import other_end, shares_contact
-from exudyn_model.contact.laws import FOUNDATION
-from exudyn_model.contact.memory import write_event
-from exudyn_model.contact.states import CONTACTS, PIN
-from exudyn_model.pulses import note
-from exudyn_model.tables import Extrema, update_extrema, update_vertices
-from exudyn_model.tree.forces import complete
-from exudyn_model.tree.isolation import GAP_TOLERANCE
-from exudyn_model.tree.motion import contact_motion, has_clearance, interpolate, state_at
-from exudyn_model.tree.observation import observe, watch
-from exudyn_model.tree.switching import close, locate
+from exudyn_model.columns import IMPACT_SPEED, NAME, START
+from exudyn_model.corners import CORNER_COUNT
+from exudyn_model.kernels import entry, kernel
+from exudyn_model.tree.isolation import accepted_fraction, switch
+from exudyn_model.tree.motion import (
+    END_COLUMNS,
+    PIN_ROW,
+    RATE,
+    ROD2,
+    ROD4,
+    ROWS,
+    SECOND,
+    SLIDER,
+    THETA,
+    TIME,
+    State,
+    evaluate,
+    interpolate,
+)
 
-# Parts of a step, an even number: Simpson's rule and the extrema's parabolas take them in pairs
-POINTS = 4
-# A contact of no more steps needs its force at these points too: loose tolerances get through with 6 steps
-_FEW = 20
-_COUNT = len(CONTACTS)
+Array = NDArray[np.float64]
 
-
-class Kept(NamedTuple):
-    """Arrays that the steps of a run fill.
-
-    Attributes
-    ----------
-    values : ndarray, shape (``POINTS`` + 1, ``observation.WIDTH``)
-        Of the step observed last, at equal intervals from its start to its end.
-    extrema : Extrema
-        From ``tables.new_extrema``.
-    samples : ndarray, shape (samples, ``observation.WIDTH``)
-    pulses : ndarray, shape (4, samples, 2)
-        From ``pulses.new_pulses``.
-    """
-
-    values: NDArray[np.float64]
-    extrema: Extrema
-    samples: NDArray[np.float64]
-    pulses: NDArray[np.float64]
+# Of an accepted step: both ends, and impact speed, start and name of the contacts during the step
+ENDS = 2 * END_COLUMNS
+STEP_COLUMNS = ENDS + 3 * ROWS
 
 
 @kernel
-def record_start(
-    start: NDArray[np.void], constants: Constants, contacts: NDArray[np.void], kept: Kept
+def complete(
+    end: Array,
+    linkage: Array,
+    guide: Array | None,
+    journal: Array | None,
+    contacts: Array,
+    values: Array,
+    distances: Array,
 ) -> None:
-    """Record the state at t = 0, shape (1,), as the first sample, and fill in its accelerations."""
-    linkage, law, pin_law = constants.linkage[0], constants.law[0], constants.pin_law[0]
-    complete(start[0], constants.linkage, constants.law, constants.pin_law, contacts)
-    state, sample = state_at(start[0], linkage), kept.samples[0]
-    observe(state, linkage, law, pin_law, contacts, sample)
-    kept.values[POINTS] = sample
-    update_extrema(kept.extrema, sample, state.time)
-    watch(state, sample, linkage, law, pin_law, contacts)
+    """Fill in the angular accelerations of an end of a step by balance of forces, and its distances."""
+    state = State(end[1], end[2], end[3], end[4], end[5], end[6], end[7], end[8])
+    found = evaluate(end[TIME], state, linkage, guide, journal, contacts, values, distances)
+    end[SECOND], end[SECOND + 1], end[SECOND + 2], end[SECOND + 3] = found
 
 
-@kernel
-def update_contacts(
-    start: Any,
-    end: Any,
-    linkage: Any,
-    law: Any,
-    pin_law: Any,
-    contacts: NDArray[np.void],
-    events: NDArray[np.void],
-    event_count: int,
-) -> int:
-    """End the contacts that have opened, begin those that touch; return the count of events."""
-    state = state_at(end, linkage)
-    for number in range(_COUNT):
-        if not has_clearance(number, linkage):
-            continue
-        contact = contacts[number]
-        gap, rate = contact_motion(number, state, linkage, law, pin_law)
-        # What has just touched may still be open by round-off, but it approaches
-        if contact.closed > 0.0 and (gap > GAP_TOLERANCE or (gap >= -GAP_TOLERANCE and rate > 0.0)):
-            # In an accepted step a contact separates at one of the ends alone: see `locate`
-            left = end.time if gap < -contact.gap else start.time
-            event_count = separate(number, contacts, left, law, events, event_count)
-        contact.gap, contact.rate = gap, rate
-        if contact.closed == 0.0 and gap <= GAP_TOLERANCE and rate < 0.0:
-            close(number, contacts, end.time, law)
-    return event_count
-
-
-@kernel
-def separate(
-    number: int,
-    contacts: NDArray[np.void],
+@entry
+def judge(
     time: float,
-    law: Any,
-    events: NDArray[np.void],
-    event_count: int,
-) -> int:
-    """Open one of ``CONTACTS`` at ``time`` (s) and end its contact, unless that goes on in the other corner.
-
-    ``law`` is that of the guide; returns the count of events.
-    """
-    contact, name = contacts[number], number
-    contact.closed, contact.left = 0.0, time
-    if shares_contact(number, law):
-        other = contacts[other_end(number)]
-        if other.closed > 0.0:
-            return event_count
-        time = max(time, other.left)
-        if other.impact_speed > 0.0:
-            name = other_end(number)
-    write_event(events[event_count], name, contacts[name], time)
-    contacts[name].impact_speed = 0.0
-    return event_count + 1
-
-
-@kernel
-def accept_step(
-    start: Any,
-    end: Any,
-    constants: Constants,
-    contacts: NDArray[np.void],
-    events: NDArray[np.void],
-    event_count: int,
-    kept: Kept,
-    next_sample: int,
-    sample_interval: float,
-    known_until: float,
-) -> tuple[int, int]:
-    """Record an accepted step.
-
-    Parameters
-    ----------
-    start, end : record
-        ``motion.MOTION``.
-    constants : Constants
-    contacts : ndarray, shape (5,)
-        Changed in place.
-    events : ndarray, shape (n,)
-        With room for a row of each contact from ``event_count`` on.
-    event_count : int
-    kept : Kept
-    next_sample : int
-        Number of the first sample that is not yet taken.
-    sample_interval : float
-        s.
-    known_until : float
-        Time up to which samples are taken, s: the step's end; at the end of the run, infinity.
-
-    Returns
-    -------
-    event_count, next_sample : int
-    """
-    step = end.time - start.time
-    linkage, law, pin_law = constants.linkage[0], constants.law[0], constants.pin_law[0]
-    extrema, samples = kept.extrema, kept.samples
-    shared = law.kind == FOUNDATION
-    while next_sample < len(samples) and next_sample * sample_interval <= known_until:
-        fraction = (next_sample * sample_interval - start.time) / step
-        state = interpolate(start, end, fraction, linkage)
-        observe(state, linkage, law, pin_law, contacts, samples[next_sample])
-        next_sample += 1
-    for number in range(_COUNT):
-        contact = contacts[number]
-        contact.impulse += step / (3 * POINTS) * contact.normal
-        if number != PIN and contact.impact_speed > 0.0 and contact.start == start.time:
-            note(start.time, contact.normal, contact, kept.pulses[number])
-    kept.values[0] = kept.values[POINTS]
-    for point in range(1, POINTS + 1):
-        state, values = interpolate(start, end, point / POINTS, linkage), kept.values[point]
-        observe(state, linkage, law, pin_law, contacts, values)
-        update_extrema(extrema, values, state.time)
-        weight = step / (3 * POINTS) * (1 if point == POINTS else 4 if point % 2 == 1 else 2)
-        for number in range(_COUNT):
-            contact = contacts[number]
-            normal, gap = values[NORMAL + PER_CONTACT * number], values[GAP + PER_CONTACT * number]
-            if shared and number != PIN:
-                other = PER_CONTACT * other_end(number)
-                normal, gap = normal + values[NORMAL + other], min(gap, values[GAP + other])
-            contact.normal = normal
-            contact.impulse += weight * normal
-            contact.peak = max(contact.peak, normal)
-            contact.depth = max(contact.depth, -gap)
-            is_noted = point == POINTS or start.time - contact.start < _FEW * step
-            if is_noted and number != PIN and contact.impact_speed > 0.0:
-                note(state.time, normal, contact, kept.pulses[number])
-        watch(state, values, linkage, law, pin_law, contacts)
-        if point % 2 == 0:
-            interval = step / POINTS
-            update_vertices(extrema, kept.values[point - 2 : point + 1], interval, state.time - interval)
-    event_count = update_contacts(start, end, linkage, law, pin_law, contacts, events, event_count)
-    return event_count, next_sample
-
-
-@kernel
-def fill(motion: Any, time: float, q: NDArray[np.float64], v: NDArray[np.float64], linkage: Any) -> None:
-    """Fill in the angles and angular velocities of ``motion`` from the tree's coordinates and their rates."""
-    motion.time = time
-    rod4 = 0
-    carried, carried_w = 0.0, 0.0
-    if not linkage.ideal_pin:
-        rocker, rod2, rod4 = 0, 1, 2
-        motion.theta3, motion.w3 = carried, carried_w = q[rocker], v[rocker]
-        motion.theta2, motion.w2 = q[rocker] + q[rod2], v[rocker] + v[rod2]
-    motion.theta4, motion.w4 = carried + q[rod4], carried_w + v[rod4]
-    if not linkage.ideal_slider:
-        slider = rod4 + 1
-        motion.theta5, motion.w5 = motion.theta4 + q[slider], motion.w4 + v[slider]
-
-
-@kernel
-def take_step(
-    constants: Constants,
-    contacts: NDArray[np.void],
-    kept: Kept,
-    sample_interval: float,
+    q: Array,
+    v: Array,
+    is_start: bool,
+    ends: Array,
+    distances: Array,
+    linkage: Array,
+    guide: Array | None,
+    journal: Array | None,
+    contacts: Array,
     least: float,
-    start_of_step: NDArray[np.void],
-    end_of_step: NDArray[np.void],
-    time: float,
-    q: NDArray[np.float64],
-    v: NDArray[np.float64],
-    events: NDArray[np.void],
+    values: Array,
+    work: Array,
+    steps: Array,
+    count: int,
+    events: Array,
     event_count: int,
-    next_sample: int,
-    last: bool,
-) -> tuple[float, int, int]:
-    """Fill in the step's end from the tree's coordinates; judge the step, and record it if it is accepted.
-
-    One call from Python a step: each takes as long to read its arguments as a state takes to observe.
+) -> tuple[float, int]:
+    """Accept the step to a state, or return where in it a contact first begins or ends.
 
     Parameters
     ----------
-    constants : Constants
-    contacts : ndarray, shape (5,)
-        Changed in place.
-    kept : Kept
-    sample_interval : float
-        s.
-    least : float
-        Shortest step that ends at a touch, s.
-    start_of_step, end_of_step : ndarray, shape (1,)
-        ``motion.MOTION``.
     time : float
-        Of the end, s.
-    q, v : ndarray, shape (n,)
-        Coordinates of the tree at the end, and their rates.
-    events : ndarray, shape (n,)
+        s.
+    q, v : ndarray
+        Coordinates of the tree and their rates: see ``building``.
+    is_start : bool
+        Whether this is the initial state, to which no step leads.
+    ends : ndarray, shape (2, 13)
+        Of the step: see ``motion``. The first one moves on with an accepted step.
+    distances : ndarray, shape (2, 5, 3)
+        At both ends.
+    linkage : ndarray
+    guide, journal : ndarray or None
+        Laws.
+    contacts : ndarray, shape (5, columns)
+        Changed in place.
+    least : float
+        Shortest step that ends where a contact begins or ends, s.
+    values : ndarray, shape (``motion.WIDTH``,)
+    work : ndarray, shape (2, 6)
+        Room.
+    steps : ndarray, shape (n, ``STEP_COLUMNS``)
+        Row ``count`` is filled with an accepted step.
+    count : int
+    events : ndarray
         With room for a row of each contact from ``event_count`` on.
     event_count : int
-    next_sample : int
-        Number of the first sample that is not yet taken.
-    last : bool
-        Whether the run ends here: the samples that are left are extrapolated.
 
     Returns
     -------
     fraction : float
-        What :func:`locate` says, 1 for a step that is accepted; nan where the coordinates are not finite.
-    event_count, next_sample : int
+        1 if the step is accepted, else the fraction of it after which a contact begins or ends; nan if the
+        coordinates are not finite.
+    event_count : int
     """
-    if not np.isfinite(np.sum(q) + np.sum(v)):
-        return np.nan, event_count, next_sample
-    start, end = start_of_step[0], end_of_step[0]
-    linkage, law, pin_law = constants.linkage, constants.law, constants.pin_law
-    fill(end, time, q, v, linkage[0])
-    complete(end, linkage, law, pin_law, contacts)
-    fraction = locate(start, end, linkage, law, pin_law, contacts, least)
-    if fraction >= 1.0:
-        known_until = np.inf if last else time
-        event_count, next_sample = accept_step(
-            start,
-            end,
-            constants,
-            contacts,
-            events,
-            event_count,
-            kept,
-            next_sample,
-            sample_interval,
-            known_until,
+    total = 0.0
+    for k in range(len(q)):
+        total += q[k] + v[k]
+    if not np.isfinite(total):
+        return np.nan, event_count
+    start, end = ends[0], ends[1]
+    end[TIME] = time
+    rod4, carried, carried_rate = 0, 0.0, 0.0
+    if journal is not None:
+        rod4, carried, carried_rate = 2, q[0], v[0]
+        for column in range(2):
+            body = ROD2 + 1 - column  # the rocker, then rod 2
+            end[THETA + body] = q[0] + column * q[column]
+            end[RATE + body] = v[0] + column * v[column]
+    end[THETA + ROD4], end[RATE + ROD4] = carried + q[rod4], carried_rate + v[rod4]
+    if guide is not None:
+        end[THETA + SLIDER] = end[THETA + ROD4] + q[rod4 + 1]
+        end[RATE + SLIDER] = end[RATE + ROD4] + v[rod4 + 1]
+    complete(end, linkage, guide, journal, contacts, values, distances[1])
+    switched = False
+    if not is_start:
+        step = time - start[TIME]
+        fraction = accepted_fraction(
+            start[TIME], step, distances[0], distances[1], guide, journal, contacts, least, work
         )
-    return fraction, event_count, next_sample
+        if fraction < 1.0:
+            return fraction, event_count
+        kept = steps[count]
+        for k in range(END_COLUMNS):
+            kept[k], kept[END_COLUMNS + k] = start[k], end[k]
+        for row in range(ROWS):
+            kept[ENDS + row], kept[ENDS + ROWS + row] = contacts[row, IMPACT_SPEED], contacts[row, START]
+            kept[ENDS + 2 * ROWS + row] = contacts[row, NAME]
+        if guide is not None:
+            for row in range(CORNER_COUNT):
+                one, event_count = switch(
+                    row, start[TIME], time, distances[0], distances[1], guide, contacts, events, event_count
+                )
+                switched = switched or one
+        if journal is not None:
+            one, event_count = switch(
+                PIN_ROW, start[TIME], time, distances[0], distances[1], journal, contacts, events, event_count
+            )
+            switched = switched or one
+    if switched:  # what the contacts that go on make of the state: its right limit
+        complete(end, linkage, guide, journal, contacts, values, distances[1])
+    for k in range(END_COLUMNS):
+        start[k] = end[k]
+    for row in range(ROWS):
+        for k in range(3):
+            distances[0, row, k] = distances[1, row, k]
+    return 1.0, event_count
+
+
+@entry
+def observe(
+    steps: Array,
+    number: NDArray[np.int64],
+    fraction: Array,
+    linkage: Array,
+    guide: Array | None,
+    journal: Array | None,
+    here: Array,
+    distances: Array,
+    contacts: Array,
+    values: Array,
+) -> None:
+    """Fill all values of states inside of accepted steps.
+
+    Parameters
+    ----------
+    steps : ndarray, shape (steps, ``STEP_COLUMNS``)
+    number : ndarray of int, shape (n,)
+        Of the step of each state.
+    fraction : ndarray, shape (n,)
+        Of the step, at which the state is.
+    linkage : ndarray
+    guide, journal : ndarray or None
+        Laws.
+    here, distances, contacts : ndarray
+        Room of shape (13,), (5, 3) and (5, columns).
+    values : ndarray, shape (n, ``motion.WIDTH``)
+        Filled.
+    """
+    for k in range(len(number)):
+        step = steps[number[k]]
+        for row in range(ROWS):
+            contacts[row, IMPACT_SPEED] = step[ENDS + row]
+        interpolate(step[:END_COLUMNS], step[END_COLUMNS:ENDS], fraction[k], here)
+        complete(here, linkage, guide, journal, contacts, values[k], distances)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from exudyn_model import pulses, simulate
-from exudyn_model.contact.states import contact_states
+from exudyn_model import simulate, tables
 
 CORNERS = ("ll", "lr", "ul", "ur")
 
@@ -23,7 +22,7 @@ def by_contact(result):
 
 @pytest.fixture(
     scope="module",
-    params=["full", "native", "tree", "loose", "foundation", "foundation-tree", "strip", "pin"],
+    params=["full", "tree", "loose", "foundation", "foundation-tree", "pin"],
 )
 def result(request, make_scene, tree_scene):
     """The first impacts by each formulation and under each law; "pin": with clearance there as well."""
@@ -104,7 +103,7 @@ def test_without_room_later_contacts_have_none_and_the_run_is_the_same(tree_scen
     scene = tree_scene(1e-9, {"drive.cycles": 0.3})
     whole = simulate(scene)
     count = 300
-    monkeypatch.setattr(pulses, "_SAMPLES", count)
+    monkeypatch.setattr(tables, "_NOTES", count)
     cut = simulate(scene)
     for name, column in whole.events.items():
         np.testing.assert_array_equal(cut.events[name], column)
@@ -122,17 +121,14 @@ def test_without_room_later_contacts_have_none_and_the_run_is_the_same(tree_scen
 
 
 def test_of_a_run_that_diverged_the_numbers_are_kept_and_nothing_after_a_contact():
-    contacts = contact_states()
-    contacts["noted"][1] = 4
-    samples = np.zeros((4, 10, 2))
-    samples[1, :4] = [[0.1, 1.0], [0.2, 2.0], [0.25, 0.0], [0.3, np.nan]]
+    contacts = tables.Contacts(CORNERS, np.zeros((4, 15)), shared=False)
+    contacts.note(1, np.array([0.1, 0.2, 0.25, 0.3]), np.array([1.0, 2.0, 0.0, np.nan]))
     events = {
         "corner": np.array(["ul", "lr", "lr"]),
         "start": np.array([0.05, 0.1, 0.3]),
         "end": np.array([0.4, 0.2, 0.4]),
     }
-    table = pulses.pulse_table(samples, contacts, events)
-    assert {name: column.tolist() for name, column in table.items()} == {
+    assert {name: column.tolist() for name, column in contacts.pulses(events).items()} == {
         "row": [1, 1], "time": [0.1, 0.2], "force": [1.0, 2.0]
     }  # fmt: skip
 

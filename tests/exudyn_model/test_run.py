@@ -204,7 +204,7 @@ def test_ctrl_c_inside_the_contact_force_arrives_as_such(make_scene, settings, m
 
         return force
 
-    monkeypatch.setattr("exudyn_model.five_bodies.mechanism.force_user_function", interrupted)
-    monkeypatch.setattr("exudyn_model.tree.slider_tree.force_user_function", interrupted)
+    monkeypatch.setattr("exudyn_model.five_bodies.parts.SliderPart._user_function", interrupted)
+    monkeypatch.setattr("exudyn_model.tree.building._user_function", interrupted)
     with pytest.raises(KeyboardInterrupt):
         simulate(make_scene(settings))

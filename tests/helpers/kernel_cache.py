@@ -10,60 +10,40 @@ from pathlib import Path
 PATH = os.environ.get("PYTHONPATH") or str(Path(__file__).parents[2])
 FOREIGN = 12345
 """A user without an entry in the password file."""
+HEADS = {
+    "reference_model": "from reference_model.compiled import kernel\nseal = lambda: None\n",
+    "exudyn_model": "from exudyn_model.kernels import entry as kernel, seal\n",
+}
 CALLER = """
-from {package}.compiled import kernel
-
 @kernel
 def triple(x):
     return 3.0 * x
 
-print(triple(2.0), sum(triple.compiled.stats.cache_hits.values()))
+print(triple(2.0), sum(getattr(triple, "compiled", triple).stats.cache_hits.values()))
+seal()
 """
-DAMAGES = """
-from pathlib import Path
-import sys
 
-def flipped(content):
+
+def flipped(content: bytes) -> bytes:
     middle = len(content) // 2
     return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
 
-damages = {{
+
+DAMAGES = {
     "cut": lambda content: content[: len(content) // 2],
-    "emptied": lambda content: b"",
+    "emptied": lambda content: content[:0],
     "zeroed": lambda content: bytes(len(content)),
     "one bit": flipped,
-}}
-
-def hit():
-    again = kernel(triple.py_func)
-    assert again(2.0) == 6.0
-    return bool(sum(again.compiled.stats.cache_hits.values()))
-
-for suffix in ("nbi", "nbc"):
-    for name, damage in damages.items():
-        sound = hit()
-        (path,) = Path(sys.argv[1]).rglob("caller.triple*." + suffix)
-        path.write_bytes(damage(path.read_bytes()))
-        print(suffix, name, sound, hit(), hit(), sep=",")
-"""
+}
 
 
-def damaged(package: str, folder: Path, cache: Path) -> dict[str, list[str]]:
-    """Damage each file in each way: whether a kernel comes from the cache before, after and a second time."""
-    script = folder / "caller.py"
-    script.write_text((CALLER + DAMAGES).format(package=package))
-    environment = os.environ | {"SIXBAR_CACHE_DIR": str(cache), "PYTHONPATH": PATH}
-    environment.pop("NUMBA_CACHE_DIR", None)
-    done = subprocess.run(
-        [sys.executable, str(script), str(cache)],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    lines = [line.split(",") for line in done.stdout.splitlines()[1:]]
-    return {f"{suffix} {name}": found for suffix, name, *found in lines}
+def damaged(package: str, folder: Path, cache: Path, name: str, suffix: str) -> list[bool]:
+    """Whether a kernel comes from the cache before one of its files is damaged, after that, and again."""
+    call(package, folder, cache)
+    found = [call(package, folder, cache)[0]]
+    (path,) = files(cache, suffix)
+    path.write_bytes(DAMAGES[name](path.read_bytes()))
+    return found + [call(package, folder, cache)[0] for _ in range(2)]
 
 
 def interpreter() -> list[tuple[str, str]]:
@@ -100,7 +80,7 @@ def call(
     environment may be given as ``env`` (None: without this variable).
     """
     script = folder / "caller.py"
-    script.write_text(CALLER.format(package=package))
+    script.write_text(HEADS[package] + CALLER)
     changes = {"SIXBAR_CACHE_DIR": str(cache), "NUMBA_CACHE_DIR": None} | options.pop("env", {})
     environment = {k: v for k, v in {**os.environ, "PYTHONPATH": PATH, **changes}.items() if v is not None}
     done = subprocess.run(

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 from comparison.scene import load_scene
-from exudyn_model.contact.states import contact_states
-from exudyn_model.reading import read_scene
+from exudyn_model.columns import CLOSED, IMPACT_SPEED
+from exudyn_model.memory import new_contacts
+from exudyn_model.parameters import read_scene
 from reference_model.friction import friction_regime
 from reference_model.reading import read_parameters
 
@@ -113,9 +114,9 @@ class Press:
         return modes
 
     def memory(self, state: State) -> np.ndarray:
-        """Memory of the contacts as the Exudyn model keeps it, shape (5,)."""
-        contacts = contact_states()
-        contacts["impact_speed"][:4] = state.speeds
+        """Memory of the corners as the Exudyn model keeps it, shape (4, columns)."""
+        contacts = new_contacts(4)
+        contacts[:, IMPACT_SPEED], contacts[:, CLOSED] = state.speeds, state.speeds > 0.0
         return contacts
 
     def force_bound(self, state: State) -> float:
@@ -132,8 +133,8 @@ class Press:
             damping = max(1.0, 1.0 - c.C * rate / state.speeds[number])
             slope = 1.5 * c.K * math.sqrt(-gap)
             both = state.speeds[(int(number) + 2) % 4] > 0.0
-            if both and self.data["contact"]["law"] == "paper-switching":
-                slope += 0.5 * c.Ks  # the surface's slopes by both depths: 2/6 + 1/6 of K_s
+            # The surface's slopes by both depths: 2/6 + 1/6 of K_s
+            slope += 0.5 * c.Ks if both and self.data["contact"]["law"] == "paper-switching" else 0.0
             force = (c.K * (-gap) ** 1.5 if not both else slope * -gap) * damping
             bound += damping * slope * 1e-15 + 1e-12 * abs(force) + abs(force) * 1e-15 / (c.v1 - c.v0)
         return bound

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
-from exudyn_model.contact.corners import frozen_slider_force, slider_force
-from exudyn_model.contact.friction import slip_regime
-from exudyn_model.contact.gaps import contact_law, corner_motion
-from exudyn_model.contact.journal import CrankAndRod2, journal_force, journal_law, pin_motion
-from exudyn_model.contact.states import PIN, contact_states
+from exudyn_model import columns
+from exudyn_model.columns import IMPACT_SPEED
+from exudyn_model.corners import corner_motion
+from exudyn_model.five_bodies.contact_forces import journal_force, slider_force
+from exudyn_model.friction import slip_regime
+from exudyn_model.journal import journal_motion
+from exudyn_model.memory import law_array, new_contacts
 from reference_model.constants import Formulation, as_record
 from reference_model.forces import (
     CLIPPED,
@@ -41,16 +43,21 @@ def by_reference(press, state):
 
 
 def from_guide(press, state):
-    """Arguments of the Exudyn model's force: x from the guide's centre line, angle and rates."""
-    x, _, angle, vx, vy, w = state.slider
-    return x - press.exudyn.mechanism.guide_x, angle, vx, vy, w
+    """Arguments of the Exudyn model's force: from the guide's centre line x, y, angle and their rates."""
+    x, *rest = state.slider
+    return x - press.exudyn.mechanism.guide_x, *rest
+
+
+def guide_law(press):
+    """Constants of the Exudyn model's guide."""
+    slider = press.exudyn.mechanism.slider
+    return law_array(press.exudyn.guide, slider.mass, slider.width / 2, slider.length / 2)
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_forces_of_the_corners_agree(presses, states, law) -> None:
     press = presses({"contact.law": law})
-    slider = press.exudyn.mechanism.slider
-    constants = contact_law(press.exudyn.contact, slider, STEP)
+    constants = guide_law(press)
     regimes, clipped, both_walls = set(), 0, 0
     for state in states(press, EACH):
         force, contacts = by_reference(press, state)
@@ -59,7 +66,8 @@ def test_forces_of_the_corners_agree(presses, states, law) -> None:
         assert np.array_equal(gaps < 0.0, state.speeds > 0.0)
         arguments = from_guide(press, state)
         for number in range(4):
-            gap, rate, slip, _, _ = corner_motion(number, *arguments, constants[0])
+            x, _, *rest = arguments
+            gap, rate, slip, _, _ = corner_motion.py_func(number, x, *rest, constants)
             # Differences of coordinates of 0.55 m, of rates of up to 3 m/s.
             assert abs(gap - gaps[number]) <= 1e-15
             assert abs(rate - contacts[RATE, number]) <= 1e-15
@@ -68,11 +76,9 @@ def test_forces_of_the_corners_agree(presses, states, law) -> None:
             own = press.corner(state, number)
             assert max(abs(gap - own[0]), abs(rate - own[1]), abs(slip - own[2])) <= 4e-15
         bound = press.force_bound(state)
-        memory = press.memory(state)
-        for kernel in (slider_force, frozen_slider_force):
-            found = np.array(kernel(*arguments, constants, memory))
-            np.testing.assert_allclose(found[:2], force[:2], rtol=0, atol=bound)
-            assert abs(found[2] - force[2]) <= 0.05 * bound  # of the arms, 0.043 m
+        found = np.array(slider_force(*arguments, np.array([STEP, 0.0]), constants, press.memory(state)))
+        np.testing.assert_allclose(found[:2], force[:2], rtol=0, atol=bound)
+        assert abs(found[2] - force[2]) <= 0.05 * bound  # of the arms, 0.043 m
         if not state.speeds.any():
             assert not force.any()
         regimes |= {
@@ -90,7 +96,7 @@ def test_forces_of_the_corners_agree(presses, states, law) -> None:
 def test_forces_of_a_side_agree(presses, impact_speed) -> None:
     """Law foundation: a side whose lower, upper or both corners are inside, closed by either of them."""
     press = presses({"contact.law": "foundation", "contact.impact_speed": impact_speed})
-    constants = contact_law(press.exudyn.contact, press.exudyn.mechanism.slider, STEP)
+    constants = guide_law(press)
     c = as_record(press.reference.constants, Formulation.SLIDER)
     mechanism, clearance = press.data["mechanism"], press.data["clearance"]["slider"]
     length, rng = mechanism["slider"]["length"], np.random.default_rng(7)
@@ -115,10 +121,11 @@ def test_forces_of_a_side_agree(presses, impact_speed) -> None:
         weights = np.array(side_forces(d1, d2))
         rate, slip = (weights @ [motion[side][k], motion[side + 2][k]] / weights.sum() for k in (1, 2))
         first, speed = side + 2 * int(d2 > d1), rng.uniform(1e-2, 0.1)
-        modes, memory = np.zeros((MODES, CONTACTS)), contact_states()
-        memory["impact_speed"][first] = modes[MEMORY, first] = speed
+        modes, memory = np.zeros((MODES, CONTACTS)), new_contacts(4)
+        # Either model keeps it where it wants to: this one in the row of the lower corner
+        memory[side, IMPACT_SPEED] = modes[MEMORY, first] = speed
         for number, depth in ((side, d1), (side + 2, d2)):
-            memory["closed"][number] = modes[INSIDE, number] = float(depth > 0.0)
+            modes[INSIDE, number] = float(depth > 0.0)
         modes[REGIME, first] = friction_regime(press.reference.constants, slip)
         pulls = impact_speed == "frozen" and 1.0 - c.C * rate / speed < 0.0
         modes[CLIPPED, first] = float(pulls)
@@ -131,11 +138,9 @@ def test_forces_of_a_side_agree(presses, impact_speed) -> None:
         damping = damping if impact_speed == "frozen" else 1.0 + c.C
         bound = 1e-15 * (damping * c.Ks + elastic * c.C / speeds * (apart + 4.0))
         bound += elastic * damping * (1e-12 + 4e-15 / (c.v1 - c.v0))
-        arguments = from_guide(press, state)
-        for kernel in (slider_force, frozen_slider_force):
-            other = np.array(kernel(*arguments, constants, memory))
-            np.testing.assert_allclose(other[:2], found[:2], rtol=0, atol=bound)
-            assert abs(other[2] - found[2]) <= 0.05 * bound
+        other = np.array(slider_force(*from_guide(press, state), np.array([STEP, 0.0]), constants, memory))
+        np.testing.assert_allclose(other[:2], found[:2], rtol=0, atol=bound)
+        assert abs(other[2] - found[2]) <= 0.05 * bound
         regimes.add(int(modes[REGIME, first]))
         clipped += pulls
         partial += min(d1, d2) < 0.0
@@ -178,7 +183,9 @@ def test_forces_of_the_journal_agree(presses) -> None:
     """Force, slip and point of attack at the crank pin: on rod 2 and, by its moment, on the crank."""
     press = presses({"joints.crank_pin": "clearance"})
     c = as_record(press.reference.constants, Formulation.BOTH)
-    law = journal_law(press.exudyn, STEP)
+    mechanism = press.exudyn.mechanism
+    law = law_array(press.exudyn.journal, mechanism.rod2.mass)
+    ends = np.array([0, mechanism.crank.to_tip, 0.0, 1, -mechanism.rod2.centroid, 0.0, 0.0, 0.0])
     rng = np.random.default_rng(5)
     regimes, clipped, closed = set(), 0, 0
     for count in range(300):
@@ -210,20 +217,21 @@ def test_forces_of_the_journal_agree(presses) -> None:
         arm2 = c.Ls2 * np.exp(1j * theta2)
         rod2, vrod2 = bearing + arm2, velocity + 1j * w2 * arm2
         vcrank = 1j * c.omega * crank
-        motion = (crank.real, crank.imag, theta1, rod2.real, rod2.imag, theta2)
-        rates = (vcrank.real, vcrank.imag, c.omega, vrod2.real, vrod2.imag, w2)
-        gap, gap_rate, material_slip, _, _ = pin_motion(CrankAndRod2(*motion, *rates), law[0])
+        q1, q2 = (crank.real, crank.imag, theta1), (rod2.real, rod2.imag, theta2)
+        v1, v2 = (vcrank.real, vcrank.imag, c.omega), (vrod2.real, vrod2.imag, w2)
+        e, de = tip - bearing, 1j * c.omega * tip - velocity
+        own_motion = journal_motion.py_func(e.real, e.imag, de.real, de.imag, c.omega, w2, law)
+        gap, gap_rate, material_slip, *_ = own_motion
         # Differences of coordinates below 0.2 m; of velocities of some m/s over a distance of 2e-4 m, whose
         # direction is rounded at 1e-16 / 2e-4.
         assert abs(gap - found.gap) <= 1e-15
         direction = 1e-15 / c.pin_clearance
         assert abs(gap_rate - found.rate) <= direction * 3.0
-        # The reference: journal relative to bearing; the Exudyn model: bearing relative to journal.
-        assert abs(material_slip + found.slip) <= direction * 3.0
-        memory = contact_states()
-        memory["impact_speed"][PIN] = speed
-        memory["regime"][PIN] = slip_regime(material_slip, law[0])
-        force = np.array(journal_force(motion, rates, law, memory))
+        assert abs(material_slip - found.slip) <= direction * 3.0
+        memory = new_contacts(1)[0]
+        memory[IMPACT_SPEED] = speed
+        memory[columns.REGIME] = slip_regime.py_func(material_slip, law)
+        force = np.array(journal_force(q1, q2, v1, v2, np.array([STEP, 0.0]), ends, law, memory))
         damping = max(1.0, 1.0 - c.C * found.rate / speed) if speed else 1.0
         size = abs(complex(Gx, Gy))
         slope = 1.5 * c.Kj * np.sqrt(max(depth, 0.0)) * damping

@@ -33,9 +33,9 @@ REARRANGED = (
     Change(
         engine="exudyn_rearranged",
         model="exudyn",
-        file="contact/point.py",
-        old="elastic * (1.0 + law.damping * depth_rate / impact_speed)",
-        new="elastic + elastic * law.damping * depth_rate / impact_speed",
+        file="laws.py",
+        old="elastic * (1.0 + law[DAMPING] * depth_rate / impact_speed)",
+        new="elastic + elastic * law[DAMPING] * depth_rate / impact_speed",
     ),
 )
 """Copies of the models with one expression added up in another order."""

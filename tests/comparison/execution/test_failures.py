@@ -21,10 +21,10 @@ SHORT = {"drive.cycles": 0.1}
 REACTIONS = SHORT | {"output.groups": ["joints"]}
 
 FAULTY = """
-import exudyn_model.five_bodies.mechanism
 from exudyn_model import simulate as whole
+from exudyn_model.five_bodies.parts import SliderPart
 
-made = exudyn_model.five_bodies.mechanism.force_user_function
+made = SliderPart._user_function
 
 def faulty(*arguments):
     force = made(*arguments)
@@ -35,11 +35,11 @@ def faulty(*arguments):
     return later
 
 def simulate(scene, *, progress=None):
-    exudyn_model.five_bodies.mechanism.force_user_function = faulty
+    SliderPart._user_function = faulty
     try:
         return whole(scene, progress=progress)
     finally:
-        exudyn_model.five_bodies.mechanism.force_user_function = made
+        SliderPart._user_function = made
 """
 
 

@@ -1,0 +1,51 @@
+"""Columns of the arrays that the kernels read and write. SI units, times in s from t = 0.
+
+The kernels take plain arrays of numbers: one array a contact law, one row a contact's memory.
+"""
+
+# ---- A contact law: see `parameters.Contact`. The geometry stands last: of a slider, or of a journal.
+(
+    LAW,
+    SHARED,  # 1: the side of a slider remembers its touch, not the corner
+    STIFFNESS,
+    EXPONENT,
+    DAMPING,
+    CURRENT,  # 1: the damping has no memory
+    SPEED_FLOOR,
+    FRICTION_COEFFICIENT,
+    STATIC_SPEED,
+    TRANSITION_SPEED,
+    SIDE_STIFFNESS,
+    CLEARANCE,
+    MASS,  # of the body that the contact carries
+    HALF_WIDTH,
+    HALF_LENGTH,
+    ACROSS_X,  # unit vector across the guide, and its direction
+    ACROSS_Y,
+    DIRECTION,
+    BEARING_RADIUS,
+) = range(19)
+LAW_COLUMNS = 19
+
+# ---- The memory of a contact: of a corner of a slider, or of a journal. See `memory`.
+(
+    GAP,
+    RATE,
+    SLIP,  # where friction acts
+    NORMAL,
+    FRICTION,
+    CLOSED,  # 1: inside the wall
+    IMPACT_SPEED,  # 0: no contact is in progress
+    START,
+    NAME,  # row whose name the contact in progress bears in the table of contacts
+    LEFT,  # when it last opened
+    STORED,  # energy of the contact, or of the side in the row of its lower corner; dissipated powers
+    DAMPING_POWER,
+    FRICTION_POWER,
+    REGIME,  # of a journal's friction in an iteration: see `friction.slip_regime`
+) = range(14)
+MEMORY_COLUMNS = 14
+
+# ---- The table of contacts, before the forces' totals are added: see `tables.Tables`
+(EVENT_ROW, EVENT_NAME, EVENT_START, EVENT_END, EVENT_SPEED, EVENT_REST) = range(6)
+EVENT_COLUMNS = 6

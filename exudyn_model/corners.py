@@ -1,0 +1,45 @@
+"""Corners of the slider and their walls (Eqs. 1-6), in the frame of the guide.
+
+Its origin lies on the guide's centre line, x points across the guide, y along it. Corners are sharp points;
+each sees the infinite wall on its own side.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.columns import CLEARANCE, HALF_LENGTH, HALF_WIDTH
+from exudyn_model.kernels import kernel
+from exudyn_model.laws import CornerMotion
+
+CORNERS = ("ll", "lr", "ul", "ur")
+"""Lower/upper along the guide (y), left/right across it (x); the rows of the contacts."""
+CORNER_COUNT = 4
+# From a side's lower corner, whose row is that of the side, to its upper one
+UPPER = 2
+
+# Of each of CORNERS: the side of the slider (its wall is on the same side), and its end
+ACROSS = (-1.0, 1.0, -1.0, 1.0)
+ALONG = (-1.0, -1.0, 1.0, 1.0)
+
+
+@kernel
+def corner_motion(
+    number: int, x: float, angle: float, vx: float, vy: float, omega: float, law: NDArray[np.float64]
+) -> CornerMotion:
+    """Return the motion of one of ``CORNERS`` from that of the slider in the guide's frame (m, rad, s)."""
+    outward = ACROSS[number]
+    sx, sy = outward * law[HALF_WIDTH], ALONG[number] * law[HALF_LENGTH]
+    cosine, sine = np.cos(angle), np.sin(angle)
+    rx, ry = cosine * sx - sine * sy, sine * sx + cosine * sy
+    # Not as a difference of distances from the centre line, which are a hundred times the clearance
+    gap = law[CLEARANCE] - outward * (x - sine * sy) + 2.0 * law[HALF_WIDTH] * np.sin(0.5 * angle) ** 2
+    return CornerMotion(gap, -outward * (vx - omega * ry), vy + omega * rx, rx, ry)
+
+
+@kernel
+def corner_load(
+    number: int, normal: float, friction: float, motion: CornerMotion
+) -> tuple[float, float, float]:
+    """Return fx, fy (N) and the moment about the slider's centre (N m) of a corner's force and friction."""
+    inward = -ACROSS[number] * normal
+    return inward, friction, motion.arm_x * friction - motion.arm_y * inward

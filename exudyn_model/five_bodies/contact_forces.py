@@ -1,0 +1,283 @@
+"""Contact forces of five bodies as user functions of Exudyn, in trial states of a step's end.
+
+Exudyn advances the bodies in implicit steps and calls a force at trial states of the step's end. In the
+shortest step (``step_choice``), inside of which alone a contact may begin or end:
+
+- What was in contact at the step's start keeps its frozen speed.
+- What was open and is closed in the trial state gets the speed at the instant of touch between the two, by
+  :func:`touch`. The memory's next update (``following``) applies the same function to the accepted
+  state, so the speed that is frozen is the one that the step itself was solved with: no jump, and second
+  order is kept.
+
+In a longer step what was open at its start stays without force.
+
+The journal's forces are of some kN and rod 2 is light: across the contact, friction changes its speed in a
+step of 1e-6 s by several times the speed over which Eq. 13 rises. Newton's method then goes from full
+friction of one direction to that of the other and back indefinitely. So the iteration keeps to one straight
+piece of Eq. 13; where it converges outside of it, :func:`settle` goes to the next piece, and the iteration is
+taken up again. A step is accepted where piece and slip fit: the force is that of Eqs. 12-13.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.columns import (
+    ACROSS_X,
+    ACROSS_Y,
+    BEARING_RADIUS,
+    CLOSED,
+    DIRECTION,
+    GAP,
+    IMPACT_SPEED,
+    RATE,
+    REGIME,
+    SHARED,
+    SPEED_FLOOR,
+)
+from exudyn_model.corners import UPPER, corner_load, corner_motion
+from exudyn_model.friction import friction_in_regime, slip_regime
+from exudyn_model.journal import JournalMotion, bearing_load, journal_forces, journal_motion
+from exudyn_model.kernels import entry, kernel
+from exudyn_model.laws import CornerMotion, side_forces
+from exudyn_model.memory import ROUNDED
+
+Array = NDArray[np.float64]
+Triple = tuple[float, float, float]
+
+# Among the coordinates of one body: of its centre (m), and its angle (rad)
+X, Y, ANGLE = range(3)
+PER_BODY = 3
+FRAME = -1
+# Of the step in progress: see `parts.Part`
+LENGTH, STAYS_OPEN = range(2)
+
+
+@kernel
+def crossing(gap0: float, rate0: float, gap1: float, rate1: float, step: float) -> float:
+    """Return the fraction of a step at which the gap changes its sign: root of its cubic Hermite interpolant.
+
+    Newton's method, safeguarded by bisection; gap0 and gap1 must differ in sign.
+    """
+    slope0, slope1 = step * rate0, step * rate1
+    quadratic = 3.0 * (gap1 - gap0) - 2.0 * slope0 - slope1
+    cubic = 2.0 * (gap0 - gap1) + slope0 + slope1
+    low, high = 0.0, 1.0
+    fraction = gap0 / (gap0 - gap1)
+    for _ in range(60):
+        value = gap0 + fraction * (slope0 + fraction * (quadratic + fraction * cubic))
+        if (value > 0.0) == (gap0 > 0.0):
+            low = fraction
+        else:
+            high = fraction
+        slope = slope0 + fraction * (2.0 * quadratic + 3.0 * fraction * cubic)
+        change = -value / slope if slope != 0.0 else 2.0
+        if not low <= fraction + change <= high:
+            change = 0.5 * (low + high) - fraction
+        fraction += change
+        if abs(change) < 1e-14:
+            break
+    return fraction
+
+
+@kernel
+def touch(contact: Array, gap: float, rate: float, step: float, law: Array) -> tuple[float, float]:
+    """Return the fraction of a step at which an open contact closes, and its impact speed (m/s, floored).
+
+    The speed is interpolated linearly between the ends of the step. The derivative of the Hermite
+    interpolant would be of a higher order, but magnifies the Newton iteration's error in the positions by
+    1/step. ``contact`` is its memory at the start, ``gap`` and ``rate`` are those at the end.
+    """
+    fraction = crossing(contact[GAP], contact[RATE], gap, rate, step)
+    speed = -(contact[RATE] + fraction * (rate - contact[RATE]))
+    return fraction, max(speed, law[SPEED_FLOOR])
+
+
+@kernel
+def side_change(
+    low: Array, up: Array, lower: CornerMotion, upper: CornerMotion, step: float, law: Array
+) -> tuple[int, float, float]:
+    """Return which end of a side touches first in a step or, of one in contact, leaves last; when; how fast.
+
+    Of two that touch at once, within the rounding of gaps, it is the lower one with the faster's speed.
+
+    Parameters
+    ----------
+    low, up : ndarray
+        Memory of the side's corners at the step's start.
+    lower, upper : CornerMotion
+        Their motions at its end: of an open side at least one is inside the wall, of one in contact none.
+    step : float
+        s.
+    law : ndarray
+
+    Returns
+    -------
+    end : int
+        0: the lower one; 1: the upper one.
+    fraction, speed : float
+        Of the step; impact speed, m/s.
+    """
+    found, found_at, found_speed, leaves = 0, 0.0, 0.0, low[IMPACT_SPEED] > 0.0
+    for end in range(2):
+        corner, contact = (lower, low) if end == 0 else (upper, up)
+        if (corner.gap < 0.0) == (contact[CLOSED] > 0.0):
+            continue
+        at, speed = touch(contact, corner.gap, corner.rate, step, law)
+        lead = (found_at - at) * step
+        if found_speed == 0.0 or (at > found_at if leaves else lead * speed > ROUNDED):
+            found, found_at, found_speed = end, at, speed
+        elif -lead * found_speed <= ROUNDED:
+            found_speed = max(found_speed, speed)
+    return found, found_at, found_speed
+
+
+@kernel
+def speed_in_step(contact: Array, gap: float, rate: float, step: Array, law: Array) -> float:
+    """Return the impact speed (m/s) of a contact in a trial state of a step; 0 where it is open."""
+    if gap >= 0.0:
+        return 0.0
+    frozen: float = contact[IMPACT_SPEED]
+    if frozen > 0.0 or step[STAYS_OPEN] > 0.0:
+        return frozen
+    return touch(contact, gap, rate, step[LENGTH], law)[1]
+
+
+@entry
+def slider_force(
+    x: float,
+    y: float,
+    angle: float,
+    vx: float,
+    vy: float,
+    omega: float,
+    step: Array,
+    law: Array,
+    contacts: Array,
+) -> tuple[float, float, float]:
+    """Return the force of all corners on a slider: fx, fy (N) and the moment about its centre (N m).
+
+    Parameters
+    ----------
+    x, y, angle, vx, vy, omega : float
+        Of the slider from the guide's point, along the fixed axes: m, rad, s.
+    step : ndarray, shape (2,)
+    law : ndarray
+    contacts : ndarray, shape (4, columns)
+        Memory of its corners at the start of the step.
+    """
+    cx, cy, turned = law[ACROSS_X], law[ACROSS_Y], angle - law[DIRECTION]
+    across, v_across, v_along = cx * x + cy * y, cx * vx + cy * vy, cx * vy - cy * vx
+    fx, fy, moment = 0.0, 0.0, 0.0
+    for side in range(2):
+        lower = corner_motion(side, across, turned, v_across, v_along, omega, law)
+        upper = corner_motion(side + UPPER, across, turned, v_across, v_along, omega, law)
+        if lower.gap < 0.0 or upper.gap < 0.0:
+            low, up = contacts[side], contacts[side + UPPER]
+            if law[SHARED] > 0.0:
+                lower_speed = low[IMPACT_SPEED]
+                if lower_speed == 0.0 and step[STAYS_OPEN] == 0.0:
+                    lower_speed = side_change(low, up, lower, upper, step[LENGTH], law)[2]
+                upper_speed = lower_speed
+            else:
+                lower_speed = speed_in_step(low, lower.gap, lower.rate, step, law)
+                upper_speed = speed_in_step(up, upper.gap, upper.rate, step, law)
+            forces = side_forces(lower, upper, lower_speed, upper_speed, law)
+            first = corner_load(side, forces.lower, forces.lower_friction, lower)
+            second = corner_load(side + UPPER, forces.upper, forces.upper_friction, upper)
+            fx, fy = fx + first[0] + second[0], fy + first[1] + second[1]
+            moment += first[2] + second[2]
+    return cx * fx - cy * fy, cy * fx + cx * fy, moment
+
+
+@kernel
+def journal_in_bearing(
+    q1: Triple, v1: Triple, q2: Triple, v2: Triple, ends: Array, law: Array
+) -> JournalMotion:
+    """Return the motion of a journal from those of its bodies, each as x, y, angle (m, rad) and rates."""
+    jx, jy = _arm(q1[ANGLE], ends[1], ends[2])
+    bx, by = _arm(q2[ANGLE], ends[4], ends[5])
+    w1, w2 = v1[ANGLE], v2[ANGLE]
+    return journal_motion(
+        q1[X] + jx - q2[X] - bx + ends[6],
+        q1[Y] + jy - q2[Y] - by + ends[7],
+        v1[X] - w1 * jy - v2[X] + w2 * by,
+        v1[Y] + w1 * jx - v2[Y] - w2 * bx,
+        w1,
+        w2,
+        law,
+    )
+
+
+@kernel
+def _arm(angle: float, along: float, across: float) -> tuple[float, float]:
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return cosine * along - sine * across, sine * along + cosine * across
+
+
+@kernel
+def journal_loads(
+    normal: float, friction: float, motion: JournalMotion, q1: Triple, q2: Triple, ends: Array, law: Array
+) -> tuple[float, float, float, float]:
+    """Return the force on the bearing's body (N), and the moments on the journal's and on it (N m)."""
+    bx, by = _arm(q2[ANGLE], ends[4], ends[5])
+    gx, gy, moment2 = bearing_load(normal, friction, motion, bx, by, law)
+    jx, jy = _arm(q1[ANGLE], ends[1], ends[2])
+    radius = law[BEARING_RADIUS] - motion.distance  # from the journal's centre to the bearing's surface
+    px, py = jx + radius * motion.nx, jy + radius * motion.ny
+    return gx, gy, py * gx - px * gy, moment2
+
+
+@kernel
+def triple(values: Array, body: float) -> Triple:
+    """Take x, y, angle of a body, or their rates, from those of all."""
+    first = PER_BODY * int(body)
+    return values[first], values[first + 1], values[first + 2]
+
+
+@entry
+def journal_force(
+    q1: Triple, q2: Triple, v1: Triple, v2: Triple, step: Array, ends: Array, law: Array, contact: Array
+) -> tuple[float, float, float, float, float, float]:
+    """Return force and moment on the journal's body, then on the bearing's (N, N m).
+
+    Parameters
+    ----------
+    q1, q2, v1, v2 : tuple of float
+        x, y, angle of both bodies (m, rad), and their rates.
+    step : ndarray, shape (2,)
+    ends, law : ndarray
+        See ``parts.JournalPart``.
+    contact : ndarray
+        Its memory at the start of the step.
+    """
+    motion = journal_in_bearing(q1, v1, q2, v2, ends, law)
+    speed = speed_in_step(contact, motion.gap, motion.rate, step, law)
+    if speed == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    normal, _, _ = journal_forces(motion, speed, law)
+    friction = friction_in_regime(normal, motion.slip, contact[REGIME], law)
+    gx, gy, moment1, moment2 = journal_loads(normal, friction, motion, q1, q2, ends, law)
+    return -gx, -gy, moment1, gx, gy, moment2
+
+
+@entry
+def settle(q: Array, v: Array, ends: Array, law: Array, contact: Array) -> bool:
+    """Return whether the friction's piece fits the slip that Newton's method has come to; else take the next.
+
+    One piece at a time: the force falls with the slip, so that the way from piece to piece has one direction.
+
+    Parameters
+    ----------
+    q, v : ndarray, shape (3 n,)
+        Of all bodies.
+    ends, law, contact : ndarray
+        As for :func:`journal_force`.
+    """
+    q1, q2, v1, v2 = triple(q, ends[0]), triple(q, ends[3]), triple(v, ends[0]), triple(v, ends[3])
+    motion = journal_in_bearing(q1, v1, q2, v2, ends, law)
+    wanted = slip_regime(motion.slip, law)
+    if motion.gap >= 0.0:  # no friction in any piece
+        contact[REGIME] = wanted
+    fits: bool = contact[REGIME] == wanted
+    contact[REGIME] += np.sign(wanted - contact[REGIME])
+    return fits

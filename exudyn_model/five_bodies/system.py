@@ -1,0 +1,299 @@
+"""A planar linkage as lists, and what Exudyn makes of them: bodies, joints, a drive, gravity, contacts."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import exudyn as exu
+import numpy as np
+from exudyn.itemInterface import (
+    CoordinateConstraint,
+    LoadMassProportional,
+    MarkerBodyMass,
+    MarkerBodyPosition,
+    MarkerNodeCoordinate,
+    NodePointGround,
+    NodeRigidBody2D,
+    ObjectGenericODE2,
+    ObjectGround,
+    ObjectJointRevolute2D,
+    ObjectRigidBody2D,
+)
+from numpy.typing import NDArray
+
+from exudyn_model.corners import CORNER_COUNT, CORNERS
+from exudyn_model.five_bodies.contact_forces import ANGLE, FRAME, PER_BODY, X
+from exudyn_model.five_bodies.parts import JournalPart, Part, SliderPart
+from exudyn_model.linkage import CRANK, ROCKER, ROD2, ROD4, SLIDER, InitialState
+from exudyn_model.memory import law_array, new_contacts
+from exudyn_model.parameters import Contact, Parameters
+from exudyn_model.tables import PIN
+
+Array = NDArray[np.float64]
+
+
+class Body(NamedTuple):
+    """A rigid body: mass (kg), inertia about its centre (kg m^2); x, y, angle at t = 0 (m, rad), rates."""
+
+    mass: float
+    inertia: float
+    position: tuple[float, float, float]
+    velocity: tuple[float, float, float]
+
+
+class Pin(NamedTuple):
+    """A revolute joint between a point of one body and a point of another, in body coordinates, m.
+
+    ``first`` may be ``FRAME``; then ``first_point`` is fixed in space.
+    """
+
+    name: str
+    first: int
+    first_point: tuple[float, float]
+    second: int
+    second_point: tuple[float, float]
+
+
+class Guide(NamedTuple):
+    """An ideal guide of a body, which may not turn in it: its coordinate ``X`` or ``Y`` keeps a value, m."""
+
+    body: int
+    coordinate: int
+    value: float
+
+
+class SliderContact(NamedTuple):
+    """A rectangular body with clearance in a straight guide.
+
+    Attributes
+    ----------
+    body : int
+    point : tuple of float
+        Of the guide's centre line, m.
+    direction : float
+        Of the axis across the guide, rad; a body at this angle has its length along the guide.
+    width, length : float
+        Of the body, m.
+    contact : Contact
+    """
+
+    body: int
+    point: tuple[float, float]
+    direction: float
+    width: float
+    length: float
+    contact: Contact
+
+
+class JournalContact(NamedTuple):
+    """A journal on the first body in a bearing of the second one; their centres in body coordinates, m."""
+
+    name: str
+    first: int
+    first_point: tuple[float, float]
+    second: int
+    second_point: tuple[float, float]
+    contact: Contact
+
+
+class Drive(NamedTuple):
+    """A motor that keeps the angular speed (rad/s) of a body."""
+
+    body: int
+    omega: float
+
+
+@dataclass(frozen=True)
+class System:
+    """A linkage; ``observed`` is the body whose motion is recorded, ``gravity`` (m/s^2) acts along -y."""
+
+    bodies: list[Body]
+    pins: list[Pin]
+    guides: list[Guide]
+    contacts: list[SliderContact | JournalContact]
+    drive: Drive
+    observed: int
+    gravity: float = 0.0
+
+    @property
+    def sliders(self) -> list[SliderContact]:
+        """Contacts of sliders; their corners are the first rows of the contacts' memory."""
+        return [contact for contact in self.contacts if isinstance(contact, SliderContact)]
+
+    @property
+    def journals(self) -> list[JournalContact]:
+        """Contacts of journals, which follow there."""
+        return [contact for contact in self.contacts if isinstance(contact, JournalContact)]
+
+    @property
+    def contact_names(self) -> tuple[str, ...]:
+        """Names of the contacts, by row: of further sliders and journals with a number."""
+        numbers = ["", *(str(n) for n in range(2, 2 + len(self.contacts)))]
+        corners = [f"{name}{n}" for _, n in zip(self.sliders, numbers, strict=False) for name in CORNERS]
+        return (*corners, *(f"{PIN}{n}" for _, n in zip(self.journals, numbers, strict=False)))
+
+    @property
+    def multipliers(self) -> tuple[str, ...]:
+        """Channel of each Lagrange multiplier.
+
+        Exudyn writes M a + (dc/dq)^T lambda = f, with c the second body's end less the first's: the channel,
+        the constraint's force or moment on the second body, is -lambda.
+        """
+        pins = [f"reaction_{pin.name}_{axis}" for pin in self.pins for axis in "xy"]
+        return (
+            *pins,
+            "crank_torque",
+            *(name for _ in self.guides for name in ("guide_force", "guide_moment")),
+        )
+
+    @cached_property
+    def masses(self) -> Array:
+        """Masses and inertias by coordinate, shape (3 n,); kg, kg m^2."""
+        return np.array([[body.mass, body.mass, body.inertia] for body in self.bodies]).ravel()
+
+    @cached_property
+    def prescribed(self) -> list[tuple[int, float, float]]:
+        """Coordinates that are prescribed: number, value at t = 0, rate. First that of the drive."""
+        body = self.drive.body
+        prescribed = [(PER_BODY * body + ANGLE, self.bodies[body].position[ANGLE], self.drive.omega)]
+        for guide in self.guides:
+            prescribed.append((PER_BODY * guide.body + guide.coordinate, guide.value, 0.0))
+            prescribed.append((PER_BODY * guide.body + ANGLE, 0.0, 0.0))
+        return prescribed
+
+    @cached_property
+    def reference(self) -> Array:
+        """What coordinates count from, shape (3 n,): of a slider its guide, for all digits of gaps."""
+        reference = np.zeros((len(self.bodies), PER_BODY))
+        for slider in self.sliders:
+            reference[slider.body, :ANGLE] = slider.point
+        return reference.ravel()
+
+
+def press(parameters: Parameters, state: InitialState) -> System:
+    """Return the press of Fig. 4 as lists (Eq. 16): pins O, A, H, B, C, F; A may have clearance."""
+    mechanism = parameters.mechanism
+    crank, rod2, rocker, rod4 = mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4
+    slider = mechanism.slider
+    contacts: list[SliderContact | JournalContact] = []
+    guides = []
+    if parameters.guide is None:
+        guides.append(Guide(SLIDER, X, mechanism.guide_x + mechanism.reference_offset))
+    else:
+        middle = (mechanism.guide_x, 0.0)
+        contacts.append(SliderContact(SLIDER, middle, 0.0, slider.width, slider.length, parameters.guide))
+    pins = [
+        Pin("O", FRAME, (0.0, 0.0), CRANK, (-crank.centroid, 0.0)),
+        Pin("A", CRANK, (crank.to_tip, 0.0), ROD2, (-rod2.centroid, 0.0)),
+        Pin("H", FRAME, mechanism.rocker_pivot, ROCKER, (-rocker.centroid, 0.0)),
+        Pin("B", ROD2, (rod2.to_tip, 0.0), ROCKER, (0.0, 0.0)),
+        Pin("C", ROCKER, (rocker.to_tip, 0.0), ROD4, (-rod4.centroid, 0.0)),
+        Pin("F", ROD4, (rod4.to_tip, 0.0), SLIDER, (0.0, 0.0)),
+    ]
+    if parameters.journal is not None:
+        contacts.append(JournalContact(*pins.pop(1), parameters.journal))
+    inertias = [(body.mass, body.inertia) for body in (crank, rod2, rocker, rod4)]
+    inertias.append((slider.mass, slider.inertia))
+    bodies = [
+        Body(mass, inertia, tuple(q.tolist()), tuple(v.tolist()))
+        for (mass, inertia), q, v in zip(inertias, *state, strict=True)
+    ]
+    drive = Drive(CRANK, mechanism.omega)
+    return System(bodies, pins, guides, contacts, drive, SLIDER, mechanism.gravity)
+
+
+@dataclass(frozen=True)
+class Model:
+    """A system assembled in Exudyn, with what its contact forces read.
+
+    Attributes
+    ----------
+    mbs : exudyn.MainSystem
+    container : exudyn.SystemContainer
+        Owner of ``mbs``; held so that it outlives it.
+    system : System
+    parts : list of Part
+        Its contacts.
+    contacts : ndarray, shape (n, columns)
+        Their memory: see ``memory``.
+    step : ndarray, shape (2,)
+        Of the step in progress: see ``parts``.
+    """
+
+    mbs: Any
+    container: Any
+    system: System
+    parts: list[Part]
+    contacts: Array
+    step: Array
+
+
+def build(system: System, step: float) -> Model:
+    """Build a system in Exudyn, for integration with ``step`` (s) in contacts.
+
+    Its coordinates are x, y, angle of each body.
+    """
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    ground = mbs.AddObject(ObjectGround())
+    ground_node = mbs.AddNode(NodePointGround())
+    nodes, objects = [], []
+    for body, reference in zip(system.bodies, system.reference.reshape(-1, PER_BODY), strict=True):
+        node = mbs.AddNode(
+            NodeRigidBody2D(
+                referenceCoordinates=list(reference),
+                initialCoordinates=list(body.position - reference),
+                initialVelocities=list(body.velocity),
+            )
+        )
+        nodes.append(node)
+        objects.append(
+            mbs.AddObject(ObjectRigidBody2D(mass=body.mass, inertia=body.inertia, nodeNumber=node))
+        )
+        centre = mbs.AddMarker(MarkerBodyMass(bodyNumber=objects[-1]))
+        mbs.AddLoad(LoadMassProportional(markerNumber=centre, loadVector=[0.0, -system.gravity, 0.0]))
+    for pin in system.pins:
+        ends = []
+        for body_number, point in ((pin.first, pin.first_point), (pin.second, pin.second_point)):
+            carrier = ground if body_number == FRAME else objects[body_number]
+            ends.append(mbs.AddMarker(MarkerBodyPosition(bodyNumber=carrier, localPosition=[*point, 0.0])))
+        mbs.AddObject(ObjectJointRevolute2D(name=pin.name, markerNumbers=ends))
+    fixed = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=ground_node, coordinate=0))
+    for number, (coordinate, value, rate) in enumerate(system.prescribed):
+        body_number, axis = divmod(coordinate, PER_BODY)
+        marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=nodes[body_number], coordinate=axis))
+        is_drive = number == 0
+        offset = rate if is_drive else value - system.reference[coordinate]
+        mbs.AddObject(
+            CoordinateConstraint(markerNumbers=[fixed, marker], offset=offset, velocityLevel=is_drive)
+        )
+    contacts, current = new_contacts(len(system.contact_names)), np.array([step, 0.0])
+    parts = _parts(system, contacts, current)
+    for part in parts:
+        # An object without mass on the bodies' nodes, which only adds the contact force
+        size = PER_BODY * len(part.bodies)
+        mbs.AddObject(
+            ObjectGenericODE2(
+                nodeNumbers=[nodes[body] for body in part.bodies],
+                massMatrix=np.zeros((size, size)),
+                forceUserFunction=part.force,
+            )
+        )
+    mbs.Assemble()
+    return Model(mbs, container, system, parts, contacts, current)
+
+
+def _parts(system: System, contacts: Array, step: Array) -> list[Part]:
+    reference = system.reference.reshape(-1, PER_BODY)
+    parts: list[Part] = []
+    for number, slider in enumerate(system.sliders):
+        mass = system.bodies[slider.body].mass
+        law = law_array(slider.contact, mass, slider.width / 2, slider.length / 2, slider.direction)
+        parts.append(SliderPart(slider.body, CORNER_COUNT * number, law, contacts, step))
+    row = CORNER_COUNT * len(parts)
+    for number, journal in enumerate(system.journals):
+        apart = reference[journal.first] - reference[journal.second]
+        ends = [journal.first, *journal.first_point, journal.second, *journal.second_point, *apart[:ANGLE]]
+        law = law_array(journal.contact, system.bodies[journal.second].mass)
+        parts.append(JournalPart(np.array(ends, dtype=np.float64), row + number, law, contacts, step))
+    return parts

@@ -1,0 +1,83 @@
+"""Clearance of the crank pin A: the crank's journal in the bearing of rod 2 (Figs. 7, 8).
+
+The journal, of radius R_j, sits on the crank's tip; the bearing, of radius R_b = R_j + clearance, at the
+start of rod 2. With e from the bearing's centre to the journal's the contact is closed where |e| exceeds the
+clearance; n = e / |e|, t is n rotated by +90 degrees. Force and friction act in the point of the bearing's
+surface, its centre + R_b n, on both bodies.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.columns import BEARING_RADIUS, CLEARANCE, EXPONENT, STIFFNESS
+from exudyn_model.friction import friction_force
+from exudyn_model.kernels import kernel
+from exudyn_model.laws import damped
+
+
+class JournalMotion(NamedTuple):
+    """Motion of a journal in its bearing.
+
+    Attributes
+    ----------
+    gap, rate : float
+        Gap (m), positive where it is open, and its rate (m/s).
+    slip : float
+        Velocity (m/s) along t of the journal's material relative to the bearing's, where they touch.
+    nx, ny : float
+        The unit vector n.
+    distance : float
+        |e|, m.
+    """
+
+    gap: float
+    rate: float
+    slip: float
+    nx: float
+    ny: float
+    distance: float
+
+
+@kernel
+def journal_motion(
+    ex: float, ey: float, vx: float, vy: float, w1: float, w2: float, law: NDArray[np.float64]
+) -> JournalMotion:
+    """Return the motion from e (m), its rate (m/s), and the angular speeds of journal and bearing (rad/s)."""
+    distance = np.hypot(ex, ey)
+    # Centred to the last digit there is no direction, and no contact that would need it
+    nx, ny = (ex / distance, ey / distance) if distance > 0.0 else (1.0, 0.0)
+    gap, rate = law[CLEARANCE] - distance, -(nx * vx + ny * vy)
+    slip = nx * vy - ny * vx + w1 * (law[BEARING_RADIUS] - distance) - w2 * law[BEARING_RADIUS]
+    return JournalMotion(gap, rate, slip, nx, ny, distance)
+
+
+@kernel
+def journal_forces(
+    motion: JournalMotion, impact_speed: float, law: NDArray[np.float64]
+) -> tuple[float, float, float]:
+    """Return normal force, its elastic part, and friction on the journal along t (N); 0 if it is open."""
+    if motion.gap >= 0.0 or impact_speed == 0.0:
+        return 0.0, 0.0, 0.0
+    elastic = law[STIFFNESS] * (-motion.gap) ** law[EXPONENT]
+    normal = damped(elastic, -motion.rate, impact_speed, law)
+    return normal, elastic, friction_force(normal, motion.slip, law)
+
+
+@kernel
+def bearing_load(
+    normal: float,
+    friction: float,
+    motion: JournalMotion,
+    arm_x: float,
+    arm_y: float,
+    law: NDArray[np.float64],
+) -> tuple[float, float, float]:
+    """Return the force G on the bearing's body (N) and its moment (N m).
+
+    The moment is about the point from which (``arm_x``, ``arm_y``), m, leads to the bearing's centre.
+    """
+    gx, gy = normal * motion.nx + friction * motion.ny, normal * motion.ny - friction * motion.nx
+    px, py = arm_x + law[BEARING_RADIUS] * motion.nx, arm_y + law[BEARING_RADIUS] * motion.ny
+    return gx, gy, px * gy - py * gx

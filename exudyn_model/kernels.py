@@ -1,0 +1,159 @@
+"""Compile this package's kernels with numba, and keep the machine code in a folder of this very version.
+
+numba's own cache looks only at the file of the function it loads: a caller compiled before an edit of a
+*called* module would go on with the old callee. The folder is therefore named by a hash of all sources of the
+package and of the versions that shape the machine code. numba would also run, or fail at, what a power
+failure left of a file: a checksum of each file is noted after a run (`seal`), and what does not agree with it
+is removed before the next process loads it. To lose a file costs its compilation, nothing else.
+"""
+
+import hashlib
+import json
+import os
+import platform
+import shutil
+import stat
+import tempfile
+import warnings
+import zlib
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar, cast
+
+import numba
+import numpy as np
+from platformdirs import user_cache_path
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+_SUMS = "checksums.json"
+
+
+def source_hash() -> str:
+    """Hash this package's sources and the Python, numba and numpy versions (16 hex digits)."""
+    digest = hashlib.sha256(f"{platform.python_version()} {numba.__version__} {np.__version__}".encode())
+    package = Path(__file__).parent
+    for path in sorted(package.rglob("*.py")):
+        digest.update(path.relative_to(package).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _usual_folder() -> Path | None:
+    for variable, below in (("NUMBA_CACHE_DIR", "sixbar-crossval"), ("SIXBAR_CACHE_DIR", "")):
+        if os.environ.get(variable):
+            return Path(os.environ[variable]) / below
+    try:
+        path = user_cache_path("sixbar-crossval", appauthor=False)
+    except RuntimeError:  # without HOME and without a name
+        return None
+    return path if path.is_absolute() else None
+
+
+def _temporary_folder() -> Path:
+    """Make a folder below the temporary one; refuse what is another user's, who could place code there."""
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    path = Path(tempfile.gettempdir(), f"sixbar-crossval-{user}")
+    path.mkdir(0o700, exist_ok=True)
+    status = path.lstat()
+    if os.name == "posix" and (status.st_uid != user or stat.S_IMODE(status.st_mode) != 0o700):
+        raise PermissionError(f"{path} is accessible to other users")
+    if not stat.S_ISDIR(status.st_mode):
+        raise NotADirectoryError(f"{path} is not a folder")
+    return path
+
+
+def _prepare(path: Path) -> Path:
+    """Make a folder that can be written, without damaged files in it."""
+    path.mkdir(0o700, parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=path):
+        pass
+    try:
+        sums = json.loads((path / _SUMS).read_text())
+    except (OSError, ValueError):
+        sums = {}
+    for name, known in _checksums(path).items():
+        if sums.get(name) != known:
+            (path / name).unlink(missing_ok=True)
+    return path
+
+
+def _checksums(path: Path) -> dict[str, int]:
+    return {
+        file.relative_to(path).as_posix(): zlib.crc32(file.read_bytes())
+        for file in sorted(path.glob("*/*.nb[ic]"))
+    }
+
+
+def _folder() -> Path | None:
+    """Return the folder of this version's kernels, or None where nothing can be stored.
+
+    Below ``NUMBA_CACHE_DIR`` or ``SIXBAR_CACHE_DIR`` where one is set, else in the user's cache folder; if
+    that cannot be written, in a temporary folder of this user alone, with what the other one holds.
+    """
+    name, found = f"exudyn_model-{source_hash()}", None
+    first = _usual_folder()
+    if first is not None:
+        with suppress(OSError):
+            return _prepare(first / name)
+    with suppress(OSError):
+        place = _temporary_folder() / name
+        if first is not None and (first / name).is_dir() and not place.is_dir():
+            shutil.copytree(first / name, place, copy_function=shutil.copyfile)
+        found = _prepare(place)
+    where = "nowhere, and every process compiles them" if found is None else f"in {found}"
+    warnings.warn(
+        f"the Exudyn model's kernels cannot be stored in {first or 'the home folder, which is unknown'}; "
+        f"they are stored {where}",
+        RuntimeWarning,
+        stacklevel=2,
+    )
+    return found
+
+
+FOLDER = _folder()
+"""Where this process keeps its kernels."""
+
+
+def seal() -> None:
+    """Note the checksums of all kernels that are stored by now; to be called after a run."""
+    if FOLDER is None:
+        return
+    newest = max((file.stat().st_mtime_ns for file in FOLDER.glob("*/*.nbi")), default=0)
+    with suppress(OSError):
+        if newest and not ((FOLDER / _SUMS).exists() and (FOLDER / _SUMS).stat().st_mtime_ns >= newest):
+            with tempfile.NamedTemporaryFile("w", dir=FOLDER, delete=False) as file:
+                json.dump(_checksums(FOLDER), file)
+            Path(file.name).replace(FOLDER / _SUMS)
+
+
+def kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile ``function`` with numba where a kernel calls it, without what Python needs to call it."""
+    return cast(
+        Callable[P, R],
+        numba.njit(error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)(function),
+    )
+
+
+def entry(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile what Python calls; its machine code, with that of all that it calls, is kept on disk."""
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(FOLDER or "")
+    try:
+        stored: dict[str, Any] = {"cache": FOLDER is not None, "no_cfunc_wrapper": True}
+        return cast(Callable[P, R], numba.njit(error_model="numpy", **stored)(function))
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def machine_code(function: Callable[..., R], *examples: Any) -> Callable[..., R]:
+    """Return the machine code of an entry for arguments of the same types as ``examples``.
+
+    For what Exudyn calls in every step: an entry itself first dispatches on the types of its arguments, which
+    takes as long as the smaller ones run. This does not: what is not of these types is read wrongly.
+    """
+    types = tuple(numba.typeof(example) for example in examples)
+    compiled: Callable[..., R] = cast(Any, function).compile(types)
+    return compiled

@@ -1,0 +1,170 @@
+"""The contact law of a side of the slider: depths and rates of both corners in, forces and energies out.
+
+Three laws, by their number in ``LAWS``; each is one branch of :func:`side_forces`, and ``REMEMBERED_BY_SIDE``
+names those where it is the side that remembers its touch:
+
+- "hertz-corners": each corner follows Eqs. 9-11 by itself.
+- "paper-switching": the same until both corners are in contact. Then, literally Eqs. 7-8: the surface's force
+  K_s (d1 + d2) / 2 without damping, in the centroid of the penetrated trapezoid, as the two forces in the
+  corners that have this resultant. The force jumps at the switch, and with it what is stored: the audit of
+  the energy shows what the jumps bring in.
+- "foundation": Eqs. 7-8 also where a part of the side alone is inside, an elastic layer along it. It stores
+  K_s (d1^2 + d1 d2 + d2^2) / 6, and K_s d1^3 / (6 (d1 - d2)) where d2 < 0 < d1, continuous there up to second
+  derivatives. The forces in the corners are statically equivalent to the layer's pressure: the corner that is
+  outside bears its part too. Damping and friction are those of the point which divides the side as the
+  forces in its corners do.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exudyn_model.columns import (
+    CURRENT,
+    DAMPING,
+    EXPONENT,
+    LAW,
+    SIDE_STIFFNESS,
+    SPEED_FLOOR,
+    STIFFNESS,
+)
+from exudyn_model.friction import friction_force
+from exudyn_model.kernels import kernel
+
+LAWS = ("hertz-corners", "paper-switching", "foundation")
+SWITCHING, FOUNDATION = 1, 2
+REMEMBERED_BY_SIDE = ("foundation",)
+
+
+class CornerMotion(NamedTuple):
+    """Motion of one corner against its wall.
+
+    Attributes
+    ----------
+    gap, rate : float
+        Gap (m), positive where it is open, and its rate (m/s).
+    slip : float
+        Speed of the corner along the guide, m/s.
+    arm_x, arm_y : float
+        From the slider's centre to the corner, m.
+    """
+
+    gap: float
+    rate: float
+    slip: float
+    arm_x: float
+    arm_y: float
+
+
+class SideForces(NamedTuple):
+    """What a side does at a moment.
+
+    Attributes
+    ----------
+    lower, upper : float
+        Normal forces in the corners, at least 0, N.
+    lower_friction, upper_friction : float
+        Along the guide, N.
+    stored : float
+        Energy, J.
+    damping, friction : float
+        Dissipated powers, W.
+    slip : float
+        Where the friction of a side as a whole acts, m/s; else not a number.
+    """
+
+    lower: float
+    upper: float
+    lower_friction: float
+    upper_friction: float
+    stored: float
+    damping: float
+    friction: float
+    slip: float
+
+
+@kernel
+def damped(elastic: float, depth_rate: float, impact_speed: float, law: NDArray[np.float64]) -> float:
+    """Eq. 11: elastic (1 + C depth_rate / impact_speed) in N, at least 0: a surface cannot pull.
+
+    Without memory the impact speed (m/s) is replaced by sqrt(depth_rate^2 + floor^2).
+    """
+    if law[CURRENT] > 0.0:
+        impact_speed = np.sqrt(depth_rate * depth_rate + law[SPEED_FLOOR] * law[SPEED_FLOOR])
+    force: float = elastic * (1.0 + law[DAMPING] * depth_rate / impact_speed)
+    return max(force, 0.0)
+
+
+@kernel
+def foundation_normals(lower: float, upper: float, stiffness: float) -> tuple[float, float]:
+    """Return the elastic normal forces (N) of both corners of a side on an elastic foundation.
+
+    ``lower`` and ``upper`` are depths (m), ``stiffness`` is K_s (N/m).
+    """
+    sixth = stiffness / 6.0
+    if lower > 0.0 and upper > 0.0:
+        return sixth * (2.0 * lower + upper), sixth * (lower + 2.0 * upper)
+    depth, other = max(lower, upper), min(lower, upper)
+    if not depth > 0.0:
+        return 0.0, 0.0
+    share = depth / (depth - other)  # of the side, that is inside
+    inside, outside = sixth * depth * share * (3.0 - share), sixth * depth * share * share
+    return (inside, outside) if lower > upper else (outside, inside)
+
+
+@kernel
+def side_forces(
+    lower: CornerMotion,
+    upper: CornerMotion,
+    lower_speed: float,
+    upper_speed: float,
+    law: NDArray[np.float64],
+) -> SideForces:
+    """Return the forces of a side.
+
+    An impact speed (m/s) of 0 means that the corner is not in contact, whatever its depth; where the side
+    remembers, both are that of the side. Steps that end at each touch and leaving have trial states a little
+    past it, where a corner in contact has a negative depth: a surface's force goes on smoothly.
+    """
+    d1, d2, r1, r2 = -lower.gap, -upper.gap, -lower.rate, -upper.rate
+    if law[LAW] == FOUNDATION:
+        f1, f2 = foundation_normals(d1, d2, law[SIDE_STIFFNESS])
+        total = f1 + f2
+        if lower_speed == 0.0 or not total > 0.0:
+            return SideForces(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.nan)
+        rate, slip = (f1 * r1 + f2 * r2) / total, (f1 * lower.slip + f2 * upper.slip) / total
+        factor = damped(1.0, rate, lower_speed, law)
+        friction = friction_force(factor, slip, law)
+        return SideForces(
+            factor * f1,
+            factor * f2,
+            friction * f1,
+            friction * f2,
+            0.5 * (f1 * d1 + f2 * d2),
+            (factor - 1.0) * total * rate,
+            -friction * total * slip,
+            slip,
+        )
+    f1 = law[STIFFNESS] * d1 ** law[EXPONENT] if d1 > 0.0 and lower_speed > 0.0 else 0.0
+    f2 = law[STIFFNESS] * d2 ** law[EXPONENT] if d2 > 0.0 and upper_speed > 0.0 else 0.0
+    n1 = damped(f1, r1, lower_speed, law) if f1 > 0.0 else 0.0
+    n2 = damped(f2, r2, upper_speed, law) if f2 > 0.0 else 0.0
+    degree = law[EXPONENT] + 1.0
+    if law[LAW] == SWITCHING and lower_speed > 0.0 and upper_speed > 0.0:
+        sixth = law[SIDE_STIFFNESS] / 6.0
+        n1 = f1 = max(sixth * (2.0 * d1 + d2), 0.0)
+        n2 = f2 = max(sixth * (d1 + 2.0 * d2), 0.0)
+        degree = 2.0
+    t1, t2 = friction_force(n1, lower.slip, law), friction_force(n2, upper.slip, law)
+    # Forces are homogeneous functions of the depths, of a degree one less than their potential's (Euler)
+    return SideForces(
+        n1,
+        n2,
+        t1,
+        t2,
+        (f1 * d1 + f2 * d2) / degree,
+        (n1 - f1) * r1 + (n2 - f2) * r2,
+        -t1 * lower.slip - t2 * upper.slip,
+        np.nan,
+    )
