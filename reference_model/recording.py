@@ -1,270 +1,191 @@
-"""What is recorded of each step: samples, extrema, peaks of the contacts.
+"""Rows: what is recorded of a run at its samples, at marks, at the ends of steps, and where contacts peak.
 
-Samples are kept only of the channels that were asked for, so that long runs fit into memory.
+A row holds a state with the balance of forces in it; named channels, extrema, energies and pulses are made of
+rows, many at a time (`reference_model.channels`). Peaks of depth and force within a step are searched on the
+dense output.
 """
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple, cast
 
-import numpy as np
-from numpy.typing import NDArray
-
-from reference_model.compiled import Kernel, bare, inlined, kernel
-from reference_model.constants import Constants
-from reference_model.dop853 import AT_END, STAGES, dense, prepare_dense
-from reference_model.energy import ENERGIES
-from reference_model.forces import (
-    CONTACTS,
-    INSIDE,
-    MEMORY,
-    RATE,
-    Array,
-    no_contacts,
-)
-from reference_model.formulations import derivative, driven, driven_of, free, right_hand_side, state_size
-from reference_model.observation import (
-    ACCELERATIONS,
-    CHANNELS,
-    CORNER_CHANNELS,
-    MOTION_ONLY,
-    NAMES,
-    WITH_ENERGY,
-    WITH_FORCES,
-    WITH_JOINTS,
-    note_forces,
-    observe,
-    observe_driven,
-    widen,
-    widen_one,
-)
-from reference_model.peaks import deepest, force_peak, has_peak, strongest
-from reference_model.progress import (
-    EVALUATIONS,
-    SAMPLES,
-    Progress,
-    cycle_start,
-    cycle_time,
-    end_contact,
-    reached,
-)
-from reference_model.reactions import REACTIONS
-from reference_model.watch import watch_contacts, watch_open
+from reference_model.compiled import inner
+from reference_model.contact import CONTACTS, GAP, INSIDE, MEMORY, RATE, STATES, normal_force
+from reference_model.dop853 import STAGES, dense, prepare_dense
+from reference_model.equations import Model, right_hand_side
+from reference_model.events import EVALUATIONS, RECORDED, SAMPLES, Run, note_forces
+from reference_model.linkage import Array
+from reference_model.parameters import Law
 
 MARKS = 1000
 """Instants of a cycle at which channels are looked at for their extrema, beside the steps' ends: steps in
-flight are longer. What swings k times a cycle lies above the largest of these by 5e-6 k^2 of its size at
-most."""
+flight are longer. What swings k times a cycle lies above the largest of these by 5e-6 k^2 of its size at most."""
+
+SAMPLE, EXTREMUM, STEP, PART = 1, 2, 4, 8
+"""What a row is for, added up: a sample; extrema; the end of a step; one of several within a step."""
+TIME, CYCLE, PURPOSE = range(3)
+"""Rows' first entries: s since the start of the cycle, start of the cycle (s), the sum above."""
+SLIDER_FROM = 3
+"""Then the slider's motion (9), ..."""
+CONTACTS_FROM = SLIDER_FROM + 9
+"""... the contacts' states (STATES, CONTACTS), ..."""
+INSIDE_FROM = CONTACTS_FROM + STATES * CONTACTS
+MEMORY_FROM = INSIDE_FROM + CONTACTS
+STATE_FROM = MEMORY_FROM + CONTACTS
+"""... what of their modes says whether they are closed, the state, and its derivative."""
+
+_GOLDEN, _SECTIONS = 0.5 * (math.sqrt(5.0) - 1.0), 20
+"""Of a step, which shrinks to 7e-5 of itself: a peak is short by the square of that."""
 
 
-class Samples(NamedTuple):
-    """Where the integration writes its samples, and what they need."""
-
-    times: Array
-    """(n,), s, ascending."""
-    wanted: NDArray[np.int64]
-    """(k,): the channels that are kept, as positions in `observation.NAMES`."""
-    values: Array
-    """(k, n)."""
-    what: int
-    """What has to be observed for them (`reference_model.observation`)."""
+def row_size(size: int) -> int:
+    """Return the length of a row for a state of so many numbers."""
+    return STATE_FROM + 2 * size
 
 
-def samples_of(names: Sequence[str], times: Array) -> Samples:
-    """Return empty samples of some channels."""
-    wanted = np.array([NAMES.index(name) for name in names], dtype=np.int64)
-    groups = {
-        WITH_JOINTS: REACTIONS, WITH_ENERGY: ENERGIES, WITH_FORCES: (*ACCELERATIONS, *CORNER_CHANNELS)
-    }  # fmt: skip
-    what = sum(
-        (group for group, members in groups.items() if not set(names).isdisjoint(members)), MOTION_ONLY
-    )
-    return Samples(times, wanted, np.zeros((wanted.size, times.size)), what)
+@inner
+def record(
+    run: Run, t: float, purpose: int, y: Array, dy: Array, contacts: Array, slider: Array
+) -> None:
+    """Write a row at `t` (s, in the cycle)."""
+    row = run.rows[run.counters[RECORDED]]
+    row[TIME], row[CYCLE], row[PURPOSE] = t, run.clock[3], purpose
+    for j in range(9):
+        row[SLIDER_FROM + j] = slider[j]
+    for k in range(CONTACTS):
+        for j in range(STATES):
+            row[CONTACTS_FROM + CONTACTS * j + k] = contacts[j, k]
+        row[INSIDE_FROM + k], row[MEMORY_FROM + k] = run.modes[INSIDE, k], run.modes[MEMORY, k]
+    for j in range(y.size):
+        row[STATE_FROM + j], row[STATE_FROM + y.size + j] = y[j], dy[j]
+    run.counters[RECORDED] += 1
 
 
-@bare
-def keep(samples: Samples, i: int, channels: Array) -> None:
-    """Write the wanted ones of all `channels`, shape (CHANNELS,), as sample `i`."""
-    for k in range(samples.wanted.size):
-        samples.values[k, i] = channels[samples.wanted[k]]
-
-
-@inlined
-def note_step(
-    c: Constants, p: Progress, t: float, h: float, y1: Array, k: Array, table: Array, f: Array, before: Array,
-    after: Array, samples: Samples, state: Array, dy: Array, contacts: Array, observed: Array,
+@inner
+def evaluate_inside(
+    model: Model, law: Law, run: Run, share: float, t: float, h: float, f: Array, state: Array, dy: Array,
+    contacts: Array, slider: Array,
 ) -> None:  # fmt: skip
-    """Record samples, extrema and contact peaks of the step from `t` to t + h, just before it is accepted.
+    """Write state and forces at a share of a step, by its dense output."""
+    dense(run.y, f, share, run.y.size, state)
+    right_hand_side(model, law, t + share * h, state, run.modes, dy, contacts, slider)
 
-    `t` counts from the start of the cycle.
+
+@inner
+def peaks_inside(law: Law, modes: Array, k: int, before: Array, stages: Array) -> tuple[bool, bool]:
+    """Return whether depth and force of contact `k` peak within a step.
+
+    The force as its stages say: one that peaks next to an end, before the first or after the last of them, has
+    that end stand for it, up to 1e-4 of it short.
     """
-    t_cycle = cycle_start(c, p)
-    # The integrals behind the coordinates are only read for the energies.
-    size = p.y.size if samples.what & WITH_ENERGY else free(c)
-    count = p.counters[SAMPLES]
-    times, forces = samples.times, samples.what != MOTION_ONLY
-    peak = has_peak(c, p.modes, h, before, after)
-    interval = cycle_time(c) / MARKS
-    mark = first_mark(t, interval)
-    sampled = times[count] - t_cycle if count < times.size else np.inf
-    now = earlier(sampled, mark, interval)
-    if peak or now < t + h:
-        prepare_dense(c, t, h, p.y, y1, p.modes, k, table, size, state, contacts, f)
-        p.counters[EVALUATIONS] += 3
-    while now < t + h:
-        # A sample on a step's end belongs to the next step: the right limit at a jump.
-        note_inside(c, p, (now - t) / h, t, h, f, samples, forces, size, state, dy, contacts, observed)
-        if now == sampled:
-            keep(samples, count, observed)
-            if forces:
-                # Not the forces: in stiff contacts those of the dense output are less accurate than the
-                # steps'.
-                watch_open(p.modes, contacts, times[count], p.watch)
+    depth = modes[INSIDE, k] > 0.0 and before[RATE, k] < 0.0 < stages[STAGES, RATE, k]
+    if modes[MEMORY, k] == 0.0:
+        return depth, False
+    largest = max(normal_force(law, before, k), normal_force(law, stages[STAGES], k))
+    for i in range(1, STAGES - 1):
+        if normal_force(law, stages[i], k) > largest:
+            return depth, True
+    return depth, False
+
+
+@inner
+def value_inside(
+    model: Model, law: Law, run: Run, k: int, force: bool, share: float, t: float, h: float, f: Array,
+    state: Array, dy: Array, contacts: Array, slider: Array,
+) -> float:  # fmt: skip
+    """Return force (N) or depth (m) of contact `k` at a share of a step."""
+    evaluate_inside(model, law, run, share, t, h, f, state, dy, contacts, slider)
+    return normal_force(law, contacts, k) if force else -contacts[GAP, k]
+
+
+@inner
+def peak_share(
+    model: Model, law: Law, run: Run, k: int, force: bool, t: float, h: float, f: Array, state: Array, dy: Array,
+    contacts: Array, slider: Array,
+) -> float:  # fmt: skip
+    """Return the share of a step at which force or depth of contact `k` is largest, by the golden section."""
+    lo, hi, a, b = 0.0, 1.0, 1.0 - _GOLDEN, _GOLDEN
+    at_a = value_inside(model, law, run, k, force, a, t, h, f, state, dy, contacts, slider)
+    at_b = value_inside(model, law, run, k, force, b, t, h, f, state, dy, contacts, slider)
+    for _ in range(_SECTIONS):
+        left = at_a > at_b
+        if left:
+            hi, b, at_b = b, a, at_a
+            a = x = hi - _GOLDEN * (hi - lo)
+        else:
+            lo, a, at_a = a, b, at_b
+            b = x = lo + _GOLDEN * (hi - lo)
+        value = value_inside(model, law, run, k, force, x, t, h, f, state, dy, contacts, slider)
+        if left:
+            at_a = value
+        else:
+            at_b = value
+    return 0.5 * (lo + hi)
+
+
+@inner
+def record_step(
+    model: Model, law: Law, run: Run, t: float, h: float, y1: Array, k: Array, f: Array, before: Array,
+    stages: Array, interval: float, is_dense: bool, state: Array, dy: Array, contacts: Array, slider: Array,
+    slider1: Array,
+) -> None:  # fmt: skip
+    """Record the step from `t` to t + h (s, in the cycle), just before it is accepted.
+
+    Parameters
+    ----------
+    model, law, run
+        Formulation, contacts, the run.
+    t, h, y1, k, f
+        The step, the state at its end, derivatives at its stages, coefficients of the dense output.
+    before, stages
+        States of the contacts at its start (STATES, CONTACTS), and at its stages.
+    interval
+        Between marks, s.
+    is_dense
+        Whether `f` is already that of this step.
+    slider1
+        Motion of the slider at its end, (9,).
+    """
+    times, count, cycle = run.times, run.counters[SAMPLES], run.clock[3]
+    peak = False
+    for i in range(CONTACTS):
+        if run.modes[INSIDE, i] > 0.0 or run.modes[MEMORY, i] > 0.0:
+            depth, force = peaks_inside(law, run.modes, i, before, stages)
+            peak = peak or depth or force
+    mark = math.ceil(t / interval - 1e-9)
+    sample = times[count] - cycle if count < times.size else math.inf
+    if not is_dense and (peak or min(sample, mark * interval) < t + h):
+        prepare_dense(model, law, t, h, run.y, y1, run.modes, k, f, state, contacts, slider)
+        run.counters[EVALUATIONS] += 3
+    # A sample on a step's end belongs to the next step: the right limit at a jump.
+    while min(sample, mark * interval) < t + h:
+        both = abs(sample - mark * interval) <= 1e-9 * interval
+        now = sample if both else min(sample, mark * interval)
+        evaluate_inside(model, law, run, (now - t) / h, t, h, f, state, dy, contacts, slider)
+        purpose = 0
+        if now == sample:
+            purpose += SAMPLE
             count += 1
-            sampled = times[count] - t_cycle if count < times.size else np.inf
+            sample = times[count] - cycle if count < times.size else math.inf
         # Not at every sample: extrema must not depend on what is asked for.
         if now >= (mark - 1e-9) * interval:
-            note_extrema(c, p, samples, now, observed)
+            purpose += EXTREMUM
             mark += 1
-        now = earlier(sampled, mark, interval)
-    p.counters[SAMPLES] = count
+        record(run, now, purpose, state, dy, contacts, slider)
+    run.counters[SAMPLES] = count
     if peak:
-        if forces:
-            note_accelerations(c, p, t, h, f, samples, size, state, dy, contacts, observed)
+        # Accelerations do not peak together with any one force: two corners push, and the slider turns. The
+        # parabola through the largest and its neighbours says where.
+        for i in range(9):
+            share = i / 8
+            evaluate_inside(model, law, run, share, t, h, f, state, dy, contacts, slider)
+            record(run, t + share * h, EXTREMUM + PART, state, dy, contacts, slider)
         for i in range(CONTACTS):
-            speed = p.modes[MEMORY, i]
-            if p.modes[INSIDE, i] > 0.0 and before[RATE, i] < 0.0 < after[RATE, i]:
-                share = deepest(c, i, t, h, p.y, f, before, after, state)
-                note_inside(c, p, share, t, h, f, samples, peak, size, state, dy, contacts, observed)
-                widen_cycle(c, p, samples, t + share * h, observed)
-                note_forces(c, p.modes, contacts, p.open_contacts)
-            share = force_peak(c, i, speed, h, before, after) if speed > 0.0 else -1.0
-            if share > 0.0:
-                share = strongest(c, p, i, share, t, h, f, state, dy, contacts)
-                note_inside(c, p, share, t, h, f, samples, peak, size, state, dy, contacts, observed)
-                widen_cycle(c, p, samples, t + share * h, observed)
-                note_forces(c, p.modes, contacts, p.open_contacts)
-    note_forces(c, p.modes, after, p.open_contacts)
-    watch_contacts(p.modes, after, t_cycle + t + h, p.watch)
-    at = driven_of(c, table, AT_END)
-    observe_driven(c, t + h, at, y1, p.modes, k[STAGES], after, samples.what, p.start, observed)
-    note_extrema(c, p, samples, t + h, observed)
-
-
-@inlined
-def first_mark(t: float, interval: float) -> int:
-    """Return the number of the first of the `MARKS` from `t` (s) on, which are an interval (s) apart."""
-    return math.ceil(t / interval - 1e-9)
-
-
-@inlined
-def earlier(sampled: float, mark: int, interval: float) -> float:
-    """Return the time of a sample or that of a mark, the earlier one; where they coincide the sample's."""
-    return min(sampled, mark * interval) if abs(sampled - mark * interval) > 1e-9 * interval else sampled
-
-
-@bare
-def note_extrema(c: Constants, p: Progress, samples: Samples, t: float, observed: Array) -> None:
-    """Widen the extrema by a state at `t` (s, in the cycle), and by where the slider turned since the last.
-
-    A coordinate turns where its velocity changes sign; there the motion is the cubic polynomial of both.
-    """
-    now, last = cycle_start(c, p) + t, p.noted
-    then, h = last[6], now - last[6]
-    for i in range(3):
-        r0, r1 = last[i + 3], observed[i + 3]
-        if h > 0.0 and r0 * r1 < 0.0:
-            rise = (observed[i] - last[i]) / h
-            curved, cubic = 3.0 * rise - 2.0 * r0 - r1, r0 + r1 - 2.0 * rise
-            # The rate r0 + 2 curved s + 3 cubic s^2 is zero once; in this form also where cubic is 0.
-            root = math.sqrt(curved**2 - 3.0 * cubic * r0)
-            s = -r0 / (curved + (root if r1 > r0 else -root))
-            value = last[i] + h * s * (r0 + s * (curved + s * cubic))
-            widen_one(p.extrema[cycle_of(c, p, then + s * h)], i, then + s * h, value)
-    widen_cycle(c, p, samples, t, observed)
-    for i in range(6):
-        last[i] = observed[i]
-    last[6] = now
-
-
-@bare
-def note_accelerations(
-    c: Constants, p: Progress, t: float, h: float, f: Array, samples: Samples, size: int, state: Array,
-    dy: Array, contacts: Array, observed: Array,
-) -> None:  # fmt: skip
-    """Widen the extrema where an acceleration of the slider peaks in a step, as some contact's force does.
-
-    They do not peak together: two corners push, and the slider turns. Where, says the parabola through both
-    ends and the middle.
-    """
-    note_inside(c, p, 0.0, t, h, f, samples, True, size, state, dy, contacts, observed)
-    start = observed[6], observed[7], observed[8]
-    note_inside(c, p, 0.5, t, h, f, samples, True, size, state, dy, contacts, observed)
-    middle = observed[6], observed[7], observed[8]
-    note_inside(c, p, 1.0, t, h, f, samples, True, size, state, dy, contacts, observed)
-    end = observed[6], observed[7], observed[8]
-    for i in range(3):
-        rise, bend = end[i] - start[i], end[i] - 2.0 * middle[i] + start[i]
-        if abs(rise) < 2.0 * abs(bend):
-            share = 0.5 - 0.25 * rise / bend
-            note_inside(c, p, share, t, h, f, samples, True, size, state, dy, contacts, observed)
-            now = cycle_start(c, p) + t + share * h
-            widen_one(p.extrema[cycle_of(c, p, now)], 6 + i, now, observed[6 + i])
-
-
-@inlined
-def widen_cycle(c: Constants, p: Progress, samples: Samples, t: float, observed: Array) -> None:
-    """Widen the extrema of the cycle of `t` (s, in the cycle); where one ends and another begins, of both."""
-    now, slack = cycle_start(c, p) + t, 1e-9 * cycle_time(c)
-    for cycle in range(cycle_of(c, p, now - slack), cycle_of(c, p, now + slack) + 1):
-        widen(p.extrema[cycle], samples.wanted, now, observed)
-
-
-@inlined
-def cycle_of(c: Constants, p: Progress, now: float) -> int:
-    """Return the number of the cycle of a time, s."""
-    return int(max(0.0, min(now // cycle_time(c), p.extrema.shape[0] - 1.0)))
-
-
-@bare
-def note_inside(
-    c: Constants, p: Progress, share: float, t: float, h: float, f: Array, samples: Samples, forces: bool,
-    size: int, state: Array, dy: Array, contacts: Array, observed: Array,
-) -> None:  # fmt: skip
-    """Observe a state between the ends of a step, by its dense output.
-
-    `forces`: whether `contacts` is needed.
-    """
-    now = t + share * h
-    at = driven(c, now)
-    dense(p.y, f, share, size, state)
-    if forces:
-        derivative(c, now, at, state, p.modes, dy, contacts)
-    observe_driven(c, now, at, state, p.modes, dy, contacts, samples.what, p.start, observed)
-
-
-def prepare_finish(c: Constants, p: Progress, samples: Samples) -> None:
-    """Compile what `finish` calls."""
-    cast(Kernel, _finish).prepare(c, p, samples, True)
-
-
-def finish(c: Constants, p: Progress, samples: Samples) -> None:
-    """Record the last sample and close the contacts that still touch."""
-    last = samples.times.size - 1
-    is_due = p.counters[SAMPLES] == last and reached(cycle_time(c), p, samples.times[last])
-    _finish(c, p, samples, bool(is_due))
-
-
-@kernel
-def _finish(c: Constants, p: Progress, samples: Samples, is_due: bool) -> None:
-    """Close them, record it if due. One kernel: those that it calls are not compiled for Python."""
-    t = p.clock[0]
-    if is_due:
-        dy, contacts, observed = np.empty(state_size(c)), no_contacts(), np.zeros(CHANNELS)
-        right_hand_side(c, t, p.y, p.modes, dy, contacts)
-        observe(c, t, p.y, p.modes, dy, contacts, samples.what, p.start, observed)
-        keep(samples, p.counters[SAMPLES], observed)
-        p.counters[SAMPLES] += 1
-    for k in range(CONTACTS):
-        if p.modes[MEMORY, k] > 0.0:
-            end_contact(c, k, cycle_start(c, p) + t, p)
+            for force, found in enumerate(peaks_inside(law, run.modes, i, before, stages)):
+                if found:
+                    share = peak_share(
+                        model, law, run, i, force == 1, t, h, f, state, dy, contacts, slider
+                    )
+                    evaluate_inside(model, law, run, share, t, h, f, state, dy, contacts, slider)
+                    record(run, t + share * h, EXTREMUM, state, dy, contacts, slider)
+                    note_forces(law, run.modes, contacts, run.open_contacts)
+    note_forces(law, run.modes, stages[STAGES], run.open_contacts)
+    record(run, t + h, EXTREMUM + STEP, y1, k[STAGES], stages[STAGES], slider1)
