@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from reference_model import linkage
-from reference_model.compiled import inlined, inner
-from reference_model.contact import Pose, corner_motion, slider_forces
+from reference_model.compiled import inlined
+from reference_model.contact import Pose, corner_motion, slider_forces, write_tail
 from reference_model.journal import journal_force, journal_motion
 from reference_model.linkage import Array, Mechanism
 from reference_model.parameters import Law
@@ -77,7 +77,6 @@ def bearing(m: Mechanism, law: Law, t: float, rod2: Rod, rocker: Rod, contacts: 
     return nx, ny, Px, Py, x + Px, y + Py
 
 
-@inner
 def motion(model: Chain, law: Law, t: float, y: Array, contacts: Array) -> None:
     """Write gaps, rates and slips of a state."""
     m = model.mechanism
@@ -87,10 +86,14 @@ def motion(model: Chain, law: Law, t: float, y: Array, contacts: Array) -> None:
     bearing(m, law, t, rod2, rocker, contacts)
 
 
-@inner
+def tabulate(model: Chain, t: float, h: float, nodes: Array) -> None:
+    """Prepare nothing: of this motion nothing that takes long is a function of time alone."""
+
+
 def derivative(
-    model: Chain, law: Law, t: float, y: Array, modes: Array, dy: Array, contacts: Array, slider: Array
-) -> tuple[float, float, float]:
+    model: Chain, law: Law, t: float, node: int, y: Array, modes: Array, dy: Array, contacts: Array,
+    slider: Array,
+) -> None:  # fmt: skip
     """Write the derivatives of coordinates and rates; see `equations.derivative`."""
     m, n = model.mechanism, 2 if model.ideal_slider else 4
     rod2, rocker, rod4, angle, w5, kappa, rest = rods(model, y)
@@ -131,7 +134,7 @@ def derivative(
     # The crank turns uniformly: the motor balances its weight and the bearing's reaction at P.
     c1, _ = cos_sin(m.theta0 + m.omega * t)
     torque = m.m1 * m.gravity * m.Ls1 * c1 + Px * Gy - Py * Gx
-    return torque * m.omega, damping + damping_A, friction + friction_A
+    write_tail(dy, contacts, torque * m.omega, damping + damping_A, friction + friction_A)
 
 
 def journal_centre(m: Mechanism, bodies: Array) -> tuple[Any, Any]:

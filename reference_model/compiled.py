@@ -142,7 +142,7 @@ def kernel(function: F) -> F:
     return cast(F, compiled)
 
 
-_ONLY_FROM_KERNELS = {
+ONLY_FROM_KERNELS = {
     "error_model": "numpy",
     "no_cfunc_wrapper": True,
     "no_cpython_wrapper": True,
@@ -153,12 +153,12 @@ _ONLY_FROM_KERNELS = {
 
 def inner(function: F) -> F:
     """Compile a function that only kernels call, and that allocates nothing."""
-    return cast(F, numba.njit(**_ONLY_FROM_KERNELS)(function))
+    return cast(F, numba.njit(**ONLY_FROM_KERNELS)(function))
 
 
 def inlined(function: F) -> F:
     """Compile such a function into the code of its callers: constants are many, and passing them on costs more."""
-    return cast(F, numba.njit(forceinline=True, **_ONLY_FROM_KERNELS)(function))
+    return cast(F, numba.njit(forceinline=True, **ONLY_FROM_KERNELS)(function))
 
 
 def allocating(function: F) -> F:

@@ -21,12 +21,18 @@ CORNERS = ("ll", "lr", "ul", "ur")
 CONTACTS = 5
 """Four corners and the journal."""
 JOURNAL = 4
-MEMORY, REGIME, CLIPPED, INSIDE = range(4)
-"""Rows of the modes, shape (MODES, CONTACTS)."""
-MODES = 4
-GAP, RATE, SLIP, NORMAL, FRICTION, STORED = range(6)
-"""Rows of the contact states, shape (STATES, CONTACTS): m, m/s, m/s, N, N, J; the gap is positive when open."""
-STATES = 6
+MEMORY, REGIME, CLIPPED, INSIDE = range(0, 4 * CONTACTS, CONTACTS)
+"""Where each part of the modes begins, shape (MODES,): that of contact k stands k later."""
+MODES = 4 * CONTACTS
+GAP, RATE, SLIP, NORMAL, FRICTION, STORED = range(0, 6 * CONTACTS, CONTACTS)
+"""Where each part of the contact states begins, shape (STATES,): m, m/s, m/s, N, N, J; the gap is positive when
+open."""
+STATES = 6 * CONTACTS
+
+WORKS = 3
+"""Integrals behind the impulses: work of the drive, loss by damping, loss by friction, J."""
+TAIL = CONTACTS + WORKS
+"""Of a state, behind its coordinates and rates: impulses of the contacts (N s), works (J)."""
 
 Pose = tuple[float, float, float, float, float, float]
 """x, y, angle of the slider and their rates; m, rad, m/s, rad/s."""
@@ -35,9 +41,9 @@ Pose = tuple[float, float, float, float, float, float]
 @allocating
 def no_contacts() -> Array:
     """Return contact states of contacts that do not exist: open for ever."""
-    contacts = np.zeros((STATES, CONTACTS))
+    contacts = np.zeros(STATES)
     for k in range(CONTACTS):
-        contacts[GAP, k] = np.inf
+        contacts[GAP + k] = np.inf
     return contacts
 
 
@@ -74,9 +80,9 @@ def corner_motion(law: Law, pose: Pose, contacts: Array) -> tuple[float, float]:
     c5, s5 = cos_sin(angle)
     for k in range(JOURNAL):
         rx, ry = corner_arm(law, k, c5, s5)
-        contacts[GAP, k] = x5 + rx - law.wall_left if k % 2 == 0 else law.wall_right - (x5 + rx)
-        contacts[RATE, k] = inward(k) * (vx5 - w5 * ry)
-        contacts[SLIP, k] = vy5 + w5 * rx
+        contacts[GAP + k] = x5 + rx - law.wall_left if k % 2 == 0 else law.wall_right - (x5 + rx)
+        contacts[RATE + k] = inward(k) * (vx5 - w5 * ry)
+        contacts[SLIP + k] = vy5 + w5 * rx
     return c5, s5
 
 
@@ -84,11 +90,11 @@ def corner_motion(law: Law, pose: Pose, contacts: Array) -> tuple[float, float]:
 def side_motion(law: Law, contacts: Array, k: int) -> tuple[float, float, float]:
     """Return corner `k`'s share in the force of its side, and gap rate and slip of the resultant's point."""
     m = other_corner(k)
-    d1, d2 = -contacts[GAP, k], -contacts[GAP, m]
+    d1, d2 = -contacts[GAP + k], -contacts[GAP + m]
     f1, f2, _ = side_force(law, d1, d2, True)
     share = resultant_share(f1, f2, d1, d2)
-    rate = share * contacts[RATE, k] + (1.0 - share) * contacts[RATE, m]
-    return share, rate, share * contacts[SLIP, k] + (1.0 - share) * contacts[SLIP, m]
+    rate = share * contacts[RATE + k] + (1.0 - share) * contacts[RATE + m]
+    return share, rate, share * contacts[SLIP + k] + (1.0 - share) * contacts[SLIP + m]
 
 
 @inlined
@@ -96,10 +102,10 @@ def point_contact(
     law: Law, modes: Array, k: int, elastic: float, gap_rate: float, slip: float
 ) -> tuple[float, float]:
     """Return normal force and friction (N) of contact `k` from its elastic force, in its mode (Eqs. 9-13)."""
-    if modes[CLIPPED, k] > 0.0:
+    if modes[CLIPPED + k] > 0.0:
         return 0.0, 0.0
-    normal = elastic * damping_factor(law, -gap_rate, modes[MEMORY, k])
-    return normal, friction_force(law, normal, slip, modes[REGIME, k])
+    normal = elastic * damping_factor(law, -gap_rate, modes[MEMORY + k])
+    return normal, friction_force(law, normal, slip, modes[REGIME + k])
 
 
 @inlined
@@ -109,9 +115,9 @@ def slider_forces(law: Law, pose: Pose, modes: Array, contacts: Array) -> tuple[
     Parameters
     ----------
     law, pose, modes
-        The contact; the slider's motion; modes, shape (MODES, CONTACTS).
+        The contact; the slider's motion; modes, shape (MODES,).
     contacts
-        Written: columns 0-3, shape (STATES, CONTACTS).
+        Written: columns 0-3, shape (STATES,).
 
     Returns
     -------
@@ -122,48 +128,57 @@ def slider_forces(law: Law, pose: Pose, modes: Array, contacts: Array) -> tuple[
     Fx = Fy = M = damping = friction = 0.0
     for side in range(2):
         upper = side + 2
-        memory1, memory2 = modes[MEMORY, side], modes[MEMORY, upper]
+        memory1, memory2 = modes[MEMORY + side], modes[MEMORY + upper]
         for k in (side, upper):
-            contacts[NORMAL, k] = contacts[FRICTION, k] = contacts[STORED, k] = 0.0
+            contacts[NORMAL + k] = contacts[FRICTION + k] = contacts[STORED + k] = 0.0
         if memory1 == 0.0 and memory2 == 0.0:
             continue
         both = memory1 > 0.0 and memory2 > 0.0
-        d1, d2 = -contacts[GAP, side], -contacts[GAP, upper]
+        d1, d2 = -contacts[GAP + side], -contacts[GAP + upper]
         if touches_as_one(law):
-            f1, f2, contacts[STORED, side] = side_force(law, d1, d2, True)
+            f1, f2, contacts[STORED + side] = side_force(law, d1, d2, True)
             share, gap_rate, slip = side_motion(law, contacts, side)
             keeper = side if memory1 > 0.0 else upper
             normal, tangential = point_contact(law, modes, keeper, f1 + f2, gap_rate, slip)
-            contacts[NORMAL, side], contacts[FRICTION, side] = share * normal, share * tangential
-            contacts[NORMAL, upper] = (1.0 - share) * normal
-            contacts[FRICTION, upper] = (1.0 - share) * tangential
+            contacts[NORMAL + side], contacts[FRICTION + side] = share * normal, share * tangential
+            contacts[NORMAL + upper] = (1.0 - share) * normal
+            contacts[FRICTION + upper] = (1.0 - share) * tangential
             damping -= (normal - f1 - f2) * gap_rate
             friction -= tangential * slip
         else:
-            f1, f2, contacts[STORED, side] = side_force(
+            f1, f2, contacts[STORED + side] = side_force(
                 law, d1 if memory1 > 0.0 else 0.0, d2 if memory2 > 0.0 else 0.0, both
             )
             for k in (side, upper):
-                if modes[MEMORY, k] > 0.0:
-                    elastic, gap_rate, slip = f1 if k == side else f2, contacts[RATE, k], contacts[SLIP, k]
+                if modes[MEMORY + k] > 0.0:
+                    elastic, gap_rate, slip = f1 if k == side else f2, contacts[RATE + k], contacts[SLIP + k]
                     if is_damped(law, both):
                         normal, tangential = point_contact(law, modes, k, elastic, gap_rate, slip)
                     else:
-                        normal, tangential = elastic, friction_force(law, elastic, slip, modes[REGIME, k])
-                    contacts[NORMAL, k], contacts[FRICTION, k] = normal, tangential
+                        normal, tangential = elastic, friction_force(law, elastic, slip, modes[REGIME + k])
+                    contacts[NORMAL + k], contacts[FRICTION + k] = normal, tangential
                     damping -= (normal - elastic) * gap_rate
                     friction -= tangential * slip
         for k in (side, upper):
             rx, ry = corner_arm(law, k, c5, s5)
-            Nx = inward(k) * contacts[NORMAL, k]
+            Nx = inward(k) * contacts[NORMAL + k]
             Fx += Nx
-            Fy += contacts[FRICTION, k]
-            M += rx * contacts[FRICTION, k] - ry * Nx
+            Fy += contacts[FRICTION + k]
+            M += rx * contacts[FRICTION + k] - ry * Nx
     return Fx, Fy, M, damping, friction
 
 
 @inlined
 def normal_force(law: Law, contacts: Array, k: int) -> float:
     """Return the normal force (N) of a contact; of a side's that at both corners."""
-    force = contacts[NORMAL, k]
-    return force + contacts[NORMAL, other_corner(k)] if is_of_side(law, k) else force
+    force = contacts[NORMAL + k]
+    return force + contacts[NORMAL + other_corner(k)] if is_of_side(law, k) else force
+
+
+@inlined
+def write_tail(dy: Array, contacts: Array, power: float, damping: float, friction: float) -> None:
+    """Write the derivatives of impulses and works: normal forces (N), powers of drive and losses (W)."""
+    tail = dy.size - TAIL
+    for k in range(CONTACTS):
+        dy[tail + k] = contacts[NORMAL + k]
+    dy[tail + CONTACTS], dy[tail + CONTACTS + 1], dy[tail + CONTACTS + 2] = power, damping, friction

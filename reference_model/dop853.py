@@ -6,9 +6,14 @@ give at the same order without further evaluations.
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from reference_model.compiled import inner
-from reference_model.equations import TAIL, Model, derivative, right_hand_side
+from reference_model.contact import TAIL
+from reference_model.equations import Model, derivative, tabulate
 from reference_model.linkage import Array
 from reference_model.parameters import Law
 from reference_model.tableau import A_EXTRA, C_EXTRA, E3, E5, STAGE_SHARES, A, D
@@ -16,39 +21,60 @@ from reference_model.tableau import A_EXTRA, C_EXTRA, E3, E5, STAGE_SHARES, A, D
 STAGES = 12
 """Of the step; row 12 of the stage derivatives is that at its end, rows 13-15 serve the dense output."""
 ROWS = 16
+NODES = np.concatenate((STAGE_SHARES[1:], C_EXTRA, STAGE_SHARES[-1:]))
+"""Shares of a step: stages, its end, the dense output's stages. The last one is there twice, for a number that
+goes into the processor's vectors without a rest."""
 VELOCITY_TIME = 1.0e-3
 """s; the error of a rate counts as the error of position that it makes in this time."""
 
 
-@inner
-def take_step(
-    model: Model, law: Law, t: float, h: float, y: Array, modes: Array, k: Array, y1: Array, stages: Array,
-    slider: Array,
-) -> None:  # fmt: skip
-    """Advance `y` by `h` in frozen modes.
+class Work(NamedTuple):
+    """What a step is computed in: arrays that are allocated once for a run."""
 
-    Parameters
-    ----------
-    model, law, t, h, y, modes
-        Formulation, contacts, time (s), step (s), state, modes (MODES, CONTACTS).
-    k
-        Stage derivatives, shape (ROWS, y.size): row 0 holds the derivative at `t`; rows 1-12 are written.
-    y1
-        Written: the state at t + h.
-    stages
-        Written but for row 0: states of the contacts at the stages, at t + h in the last row, shape
-        (STAGES + 1, STATES, CONTACTS).
-    slider
-        Written, shape (9,): its motion at t + h.
+    k: Array
+    """Stage derivatives, shape (ROWS, y.size): row 0 holds the derivative at the step's start."""
+    f: Array
+    """Coefficients of the dense output, shape (7, y.size)."""
+    y1: Array
+    """State at the step's end."""
+    stages: Array
+    """States of the contacts at the stages, row 0 unused, the step's end last, shape (STAGES + 1, STATES)."""
+    slider: Array
+    """Motion of the slider at the step's end, (9,): x, y, angle, their rates and second derivatives."""
+    state: Array
+    """A state within the step, ..."""
+    contacts: Array
+    """... the contacts in it, (STATES,), ..."""
+    aside: Array
+    """... and the slider, (9,)."""
+    values: Array
+    """Margins along the step, shape (CONTACTS MARGINS, POINTS)."""
+    scales: Array
+    """`margins.pull_scale` of each contact, (CONTACTS,)."""
+    unsettled: NDArray[np.bool_]
+    """Which margins the stages leave open, (CONTACTS MARGINS,)."""
+    parts: Array
+    """Depth and force of each contact at parts of the step, shape (2 CONTACTS, PARTS)."""
+    interval: float
+    """Between marks, s."""
+
+
+@inner
+def take_step(model: Model, law: Law, t: float, h: float, y: Array, modes: Array, work: Work) -> None:
+    """Advance `y` by `h` (s) from `t` in frozen modes.
+
+    Row 0 of the stage derivatives is given; written are their rows 1 to 12, the stages of the contacts, state and
+    slider at the step's end.
     """
-    free = y.size - TAIL
+    k, y1, free = work.k, work.y1, y.size - TAIL
+    tabulate(model, t, h, NODES)
     for i in range(1, STAGES + 1):
         for m in range(free if i < STAGES else y.size):
             total = 0.0
             for j in range(i):
                 total += A[i, j] * k[j, m]
             y1[m] = y[m] + h * total
-        derivative(model, law, t + STAGE_SHARES[i] * h, y1, modes, k[i], stages[i], slider)
+        derivative(model, law, t + STAGE_SHARES[i] * h, i - 1, y1, modes, k[i], work.stages[i], work.slider)
 
 
 @inner
@@ -74,23 +100,21 @@ def error_norm(h: float, k: Array, free: int, tolerance: float) -> float:
 
 
 @inner
-def prepare_dense(
-    model: Model, law: Law, t: float, h: float, y: Array, y1: Array, modes: Array, k: Array, f: Array,
-    state: Array, contacts: Array, slider: Array,
-) -> None:  # fmt: skip
-    """Compute the coefficients `f`, shape (7, y.size), of the dense output over [t, t + h].
-
-    Costs three evaluations. `state` (y.size,), `contacts` and `slider` are overwritten.
-    """
+def prepare_dense(model: Model, law: Law, t: float, h: float, y: Array, modes: Array, work: Work) -> None:
+    """Compute the coefficients of the dense output over [t, t + h], right after `take_step`: three evaluations."""
+    k, f = work.k, work.f
     for i in range(3):
         for m in range(y.size - TAIL):
             total = 0.0
             for j in range(STAGES + 1 + i):
                 total += A_EXTRA[i, j] * k[j, m]
-            state[m] = y[m] + h * total
-        right_hand_side(model, law, t + C_EXTRA[i] * h, state, modes, k[STAGES + 1 + i], contacts, slider)
+            work.state[m] = y[m] + h * total
+        node = STAGES + i
+        derivative(
+            model, law, t + C_EXTRA[i] * h, node, work.state, modes, k[node + 1], work.contacts, work.aside
+        )
     for m in range(y.size):
-        change = y1[m] - y[m]
+        change = work.y1[m] - y[m]
         f[0, m], f[1, m], f[2, m] = change, h * k[0, m] - change, 2.0 * change - h * (k[STAGES, m] + k[0, m])
         for i in range(4):
             total = 0.0

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import inner, kernel
+from reference_model.compiled import inner
 from reference_model.contact import (
     CLIPPED,
     CONTACTS,
@@ -23,14 +23,14 @@ from reference_model.contact import (
     RATE,
     REGIME,
     SLIP,
+    TAIL,
     is_of_side,
-    no_contacts,
     normal_force,
     other_corner,
     side_motion,
 )
-from reference_model.dop853 import STAGES, dense
-from reference_model.equations import TAIL, Model, motion, right_hand_side
+from reference_model.dop853 import STAGES, Work, dense
+from reference_model.equations import Model, motion
 from reference_model.friction import friction_regime, regime_bounds
 from reference_model.isolation import (
     BELOW,
@@ -55,9 +55,9 @@ DEEPEST = 2.0 * LOCATED
 MOST_INTERVALS = 1000
 """A margin that is still not settled then is nothing but rounding: its mode ends. Usual are 1 to 10."""
 
-STEPS, REJECTED, EVALUATIONS, SWITCHES, ENDED, EVENTS, RECORDED, SAMPLES = range(8)
+STEPS, REJECTED, EVALUATIONS, SWITCHES, ENDED, EVENTS, RECORDED, SAMPLES, STARTED = range(9)
 """What `Run.counters` counts. ENDED: contacts since t = 0; EVENTS, RECORDED: rows in the buffers."""
-COUNTERS = 8
+COUNTERS = 9
 EVENT_BUFFER = 4096
 CONTACT, START, END, SPEED, IMPULSE, PEAK, DEPTH, START_GAP, START_RATE = range(9)
 """Columns of a contact's row: number, s, s, m/s, N s, N, m, and gap (m) and rate (m/s) at which it began."""
@@ -76,7 +76,9 @@ class Run(NamedTuple):
     y: Array
     """State: coordinates, rates, impulses of the contacts (N s), works of drive, damping, friction (J)."""
     modes: Array
-    """(MODES, CONTACTS)."""
+    """(MODES,)."""
+    contacts: Array
+    """States of the contacts now, (STATES,)."""
     open_contacts: Array
     """(CONTACTS, COLUMNS): rows of the contacts that have not ended; IMPULSE holds that before the touch."""
     events: Array
@@ -90,48 +92,35 @@ class Run(NamedTuple):
 
 
 @inner
-def first_end(
-    model: Model, law: Law, t: float, h: float, y: Array, f: Array, modes: Array, before: Array, after: Array,
-    scales: Array, open_: Array, values: Array, state: Array, contacts: Array,
-) -> tuple[float, int]:  # fmt: skip
+def first_end(model: Model, law: Law, t: float, h: float, run: Run, work: Work) -> tuple[float, int]:
     """Return share of the step and place of the margin that first turns negative; place NONE: there is none.
 
-    Parameters
-    ----------
-    model, law, t, h, y, modes
-        Formulation, contacts, start (s) and length (s) of the step, state at its start, modes.
-    f
-        Coefficients of the dense output, shape (7, y.size).
-    before, after
-        States of the contacts at both ends, shape (STATES, CONTACTS).
-    scales, open_
-        As written by `margins.unsettled`.
-    values, state, contacts
-        Overwritten; the first of shape (CONTACTS MARGINS, POINTS).
+    Of the margins that `work.unsettled` names, in the step from `t` (s) of length `h` whose dense output is in
+    `work`.
     """
+    modes, scales, values, contacts = run.modes, work.scales, work.values, work.contacts
     lo, width = 0.0, 1.0
     for interval in range(MOST_INTERVALS):
         hi = min(1.0, lo + width)
         for j in range(POINTS):
             x = lo + (hi - lo) * NODES[j]
             if 0.0 < x < 1.0:
-                dense(y, f, x, y.size - TAIL, state)
-                motion(model, law, t + x * h, state, contacts)
-            at = before if x == 0.0 else (after if x == 1.0 else contacts)
+                dense(run.y, work.f, x, run.y.size - TAIL, work.state)
+                motion(model, law, t + x * h, work.state, contacts)
+            at = run.contacts if x == 0.0 else (work.stages[STAGES] if x == 1.0 else contacts)
             for place in range(CONTACTS * MARGINS):
-                k, number = place // MARGINS, place % MARGINS
-                if open_[k, number]:
-                    values[place, j] = margin(law, modes, k, number, at, scales[k])
+                if work.unsettled[place]:
+                    k = place // MARGINS
+                    values[place, j] = margin(law, modes, k, place % MARGINS, at, scales[k])
         share, first, unclear = 2.0, NONE, NONE
         for place in range(CONTACTS * MARGINS):
-            k, number = place // MARGINS, place % MARGINS
-            if open_[k, number]:
+            if work.unsettled[place]:
                 column = values[place]
                 # A mode that has just begun starts at zero but for rounding, and can turn right before it ends.
                 # Not so an open contact that goes deeper into its wall than it is located to, whether or not it
                 # comes out again within the step: it starts at its wall and approaches, and ends at once.
                 starting = lo == 0.0 and column[0] <= ROUNDING
-                if number == GATE and modes[INSIDE, k] == 0.0 and dips(column, DEEPEST):
+                if place % MARGINS == GATE and modes[INSIDE + place // MARGINS] == 0.0 and dips(column, DEEPEST):
                     starting = False
                 verdict = classify(column, starting, RESOLUTION)
                 at_share = 2.0
@@ -181,12 +170,12 @@ def impulse(law: Law, k: int, y: Array) -> float:
 def start_contact(law: Law, k: int, t: float, rate: float, slip: float, contacts: Array, run: Run) -> None:
     """Freeze the impact speed of contact `k`, or of its side, and open its row of the event table."""
     speed = max(-rate, law.speed_floor)
-    run.modes[INSIDE, k], run.modes[MEMORY, k] = 1.0, speed
-    run.modes[REGIME, k] = friction_regime(law, slip)
-    run.modes[CLIPPED, k] = 1.0 if speed - law.C * rate < 0.0 and law.memoryless == 0.0 else 0.0
+    run.modes[INSIDE + k], run.modes[MEMORY + k] = 1.0, speed
+    run.modes[REGIME + k] = friction_regime(law, slip)
+    run.modes[CLIPPED + k] = 1.0 if speed - law.C * rate < 0.0 and law.memoryless == 0.0 else 0.0
     row = run.open_contacts[k]
     row[CONTACT], row[START], row[SPEED], row[IMPULSE] = k, t, speed, impulse(law, k, run.y)
-    row[PEAK], row[DEPTH], row[START_GAP], row[START_RATE] = 0.0, 0.0, contacts[GAP, k], contacts[RATE, k]
+    row[PEAK], row[DEPTH], row[START_GAP], row[START_RATE] = 0.0, 0.0, contacts[GAP + k], contacts[RATE + k]
 
 
 @inner
@@ -198,36 +187,36 @@ def end_contact(law: Law, k: int, t: float, run: Run) -> None:
     row[END], row[IMPULSE] = t, impulse(law, k, run.y) - row[IMPULSE]
     run.counters[EVENTS] += 1
     run.counters[ENDED] += 1
-    for i in range(MODES):
-        run.modes[i, k] = 0.0
+    for i in range(k, MODES, CONTACTS):
+        run.modes[i] = 0.0
 
 
 @inner
 def enter(law: Law, k: int, t: float, contacts: Array, run: Run) -> None:
     """Let contact `k` close; of a side that is in contact already only the other corner goes in."""
-    run.modes[INSIDE, k] = 1.0
-    rate, slip = contacts[RATE, k], contacts[SLIP, k]
+    run.modes[INSIDE + k] = 1.0
+    rate, slip = contacts[RATE + k], contacts[SLIP + k]
     if is_of_side(law, k):
         m = other_corner(k)
-        if max(run.modes[MEMORY, k], run.modes[MEMORY, m]) > 0.0:
+        if max(run.modes[MEMORY + k], run.modes[MEMORY + m]) > 0.0:
             return
         # Of two that touch at once the faster one is ahead from there on; which is located first is rounding.
-        if touches_too(contacts[GAP, m], contacts[RATE, m], contacts[GAP, k]):
-            rate = min(rate, contacts[RATE, m])
+        if touches_too(contacts[GAP + m], contacts[RATE + m], contacts[GAP + k]):
+            rate = min(rate, contacts[RATE + m])
     start_contact(law, k, t, rate, slip, contacts, run)
 
 
 @inner
 def leave(law: Law, k: int, t: float, contacts: Array, run: Run) -> None:
     """Let contact `k` open; of a side that still has the other corner inside only this one goes out."""
-    run.modes[INSIDE, k] = 0.0
+    run.modes[INSIDE + k] = 0.0
     if is_of_side(law, k):
         m = other_corner(k)
-        if contacts[GAP, m] < 0.0:
-            run.modes[INSIDE, m] = 1.0
-        if run.modes[INSIDE, m] > 0.0:
+        if contacts[GAP + m] < 0.0:
+            run.modes[INSIDE + m] = 1.0
+        if run.modes[INSIDE + m] > 0.0:
             return
-        if run.modes[MEMORY, k] == 0.0:
+        if run.modes[MEMORY + k] == 0.0:
             k = m
     end_contact(law, k, t, run)
 
@@ -237,44 +226,27 @@ def switch(law: Law, t: float, place: int, contacts: Array, run: Run) -> None:
     """Change the mode whose margin ended at `t` (s); contacts that close at the same instant follow."""
     k, number = place // MARGINS, place % MARGINS
     run.counters[SWITCHES] += 1
-    if number == GATE and run.modes[INSIDE, k] > 0.0:
+    if number == GATE and run.modes[INSIDE + k] > 0.0:
         leave(law, k, t, contacts, run)
     elif number == GATE:
-        located = contacts[GAP, k]
+        located = contacts[GAP + k]
         enter(law, k, t, contacts, run)
         for m in range(CONTACTS):
-            if run.modes[INSIDE, m] == 0.0 and touches_too(contacts[GAP, m], contacts[RATE, m], located):
+            if run.modes[INSIDE + m] == 0.0 and touches_too(contacts[GAP + m], contacts[RATE + m], located):
                 enter(law, m, t, contacts, run)
     elif number == PULL:
-        run.modes[CLIPPED, k] = 1.0 - run.modes[CLIPPED, k]
+        run.modes[CLIPPED + k] = 1.0 - run.modes[CLIPPED + k]
     else:
-        run.modes[REGIME, k] = next_regime(law, run.modes[REGIME, k], contacts[SLIP, k])
+        run.modes[REGIME + k] = next_regime(law, run.modes[REGIME + k], contacts[SLIP + k])
 
 
 @inner
 def note_forces(law: Law, modes: Array, contacts: Array, open_contacts: Array) -> None:
     """Update peak force and largest depth of the closed contacts."""
     for k in range(CONTACTS):
-        if modes[MEMORY, k] > 0.0:
+        if modes[MEMORY + k] > 0.0:
             row = open_contacts[k]
             row[PEAK] = max(row[PEAK], normal_force(law, contacts, k))
-            row[DEPTH] = max(row[DEPTH], -contacts[GAP, k])
+            row[DEPTH] = max(row[DEPTH], -contacts[GAP + k])
             if is_of_side(law, k):
-                row[DEPTH] = max(row[DEPTH], -contacts[GAP, other_corner(k)])
-
-
-def new_run(y0: Array, first_step: float, times: Array, capacity: int, tail: int = TAIL) -> Run:
-    """Return a run at t = 0 from coordinates and rates `y0`, before its contacts are looked at (`begin`)."""
-    from reference_model.recording import row_size
-
-    y = np.concatenate([y0, np.zeros(tail)])
-    return Run(
-        clock=np.array([0.0, first_step, first_step, 0.0]),
-        y=y,
-        modes=np.zeros((MODES, CONTACTS)),
-        open_contacts=np.zeros((CONTACTS, COLUMNS)),
-        events=np.empty((EVENT_BUFFER, COLUMNS)),
-        counters=np.zeros(COUNTERS, dtype=np.int64),
-        rows=np.empty((capacity, row_size(y.size))),
-        times=times,
-    )
+                row[DEPTH] = max(row[DEPTH], -contacts[GAP + other_corner(k)])

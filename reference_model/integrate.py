@@ -17,17 +17,21 @@ from reference_model.contact import (
     INSIDE,
     JOURNAL,
     MEMORY,
+    MODES,
     RATE,
     SLIP,
     STATES,
+    TAIL,
     is_of_side,
     no_contacts,
     other_corner,
     side_motion,
 )
-from reference_model.dop853 import ROWS, STAGES, error_norm, prepare_dense, take_step
-from reference_model.equations import TAIL, Model, right_hand_side
+from reference_model.dop853 import ROWS, STAGES, Work, error_norm, prepare_dense, take_step
+from reference_model.equations import Model, derivative
 from reference_model.events import (
+    COLUMNS,
+    COUNTERS,
     EVALUATIONS,
     EVENT_BUFFER,
     EVENTS,
@@ -35,6 +39,7 @@ from reference_model.events import (
     REJECTED,
     ROUNDING,
     SAMPLES,
+    STARTED,
     STEPS,
     SWITCHES,
     Run,
@@ -48,7 +53,7 @@ from reference_model.isolation import POINTS
 from reference_model.linkage import Array
 from reference_model.margins import GATE, MARGINS, NONE, has_ended, unsettled
 from reference_model.parameters import Law
-from reference_model.recording import EXTREMUM, SAMPLE, STEP, record, record_step
+from reference_model.recording import EXTREMUM, PARTS, SAMPLE, record, record_step, row_size
 
 REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT, CHATTER = range(6)
 """Why the kernel returned."""
@@ -82,7 +87,7 @@ def first_step_in_contact(law: Law, k: int, speed: float, contacts: Array, toler
     corner in `contacts` is a gap g away and the force K_s (v t)^2 / 2 g, of (2 m g / (K_s v))^1/3.
     """
     if is_of_side(law, k):
-        gap = max(0.0, contacts[GAP, other_corner(k)])
+        gap = max(0.0, contacts[GAP + other_corner(k)])
         flat = math.sqrt(law.corner_mass / law.Ks)
         return _FIRST_SHARE * max(flat, math.pow(2.0 * law.corner_mass * gap / (law.Ks * speed), 1.0 / 3.0))
     pin = k == JOURNAL
@@ -102,13 +107,13 @@ def step_before_separation(law: Law, modes: Array, contacts: Array, h: float, to
     is left, until what is left is as short as a first step.
     """
     for k in range(CONTACTS):
-        if is_of_side(law, k) and modes[INSIDE, other_corner(k)] > 0.0:
+        if is_of_side(law, k) and modes[INSIDE + other_corner(k)] > 0.0:
             continue
-        if modes[INSIDE, k] > 0.0 and contacts[RATE, k] > 0.0 and contacts[GAP, k] < 0.0:
-            left = -contacts[GAP, k] / contacts[RATE, k]
-            share = _EXIT_SHARE if modes[CLIPPED, k] == 0.0 else _CLIPPED_SHARE
+        if modes[INSIDE + k] > 0.0 and contacts[RATE + k] > 0.0 and contacts[GAP + k] < 0.0:
+            left = -contacts[GAP + k] / contacts[RATE + k]
+            share = _EXIT_SHARE if modes[CLIPPED + k] == 0.0 else _CLIPPED_SHARE
             if h > share * left:
-                last = first_step_in_contact(law, k, contacts[RATE, k], contacts, tolerance)
+                last = first_step_in_contact(law, k, contacts[RATE + k], contacts, tolerance)
                 h = min(h, max(share * left, last))
     return h
 
@@ -118,63 +123,58 @@ def nothing_touches(modes: Array) -> bool:
     """Return whether no contact is closed."""
     closed = 0.0
     for k in range(CONTACTS):
-        closed += modes[MEMORY, k]
+        closed += modes[MEMORY + k]
     return closed == 0.0
 
 
-@kernel
-def begin(model: Model, law: Law, run: Run) -> None:
+@inner
+def begin(model: Model, law: Law, run: Run, work: Work) -> None:
     """Close the contacts that start inside their wall, and record the start."""
-    dy, contacts, slider = np.empty(run.y.size), no_contacts(), np.empty(9)
-    right_hand_side(model, law, 0.0, run.y, run.modes, dy, contacts, slider)
+    contacts, dy, slider = run.contacts, work.k[0], work.slider
+    derivative(model, law, 0.0, -1, run.y, run.modes, dy, contacts, slider)
     for k in range(CONTACTS):
         # What starts on its wall, but for rounding, is not inside it: it touches like any other.
-        if contacts[GAP, k] < -ROUNDING:
-            run.modes[INSIDE, k] = 1.0
+        if contacts[GAP + k] < -ROUNDING:
+            run.modes[INSIDE + k] = 1.0
             # Of a side that is inside with both corners the deeper one, or the lower, stands for the first.
             side = is_of_side(law, k)
-            ahead = contacts[GAP, other_corner(k)] - contacts[GAP, k] if side else 1.0
+            ahead = contacts[GAP + other_corner(k)] - contacts[GAP + k] if side else 1.0
             if ahead > 0.0 or (ahead == 0.0 and k < 2):
-                rate, slip = contacts[RATE, k], contacts[SLIP, k]
+                rate, slip = contacts[RATE + k], contacts[SLIP + k]
                 if side:
                     _, rate, slip = side_motion(law, contacts, k)
                 start_contact(law, k, 0.0, rate, slip, contacts, run)
-    right_hand_side(model, law, 0.0, run.y, run.modes, dy, contacts, slider)
-    note_forces(law, run.modes, contacts, run.open_contacts)  # a contact may be at its deepest here
-    record(run, 0.0, EXTREMUM, run.y, dy, contacts, slider)
 
 
-@kernel
-def finish(model: Model, law: Law, run: Run, is_due: bool) -> None:
+@inner
+def finish(law: Law, run: Run, work: Work) -> None:
     """Record the last sample if it is due, and close the contacts that still touch."""
     t = run.clock[0]
-    if is_due:
-        dy, contacts, slider = np.empty(run.y.size), no_contacts(), np.empty(9)
-        right_hand_side(model, law, t, run.y, run.modes, dy, contacts, slider)
-        record(run, t, SAMPLE, run.y, dy, contacts, slider)
+    if run.counters[SAMPLES] == run.times.size - 1:
+        record(run, t, SAMPLE, run.y, work.k[0], run.contacts, work.slider)
         run.counters[SAMPLES] += 1
     for k in range(CONTACTS):
-        if run.modes[MEMORY, k] > 0.0:
+        if run.modes[MEMORY + k] > 0.0:
             end_contact(law, k, run.clock[3] + t, run)
 
 
 @kernel
 def advance(
-    model: Model, law: Law, run: Run, t_stop: float, t_end: float, tolerance: float, largest: float,
-    interval: float, room: int, limit: int,
+    model: Model, law: Law, run: Run, work: Work, t_stop: float, t_end: float, tolerance: float, largest: float,
+    room: int, limit: int,
 ) -> int:  # fmt: skip
-    """Integrate until `t_stop` is passed, never beyond `t_end`.
+    """Integrate until `t_stop` is passed, never beyond `t_end`; there, and after a failure, the run is finished.
 
     Parameters
     ----------
-    model, law, run
-        Formulation, contacts, and the run, which is updated in place.
+    model, law, run, work
+        Formulation, contacts, the run, which is updated in place, and what its steps are computed in.
     t_stop, t_end
         s, in the present cycle.
     tolerance
         Absolute local error of the coordinates, m and rad.
-    largest, interval
-        Longest step; between marks; s.
+    largest
+        Longest step, s.
     room
         Rows that one step may need.
     limit
@@ -185,18 +185,15 @@ def advance(
     int
         REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT or CHATTER.
     """
-    y, modes, counters = run.y, run.modes, run.counters
-    t, h, size, free = run.clock[0], run.clock[1], run.y.size, run.y.size - TAIL
-    k, f = np.zeros((ROWS, size)), np.empty((7, size))
-    y1, state, dy, slider, slider1 = np.empty(size), np.empty(size), np.empty(size), np.empty(9), np.empty(9)
-    before, contacts, stages = no_contacts(), no_contacts(), np.zeros((STAGES + 1, STATES, CONTACTS))
-    for i in range(STAGES + 1):
-        for j in range(CONTACTS):
-            stages[i, GAP, j] = np.inf
-    after = stages[STAGES]
-    values, scales, open_ = np.empty((CONTACTS * MARGINS, POINTS)), np.ones(CONTACTS), np.zeros((CONTACTS, MARGINS), dtype=np.bool_)
-    right_hand_side(model, law, t, y, modes, k[0], before, slider)
-    status, switched = REACHED, counters[SWITCHES]
+    y, modes, counters, size = run.y, run.modes, run.counters, run.y.size
+    if counters[STARTED] == 0:
+        begin(model, law, run, work)
+    derivative(model, law, run.clock[0], -1, y, modes, work.k[0], run.contacts, work.slider)
+    if counters[STARTED] == 0:
+        counters[STARTED] = 1
+        note_forces(law, modes, run.contacts, run.open_contacts)  # a contact may be at its deepest here
+        record(run, 0.0, EXTREMUM, y, work.k[0], run.contacts, work.slider)
+    t, h, status, switched = run.clock[0], run.clock[1], REACHED, counters[SWITCHES]
     while t < t_stop:
         if counters[EVENTS] + CONTACTS > EVENT_BUFFER or counters[RECORDED] + room > run.rows.shape[0]:
             status = BUFFER_FULL
@@ -207,30 +204,28 @@ def advance(
         if counters[SWITCHES] - switched > SWITCHES_AT_ONCE:
             status = CHATTER
             break
-        h = step_before_separation(law, modes, before, h, tolerance)
+        h = step_before_separation(law, modes, run.contacts, h, tolerance)
         final = h >= t_end - t
         if final:
             h = t_end - t
         place, next_h, is_dense, error = NONE, h, False, 0.0
         for attempt in range(_LOCATIONS + 1):
             is_dense = False
-            take_step(model, law, t, h, y, modes, k, y1, stages, slider1)
+            take_step(model, law, t, h, y, modes, work)
             counters[EVALUATIONS] += STAGES
-            error = error_norm(h, k, free, tolerance)
+            error = error_norm(h, work.k, size - TAIL, tolerance)
             if not error <= 1.0 or attempt == _LOCATIONS:
                 break
             if attempt == 0:
                 factor = _GROW if error == 0.0 else min(_GROW, _SAFETY * math.pow(error, _EXPONENT))
                 next_h = min(largest, h * factor)
             # Also a step that was taken again: it errs less, and could meet what the longer one stepped over.
-            is_dense = unsettled(law, modes, h, before, stages, scales, open_)
+            is_dense = unsettled(law, modes, h, run.contacts, work.stages, work.scales, work.unsettled)
             if not is_dense:
                 break
-            prepare_dense(model, law, t, h, y, y1, modes, k, f, state, contacts, slider)
+            prepare_dense(model, law, t, h, y, modes, work)
             counters[EVALUATIONS] += 3
-            share, first = first_end(
-                model, law, t, h, y, f, modes, before, after, scales, open_, values, state, contacts
-            )
+            share, first = first_end(model, law, t, h, run, work)
             if first == NONE:
                 break
             place = first
@@ -252,32 +247,76 @@ def advance(
             run.clock[2] = next_h
         if t + h > t:
             # Taken again, a step that is coarse for what it meets may end short of it: it goes on from there.
-            if place != NONE and not has_ended(law, modes, place, scales, after):
+            if place != NONE and not has_ended(law, modes, place, work.scales, work.stages[STAGES]):
                 place, next_h = NONE, min(next_h, h)
             counters[STEPS] += 1
-            record_step(
-                model, law, run, t, h, y1, k, f, before, stages, interval, is_dense, state, dy, contacts, slider,
-                slider1,
-            )  # fmt: skip
+            record_step(model, law, run, work, t, h, is_dense)
             t = t_end if final else t + h
             switched = counters[SWITCHES]
             for i in range(size):
-                y[i], k[0, i] = y1[i], k[STAGES, i]
+                y[i], work.k[0, i] = work.y1[i], work.k[STAGES, i]
             for i in range(STATES):
-                for j in range(CONTACTS):
-                    before[i, j] = after[i, j]
+                run.contacts[i] = work.stages[STAGES, i]
         h = next_h
         if place != NONE:
             contact = place // MARGINS
-            was_free, had_touched = nothing_touches(modes), modes[MEMORY, contact] > 0.0
-            switch(law, run.clock[3] + t, place, before, run)
+            was_free, had_touched = nothing_touches(modes), modes[MEMORY + contact] > 0.0
+            switch(law, run.clock[3] + t, place, run.contacts, run)
             if place % MARGINS == GATE:
-                speed = modes[MEMORY, contact]
+                speed = modes[MEMORY + contact]
                 if nothing_touches(modes) and not was_free:
                     h = max(h, run.clock[2])
                 elif speed > 0.0 and not had_touched:
-                    h = min(h, first_step_in_contact(law, contact, speed, before, tolerance))
-            right_hand_side(model, law, t, y, modes, k[0], before, slider)
+                    h = min(h, first_step_in_contact(law, contact, speed, run.contacts, tolerance))
+            derivative(model, law, t, -1, y, modes, work.k[0], run.contacts, work.slider)
             counters[EVALUATIONS] += 1
     run.clock[0], run.clock[1] = t, h
+    if t >= t_end or status > BUFFER_FULL:
+        finish(law, run, work)
     return status
+
+
+def new_run(model: Model, y0: Array, first_step: float, times: Array, capacity: int, interval: float) -> tuple[Run, Work]:
+    """Return a run at t = 0 from coordinates and rates `y0`, and what its steps are computed in.
+
+    Parameters
+    ----------
+    model, y0
+        Formulation; its coordinates and rates.
+    first_step
+        s.
+    times
+        When to sample, s.
+    capacity
+        Rows that are recorded until the caller empties the buffer.
+    interval
+        Between marks, s.
+    """
+    size = y0.size + TAIL
+    run = Run(
+        clock=np.array([0.0, first_step, first_step, 0.0]),
+        y=np.concatenate([y0, np.zeros(TAIL)]),
+        modes=np.zeros(MODES),
+        contacts=no_contacts(),
+        open_contacts=np.zeros((CONTACTS, COLUMNS)),
+        events=np.empty((EVENT_BUFFER, COLUMNS)),
+        counters=np.zeros(COUNTERS, dtype=np.int64),
+        rows=np.empty((capacity, row_size(size))),
+        times=times,
+    )
+    work = Work(
+        k=np.zeros((ROWS, size)),
+        f=np.empty((7, size)),
+        y1=np.empty(size),
+        stages=np.tile(no_contacts(), (STAGES + 1, 1)),
+        slider=np.empty(9),
+        state=np.empty(size),
+        contacts=no_contacts(),
+        aside=np.empty(9),
+        values=np.empty((CONTACTS * MARGINS, POINTS)),
+        scales=np.ones(CONTACTS),
+        unsettled=np.zeros(CONTACTS * MARGINS, dtype=np.bool_),
+        parts=np.empty((2 * CONTACTS, PARTS)),
+        interval=interval,
+    )
+    return run, work

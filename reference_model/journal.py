@@ -33,13 +33,13 @@ def journal_motion(
     """
     e = math.sqrt(ex * ex + ey * ey)
     if e == 0.0:  # centred: no direction yet; the gap closes at the speed of the centres
-        contacts[GAP, JOURNAL], contacts[SLIP, JOURNAL] = law.pin_clearance, 0.0
-        contacts[RATE, JOURNAL] = -math.sqrt(vx * vx + vy * vy)
+        contacts[GAP + JOURNAL], contacts[SLIP + JOURNAL] = law.pin_clearance, 0.0
+        contacts[RATE + JOURNAL] = -math.sqrt(vx * vx + vy * vy)
         return 1.0, 0.0
     nx, ny = ex / e, ey / e
-    contacts[GAP, JOURNAL], contacts[RATE, JOURNAL] = law.pin_clearance - e, -(nx * vx + ny * vy)
+    contacts[GAP + JOURNAL], contacts[RATE + JOURNAL] = law.pin_clearance - e, -(nx * vx + ny * vy)
     # P relative to the journal's centre is (R_b - |e|) n, relative to the bearing's R_b n.
-    contacts[SLIP, JOURNAL] = nx * vy - ny * vx + w1 * (law.bearing_radius - e) - w2 * law.bearing_radius
+    contacts[SLIP + JOURNAL] = nx * vy - ny * vx + w1 * (law.bearing_radius - e) - w2 * law.bearing_radius
     return nx, ny
 
 
@@ -52,14 +52,14 @@ def journal_force(law: Law, modes: Array, nx: float, ny: float, contacts: Array)
     Gx, Gy, damping, friction
         Force of the crank on rod 2 at P (N); power lost by damping and friction (W).
     """
-    contacts[NORMAL, JOURNAL] = contacts[FRICTION, JOURNAL] = contacts[STORED, JOURNAL] = 0.0
-    if modes[MEMORY, JOURNAL] == 0.0:
+    contacts[NORMAL + JOURNAL] = contacts[FRICTION + JOURNAL] = contacts[STORED + JOURNAL] = 0.0
+    if modes[MEMORY + JOURNAL] == 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    gap, rate, slip = contacts[GAP, JOURNAL], contacts[RATE, JOURNAL], contacts[SLIP, JOURNAL]
+    gap, rate, slip = contacts[GAP + JOURNAL], contacts[RATE + JOURNAL], contacts[SLIP + JOURNAL]
     elastic = point_force(law.Kj, law.n, -gap)
     normal, tangential = point_contact(law, modes, JOURNAL, elastic, rate, slip)
-    contacts[NORMAL, JOURNAL], contacts[FRICTION, JOURNAL] = normal, tangential
-    contacts[STORED, JOURNAL] = elastic * max(-gap, 0.0) / (law.n + 1.0)
+    contacts[NORMAL + JOURNAL], contacts[FRICTION + JOURNAL] = normal, tangential
+    contacts[STORED + JOURNAL] = elastic * max(-gap, 0.0) / (law.n + 1.0)
     # `tangential` brakes the journal along t = (-n_y, n_x), and drags the bearing along with it.
     Gx, Gy = normal * nx + tangential * ny, normal * ny - tangential * nx
     return Gx, Gy, -(normal - elastic) * rate, -tangential * slip

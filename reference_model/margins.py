@@ -89,32 +89,32 @@ def margin(law: Law, modes: Array, k: int, number: int, contacts: Array, extent:
     Parameters
     ----------
     law, modes
-        The contacts and their modes, shape (MODES, CONTACTS).
+        The contacts and their modes, shape (MODES,).
     k, number
         Contact, and which of its MARGINS.
     contacts
-        States of the contacts, shape (STATES, CONTACTS).
+        States of the contacts, shape (STATES,).
     extent
         Of `pull_scale`: by which the pull of a side is multiplied.
     """
     if number == GATE:
-        gap = smooth_gap(law, k, contacts[GAP, k])
-        if modes[INSIDE, k] > 0.0:
+        gap = smooth_gap(law, k, contacts[GAP + k])
+        if modes[INSIDE + k] > 0.0:
             gap = -gap
         # The second corner of a side changes no force at its zero, and of a side that fades away at rest both
         # depths are rounding: without some room it would go in and out for ever.
-        return gap + SECOND_CORNER if is_of_side(law, k) and modes[INSIDE, other_corner(k)] > 0.0 else gap
-    if modes[MEMORY, k] == 0.0:
+        return gap + SECOND_CORNER if is_of_side(law, k) and modes[INSIDE + other_corner(k)] > 0.0 else gap
+    if modes[MEMORY + k] == 0.0:
         return math.inf
-    rate, slip = contacts[RATE, k], contacts[SLIP, k]
+    rate, slip = contacts[RATE + k], contacts[SLIP + k]
     if is_of_side(law, k):
         _, rate, slip = side_motion(law, contacts, k)
     if number == PULL:
         if law.C == 0.0 or law.memoryless > 0.0:
             return math.inf
-        pull = (modes[MEMORY, k] - law.C * rate) * extent  # 1 + C d'/v, times v
-        return -pull if modes[CLIPPED, k] > 0.0 else pull
-    lower, upper = regime_bounds(law, modes[REGIME, k])
+        pull = (modes[MEMORY + k] - law.C * rate) * extent  # 1 + C d'/v, times v
+        return -pull if modes[CLIPPED + k] > 0.0 else pull
+    lower, upper = regime_bounds(law, modes[REGIME + k])
     return slip - lower if number == LOWER else upper - slip
 
 
@@ -129,25 +129,25 @@ def pull_scale(law: Law, contacts: Array, k: int) -> float:
     if not is_of_side(law, k):
         return 1.0
     m = other_corner(k)
-    extent = abs(contacts[GAP, k]) + abs(contacts[GAP, m]) + SECOND_CORNER
-    return extent / (extent + law.C * abs(contacts[RATE, k] - contacts[RATE, m]))
+    extent = abs(contacts[GAP + k]) + abs(contacts[GAP + m]) + SECOND_CORNER
+    return extent / (extent + law.C * abs(contacts[RATE + k] - contacts[RATE + m]))
 
 
 @inlined
 def gap_is_settled(law: Law, modes: Array, k: int, h: float, before: Array, stages: Array) -> bool:
     """Return whether the gap of contact `k` certainly keeps its sign within a step of `h` (s)."""
-    sign = -1.0 if modes[INSIDE, k] > 0.0 else 1.0
-    gap0, gap1 = before[GAP, k], stages[STAGES, GAP, k]
+    sign = -1.0 if modes[INSIDE + k] > 0.0 else 1.0
+    gap0, gap1 = before[GAP + k], stages[STAGES, GAP + k]
     p0, p1 = sign * smooth_gap(law, k, gap0), sign * smooth_gap(law, k, gap1)
-    d0 = sign * h * smooth_rate(law, k, gap0, before[RATE, k])
-    d1 = sign * h * smooth_rate(law, k, gap1, stages[STAGES, RATE, k])
+    d0 = sign * h * smooth_rate(law, k, gap0, before[RATE + k])
+    d1 = sign * h * smooth_rate(law, k, gap1, stages[STAGES, RATE + k])
     # The quartic's Bernstein coefficients but for the middle one, which the error lowers.
     if p0 < -LOCATED or p1 < -LOCATED or p0 + 0.25 * d0 <= 0.0 or p1 - 0.25 * d1 <= 0.0:
         return False
     error = 0.0
     for i in range(_X.size):
         cubic = _HERMITE[0, i] * p0 + _HERMITE[1, i] * d0 + _HERMITE[2, i] * p1 + _HERMITE[3, i] * d1
-        away = abs(sign * smooth_gap(law, k, stages[_FIRST + i, GAP, k]) - cubic) * _CUBIC_WEIGHT[i]
+        away = abs(sign * smooth_gap(law, k, stages[_FIRST + i, GAP + k]) - cubic) * _CUBIC_WEIGHT[i]
         error = max(error, away)
     return 0.5 * (p0 + p1) + (d0 - d1) / 6.0 > _SAFETY * error * 16.0 / 6.0
 
@@ -175,27 +175,27 @@ def unsettled(law: Law, modes: Array, h: float, before: Array, stages: Array, sc
     Parameters
     ----------
     law, modes, h, before
-        Contacts, their modes, step, the contacts' states at its start, shape (STATES, CONTACTS).
+        Contacts, their modes, step, the contacts' states at its start, shape (STATES,).
     stages
-        Those at its stages, the end last, shape (STAGES + 1, STATES, CONTACTS).
+        Those at its stages, the end last, shape (STAGES + 1, STATES).
     scales
         Written, shape (CONTACTS,): `pull_scale` of each contact.
     open_
-        Written, shape (CONTACTS, MARGINS): which margins are not settled.
+        Written, shape (CONTACTS MARGINS,): which margins are not settled.
     """
     found = False
     for k in range(CONTACTS):
         for number in range(MARGINS):
-            open_[k, number] = False
-        if before[GAP, k] == np.inf:  # a contact that the formulation does not have
+            open_[MARGINS * k + number] = False
+        if before[GAP + k] == np.inf:  # a contact that the formulation does not have
             continue
         if not gap_is_settled(law, modes, k, h, before, stages):
-            open_[k, GATE] = found = True
-        if modes[MEMORY, k] > 0.0:
+            open_[MARGINS * k] = found = True
+        if modes[MEMORY + k] > 0.0:
             scales[k] = pull_scale(law, before, k)
             for number in range(PULL, MARGINS):
                 if not speed_is_settled(law, modes, k, number, scales[k], before, stages):
-                    open_[k, number] = found = True
+                    open_[MARGINS * k + number] = found = True
     return found
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from reference_model import linkage
 from reference_model.compiled import inlined
-from reference_model.contact import Pose, corner_motion, slider_forces
+from reference_model.contact import Pose, corner_motion, slider_forces, write_tail
 from reference_model.linkage import Array, Mechanism
 from reference_model.parameters import Law
 from reference_model.trigonometry import cos_sin
@@ -24,19 +24,45 @@ Tip = tuple[float, float, float, float, float, float]
 """Position (m), velocity (m/s) and acceleration (m/s^2) of the rocker's tip C, each x and y."""
 
 
+TIP_ROWS = 8
+
+
 class Minimal(NamedTuple):
     """The formulation: a state holds theta_4, theta_5, their rates, and the integrals behind them."""
 
     mechanism: Mechanism
+    table: Array
+    """(TIP_ROWS, n): cosine and sine of the crank's angle, and the tip, at the nodes of a step (`tabulate`)."""
 
 
 @inlined
 def rocker_tip(m: Mechanism, t: float) -> Tip:
     """Return the motion of C at time `t` (s)."""
     c1, s1 = cos_sin(m.theta0 + m.omega * t)
+    return tip_from_crank(m, c1, s1)
+
+
+@inlined
+def tip_from_crank(m: Mechanism, c1: float, s1: float) -> Tip:
+    """Return the motion of C from cosine and sine of the crank's angle."""
     _, _, c3, s3, _, w3, _, a3 = four_bar(m, c1, s1)
     x, y = m.L3 * c3, m.L3 * s3
     return m.Hx + x, m.Hy + y, -w3 * y, w3 * x, -a3 * y - w3 * w3 * x, a3 * x - w3 * w3 * y
+
+
+def tabulate(model: Minimal, t: float, h: float, nodes: Array) -> None:
+    """Write the tip at all times t + nodes h (s), the same to the last bit as `rocker_tip`.
+
+    The processor takes four of them at once: half of what a step costs. For that the rows stand by themselves,
+    and the compiler knows no length.
+    """
+    m, table = model.mechanism, model.table
+    cosine, sine, Cx, Cy = table[0], table[1], table[2], table[3]
+    vCx, vCy, aCx, aCy = table[4], table[5], table[6], table[7]
+    for i in range(nodes.size):
+        cosine[i], sine[i] = cos_sin(m.theta0 + m.omega * (t + nodes[i] * h))
+    for i in range(nodes.size):
+        Cx[i], Cy[i], vCx[i], vCy[i], aCx[i], aCy[i] = tip_from_crank(m, cosine[i], sine[i])
 
 
 @inlined
@@ -48,23 +74,25 @@ def slider_pose(m: Mechanism, tip: Tip, y: Array) -> tuple[Pose, float, float]:
     return (Cx + m.L4 * c4, Cy + m.L4 * s4, y[1], vx, vy, y[3]), c4, s4
 
 
-@inlined
 def motion(model: Minimal, law: Law, t: float, y: Array, contacts: Array) -> None:
     """Write gaps, rates and slips of a state."""
     pose, _, _ = slider_pose(model.mechanism, rocker_tip(model.mechanism, t), y)
     corner_motion(law, pose, contacts)
 
 
-@inlined
 def derivative(
-    model: Minimal, law: Law, t: float, y: Array, modes: Array, dy: Array, contacts: Array, slider: Array
-) -> tuple[float, float, float]:
-    """Write the derivatives of coordinates and rates into dy[:4]; see `equations.derivative`.
+    model: Minimal, law: Law, t: float, node: int, y: Array, modes: Array, dy: Array, contacts: Array,
+    slider: Array,
+) -> None:  # fmt: skip
+    """Write the derivatives of coordinates and rates ; see `equations.derivative`.
 
     The drive's power is that of the pin C on rod 4: of the bodies before it the motion is prescribed.
     """
-    m = model.mechanism
-    tip = rocker_tip(m, t)
+    m, table = model.mechanism, model.table
+    if node >= 0:
+        tip = table[2, node], table[3, node], table[4, node], table[5, node], table[6, node], table[7, node]
+    else:
+        tip = rocker_tip(m, t)
     _, _, vCx, vCy, aCx, aCy = tip
     pose, c4, s4 = slider_pose(m, tip, y)
     Fx, Fy, M, damping, friction = slider_forces(law, pose, modes, contacts)
@@ -78,4 +106,4 @@ def derivative(
     # Force of the pin at C on rod 4: what moves the two bodies, less gravity and contact.
     Px = (m.m4 + m.m5) * bx + m.S4 * turn_x - Fx
     Py = (m.m4 + m.m5) * by + m.S4 * turn_y - Fy
-    return Px * vCx + Py * vCy, damping, friction
+    write_tail(dy, contacts, Px * vCx + Py * vCy, damping, friction)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_model.compiled import inlined, inner, kernel
-from reference_model.contact import corner_motion, slider_forces
+from reference_model.contact import corner_motion, slider_forces, write_tail
 from reference_model.linkage import Array, Mechanism
 from reference_model.parameters import Law
 
@@ -258,7 +258,6 @@ def solve(model: Linkage, t: float, q: Array, v: Array, applied: Array, accelera
         acceleration[k] = force / mass[k]
 
 
-@inner
 def motion(model: Linkage, law: Law, t: float, y: Array, contacts: Array) -> None:
     """Write gaps, rates and slips of a state."""
     if model.clearance:
@@ -266,10 +265,14 @@ def motion(model: Linkage, law: Law, t: float, y: Array, contacts: Array) -> Non
         corner_motion(law, (y[x], y[x + 1], y[x + 2], y[w], y[w + 1], y[w + 2]), contacts)
 
 
-@inner
+def tabulate(model: Linkage, t: float, h: float, nodes: Array) -> None:
+    """Prepare nothing: of this motion nothing is a function of time alone."""
+
+
 def derivative(
-    model: Linkage, law: Law, t: float, y: Array, modes: Array, dy: Array, contacts: Array, slider: Array
-) -> tuple[float, float, float]:
+    model: Linkage, law: Law, t: float, node: int, y: Array, modes: Array, dy: Array, contacts: Array,
+    slider: Array,
+) -> None:  # fmt: skip
     """Write the derivatives of coordinates and rates; see `equations.derivative`."""
     size, x = model.masses.size, 3 * model.slider
     q, v = y[:size], y[size : 2 * size]
@@ -288,7 +291,7 @@ def derivative(
         dy[i] = v[i]
     for i in range(3):
         slider[i], slider[3 + i], slider[6 + i] = q[x + i], v[x + i], acceleration[x + i]
-    return -lambdas[drive] * model.omega, damping, friction
+    write_tail(dy, contacts, -lambdas[drive] * model.omega, damping, friction)
 
 
 @kernel

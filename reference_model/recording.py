@@ -9,8 +9,8 @@ import math
 
 from reference_model.compiled import inner
 from reference_model.contact import CONTACTS, GAP, INSIDE, MEMORY, RATE, STATES, normal_force
-from reference_model.dop853 import STAGES, dense, prepare_dense
-from reference_model.equations import Model, right_hand_side
+from reference_model.dop853 import STAGES, Work, dense, prepare_dense
+from reference_model.equations import Model, derivative
 from reference_model.events import EVALUATIONS, RECORDED, SAMPLES, Run, note_forces
 from reference_model.linkage import Array
 from reference_model.parameters import Law
@@ -26,14 +26,17 @@ TIME, CYCLE, PURPOSE = range(3)
 SLIDER_FROM = 3
 """Then the slider's motion (9), ..."""
 CONTACTS_FROM = SLIDER_FROM + 9
-"""... the contacts' states (STATES, CONTACTS), ..."""
+"""... the contacts' states (STATES,), ..."""
 INSIDE_FROM = CONTACTS_FROM + STATES * CONTACTS
 MEMORY_FROM = INSIDE_FROM + CONTACTS
 STATE_FROM = MEMORY_FROM + CONTACTS
 """... what of their modes says whether they are closed, the state, and its derivative."""
 
-_GOLDEN, _SECTIONS = 0.5 * (math.sqrt(5.0) - 1.0), 20
-"""Of a step, which shrinks to 7e-5 of itself: a peak is short by the square of that."""
+PARTS = 5
+"""Points of a step with a peak, evenly spaced, both ends included, that it is interpolated from."""
+_ROUNDS = 9
+"""Of such points, the next between the neighbours of the largest, for a law without memory: there the damping
+factor falls from 1 + C to 1 - C while the depth's rate changes its sign, and the peak is narrow."""
 
 
 def row_size(size: int) -> int:
@@ -42,31 +45,41 @@ def row_size(size: int) -> int:
 
 
 @inner
-def record(
-    run: Run, t: float, purpose: int, y: Array, dy: Array, contacts: Array, slider: Array
-) -> None:
-    """Write a row at `t` (s, in the cycle)."""
+def evaluate_inside(model: Model, law: Law, run: Run, work: Work, share: float, t: float, h: float) -> None:
+    """Write state and forces at a share of a step, by its dense output, into the next row."""
+    row, size = run.rows[run.counters[RECORDED]], run.y.size
+    contacts, state = row[CONTACTS_FROM:INSIDE_FROM], row[STATE_FROM : STATE_FROM + size]
+    for j in range(STATES):
+        contacts[j] = run.contacts[j]
+    row[TIME], row[CYCLE] = t + share * h, run.clock[3]
+    dense(run.y, work.f, share, size, state)
+    derivative(
+        model, law, row[TIME], -1, state, run.modes, row[STATE_FROM + size :], contacts, row[SLIDER_FROM:CONTACTS_FROM]
+    )
+
+
+@inner
+def keep(run: Run, purpose: int) -> None:
+    """Keep the next row."""
     row = run.rows[run.counters[RECORDED]]
-    row[TIME], row[CYCLE], row[PURPOSE] = t, run.clock[3], purpose
-    for j in range(9):
-        row[SLIDER_FROM + j] = slider[j]
+    row[PURPOSE] = purpose
     for k in range(CONTACTS):
-        for j in range(STATES):
-            row[CONTACTS_FROM + CONTACTS * j + k] = contacts[j, k]
-        row[INSIDE_FROM + k], row[MEMORY_FROM + k] = run.modes[INSIDE, k], run.modes[MEMORY, k]
-    for j in range(y.size):
-        row[STATE_FROM + j], row[STATE_FROM + y.size + j] = y[j], dy[j]
+        row[INSIDE_FROM + k], row[MEMORY_FROM + k] = run.modes[INSIDE + k], run.modes[MEMORY + k]
     run.counters[RECORDED] += 1
 
 
 @inner
-def evaluate_inside(
-    model: Model, law: Law, run: Run, share: float, t: float, h: float, f: Array, state: Array, dy: Array,
-    contacts: Array, slider: Array,
-) -> None:  # fmt: skip
-    """Write state and forces at a share of a step, by its dense output."""
-    dense(run.y, f, share, run.y.size, state)
-    right_hand_side(model, law, t + share * h, state, run.modes, dy, contacts, slider)
+def record(run: Run, t: float, purpose: int, y: Array, dy: Array, contacts: Array, slider: Array) -> None:
+    """Keep a state at `t` (s, in the cycle)."""
+    row, size = run.rows[run.counters[RECORDED]], y.size
+    row[TIME], row[CYCLE] = t, run.clock[3]
+    for j in range(9):
+        row[SLIDER_FROM + j] = slider[j]
+    for j in range(STATES):
+        row[CONTACTS_FROM + j] = contacts[j]
+    for j in range(size):
+        row[STATE_FROM + j], row[STATE_FROM + size + j] = y[j], dy[j]
+    keep(run, purpose)
 
 
 @inner
@@ -76,8 +89,8 @@ def peaks_inside(law: Law, modes: Array, k: int, before: Array, stages: Array) -
     The force as its stages say: one that peaks next to an end, before the first or after the last of them, has
     that end stand for it, up to 1e-4 of it short.
     """
-    depth = modes[INSIDE, k] > 0.0 and before[RATE, k] < 0.0 < stages[STAGES, RATE, k]
-    if modes[MEMORY, k] == 0.0:
+    depth = modes[INSIDE + k] > 0.0 and before[RATE + k] < 0.0 < stages[STAGES, RATE + k]
+    if modes[MEMORY + k] == 0.0:
         return depth, False
     largest = max(normal_force(law, before, k), normal_force(law, stages[STAGES], k))
     for i in range(1, STAGES - 1):
@@ -87,105 +100,98 @@ def peaks_inside(law: Law, modes: Array, k: int, before: Array, stages: Array) -
 
 
 @inner
-def value_inside(
-    model: Model, law: Law, run: Run, k: int, force: bool, share: float, t: float, h: float, f: Array,
-    state: Array, dy: Array, contacts: Array, slider: Array,
-) -> float:  # fmt: skip
-    """Return force (N) or depth (m) of contact `k` at a share of a step."""
-    evaluate_inside(model, law, run, share, t, h, f, state, dy, contacts, slider)
-    return normal_force(law, contacts, k) if force else -contacts[GAP, k]
+def largest(values: Array) -> int:
+    """Return the place of the largest of the values."""
+    best = 0
+    for j in range(1, values.size):
+        if values[j] > values[best]:
+            best = j
+    return best
+
+
+@inner
+def top(values: Array) -> float:
+    """Return where the polynomial through the values at j / 4 is largest, next to the largest of them."""
+    v0, v1, v2, v3, v4 = values[0], values[1], values[2], values[3], values[4]
+    # Newton's divided differences, at s = 0 .. 4.
+    a1, a2 = v1 - v0, (v2 - 2.0 * v1 + v0) / 2.0
+    a3, a4 = (v3 - 3.0 * (v2 - v1) - v0) / 6.0, (v4 - 4.0 * (v3 + v1) + 6.0 * v2 + v0) / 24.0
+    s = float(largest(values))
+    lo, hi = max(0.0, s - 1.0), min(4.0, s + 1.0)
+    for _ in range(30):  # the zero of its derivative, by halving
+        s = 0.5 * (lo + hi)
+        slope = a1 + a2 * (2.0 * s - 1.0) + a3 * (3.0 * s * s - 6.0 * s + 2.0)
+        slope += a4 * (4.0 * s * s * s - 18.0 * s * s + 22.0 * s - 6.0)
+        if slope > 0.0:
+            lo = s
+        else:
+            hi = s
+    return 0.25 * s
 
 
 @inner
 def peak_share(
-    model: Model, law: Law, run: Run, k: int, force: bool, t: float, h: float, f: Array, state: Array, dy: Array,
-    contacts: Array, slider: Array,
-) -> float:  # fmt: skip
-    """Return the share of a step at which force or depth of contact `k` is largest, by the golden section."""
-    lo, hi, a, b = 0.0, 1.0, 1.0 - _GOLDEN, _GOLDEN
-    at_a = value_inside(model, law, run, k, force, a, t, h, f, state, dy, contacts, slider)
-    at_b = value_inside(model, law, run, k, force, b, t, h, f, state, dy, contacts, slider)
-    for _ in range(_SECTIONS):
-        left = at_a > at_b
-        if left:
-            hi, b, at_b = b, a, at_a
-            a = x = hi - _GOLDEN * (hi - lo)
-        else:
-            lo, a, at_a = a, b, at_b
-            b = x = lo + _GOLDEN * (hi - lo)
-        value = value_inside(model, law, run, k, force, x, t, h, f, state, dy, contacts, slider)
-        if left:
-            at_a = value
-        else:
-            at_b = value
-    return 0.5 * (lo + hi)
+    model: Model, law: Law, run: Run, work: Work, k: int, force: int, t: float, h: float
+) -> float:
+    """Return the share of a step at which force or depth of contact `k` is largest, from the parts of the step."""
+    values, lo, width = work.parts[2 * k + force], 0.0, 1.0
+    for _ in range(_ROUNDS if force == 1 and law.memoryless > 0.0 else 0):
+        lo += 0.25 * width * max(0, min(largest(values) - 1, PARTS - 3))
+        width *= 0.5
+        for j in range(PARTS):
+            evaluate_inside(model, law, run, work, lo + 0.25 * j * width, t, h)
+            values[j] = normal_force(law, run.rows[run.counters[RECORDED], CONTACTS_FROM:INSIDE_FROM], k)
+    return lo + width * top(values)
 
 
 @inner
-def record_step(
-    model: Model, law: Law, run: Run, t: float, h: float, y1: Array, k: Array, f: Array, before: Array,
-    stages: Array, interval: float, is_dense: bool, state: Array, dy: Array, contacts: Array, slider: Array,
-    slider1: Array,
-) -> None:  # fmt: skip
+def record_step(model: Model, law: Law, run: Run, work: Work, t: float, h: float, is_dense: bool) -> None:
     """Record the step from `t` to t + h (s, in the cycle), just before it is accepted.
 
-    Parameters
-    ----------
-    model, law, run
-        Formulation, contacts, the run.
-    t, h, y1, k, f
-        The step, the state at its end, derivatives at its stages, coefficients of the dense output.
-    before, stages
-        States of the contacts at its start (STATES, CONTACTS), and at its stages.
-    interval
-        Between marks, s.
-    is_dense
-        Whether `f` is already that of this step.
-    slider1
-        Motion of the slider at its end, (9,).
+    `is_dense`: whether the dense output in `work` is already that of this step.
     """
-    times, count, cycle = run.times, run.counters[SAMPLES], run.clock[3]
+    times, count, interval = run.times, run.counters[SAMPLES], work.interval
     peak = False
-    for i in range(CONTACTS):
-        if run.modes[INSIDE, i] > 0.0 or run.modes[MEMORY, i] > 0.0:
-            depth, force = peaks_inside(law, run.modes, i, before, stages)
+    for k in range(CONTACTS):
+        if run.modes[INSIDE + k] > 0.0 or run.modes[MEMORY + k] > 0.0:
+            depth, force = peaks_inside(law, run.modes, k, run.contacts, work.stages)
             peak = peak or depth or force
     mark = math.ceil(t / interval - 1e-9)
-    sample = times[count] - cycle if count < times.size else math.inf
+    sample = times[count] - run.clock[3] if count < times.size else math.inf
     if not is_dense and (peak or min(sample, mark * interval) < t + h):
-        prepare_dense(model, law, t, h, run.y, y1, run.modes, k, f, state, contacts, slider)
+        prepare_dense(model, law, t, h, run.y, run.modes, work)
         run.counters[EVALUATIONS] += 3
     # A sample on a step's end belongs to the next step: the right limit at a jump.
     while min(sample, mark * interval) < t + h:
-        both = abs(sample - mark * interval) <= 1e-9 * interval
-        now = sample if both else min(sample, mark * interval)
-        evaluate_inside(model, law, run, (now - t) / h, t, h, f, state, dy, contacts, slider)
+        now = mark * interval
+        if sample < now or abs(sample - now) <= 1e-9 * interval:
+            now = sample
+        evaluate_inside(model, law, run, work, (now - t) / h, t, h)
         purpose = 0
         if now == sample:
             purpose += SAMPLE
             count += 1
-            sample = times[count] - cycle if count < times.size else math.inf
+            sample = times[count] - run.clock[3] if count < times.size else math.inf
         # Not at every sample: extrema must not depend on what is asked for.
         if now >= (mark - 1e-9) * interval:
             purpose += EXTREMUM
             mark += 1
-        record(run, now, purpose, state, dy, contacts, slider)
+        keep(run, purpose)
     run.counters[SAMPLES] = count
-    if peak:
-        # Accelerations do not peak together with any one force: two corners push, and the slider turns. The
-        # parabola through the largest and its neighbours says where.
-        for i in range(9):
-            share = i / 8
-            evaluate_inside(model, law, run, share, t, h, f, state, dy, contacts, slider)
-            record(run, t + share * h, EXTREMUM + PART, state, dy, contacts, slider)
-        for i in range(CONTACTS):
-            for force, found in enumerate(peaks_inside(law, run.modes, i, before, stages)):
-                if found:
-                    share = peak_share(
-                        model, law, run, i, force == 1, t, h, f, state, dy, contacts, slider
-                    )
-                    evaluate_inside(model, law, run, share, t, h, f, state, dy, contacts, slider)
-                    record(run, t + share * h, EXTREMUM, state, dy, contacts, slider)
-                    note_forces(law, run.modes, contacts, run.open_contacts)
-    note_forces(law, run.modes, stages[STAGES], run.open_contacts)
-    record(run, t + h, EXTREMUM + STEP, y1, k[STAGES], stages[STAGES], slider1)
+    # Accelerations do not peak together with any one force: two corners push, and the slider turns.
+    for j in range(PARTS if peak else 0):
+        evaluate_inside(model, law, run, work, j / (PARTS - 1), t, h)
+        contacts = run.rows[run.counters[RECORDED], CONTACTS_FROM:INSIDE_FROM]
+        for k in range(CONTACTS):
+            work.parts[2 * k, j], work.parts[2 * k + 1, j] = -contacts[GAP + k], normal_force(law, contacts, k)
+        keep(run, EXTREMUM + PART)
+    for k in range(CONTACTS if peak else 0):
+        depth, force = peaks_inside(law, run.modes, k, run.contacts, work.stages)
+        for what in range(2):
+            if force if what == 1 else depth:
+                evaluate_inside(model, law, run, work, peak_share(model, law, run, work, k, what, t, h), t, h)
+                contacts = run.rows[run.counters[RECORDED], CONTACTS_FROM:INSIDE_FROM]
+                note_forces(law, run.modes, contacts, run.open_contacts)
+                keep(run, EXTREMUM)
+    note_forces(law, run.modes, work.stages[STAGES], run.open_contacts)
+    record(run, t + h, EXTREMUM + STEP, work.y1, work.k[STAGES], work.stages[STAGES], work.slider)
