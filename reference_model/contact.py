@@ -17,7 +17,6 @@ from reference_model.linkage import Array
 from reference_model.parameters import Law
 from reference_model.trigonometry import cos_sin
 
-CORNERS = ("ll", "lr", "ul", "ur")
 CONTACTS = 5
 """Four corners and the journal."""
 JOURNAL = 4

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from reference_model.compiled import inner
 from reference_model.contact import TAIL
-from reference_model.equations import Model, derivative, tabulate
+from reference_model.equations import Model, derivative, right_hand_side, tabulate
 from reference_model.linkage import Array
 from reference_model.parameters import Law
 from reference_model.tableau import A_EXTRA, C_EXTRA, E3, E5, STAGE_SHARES, A, D
@@ -110,7 +110,7 @@ def prepare_dense(model: Model, law: Law, t: float, h: float, y: Array, modes: A
                 total += A_EXTRA[i, j] * k[j, m]
             work.state[m] = y[m] + h * total
         node = STAGES + i
-        derivative(
+        right_hand_side(
             model, law, t + C_EXTRA[i] * h, node, work.state, modes, k[node + 1], work.contacts, work.aside
         )
     for m in range(y.size):

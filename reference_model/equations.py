@@ -12,7 +12,7 @@ import numba.extending
 
 from reference_model import chain, minimal, multiplier
 from reference_model.chain import Chain
-from reference_model.compiled import ONLY_FROM_KERNELS, kernel
+from reference_model.compiled import ONLY_FROM_KERNELS, inner, kernel
 from reference_model.linkage import Array
 from reference_model.minimal import Minimal
 from reference_model.multiplier import Linkage
@@ -68,9 +68,18 @@ def _tabulate(model, t, h, nodes) -> Callable[..., Any]:  # type: ignore[no-unty
     return _MODULES[model.instance_class].tabulate
 
 
-@numba.extending.overload(derivative, jit_options=ONLY_FROM_KERNELS, strict=False)
+@numba.extending.overload(derivative, jit_options={**ONLY_FROM_KERNELS, "forceinline": True}, strict=False)
 def _derivative(model, law, t, node, y, modes, dy, contacts, slider) -> Callable[..., Any]:  # type: ignore[no-untyped-def]
     return _MODULES[model.instance_class].derivative
+
+
+@inner
+def right_hand_side(
+    model: Model, law: Law, t: float, node: int, y: Array, modes: Array, dy: Array, contacts: Array,
+    slider: Array,
+) -> None:  # fmt: skip
+    """Evaluate the equations of motion as `derivative` does, where its code need not be in the caller."""
+    derivative(model, law, t, node, y, modes, dy, contacts, slider)
 
 
 @kernel
@@ -78,4 +87,4 @@ def evaluate(
     model: Model, law: Law, t: float, y: Array, modes: Array, dy: Array, contacts: Array, slider: Array
 ) -> None:
     """Evaluate the equations of motion as `derivative` does, for Python."""
-    derivative(model, law, t, -1, y, modes, dy, contacts, slider)
+    right_hand_side(model, law, t, -1, y, modes, dy, contacts, slider)

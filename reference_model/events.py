@@ -55,10 +55,10 @@ DEEPEST = 2.0 * LOCATED
 MOST_INTERVALS = 1000
 """A margin that is still not settled then is nothing but rounding: its mode ends. Usual are 1 to 10."""
 
-STEPS, REJECTED, EVALUATIONS, SWITCHES, ENDED, EVENTS, RECORDED, SAMPLES, STARTED = range(9)
-"""What `Run.counters` counts. ENDED: contacts since t = 0; EVENTS, RECORDED: rows in the buffers."""
-COUNTERS = 9
-EVENT_BUFFER = 4096
+STEPS, REJECTED, EVALUATIONS, SWITCHES, ENDED, EVENTS, RECORDED, SAMPLES, STARTED, PARTED = range(10)
+"""What `Run.counters` counts. ENDED: contacts since t = 0; EVENTS, RECORDED, PARTED: rows in the buffers."""
+COUNTERS = 10
+EVENT_BUFFER, PART_BUFFER = 4096, 10_000
 CONTACT, START, END, SPEED, IMPULSE, PEAK, DEPTH, START_GAP, START_RATE = range(9)
 """Columns of a contact's row: number, s, s, m/s, N s, N, m, and gap (m) and rate (m/s) at which it began."""
 COLUMNS = 9
@@ -87,6 +87,8 @@ class Run(NamedTuple):
     """(COUNTERS,)."""
     rows: Array
     """(capacity, row): what is recorded (`reference_model.recording`), emptied by the caller."""
+    accelerations: Array
+    """(PART_BUFFER, 4): time (s) and accelerations of the slider at the parts of steps with a peak."""
     times: Array
     """(n,): when to sample, s, ascending."""
 

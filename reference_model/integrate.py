@@ -28,13 +28,15 @@ from reference_model.contact import (
     side_motion,
 )
 from reference_model.dop853 import ROWS, STAGES, Work, error_norm, prepare_dense, take_step
-from reference_model.equations import Model, derivative
+from reference_model.equations import Model, right_hand_side
 from reference_model.events import (
     COLUMNS,
     COUNTERS,
     EVALUATIONS,
     EVENT_BUFFER,
     EVENTS,
+    PARTED,
+    PART_BUFFER,
     RECORDED,
     REJECTED,
     ROUNDING,
@@ -131,7 +133,7 @@ def nothing_touches(modes: Array) -> bool:
 def begin(model: Model, law: Law, run: Run, work: Work) -> None:
     """Close the contacts that start inside their wall, and record the start."""
     contacts, dy, slider = run.contacts, work.k[0], work.slider
-    derivative(model, law, 0.0, -1, run.y, run.modes, dy, contacts, slider)
+    right_hand_side(model, law, 0.0, -1, run.y, run.modes, dy, contacts, slider)
     for k in range(CONTACTS):
         # What starts on its wall, but for rounding, is not inside it: it touches like any other.
         if contacts[GAP + k] < -ROUNDING:
@@ -188,14 +190,15 @@ def advance(
     y, modes, counters, size = run.y, run.modes, run.counters, run.y.size
     if counters[STARTED] == 0:
         begin(model, law, run, work)
-    derivative(model, law, run.clock[0], -1, y, modes, work.k[0], run.contacts, work.slider)
+    right_hand_side(model, law, run.clock[0], -1, y, modes, work.k[0], run.contacts, work.slider)
     if counters[STARTED] == 0:
         counters[STARTED] = 1
         note_forces(law, modes, run.contacts, run.open_contacts)  # a contact may be at its deepest here
         record(run, 0.0, EXTREMUM, y, work.k[0], run.contacts, work.slider)
     t, h, status, switched = run.clock[0], run.clock[1], REACHED, counters[SWITCHES]
     while t < t_stop:
-        if counters[EVENTS] + CONTACTS > EVENT_BUFFER or counters[RECORDED] + room > run.rows.shape[0]:
+        full = counters[EVENTS] + CONTACTS > EVENT_BUFFER or counters[PARTED] + PARTS > PART_BUFFER
+        if full or counters[RECORDED] + room > run.rows.shape[0]:
             status = BUFFER_FULL
             break
         if counters[STEPS] + counters[REJECTED] + counters[SWITCHES] >= limit:
@@ -268,7 +271,7 @@ def advance(
                     h = max(h, run.clock[2])
                 elif speed > 0.0 and not had_touched:
                     h = min(h, first_step_in_contact(law, contact, speed, run.contacts, tolerance))
-            derivative(model, law, t, -1, y, modes, work.k[0], run.contacts, work.slider)
+            right_hand_side(model, law, t, -1, y, modes, work.k[0], run.contacts, work.slider)
             counters[EVALUATIONS] += 1
     run.clock[0], run.clock[1] = t, h
     if t >= t_end or status > BUFFER_FULL:
@@ -302,6 +305,7 @@ def new_run(model: Model, y0: Array, first_step: float, times: Array, capacity: 
         events=np.empty((EVENT_BUFFER, COLUMNS)),
         counters=np.zeros(COUNTERS, dtype=np.int64),
         rows=np.empty((capacity, row_size(size))),
+        accelerations=np.empty((PART_BUFFER, 4)),
         times=times,
     )
     work = Work(

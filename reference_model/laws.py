@@ -27,10 +27,7 @@ FOUNDATION
 import math
 
 from reference_model.compiled import inlined
-from reference_model.parameters import Law
-
-HERTZ_CORNERS, PAPER_SWITCHING, FOUNDATION = 0.0, 1.0, 2.0
-"""Values of `Law.law`, in the order of `parameters.LAWS`."""
+from reference_model.parameters import FOUNDATION, PAPER_SWITCHING, Law
 
 
 @inlined

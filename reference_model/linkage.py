@@ -106,13 +106,6 @@ def four_bar(m: Mechanism, c1: Any, s1: Any) -> tuple[Any, Any, Any, Any, Any, A
     return c2, s2, c3, s3, w2, w3, a2, a3
 
 
-def four_bar_at(m: Mechanism, t: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
-    """Return theta_2, theta_3 (rad), their rates and second derivatives at times `t` (s)."""
-    theta1 = m.theta0 + m.omega * t
-    c2, s2, c3, s3, w2, w3, a2, a3 = four_bar(m, np.cos(theta1), np.sin(theta1))
-    return np.arctan2(s2, c2), np.arctan2(s3, c3), w2, w3, a2, a3
-
-
 def ideal_rod4(m: Mechanism, c3: Any, s3: Any, w3: Any) -> tuple[Any, Any, Any, Any]:
     """Return what an ideal slider makes of rod 4, from the rocker's direction cosines and rate (rad/s).
 
@@ -135,57 +128,67 @@ def rod4_from_slider(m: Mechanism, x5: float, vx5: float) -> tuple[float, float]
 
     NaN where rod 4 does not reach that far.
     """
-    _, theta3, _, w3, _, _ = four_bar_at(m, 0.0)
-    c4 = (x5 - m.Hx - m.L3 * np.cos(theta3)) / m.L4
+    _, _, c3, s3, _, w3, _, _ = four_bar(m, np.cos(m.theta0), np.sin(m.theta0))
+    c4 = (x5 - m.Hx - m.L3 * c3) / m.L4
     with np.errstate(invalid="ignore"):
         s4 = m.slider_branch * np.sqrt(1.0 - c4 * c4)
-    return float(np.arctan2(s4, c4)), float((-m.L3 * w3 * np.sin(theta3) - vx5) / (m.L4 * s4))
+    return float(np.arctan2(s4, c4)), float((-m.L3 * w3 * s3 - vx5) / (m.L4 * s4))
 
 
-def _along(start: tuple[Any, ...], arm: float, theta: Any, w: Any, a: Any) -> tuple[Any, ...]:
+Turn = tuple[Any, Any, Any, Any, Any]
+"""Of a rod: direction cosines, angle (rad), rate, second derivative."""
+
+
+def turning(theta: Any, w: Any, a: Any) -> Turn:
+    """Return a rod's motion from its angle (rad) and that angle's derivatives."""
+    return np.cos(theta), np.sin(theta), theta, w, a
+
+
+def _along(start: tuple[Any, ...], arm: float, turn: Turn) -> tuple[Any, ...]:
     """Return the motion (x, y, vx, vy, ax, ay) of the point `arm` along a rod from `start`."""
-    cos, sin = arm * np.cos(theta), arm * np.sin(theta)
+    cos, sin, _, w, a = turn
+    cos, sin, square = arm * cos, arm * sin, w * w
     x, y, vx, vy, ax, ay = start
-    return x + cos, y + sin, vx - w * sin, vy + w * cos, ax - a * sin - w * w * cos, ay + a * cos - w * w * sin
+    return x + cos, y + sin, vx - w * sin, vy + w * cos, ax - a * sin - square * cos, ay + a * cos - square * sin
 
 
-def bodies_from_angles(m: Mechanism, t: Array, angles: Any, rates: Any, seconds: Any) -> Array:
-    """Return the motion of all bodies from theta_2 .. theta_5 and their derivatives, shape (4, n) each."""
+def bodies_from_rods(m: Mechanism, t: Array, rods: tuple[Turn, Turn, Turn], slider: tuple[Any, Any, Any]) -> Array:
+    """Return the motion of all bodies from that of rod 2, rocker and rod 4; `slider`: theta_5, its derivatives."""
     out = np.zeros((5, 9, t.size))
     origin, pivot = (0.0,) * 6, (m.Hx, m.Hy, 0.0, 0.0, 0.0, 0.0)
-    crank = m.theta0 + m.omega * t, m.omega, 0.0
-    rod2, rocker, rod4, slider = ((angles[i], rates[i], seconds[i]) for i in range(4))
-    pin_B, tip = _along(pivot, m.Ls3, *rocker), _along(pivot, m.L3, *rocker)
+    crank, (rod2, rocker, rod4) = turning(m.theta0 + m.omega * t, m.omega, 0.0), rods
+    pin_B, tip = _along(pivot, m.Ls3, rocker), _along(pivot, m.L3, rocker)
     centres = (
-        _along(origin, m.Ls1, *crank),
-        _along(pin_B, m.Ls2 - m.L2, *rod2),  # reached from its far end
+        _along(origin, m.Ls1, crank),
+        _along(pin_B, m.Ls2 - m.L2, rod2),  # reached from its far end
         pin_B,
-        _along(tip, m.Ls4, *rod4),
-        _along(tip, m.L4, *rod4),
+        _along(tip, m.Ls4, rod4),
+        _along(tip, m.L4, rod4),
     )
-    for body, centre, turn in zip(out, centres, (crank, rod2, rocker, rod4, slider), strict=True):
+    turns = (crank[2:], rod2[2:], rocker[2:], rod4[2:], slider)
+    for body, centre, turn in zip(out, centres, turns, strict=True):
         for derivative in range(3):
             body[3 * derivative], body[3 * derivative + 1] = centre[2 * derivative : 2 * derivative + 2]
             body[3 * derivative + 2] = turn[derivative]
     return out
 
 
-def bodies_behind_four_bar(m: Mechanism, t: Array, q: Any, v: Any, a: Any) -> Array:
-    """Return the motion of all bodies from theta_4, theta_5 and their derivatives, shape (2, n) each."""
-    theta2, theta3, w2, w3, a2, a3 = four_bar_at(m, t)
-    return bodies_from_angles(m, t, (theta2, theta3, *q), (w2, w3, *v), (a2, a3, *a))
+def four_bar_rods(m: Mechanism, t: Any) -> tuple[Turn, Turn]:
+    """Return the motion of rod 2 and rocker at times `t` (s)."""
+    theta1 = m.theta0 + m.omega * t
+    c2, s2, c3, s3, w2, w3, a2, a3 = four_bar(m, np.cos(theta1), np.sin(theta1))
+    return (c2, s2, np.arctan2(s2, c2), w2, a2), (c3, s3, np.arctan2(s3, c3), w3, a3)
 
 
-def with_ideal_slider(m: Mechanism, theta3: Any, w3: Any, a3: Any) -> tuple[Any, Any, Any]:
-    """Return theta_4, theta_5, their rates and second derivatives where the slider is ideal."""
-    c4, s4, kappa, rest = ideal_rod4(m, np.cos(theta3), np.sin(theta3), w3)
-    none = np.zeros_like(theta3)
-    return (np.arctan2(s4, c4), none), (kappa * w3, none), (kappa * a3 + rest, none)
+def rod4_of_ideal_slider(m: Mechanism, rocker: Turn) -> Turn:
+    """Return the motion of rod 4 where the slider is ideal; nan where rod 4 does not reach its line."""
+    c3, s3, _, w3, a3 = rocker
+    c4, s4, kappa, rest = ideal_rod4(m, c3, s3, w3)
+    return c4, s4, np.arctan2(s4, c4), kappa * w3, kappa * a3 + rest
 
 
 def ideal_motion(m: Mechanism, t: Array) -> Array:
     """Return the motion of the ideal mechanism, shape (5, 9, n); nan where rod 4 does not reach its line."""
-    theta2, theta3, w2, w3, a2, a3 = four_bar_at(m, t)
+    rod2, rocker = four_bar_rods(m, t)
     with np.errstate(invalid="ignore", divide="ignore"):
-        q, v, a = with_ideal_slider(m, theta3, w3, a3)
-        return bodies_from_angles(m, t, (theta2, theta3, *q), (w2, w3, *v), (a2, a3, *a))
+        return bodies_from_rods(m, t, (rod2, rocker, rod4_of_ideal_slider(m, rocker)), (0.0, 0.0, 0.0))

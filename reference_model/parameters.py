@@ -7,8 +7,12 @@ from typing import Any, NamedTuple
 
 from reference_model.linkage import Mechanism
 
+CORNERS = ("ll", "lr", "ul", "ur")
+"""Lower/upper in the slider's y, left/right in its x."""
 LAWS = ("hertz-corners", "paper-switching", "foundation")
 """Contact laws of the slider, by their number in `Law.law` (`reference_model.laws`)."""
+HERTZ_CORNERS, PAPER_SWITCHING, FOUNDATION = 0.0, 1.0, 2.0
+"""Their numbers."""
 IMPACT_SPEEDS = ("frozen", "current")
 """What the damping refers to, by its number in `Law.memoryless`."""
 GROUPS = ("accelerations", "corners", "joints", "energy")

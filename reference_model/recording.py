@@ -10,8 +10,8 @@ import math
 from reference_model.compiled import inner
 from reference_model.contact import CONTACTS, GAP, INSIDE, MEMORY, RATE, STATES, normal_force
 from reference_model.dop853 import STAGES, Work, dense, prepare_dense
-from reference_model.equations import Model, derivative
-from reference_model.events import EVALUATIONS, RECORDED, SAMPLES, Run, note_forces
+from reference_model.equations import Model, right_hand_side
+from reference_model.events import EVALUATIONS, PARTED, RECORDED, SAMPLES, Run, note_forces
 from reference_model.linkage import Array
 from reference_model.parameters import Law
 
@@ -19,8 +19,8 @@ MARKS = 1000
 """Instants of a cycle at which channels are looked at for their extrema, beside the steps' ends: steps in
 flight are longer. What swings k times a cycle lies above the largest of these by 5e-6 k^2 of its size at most."""
 
-SAMPLE, EXTREMUM, STEP, PART = 1, 2, 4, 8
-"""What a row is for, added up: a sample; extrema; the end of a step; one of several within a step."""
+SAMPLE, EXTREMUM, STEP = 1, 2, 4
+"""What a row is for, added up: a sample; extrema; the end of a step."""
 TIME, CYCLE, PURPOSE = range(3)
 """Rows' first entries: s since the start of the cycle, start of the cycle (s), the sum above."""
 SLIDER_FROM = 3
@@ -53,7 +53,7 @@ def evaluate_inside(model: Model, law: Law, run: Run, work: Work, share: float, 
         contacts[j] = run.contacts[j]
     row[TIME], row[CYCLE] = t + share * h, run.clock[3]
     dense(run.y, work.f, share, size, state)
-    derivative(
+    right_hand_side(
         model, law, row[TIME], -1, state, run.modes, row[STATE_FROM + size :], contacts, row[SLIDER_FROM:CONTACTS_FROM]
     )
 
@@ -184,7 +184,10 @@ def record_step(model: Model, law: Law, run: Run, work: Work, t: float, h: float
         contacts = run.rows[run.counters[RECORDED], CONTACTS_FROM:INSIDE_FROM]
         for k in range(CONTACTS):
             work.parts[2 * k, j], work.parts[2 * k + 1, j] = -contacts[GAP + k], normal_force(law, contacts, k)
-        keep(run, EXTREMUM + PART)
+        row, part = run.rows[run.counters[RECORDED]], run.accelerations[run.counters[PARTED]]
+        part[0] = row[TIME] + row[CYCLE]
+        part[1], part[2], part[3] = row[SLIDER_FROM + 6], row[SLIDER_FROM + 7], row[SLIDER_FROM + 8]
+        run.counters[PARTED] += 1
     for k in range(CONTACTS if peak else 0):
         depth, force = peaks_inside(law, run.modes, k, run.contacts, work.stages)
         for what in range(2):

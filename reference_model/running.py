@@ -1,0 +1,247 @@
+"""A run: which formulation a scene gets, its start, stretch after stretch, how it ended."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from reference_model import compiled, integrate, simulation
+from reference_model.chain import Chain
+from reference_model.channels import requested
+from reference_model.dop853 import ROWS
+from reference_model.equations import Model
+from reference_model.events import (
+    COLUMNS,
+    CONTACT,
+    DEPTH,
+    END,
+    ENDED,
+    EVALUATIONS,
+    EVENTS,
+    IMPULSE,
+    PARTED,
+    PEAK,
+    RECORDED,
+    REJECTED,
+    SPEED,
+    START,
+    STEPS,
+    SWITCHES,
+    Run,
+)
+from reference_model.invariants import CONTACT_NAMES, VIOLATED, as_mapping, check, violation
+from reference_model.linkage import Array, bodies_from_rods, four_bar_rods, ideal_motion, rod4_from_slider, turning
+from reference_model.minimal import TIP_ROWS, Minimal
+from reference_model.multiplier import Linkage, press
+from reference_model.observation import Observation
+from reference_model.parameters import SCIPY_METHODS, Parameters
+from reference_model.recording import MARKS
+
+LARGEST_STEP_PER_CYCLE = 1.0 / 50.0
+"""At loose tolerances flight would allow more, which hardly samples the motion's harmonics. No event depends on
+it."""
+ROWS_AT_ONCE = 4096
+"""That are recorded before channels are made of them; more where one step holds so many samples."""
+JAMMING = 1.0
+"""Coefficient of friction up to which runs were seen to end."""
+_FAILURES = {
+    integrate.STEP_TOO_SMALL: ("step-too-small", "steps are below the round-off of time"),
+    integrate.NOT_FINITE: ("non-finite", "the motion left the range of the linkage: check clearance and start"),
+    integrate.CHATTER: ("chatter", "contacts open and close at one instant without end"),
+    integrate.STEP_LIMIT: ("work-limit", "shorten drive.cycles to less than was reached"),
+}
+
+
+class Integrator(Protocol):
+    """What moves a run on."""
+
+    name: str
+    settings: dict[str, float]
+
+    def advance(self, t_stop: float) -> int:
+        """Integrate until `t_stop` (s) is passed; return why it stopped."""
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Work so far."""
+
+
+def formulation(p: Parameters) -> tuple[Model, str]:
+    """Return the smallest formulation for a scene, or the paper's where asked for, and its name."""
+    if p.multipliers:
+        model = press(p.mechanism, ideal_slider=p.ideal_slider, baumgarte=(p.alpha, p.beta))
+        return model, f"multiplier (15 coordinates, {model.rows} multipliers)"
+    if p.ideal_pin:
+        return Minimal(p.mechanism, np.empty((TIP_ROWS, ROWS))), "minimal: rod 4 and slider (2 coordinates)"
+    if p.ideal_slider:
+        return Chain(p.mechanism, True), "minimal: rod 2 and rocker (2 coordinates)"
+    return Chain(p.mechanism, False), "minimal: rod 2, rocker, rod 4 and slider (4 coordinates)"
+
+
+def start(p: Parameters, model: Model) -> Array:
+    """Return coordinates and rates at t = 0.
+
+    All bodies are where the ideal mechanism has them, but for the slider, which starts where the scene says; y and
+    vy follow from rod 4. With clearance at A the pin is centred.
+
+    Raises
+    ------
+    ValueError
+        One line, where rod 4 does not reach.
+    """
+    m = p.mechanism
+    if not np.isfinite(ideal_motion(m, np.linspace(0.0, p.period, 1000))[3, 2]).all():
+        raise ValueError("mechanism: rod 4 is too short: it does not reach the guide all the way round")
+    theta4, w4 = rod4_from_slider(m, *p.reach)
+    if not math.isfinite(theta4):
+        raise ValueError(f"initial.slider_offset = {p.slider_offset!r} m: rod 4 does not reach that far")
+    rod2, rocker = four_bar_rods(m, np.zeros(1))
+    if isinstance(model, Minimal):
+        return np.array([theta4, p.slider_angle, w4, p.slider_omega])
+    if isinstance(model, Linkage):
+        slider = p.slider_angle, p.slider_omega, 0.0
+        bodies = bodies_from_rods(m, np.zeros(1), (rod2, rocker, turning(theta4, w4, 0.0)), slider)[:, :, 0]
+        return np.concatenate([bodies[:, :3].ravel(), bodies[:, 3:6].ravel()])
+    theta2, theta3, w2, w3 = (float(rod[i][0]) for i in (2, 3) for rod in (rod2, rocker))
+    if model.ideal_slider:
+        return np.array([theta2, theta3, w2, w3])
+    return np.array([theta2, theta3, theta4, p.slider_angle, w2, w3, w4, p.slider_omega])
+
+
+class Compiled:
+    """The compiled integrator of one run.
+
+    Parameters
+    ----------
+    p, model, state, work
+        Parameters, formulation, the run and what its steps are computed in.
+    t_end
+        s.
+    """
+
+    name = "DOP853 with located events"
+
+    def __init__(self, p: Parameters, model: Model, state: Run, work: Any, t_end: float) -> None:
+        self._p, self._model, self._state, self._work, self._t_end = p, model, state, work, t_end
+        self._largest = p.period * LARGEST_STEP_PER_CYCLE
+        self.settings = {"tolerance": p.tolerance, "largest_step_s": self._largest}
+        self._room = _room(p)
+        self._limit = round(simulation.STEPS_PER_CYCLE_LIMIT * max(1.0, p.cycles))
+
+    def advance(self, t_stop: float) -> int:
+        """Integrate until `t_stop` (s) is passed."""
+        clock = self._state.clock
+        # Where the crank's angle is not a coordinate time counts from the start of the cycle.
+        if not isinstance(self._model, Linkage):
+            passed = math.floor(clock[0] / self._p.period) * self._p.period
+            clock[0] -= passed
+            clock[3] += passed
+        return int(
+            integrate.advance(
+                self._model, self._p.law, self._state, self._work, t_stop - clock[3], self._t_end - clock[3],
+                self._p.tolerance, self._largest, self._room, self._limit,
+            )
+        )  # fmt: skip
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Work so far."""
+        places = {"steps": STEPS, "rejected": REJECTED, "rhs": EVALUATIONS, "switches": SWITCHES, "contacts": ENDED}
+        return {name: int(self._state.counters[i]) for name, i in places.items()}
+
+
+def _room(p: Parameters) -> int:
+    """Return how many rows one step may need: samples and marks in it, its parts and peaks."""
+    return math.ceil(LARGEST_STEP_PER_CYCLE * min(p.samples_per_cycle, p.samples_per_cycle * p.cycles * 50.0)) + 100
+
+
+def run(p: Parameters, times: Array, progress: Callable[[float], None] | None) -> simulation.Result:
+    """Run a scene, with samples at the times (s)."""
+    model, name = formulation(p)
+    y0, names = start(p, model), requested(p)
+    state, work = integrate.new_run(
+        model, y0, 1e-3 * LARGEST_STEP_PER_CYCLE * p.period, times, ROWS_AT_ONCE + _room(p), p.period / MARKS
+    )
+    observation = Observation(
+        model, p.mechanism, p.law, names, times, simulation.begun_cycles(p), p.period
+    )
+    integrator: Integrator
+    if p.method in SCIPY_METHODS:
+        from reference_model.scipy_solvers import ScipySolver
+
+        integrator = ScipySolver(p, model, state, times[-1])
+    else:
+        integrator = Compiled(p, model, state, work, times[-1])
+    code, events = _advance_to_end(p, integrator, state, observation, float(times[-1]), progress)
+    compiled.seal()
+    numbers = events[:, CONTACT].astype(int)
+    table = {"corner": np.array(CONTACT_NAMES)[numbers]} | {
+        column: events[:, i].copy()
+        for column, i in zip(simulation.EVENT_COLUMNS, (START, END, SPEED, IMPULSE, PEAK, DEPTH), strict=True)
+    }
+    sampled = observation.sampled
+    result = simulation.name_results(names, times[:sampled], observation.samples[:, :sampled], table, observation.extrema)
+    provenance: dict[str, Any] = {
+        "formulation": name,
+        "integrator": integrator.name,
+        "settings": integrator.settings,
+        "counters": integrator.counters,
+    }
+    if observation.drift is not None:
+        provenance["constraints"] = observation.drift
+    found = check(p, observation.worst, events, observation.drift)
+    provenance["invariants"] = as_mapping(found)
+    status, remedy = ending(code, p)
+    if status == "success" and (broken := violation(found)):
+        status, remedy = VIOLATED, broken
+    pulses = observation.pulses(table, numbers)
+    return replace(result, pulses=pulses, provenance=provenance, status=status, remedy=remedy)
+
+
+def _advance_to_end(
+    p: Parameters, integrator: Integrator, state: Run, observation: Observation, t_end: float,
+    progress: Callable[[float], None] | None,
+) -> tuple[int, Array]:  # fmt: skip
+    """Integrate stretch after stretch; return why it stopped, and the rows of the contacts by their start."""
+    reported, events, code = 0.0, [np.empty((0, COLUMNS))], integrate.BUFFER_FULL
+    # So often as a report asks for, and at the end of each cycle; a call of compiled code takes as long as a
+    # hundred steps.
+    in_cycle = 1 if progress is None else math.ceil(50.0 / p.cycles)
+    in_cycle = in_cycle if p.method in SCIPY_METHODS else min(10, in_cycle)
+    stop, now = 0, 0.0
+    while code <= integrate.BUFFER_FULL and t_end - now > 1e-12 * t_end:
+        while stop * p.period / in_cycle <= now:
+            stop += 1
+        t_stop = min(t_end, stop * p.period / in_cycle)
+        code = integrator.advance(t_stop)
+        now = state.clock[3] + state.clock[0]
+        if code != integrate.REACHED or t_end - now <= 1e-12 * t_end:
+            observation.take(state.rows[: state.counters[RECORDED]], state.accelerations[: state.counters[PARTED]])
+            events.append(state.events[: state.counters[EVENTS]].copy())
+            state.counters[RECORDED] = state.counters[PARTED] = state.counters[EVENTS] = 0
+        if progress is not None and code <= integrate.BUFFER_FULL and t_stop - reported >= 0.02 * t_end:
+            if not reported:
+                compiled.seal()  # others wait until then for what this process compiles
+            reported = t_stop
+            progress(t_stop / t_end)
+    rows = np.concatenate(events)
+    return code, rows[np.argsort(rows[:, START], kind="stable")]
+
+
+def ending(code: int, p: Parameters) -> tuple[str, str]:
+    """Return the status of a run and what to try where that is not "success".
+
+    What to try is what was seen to help (tests/contract/test_remedies.py, the study extremes), or nothing.
+    """
+    status, remedy = _FAILURES.get(code, ("success", ""))
+    if status != "success" and p.law.c_f > JAMMING:
+        # Where such a run ends, and with which status, rounding decides.
+        return status, "lower friction.coefficient to 1 or less: above it a slider can jam in its guide"
+    if status == "work-limit" and p.method in SCIPY_METHODS:
+        remedy += "; or take solver.reference.method = 'dop853'"
+    elif status == "work-limit":
+        # Damping over the frozen impact speed: of depths that no such impact reaches, it is stiff.
+        remedy += "; where a corner stays pressed deep into a wall, take solver.reference.method = 'LSODA'"
+    return status, remedy

@@ -1,0 +1,138 @@
+"""One scene in, one result out."""
+
+import math
+import platform
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference_model.channels import Extrema, requested
+from reference_model.ideal import observe_ideal
+from reference_model.linkage import Array
+from reference_model.parameters import Parameters, read_parameters
+
+STEPS_PER_CYCLE_LIMIT = 10_000_000
+"""Attempted steps and switches after which a run is stopped, some 20 s; the shipped scenes need some 2e3 a cycle
+at tolerance 1e-9, those with a clearance at the crank pin 6e3, a slider that friction jams 9e6."""
+SCIPY_STEPS_PER_CYCLE_LIMIT = 2_000_000
+"""The same for scipy's solvers, which take 0.1 (LSODA) to 0.5 ms (scipy-DOP853) a step: 3 to 17 minutes."""
+EVENT_COLUMNS = ("start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a simulation gives."""
+
+    columns: dict[str, Array]
+    """Channel -> values at the sample times, all of one length; "time" (s) first."""
+    events: dict[str, NDArray[Any]]
+    """One row a contact, ascending in start: "corner" and EVENT_COLUMNS (s, s, m/s, N s, N, m)."""
+    pulses: dict[str, NDArray[Any]]
+    """Normal forces of the contacts at the ends of steps: "row" in the events, "time" (s), "force" (N)."""
+    extrema: dict[str, dict[str, float]]
+    """Channel -> min, time_of_min, max, time_of_max over all integration steps, whatever the samples."""
+    cycle_extrema: dict[str, Array]
+    """The same of each crank cycle, such as "slider_ay_time_of_min": arrays of one length. An instant between two
+    cycles belongs to both."""
+    provenance: dict[str, Any] = field(default_factory=dict)
+    """What produced it: integrator, settings, versions, counters, wall time."""
+    status: str = "success"
+    remedy: str = ""
+    """What to try where the status is not "success"."""
+
+
+def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | None = None) -> Result:
+    """Simulate a scene with the hand-written solver.
+
+    Parameters
+    ----------
+    scene
+        Complete nested mapping in the scene format.
+    progress
+        Called with the finished share, 0 to 1, at most once per 1/50 of the run.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    ValueError
+        One line, where the scene cannot be simulated by this model.
+    """
+    started = time.perf_counter()
+    p = read_parameters(scene)
+    count = round(p.cycles * p.samples_per_cycle)
+    times = np.arange(count + 1, dtype=np.float64) * (p.period / p.samples_per_cycle)
+    if p.ideal_slider and p.ideal_pin and not p.multipliers:
+        result = _ideal(p, times)
+    else:
+        # Imported only where it is used: it brings the compiler, which takes longer than a short run.
+        from reference_model.running import run
+
+        result = run(p, times, progress)
+    result.provenance.update(
+        model="reference",
+        versions=dict(_versions()),
+        platform=f"{platform.system()} {platform.machine()} Python {platform.python_version()}",
+        wall_time_s=time.perf_counter() - started,
+        status=result.status,
+    )
+    if progress is not None:
+        progress(1.0)
+    return result
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """Return the versions of what computes a run; looking them up takes longer than a short run."""
+    return {name: version(name) for name in ("sixbar-crossval", "numpy", "scipy", "numba")}
+
+
+def _ideal(p: Parameters, times: Array) -> Result:
+    names, cycles = requested(p), begun_cycles(p)
+    values, extrema = observe_ideal(p.mechanism, names, times, cycles)
+    finite = np.isfinite(values).all(axis=0)
+    if not finite.all():
+        raise ValueError(
+            "mechanism: rod 4 is too short: it does not reach the slider's line at "
+            f"t = {times[np.argmin(finite)]:.6g} s"
+        )
+    provenance = {
+        "formulation": "closed form",
+        "integrator": "none",
+        "settings": {},
+        "counters": {"evaluations": times.size},
+    }
+    nothing = {name: np.empty(0) for name in EVENT_COLUMNS}
+    result = name_results(names, times, values, {"corner": np.empty(0, dtype=str)} | nothing, extrema)
+    return replace(result, provenance=provenance)
+
+
+def begun_cycles(p: Parameters) -> int:
+    """Return how many crank cycles a run begins."""
+    return max(1, math.ceil(p.cycles - 1e-9))
+
+
+def name_results(
+    names: list[str], times: Array, values: Array, events: dict[str, NDArray[Any]], extrema: Extrema
+) -> Result:
+    """Name what was recorded: samples (names, n) at the times (n,), contacts, extrema."""
+    keys = ("min", "time_of_min", "max", "time_of_max")
+    begun = extrema.values[extrema.begun()].reshape(-1, 4 * len(names))
+    parts = [f"{name}_{key}" for name in names for key in keys]
+    return Result(
+        columns={"time": times} | dict(zip(names, values, strict=True)),
+        events=events,
+        pulses={"row": np.empty(0, dtype=np.int64), "time": np.empty(0), "force": np.empty(0)},
+        extrema={
+            name: dict(zip(keys, row, strict=True)) for name, row in zip(names, extrema.of_all().tolist(), strict=True)
+        },
+        cycle_extrema=dict(zip(parts, begun.T.copy(), strict=True)),
+    )
