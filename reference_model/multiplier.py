@@ -56,11 +56,22 @@ class Linkage(NamedTuple):
     alpha: float
     """Baumgarte's, 1/s."""
     beta: float
+    phi: Array
+    """What a solution is computed in: (rows,), ..."""
+    rate: Array
+    gamma: Array
+    lambdas: Array
+    applied: Array
+    """... (3 n,), ..."""
+    jacobian: Array
+    """... (rows, 3 n), ..."""
+    matrix: Array
+    """... (rows, rows)."""
 
     @property
     def rows(self) -> int:
         """Number of constraints: pins, guides, drive."""
-        return 2 * len(self.joined) + 1 + 2 * len(self.guided)
+        return self.phi.size
 
 
 def assemble(
@@ -96,7 +107,8 @@ def assemble(
     -------
     Linkage
     """
-    weights = np.zeros(3 * len(bodies))
+    size, rows = 3 * len(bodies), 2 * len(pins) + 1 + 2 * len(guides)
+    weights = np.zeros(size)
     weights[1::3] = [-gravity * mass for mass, _ in bodies]
     return Linkage(
         masses=np.array([value for mass, inertia in bodies for value in (mass, mass, inertia)]),
@@ -112,6 +124,13 @@ def assemble(
         theta0=drive[2],
         alpha=baumgarte[0],
         beta=baumgarte[1],
+        phi=np.empty(rows),
+        rate=np.empty(rows),
+        gamma=np.empty(rows),
+        lambdas=np.empty(rows),
+        applied=np.empty(size),
+        jacobian=np.empty((rows, size)),
+        matrix=np.empty((rows, rows)),
     )
 
 
@@ -153,8 +172,10 @@ def end_of(
 
 
 @inner
-def constraints(model: Linkage, t: float, q: Array, v: Array, phi: Array, rate: Array, jacobian: Array, gamma: Array) -> None:
+def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
     """Evaluate the rows of Eq. 16 and what derives from them.
+
+    Writes Phi, Phi' = Phi_q v + Phi_t, gamma of Phi_q q'' = gamma, and Phi_q into the model's arrays.
 
     Parameters
     ----------
@@ -162,11 +183,8 @@ def constraints(model: Linkage, t: float, q: Array, v: Array, phi: Array, rate: 
         The linkage, time (s).
     q, v
         Coordinates and velocities, shape (3 n,).
-    phi, rate, gamma
-        Written, shape (rows,): Phi, Phi' = Phi_q v + Phi_t, and gamma of Phi_q q'' = gamma.
-    jacobian
-        Written, shape (rows, 3 n): Phi_q.
     """
+    phi, rate, gamma, jacobian = model.phi, model.rate, model.gamma, model.jacobian
     for i in range(phi.size):
         phi[i] = gamma[i] = 0.0
         for k in range(q.size):
@@ -224,36 +242,36 @@ def solve_definite(matrix: Array, right: Array) -> None:
 
 
 @inner
-def solve(model: Linkage, t: float, q: Array, v: Array, applied: Array, acceleration: Array, lambdas: Array) -> None:
+def solve(model: Linkage, t: float, q: Array, v: Array, acceleration: Array) -> None:
     """Solve Eqs. 19-21 in one state.
+
+    The forces `model.applied` (Q: weights and contact forces, N and N m) are given; `model.lambdas` (N and N m) is
+    written: -lambda is what a joint exerts on the body named first.
 
     Parameters
     ----------
     model, t, q, v
         The linkage, time (s), coordinates and velocities (3 n,).
-    applied
-        Q, shape (3 n,): weights and contact forces, N and N m.
     acceleration
         Written: q'', shape (3 n,).
-    lambdas
-        Written, shape (rows,), N and N m: -lambda is what the joint exerts on the body named first.
     """
-    rows, size, mass = lambdas.size, q.size, model.masses
-    phi, rate, gamma, matrix = np.empty(rows), np.empty(rows), np.empty(rows), np.zeros((rows, rows))
-    jacobian = np.empty((rows, size))
-    constraints(model, t, q, v, phi, rate, jacobian, gamma)
-    for i in range(rows):
-        lambdas[i] = -gamma[i] + 2.0 * model.alpha * rate[i] + model.beta * model.beta * phi[i]
-        for k in range(size):
+    lambdas, matrix, jacobian, applied, mass = model.lambdas, model.matrix, model.jacobian, model.applied, model.masses
+    constraints(model, t, q, v)
+    for i in range(lambdas.size):
+        right = -model.gamma[i] + 2.0 * model.alpha * model.rate[i] + model.beta * model.beta * model.phi[i]
+        for j in range(i + 1):
+            matrix[i, j] = 0.0
+        for k in range(q.size):
             if jacobian[i, k] != 0.0:
                 weighted = jacobian[i, k] / mass[k]
-                lambdas[i] += weighted * applied[k]
+                right += weighted * applied[k]
                 for j in range(i + 1):
                     matrix[i, j] += weighted * jacobian[j, k]
+        lambdas[i] = right
     solve_definite(matrix, lambdas)
-    for k in range(size):
+    for k in range(q.size):
         force = applied[k]
-        for i in range(rows):
+        for i in range(lambdas.size):
             force -= jacobian[i, k] * lambdas[i]
         acceleration[k] = force / mass[k]
 
@@ -275,23 +293,22 @@ def derivative(
 ) -> None:  # fmt: skip
     """Write the derivatives of coordinates and rates; see `equations.derivative`."""
     size, x = model.masses.size, 3 * model.slider
-    q, v = y[:size], y[size : 2 * size]
-    applied, damping, friction = model.weights.copy(), 0.0, 0.0
+    q, v, acceleration = y[:size], y[size : 2 * size], dy[size : 2 * size]
+    applied, damping, friction = model.applied, 0.0, 0.0
+    for i in range(size):
+        applied[i] = model.weights[i]
+        dy[i] = v[i]
     if model.clearance:
         pose = (q[x], q[x + 1], q[x + 2], v[x], v[x + 1], v[x + 2])
         Fx, Fy, M, damping, friction = slider_forces(law, pose, modes, contacts)
         applied[x] += Fx
         applied[x + 1] += Fy
         applied[x + 2] += M
-    drive = 2 * model.joined.shape[0]
-    lambdas = np.empty(drive + 1 + 2 * model.guided.size)
-    acceleration = dy[size : 2 * size]
-    solve(model, t, q, v, applied, acceleration, lambdas)
-    for i in range(size):
-        dy[i] = v[i]
+    solve(model, t, q, v, acceleration)
     for i in range(3):
         slider[i], slider[3 + i], slider[6 + i] = q[x + i], v[x + i], acceleration[x + i]
-    write_tail(dy, contacts, -lambdas[drive] * model.omega, damping, friction)
+    power = -model.lambdas[2 * model.joined.shape[0]] * model.omega
+    write_tail(dy, contacts, power, damping, friction)
 
 
 @kernel
@@ -307,12 +324,11 @@ def drift(model: Linkage, times: Array, states: Array, out: Array) -> None:
     out
         Written, shape (2, n).
     """
-    size, rows = model.masses.size, 2 * model.joined.shape[0] + 1 + 2 * model.guided.size
-    phi, rate, gamma, jacobian = np.empty(rows), np.empty(rows), np.empty(rows), np.empty((rows, size))
+    size = model.masses.size
     for i in range(times.size):
         y = states[:, i].copy()
-        constraints(model, times[i], y[:size], y[size:], phi, rate, jacobian, gamma)
+        constraints(model, times[i], y[:size], y[size:])
         out[0, i] = out[1, i] = 0.0
-        for row in range(rows):
-            out[0, i] = max(out[0, i], abs(phi[row]))
-            out[1, i] = max(out[1, i], abs(rate[row]))
+        for row in range(model.phi.size):
+            out[0, i] = max(out[0, i], abs(model.phi[row]))
+            out[1, i] = max(out[1, i], abs(model.rate[row]))
