@@ -152,12 +152,13 @@ def begin(model: Model, law: Law, run: Run, work: Work) -> None:
 def finish(law: Law, run: Run, work: Work) -> None:
     """Record the last sample if it is due, and close the contacts that still touch."""
     t = run.clock[0]
-    if run.counters[SAMPLES] == run.times.size - 1:
+    now = run.clock[3] + t
+    if run.counters[SAMPLES] == run.times.size - 1 and run.times[-1] - now <= 1e-12 * now:
         record(run, t, SAMPLE, run.y, work.k[0], run.contacts, work.slider)
         run.counters[SAMPLES] += 1
     for k in range(CONTACTS):
         if run.modes[MEMORY + k] > 0.0:
-            end_contact(law, k, run.clock[3] + t, run)
+            end_contact(law, k, now, run)
 
 
 @kernel

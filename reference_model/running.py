@@ -167,18 +167,31 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None) -
     observation = Observation(
         model, p.mechanism, p.law, names, times, simulation.begun_cycles(p), p.period
     )
+    events = [np.empty((0, COLUMNS))]
+
+    def drain() -> None:
+        """Take what is in the buffers, and empty them."""
+        counters = state.counters
+        observation.take(state.rows[: counters[RECORDED]], state.accelerations[: counters[PARTED]])
+        events.append(state.events[: counters[EVENTS]].copy())
+        counters[RECORDED] = counters[PARTED] = counters[EVENTS] = 0
+
     integrator: Integrator
     if p.method in SCIPY_METHODS:
+        # Imported only where it is used: scipy's integrators take longer to import than a short run.
         from reference_model.scipy_solvers import ScipySolver
 
-        integrator = ScipySolver(p, model, state, times[-1])
+        largest = p.period * LARGEST_STEP_PER_CYCLE
+        integrator = ScipySolver(p, model, state, work, float(times[-1]), largest, drain)
     else:
-        integrator = Compiled(p, model, state, work, times[-1])
-    code, events = _advance_to_end(p, integrator, state, observation, float(times[-1]), progress)
+        integrator = Compiled(p, model, state, work, float(times[-1]))
+    code = _advance_to_end(p, integrator, state, drain, float(times[-1]), progress)
+    rows = np.concatenate(events)
+    rows = rows[np.argsort(rows[:, START], kind="stable")]
     compiled.seal()
-    numbers = events[:, CONTACT].astype(int)
+    numbers = rows[:, CONTACT].astype(int)
     table = {"corner": np.array(CONTACT_NAMES)[numbers]} | {
-        column: events[:, i].copy()
+        column: rows[:, i].copy()
         for column, i in zip(simulation.EVENT_COLUMNS, (START, END, SPEED, IMPULSE, PEAK, DEPTH), strict=True)
     }
     sampled = observation.sampled
@@ -191,7 +204,7 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None) -
     }
     if observation.drift is not None:
         provenance["constraints"] = observation.drift
-    found = check(p, observation.worst, events, observation.drift)
+    found = check(p, observation.worst, rows, observation.drift)
     provenance["invariants"] = as_mapping(found)
     status, remedy = ending(code, p)
     if status == "success" and (broken := violation(found)):
@@ -201,16 +214,16 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None) -
 
 
 def _advance_to_end(
-    p: Parameters, integrator: Integrator, state: Run, observation: Observation, t_end: float,
+    p: Parameters, integrator: Integrator, state: Run, drain: Callable[[], None], t_end: float,
     progress: Callable[[float], None] | None,
-) -> tuple[int, Array]:  # fmt: skip
-    """Integrate stretch after stretch; return why it stopped, and the rows of the contacts by their start."""
-    reported, events, code = 0.0, [np.empty((0, COLUMNS))], integrate.BUFFER_FULL
-    # So often as a report asks for, and at the end of each cycle; a call of compiled code takes as long as a
-    # hundred steps.
-    in_cycle = 1 if progress is None else math.ceil(50.0 / p.cycles)
-    in_cycle = in_cycle if p.method in SCIPY_METHODS else min(10, in_cycle)
-    stop, now = 0, 0.0
+) -> int:  # fmt: skip
+    """Integrate stretch after stretch; return why it stopped."""
+    # So often as a report asks for, and at the end of each cycle; a call of compiled code takes as long as a hundred
+    # steps. Scipy's solvers start anew after each stretch, so that these must not depend on who listens.
+    scipy = p.method in SCIPY_METHODS
+    in_cycle = 1 if progress is None and not scipy else math.ceil(50.0 / p.cycles)
+    in_cycle = in_cycle if scipy else min(10, in_cycle)
+    stop, now, reported, code = 0, 0.0, 0.0, integrate.REACHED
     while code <= integrate.BUFFER_FULL and t_end - now > 1e-12 * t_end:
         while stop * p.period / in_cycle <= now:
             stop += 1
@@ -218,16 +231,13 @@ def _advance_to_end(
         code = integrator.advance(t_stop)
         now = state.clock[3] + state.clock[0]
         if code != integrate.REACHED or t_end - now <= 1e-12 * t_end:
-            observation.take(state.rows[: state.counters[RECORDED]], state.accelerations[: state.counters[PARTED]])
-            events.append(state.events[: state.counters[EVENTS]].copy())
-            state.counters[RECORDED] = state.counters[PARTED] = state.counters[EVENTS] = 0
+            drain()
         if progress is not None and code <= integrate.BUFFER_FULL and t_stop - reported >= 0.02 * t_end:
             if not reported:
                 compiled.seal()  # others wait until then for what this process compiles
             reported = t_stop
             progress(t_stop / t_end)
-    rows = np.concatenate(events)
-    return code, rows[np.argsort(rows[:, START], kind="stable")]
+    return code
 
 
 def ending(code: int, p: Parameters) -> tuple[str, str]:
