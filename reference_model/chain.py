@@ -1,7 +1,7 @@
 """Clearance at the crank pin A: rod 2, rocker, rod 4 and slider as an open chain from the pivot H.
 
-Free coordinates theta_2, theta_3 and, where the slider has clearance too, theta_4, theta_5. The chain is cut at
-A, where journal and bearing only touch, so its equations have no constraint:
+Free coordinates theta_2, theta_3 and, where the slider has clearance too, theta_4, theta_5. The chain is cut
+at A, where journal and bearing only touch, so its equations have no constraint:
 
     rod 2     (J2 + m2 b^2) a2 - m2 b Ls3 (n2 . n3) a3                            = Q2,  b = L2 - Ls2
     rocker    -m2 b Ls3 (n2 . n3) a2 + (J3 + (m2 + m3) Ls3^2 + (m4 + m5) L3^2) a3
@@ -29,7 +29,7 @@ ideal_rod4 = inlined(linkage.ideal_rod4)
 
 
 class Chain(NamedTuple):
-    """The formulation: a state holds theta_2 .. theta_5 (ideal slider: theta_2, theta_3), rates, integrals."""
+    """The formulation: a state holds theta_2 .. theta_5 (ideal slider: the first two), rates, integrals."""
 
     mechanism: Mechanism
     ideal_slider: bool
@@ -145,11 +145,16 @@ def journal_centre(m: Mechanism, bodies: Array) -> tuple[Any, Any]:
     return x, y
 
 
-def journal_reaction(m: Mechanism, law: Law, bodies: Array, normal: Array, friction: Array) -> tuple[Any, ...]:
-    """Return G (N), the force of the journal on rod 2, and its point P (m), from (5, 9, n) and forces (n,)."""
+def journal_reaction(
+    m: Mechanism, law: Law, bodies: Array, normal: Array, friction: Array
+) -> tuple[Any, ...]:
+    """Return G (N), the force of the journal on rod 2, and its point P (m); of bodies (5, 9, n)."""
     ex, ey = journal_centre(m, bodies)
     size = np.hypot(ex, ey)
-    nx, ny = (np.divide(e, size, out=np.full_like(size, start), where=size > 0.0) for e, start in ((ex, 1.0), (ey, 0.0)))
+    nx, ny = (
+        np.divide(e, size, out=np.full_like(size, start), where=size > 0.0)
+        for e, start in ((ex, 1.0), (ey, 0.0))
+    )
     x, y = m.L1 * np.cos(bodies[0, 2]) - ex, m.L1 * np.sin(bodies[0, 2]) - ey
     P = x + law.bearing_radius * nx, y + law.bearing_radius * ny
     return normal * nx + friction * ny, normal * ny - friction * nx, *P

@@ -1,7 +1,7 @@
 """Named channels: which of them a scene asks for, and their extrema by crank cycle.
 
-Extrema are found between rows of values at ascending times: a coordinate turns where its velocity changes sign,
-there the motion is the cubic polynomial of both; an instant between two cycles belongs to both.
+Extrema are found between rows of values at ascending times: a coordinate turns where its velocity changes
+sign, there the motion is the cubic polynomial of both; an instant between two cycles belongs to both.
 """
 
 import numpy as np
@@ -14,7 +14,9 @@ from reference_model.reactions import REACTIONS
 
 MOTION = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
 ACCELERATIONS = ("slider_ax", "slider_ay", "slider_alpha")
-CORNER_CHANNELS = tuple(f"corner_{corner}_{what}" for corner in CORNERS for what in ("gap", "normal", "friction"))
+CORNER_CHANNELS = tuple(
+    f"corner_{corner}_{what}" for corner in CORNERS for what in ("gap", "normal", "friction")
+)
 JOURNAL_CHANNELS = ("journal_x", "journal_y")
 
 
@@ -58,7 +60,11 @@ class Extrema:
             return
         for cycle in range(self._cycle_of(times[0] - slack), self._cycle_of(times[-1] + slack) + 1):
             first = np.searchsorted(times, cycle * self._period - slack) if cycle else 0
-            last = np.searchsorted(times, (cycle + 1) * self._period + slack) if cycle < cycles - 1 else times.size
+            last = (
+                np.searchsorted(times, (cycle + 1) * self._period + slack)
+                if cycle < cycles - 1
+                else times.size
+            )
             if first < last:
                 found, rows, at = self.values[cycle], values[:, first:last], np.arange(len(values))
                 lowest, highest = rows.argmin(1), rows.argmax(1)

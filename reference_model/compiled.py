@@ -1,9 +1,9 @@
 """Kernels: functions compiled by numba, and the folder on disk that keeps their code between processes.
 
 The folder is named after a hash of this package's sources and of what compiles them: numba's own cache does
-not notice that a function which a kernel *calls* has changed. Nor does it notice damage: a file cut short ends
-every later run with an error, one with a changed byte might be executed. So what was stored is listed with its
-checksums (`seal`), and what is not as listed is removed before numba looks for it.
+not notice that a function which a kernel *calls* has changed. Nor does it notice damage: a file cut short
+ends every later run with an error, one with a changed byte might be executed. So what was stored is listed
+with its checksums (`seal`), and what is not as listed is removed before numba looks for it.
 """
 
 import atexit
@@ -157,7 +157,7 @@ def inner(function: F) -> F:
 
 
 def inlined(function: F) -> F:
-    """Compile such a function into the code of its callers: constants are many, and passing them on costs more."""
+    """Compile such a function into the code of its callers, to which all constants are at hand."""
     return cast(F, numba.njit(forceinline=True, **ONLY_FROM_KERNELS)(function))
 
 

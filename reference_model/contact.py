@@ -1,11 +1,11 @@
-"""The slider's corners and sides in frozen modes: from the slider's motion to forces, moment and losses (Eqs. 1-6).
+"""The slider's corners and sides in frozen modes: from its motion to forces, moment, losses (Eqs. 1-6).
 
-Corners are numbered ll, lr, ul, ur: lower/upper in the slider's y, left/right in its x; number 4 is the journal.
-Each corner sees only the infinite wall on its side. What a contact does between two events is its *mode*:
-`MEMORY` > 0 is the impact speed frozen at its touch (0: no contact), `REGIME` its friction regime, `CLIPPED`
-whether the wall would have to pull, `INSIDE` whether its gap is closed. That differs from `MEMORY` > 0 only where
-a side is one contact (`laws.touches_as_one`), kept by the corner that touched first. Within one mode the forces
-are smooth; `reference_model.events` finds where a mode ends.
+Corners are numbered ll, lr, ul, ur: lower/upper in the slider's y, left/right in its x; number 4 is the
+journal. Each corner sees only the infinite wall on its side. What a contact does between two events is its
+*mode*: `MEMORY` > 0 is the impact speed frozen at its touch (0: no contact), `REGIME` its friction regime,
+`CLIPPED` whether the wall would have to pull, `INSIDE` whether its gap is closed. That differs from
+`MEMORY` > 0 only where a side is one contact (`laws.touches_as_one`), kept by the corner that touched first.
+Within one mode the forces are smooth; `reference_model.events` finds where a mode ends.
 """
 
 import numpy as np
@@ -24,8 +24,8 @@ MEMORY, REGIME, CLIPPED, INSIDE = range(0, 4 * CONTACTS, CONTACTS)
 """Where each part of the modes begins, shape (MODES,): that of contact k stands k later."""
 MODES = 4 * CONTACTS
 GAP, RATE, SLIP, NORMAL, FRICTION, STORED = range(0, 6 * CONTACTS, CONTACTS)
-"""Where each part of the contact states begins, shape (STATES,): m, m/s, m/s, N, N, J; the gap is positive when
-open."""
+"""Where each part of the contact states begins, shape (STATES,): m, m/s, m/s, N, N, J; the gap is positive
+when open."""
 STATES = 6 * CONTACTS
 
 WORKS = 3
@@ -74,7 +74,7 @@ def corner_arm(law: Law, k: int, c5: float, s5: float) -> tuple[float, float]:
 
 @inlined
 def corner_motion(law: Law, pose: Pose, contacts: Array) -> tuple[float, float]:
-    """Write gaps, their rates and the slips of the four corners (Eqs. 3-6); return cos and sin of the angle."""
+    """Write gaps, rates and slips of the corners (Eqs. 3-6); return cosine and sine of the angle."""
     x5, _, angle, vx5, vy5, w5 = pose
     c5, s5 = cos_sin(angle)
     for k in range(JOURNAL):
@@ -108,7 +108,9 @@ def point_contact(
 
 
 @inlined
-def slider_forces(law: Law, pose: Pose, modes: Array, contacts: Array) -> tuple[float, float, float, float, float]:
+def slider_forces(
+    law: Law, pose: Pose, modes: Array, contacts: Array
+) -> tuple[float, float, float, float, float]:
     """Evaluate both sides of the slider.
 
     Parameters

@@ -1,8 +1,8 @@
 """One step of the eighth-order Dormand-Prince method with its seventh-order dense output.
 
 E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", 2nd ed., Sec. II.5-II.6.
-The stages need only the free coordinates: the integrals behind them are quadratures, which the method's weights
-give at the same order without further evaluations.
+The stages need only the free coordinates: the integrals behind them are quadratures, which the method's
+weights give at the same order without further evaluations.
 """
 
 import math
@@ -22,8 +22,8 @@ STAGES = 12
 """Of the step; row 12 of the stage derivatives is that at its end, rows 13-15 serve the dense output."""
 ROWS = 16
 NODES = np.concatenate((STAGE_SHARES[1:], C_EXTRA, STAGE_SHARES[-1:]))
-"""Shares of a step: stages, its end, the dense output's stages. The last one is there twice, for a number that
-goes into the processor's vectors without a rest."""
+"""Shares of a step: stages, its end, the dense output's stages. The last one is there twice, for a number
+that goes into the processor's vectors without a rest."""
 VELOCITY_TIME = 1.0e-3
 """s; the error of a rate counts as the error of position that it makes in this time."""
 
@@ -63,8 +63,8 @@ class Work(NamedTuple):
 def take_step(model: Model, law: Law, t: float, h: float, y: Array, modes: Array, work: Work) -> None:
     """Advance `y` by `h` (s) from `t` in frozen modes.
 
-    Row 0 of the stage derivatives is given; written are their rows 1 to 12, the stages of the contacts, state and
-    slider at the step's end.
+    Row 0 of the stage derivatives is given; written are their rows 1 to 12, the stages of the contacts, state
+    and slider at the step's end.
     """
     k, y1, free = work.k, work.y1, y.size - TAIL
     tabulate(model, t, h, NODES)
@@ -101,7 +101,7 @@ def error_norm(h: float, k: Array, free: int, tolerance: float) -> float:
 
 @inner
 def prepare_dense(model: Model, law: Law, t: float, h: float, y: Array, modes: Array, work: Work) -> None:
-    """Compute the coefficients of the dense output over [t, t + h], right after `take_step`: three evaluations."""
+    """Compute the dense output over [t, t + h], right after `take_step`; costs three evaluations."""
     k, f = work.k, work.f
     for i in range(3):
         for m in range(y.size - TAIL):

@@ -3,8 +3,8 @@
     residual = drive + gravity - (kinetic - kinetic_0) - (contact - contact_0) - damping - friction
 
 kinetic and contact are the energies stored now, the others accumulate from t = 0. Damping and friction are
-integrated with the motion (power of the force's excess over its potential, N - dU/dd, times d'; friction force
-times slip); gravity is the bodies' change of height. Motions of the bodies have the shape (5, 9, n).
+integrated with the motion (power of the force's excess over its potential, N - dU/dd, times d'; friction
+force times slip); gravity is the bodies' change of height. Motions of the bodies have the shape (5, 9, n).
 """
 
 import numpy as np
@@ -19,7 +19,9 @@ ENERGIES = tuple(
 def kinetic_energy(m: Mechanism, bodies: Array) -> Array:
     """Return the kinetic energy of each body, J, shape (5, n)."""
     mass, inertia = np.array(m.masses)[:, None], np.array(m.inertias)[:, None]
-    return np.asarray(0.5 * mass * (bodies[:, 3] ** 2 + bodies[:, 4] ** 2) + 0.5 * inertia * bodies[:, 5] ** 2)
+    return np.asarray(
+        0.5 * mass * (bodies[:, 3] ** 2 + bodies[:, 4] ** 2) + 0.5 * inertia * bodies[:, 5] ** 2
+    )
 
 
 def height_energy(m: Mechanism, bodies: Array) -> Array:
@@ -28,7 +30,13 @@ def height_energy(m: Mechanism, bodies: Array) -> Array:
 
 
 def balance(
-    m: Mechanism, bodies: Array, start: Array, stored: Array, stored_at_start: float, works: Array, driven: int
+    m: Mechanism,
+    bodies: Array,
+    start: Array,
+    stored: Array,
+    stored_at_start: float,
+    works: Array,
+    driven: int,
 ) -> Array:
     """Return the energies in the order of `ENERGIES`, shape (7, n).
 
@@ -41,8 +49,8 @@ def balance(
     works
         Work of the drive, losses by damping and by friction so far, J, shape (3, n).
     driven
-        Number of bodies (from the crank) whose motion is prescribed: the drive's work as integrated is then what
-        they pass on at the pin C, and what they take up themselves is added here.
+        Number of bodies (from the crank) whose motion is prescribed: the drive's work as integrated is then
+        what they pass on at the pin C, and what they take up themselves is added here.
     """
     kinetic, height = kinetic_energy(m, bodies), height_energy(m, bodies)
     kinetic0, height0 = kinetic_energy(m, start), height_energy(m, start)

@@ -1,8 +1,8 @@
 """One interface to the equations of motion of all formulations.
 
 Which of them stands for a function of this module follows, when a kernel is compiled, from the type of the
-model: numba compiles the integrator once for each that is used, so a scene pays only for the coordinates that it
-leaves free. The functions themselves are stubs, for names, arguments and types.
+model: numba compiles the integrator once for each that is used, so a scene pays only for the coordinates that
+it leaves free. The functions themselves are stubs, for names, arguments and types.
 """
 
 from collections.abc import Callable
@@ -69,8 +69,8 @@ def _tabulate(model, t, h, nodes) -> Callable[..., Any]:  # type: ignore[no-unty
 
 
 @numba.extending.overload(derivative, jit_options={**ONLY_FROM_KERNELS, "forceinline": True}, strict=False)
-def _derivative(model, law, t, node, y, modes, dy, contacts, slider) -> Callable[..., Any]:  # type: ignore[no-untyped-def]
-    return _MODULES[model.instance_class].derivative
+def _derivative(*arguments: Any) -> Callable[..., Any]:
+    return _MODULES[arguments[0].instance_class].derivative
 
 
 @inner

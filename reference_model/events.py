@@ -1,12 +1,11 @@
 """Events: where in a step the first mode ends, and how the modes change there.
 
-A mode ends where one of its margins (`reference_model.margins`) turns negative: first touch, separation, a force
-that would turn to a pull, a kink of the friction. Every margin that the stages leave open is followed through
-the step on the dense output, in intervals on which it either certainly keeps its sign or certainly changes it
-once (`reference_model.isolation`), and that zero is located. At a touch the impact speed is frozen.
+A mode ends where one of its margins (`reference_model.margins`) turns negative: first touch, separation, a
+force that would turn to a pull, a kink of the friction. Every margin that the stages leave open is followed
+through the step on the dense output, in intervals on which it either certainly keeps its sign or certainly
+changes it once (`reference_model.isolation`), and that zero is located. At a touch the impact speed is frozen.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +26,6 @@ from reference_model.contact import (
     is_of_side,
     normal_force,
     other_corner,
-    side_motion,
 )
 from reference_model.dop853 import STAGES, Work, dense
 from reference_model.equations import Model, motion
@@ -68,7 +66,8 @@ class Run(NamedTuple):
     """Everything the integration carries from one call to the next, arrays only."""
 
     clock: Array
-    """(4,): time since the start of the present cycle, next step, last step in free flight, start of the cycle; s.
+    """(4,): time since the start of the present cycle, next step, last step in free flight, start of the
+    cycle; s.
 
     Rounding of a time far from zero would move the mechanism by its speed times that, and a corner that has
     just left its wall back into it.
@@ -97,8 +96,8 @@ class Run(NamedTuple):
 def first_end(model: Model, law: Law, t: float, h: float, run: Run, work: Work) -> tuple[float, int]:
     """Return share of the step and place of the margin that first turns negative; place NONE: there is none.
 
-    Of the margins that `work.unsettled` names, in the step from `t` (s) of length `h` whose dense output is in
-    `work`.
+    Of the margins that `work.unsettled` names, in the step from `t` (s) of length `h` whose dense output is
+    in `work`.
     """
     modes, scales, values, contacts = run.modes, work.scales, work.values, work.contacts
     lo, width = 0.0, 1.0
@@ -118,11 +117,16 @@ def first_end(model: Model, law: Law, t: float, h: float, run: Run, work: Work) 
         for place in range(CONTACTS * MARGINS):
             if work.unsettled[place]:
                 column = values[place]
-                # A mode that has just begun starts at zero but for rounding, and can turn right before it ends.
-                # Not so an open contact that goes deeper into its wall than it is located to, whether or not it
-                # comes out again within the step: it starts at its wall and approaches, and ends at once.
+                # A mode that has just begun starts at zero but for rounding, and can turn right before it
+                # ends. Not so an open contact that goes deeper into its wall than it is located to, whether
+                # or not it comes out again within the step: it starts at its wall and approaches, and ends at
+                # once.
                 starting = lo == 0.0 and column[0] <= ROUNDING
-                if place % MARGINS == GATE and modes[INSIDE + place // MARGINS] == 0.0 and dips(column, DEEPEST):
+                if (
+                    place % MARGINS == GATE
+                    and modes[INSIDE + place // MARGINS] == 0.0
+                    and dips(column, DEEPEST)
+                ):
                     starting = False
                 verdict = classify(column, starting, RESOLUTION)
                 at_share = 2.0
@@ -184,7 +188,9 @@ def start_contact(law: Law, k: int, t: float, rate: float, slip: float, contacts
 def end_contact(law: Law, k: int, t: float, run: Run) -> None:
     """Write the event row of contact `k` and free it."""
     row = run.events[run.counters[EVENTS]]
-    for i in range(COLUMNS):  # in a loop: for the same in one line numba compiles how to put its error into words
+    for i in range(
+        COLUMNS
+    ):  # in a loop: for the same in one line numba compiles how to put its error into words
         row[i] = run.open_contacts[k, i]
     row[END], row[IMPULSE] = t, impulse(law, k, run.y) - row[IMPULSE]
     run.counters[EVENTS] += 1

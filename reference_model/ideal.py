@@ -51,7 +51,11 @@ def _extrema_to(m: Mechanism, names: list[str], end: float) -> Array:
     """
     interval = 2.0 * np.pi / abs(m.omega) / MARKS
     times = np.append(interval * np.arange(math.ceil(end / interval - 1e-9)), end)
-    (channels, _), rows, found = _observe(m, names, times, 0.0), np.arange(len(names)), np.empty((len(names), 4))
+    (channels, _), rows, found = (
+        _observe(m, names, times, 0.0),
+        np.arange(len(names)),
+        np.empty((len(names), 4)),
+    )
     for column, at in ((0, channels.argmin(1)), (2, channels.argmax(1))):
         middle = np.clip(at, 1, max(times.size - 3, 1))  # the last interval may be shorter
         before, value, after = (channels[rows, np.minimum(middle + by, times.size - 1)] for by in (-1, 0, 1))
@@ -68,7 +72,7 @@ def _torque(m: Mechanism, motion: Array) -> Array:
 
 
 def _observe(m: Mechanism, names: list[str], times: Array, work: float) -> tuple[Array, float]:
-    """Return the channels, shape (names, n), and the drive's work, J; `work`: that up to the first of `times`."""
+    """Return the channels (names, n), and the drive's work, J; `work`: that up to the first time."""
     motion = ideal_motion(m, times)
     found = dict(zip(MOTION + ACCELERATIONS, motion[4], strict=True))
     if REACTIONS[0] in names:
@@ -77,7 +81,10 @@ def _observe(m: Mechanism, names: list[str], times: Array, work: float) -> tuple
         half = np.diff(times) / 2.0
         nodes = (times[:-1] + half)[:, None] + half[:, None] * _NODES
         power = m.omega * _torque(m, ideal_motion(m, nodes.ravel()))[_TORQUE].reshape(nodes.shape)
-        drive, none = work + np.concatenate([[0.0], np.cumsum(half * (power @ _WEIGHTS))]), np.zeros(times.size)
+        drive, none = (
+            work + np.concatenate([[0.0], np.cumsum(half * (power @ _WEIGHTS))]),
+            np.zeros(times.size),
+        )
         start = ideal_motion(m, np.zeros(1))
         energies = balance(m, motion, start, none, 0.0, np.stack([drive, none, none]), 0)
         found |= zip(ENERGIES, energies, strict=True)

@@ -1,8 +1,8 @@
 """Adaptive integration with located contact events.
 
-Every step is taken in frozen modes, so the method sees a smooth right-hand side; a step in which a mode ends is
-taken again up to the located instant. The kernel works in stretches: it returns when it has passed `t_stop`, when
-a buffer is full, or when it fails, and can be called again with the same `Run`.
+Every step is taken in frozen modes, so the method sees a smooth right-hand side; a step in which a mode ends
+is taken again up to the located instant. The kernel works in stretches: it returns when it has passed
+`t_stop`, when a buffer is full, or when it fails, and can be called again with the same `Run`.
 """
 
 import math
@@ -35,8 +35,8 @@ from reference_model.events import (
     EVALUATIONS,
     EVENT_BUFFER,
     EVENTS,
-    PARTED,
     PART_BUFFER,
+    PARTED,
     RECORDED,
     REJECTED,
     ROUNDING,
@@ -104,9 +104,9 @@ def first_step_in_contact(law: Law, k: int, speed: float, contacts: Array, toler
 def step_before_separation(law: Law, modes: Array, contacts: Array, h: float, tolerance: float) -> float:
     """Return the step to take instead of `h` (s) where a contact will open within it.
 
-    The force K d^1.5 is not smooth where it ends either; a step across that instant fails, and again when it is
-    shortened. The instant is foreseen from depth and rate: the steps towards it shorten in proportion to what
-    is left, until what is left is as short as a first step.
+    The force K d^1.5 is not smooth where it ends either; a step across that instant fails, and again when it
+    is shortened. The instant is foreseen from depth and rate: the steps towards it shorten in proportion to
+    what is left, until what is left is as short as a first step.
     """
     for k in range(CONTACTS):
         if is_of_side(law, k) and modes[INSIDE + other_corner(k)] > 0.0:
@@ -163,10 +163,10 @@ def finish(law: Law, run: Run, work: Work) -> None:
 
 @kernel
 def advance(
-    model: Model, law: Law, run: Run, work: Work, t_stop: float, t_end: float, tolerance: float, largest: float,
-    room: int, limit: int,
+    model: Model, law: Law, run: Run, work: Work, t_stop: float, t_end: float, tolerance: float, largest:
+    float, room: int, limit: int,
 ) -> int:  # fmt: skip
-    """Integrate until `t_stop` is passed, never beyond `t_end`; there, and after a failure, the run is finished.
+    """Integrate until `t_stop` is passed, never beyond `t_end`; there, or after a failure, finish the run.
 
     Parameters
     ----------
@@ -280,13 +280,13 @@ def advance(
     return status
 
 
-def new_run(model: Model, y0: Array, first_step: float, times: Array, capacity: int, interval: float) -> tuple[Run, Work]:
+def new_run(y0: Array, first_step: float, times: Array, capacity: int, interval: float) -> tuple[Run, Work]:
     """Return a run at t = 0 from coordinates and rates `y0`, and what its steps are computed in.
 
     Parameters
     ----------
-    model, y0
-        Formulation; its coordinates and rates.
+    y0
+        Coordinates and rates.
     first_step
         s.
     times

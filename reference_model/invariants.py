@@ -1,9 +1,9 @@
 """Whether a run kept what every correct run keeps: its invariants, their worst values and their bounds.
 
-The values are taken from the contacts' states at the ends of accepted steps (`reference_model.observation`), not
-from what located the events. How deep an open contact is inside its wall is taken from the samples too: within a
-step they show a contact that was stepped over. A run in which one is outside its bound gets the status
-`invariant-violated`.
+The values are taken from the contacts' states at the ends of accepted steps (`reference_model.observation`),
+not from what located the events. How deep an open contact is inside its wall is taken from the samples too:
+within a step they show a contact that was stepped over. A run in which one is outside its bound gets the
+status `invariant-violated`.
 """
 
 from typing import Any, NamedTuple
@@ -32,19 +32,19 @@ _WHAT = {
     "constraint-velocity": "the constraints' rates are violated",
 }
 USUAL_ACCELERATION = 2.5e5
-"""m/s^2, of a corner: what the hardest contact of 150 random scenes gives it. A touch so slow that its location
-is past the turning point of the gap may be met as late as it is located, by then leaving at sqrt(2 a d): 1e-3 m/s
-where it is located to LOCATED. A light part is accelerated more by the same force."""
+"""m/s^2, of a corner: what the hardest contact of 150 random scenes gives it. A touch so slow that its
+location is past the turning point of the gap may be met as late as it is located, by then leaving at sqrt(2 a
+d): 1e-3 m/s where it is located to LOCATED. A light part is accelerated more by the same force."""
 ENERGY_BOUND = 1e-4
 """At a usual tolerance, proportional to it beyond. There the worst of 400 random scenes of two cycles has
 2.3e-5."""
 USUAL_TOLERANCE = 1e-8
 DRIFT = 1e-6
-"""m, with Baumgarte's terms and a controlled local error. The worst of 40 random scenes has 5e-12 m at the usual
-tolerance; more than this would show in the clearances themselves."""
+"""m, with Baumgarte's terms and a controlled local error. The worst of 40 random scenes has 5e-12 m at the
+usual tolerance; more than this would show in the clearances themselves."""
 UNCONTROLLED_DRIFT = 1e-3
-"""m, where the scene asks for no stabilization, for gains that are stiff themselves, or for scipy's solvers: then
-the drift is what its settings make of it, but still no more than the parts' clearances."""
+"""m, where the scene asks for no stabilization, for gains that are stiff themselves, or for scipy's solvers:
+then the drift is what its settings make of it, but still no more than the parts' clearances."""
 STIFF_GAIN = 1e3
 """1/s."""
 REMEDY = (
@@ -85,8 +85,8 @@ def check(
     law, scipy, none = p.law, p.method != "dop853", (0.0, 0.0, -1)
     # A step may hold the whole peak of a contact: its ends show less.
     force = max(worst.get("force", none)[0], float(events[:, PEAK].max(initial=0.0)))
-    # By which a speed may exceed its limit where a mode ends, m/s: located to that, or as far as the dense output
-    # of LSODA is from the ends of its steps.
+    # By which a speed may exceed its limit where a mode ends, m/s: located to that, or as far as the dense
+    # output of LSODA is from the ends of its steps.
     excess = 10.0 * (p.tolerance / VELOCITY_TIME if scipy else LOCATED_SPEED)
     # By which a contact is met too late: scipy's solvers locate it as accurately as they end their steps.
     depth = 10.0 * p.tolerance if scipy else LOCATED

@@ -1,8 +1,8 @@
 """Clearance at the crank pin A: a journal on the crank in a bearing of rod 2 (Figs. 7 and 8).
 
 The paper gives no formulas. e runs from the bearing's centre A' to the journal's A; the gap is c - |e|, the
-normal n = e / |e|. Both forces act at the bearing's surface point P = A' + R_b n, with the point law of Eqs. 9-11
-for the conformal pair and the friction of Eqs. 12-13 on the relative velocity of the two materials at P.
+normal n = e / |e|. Both forces act at the bearing's surface point P = A' + R_b n, with the point law of Eqs.
+9-11 for the conformal pair and the friction of Eqs. 12-13 on the relative velocity of the two materials at P.
 """
 
 import math
@@ -44,7 +44,9 @@ def journal_motion(
 
 
 @inlined
-def journal_force(law: Law, modes: Array, nx: float, ny: float, contacts: Array) -> tuple[float, float, float, float]:
+def journal_force(
+    law: Law, modes: Array, nx: float, ny: float, contacts: Array
+) -> tuple[float, float, float, float]:
     """Write the journal's forces, from its motion.
 
     Returns

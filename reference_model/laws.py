@@ -1,9 +1,9 @@
 """Contact laws: each an object of one side of the slider, that is of two corners, and a number in `Law.law`.
 
-A law gives the elastic forces f_1, f_2 at the two corners of a side from their depths, and the potential U that
-they derive from (`side_force`); whether the damping of Eq. 11 applies (`is_damped`); and whether the corners
-touch each by itself, or the side as one contact (`touches_as_one`), whose force f_1 + f_2 has one memory of the
-impact speed, one damping and one friction.
+A law gives the elastic forces f_1, f_2 at the two corners of a side from their depths, and the potential U
+that they derive from (`side_force`); whether the damping of Eq. 11 applies (`is_damped`); and whether the
+corners touch each by itself, or the side as one contact (`touches_as_one`), whose force f_1 + f_2 has one
+memory of the impact speed, one damping and one friction.
 
 HERTZ_CORNERS
     U = K d1^(n+1)/(n+1) + K d2^(n+1)/(n+1): every penetrating corner by itself (Eqs. 9-11).
@@ -18,10 +18,11 @@ FOUNDATION
 
         d2 < 0 < d1     U = K_s d1^3 / (6 (d1 - d2)),    f1 + f2 = K_s d1 q/2,    f2 = (f1 + f2) q/3
 
-    f_i = dU/dd_i are the forces at the corners, also at the one outside, that are statically equivalent to the
-    pressure. U is convex and twice continuously differentiable; its third derivatives jump where the second
-    corner goes in or out, which the integrators locate. It goes by the signs of the depths, not by the located
-    modes: a trial step across such an instant, behind which the triangle's formulas have a pole, stays bounded.
+    f_i = dU/dd_i are the forces at the corners, also at the one outside, that are statically equivalent to
+    the pressure. U is convex and twice continuously differentiable; its third derivatives jump where the
+    second corner goes in or out, which the integrators locate. It goes by the signs of the depths, not by the
+    located modes: a trial step across such an instant, behind which the triangle's formulas have a pole,
+    stays bounded.
 """
 
 import math

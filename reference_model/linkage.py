@@ -149,11 +149,20 @@ def _along(start: tuple[Any, ...], arm: float, turn: Turn) -> tuple[Any, ...]:
     cos, sin, _, w, a = turn
     cos, sin, square = arm * cos, arm * sin, w * w
     x, y, vx, vy, ax, ay = start
-    return x + cos, y + sin, vx - w * sin, vy + w * cos, ax - a * sin - square * cos, ay + a * cos - square * sin
+    return (
+        x + cos,
+        y + sin,
+        vx - w * sin,
+        vy + w * cos,
+        ax - a * sin - square * cos,
+        ay + a * cos - square * sin,
+    )
 
 
-def bodies_from_rods(m: Mechanism, t: Array, rods: tuple[Turn, Turn, Turn], slider: tuple[Any, Any, Any]) -> Array:
-    """Return the motion of all bodies from that of rod 2, rocker and rod 4; `slider`: theta_5, its derivatives."""
+def bodies_from_rods(
+    m: Mechanism, t: Array, rods: tuple[Turn, Turn, Turn], slider: tuple[Any, Any, Any]
+) -> Array:
+    """Return the motion of all bodies; `slider`: theta_5 and its derivatives."""
     out = np.zeros((5, 9, t.size))
     origin, pivot = (0.0,) * 6, (m.Hx, m.Hy, 0.0, 0.0, 0.0, 0.0)
     crank, (rod2, rocker, rod4) = turning(m.theta0 + m.omega * t, m.omega, 0.0), rods

@@ -1,4 +1,4 @@
-"""Margins: what stays positive while the mode of a contact lasts, and a cheap proof that they do within a step.
+"""Margins: what stays positive while the mode of a contact lasts, and a cheap proof that it does.
 
 ======  ==========================  ==========================================  =======
 number  margin                      lasts while                                 unit
@@ -9,16 +9,16 @@ LOWER   slip - lower                the friction stays in its regime            
 UPPER   upper - slip                the friction stays in its regime            m/s
 ======  ==========================  ==========================================  =======
 
-Where a side is one contact every corner has a gap to go in or out by; the corner that keeps the contact has the
-other margins, with gap' and slip of the resultant's point. A law without memory never pulls. The journal's gap
-c - |e| has a kink where the pin is centred; in its place stands (c^2 - e^2) / 2 c, which has the same zero, slope
-and sign and is smooth.
+Where a side is one contact every corner has a gap to go in or out by; the corner that keeps the contact has
+the other margins, with gap' and slip of the resultant's point. A law without memory never pulls. The
+journal's gap c - |e| has a kink where the pin is centred; in its place stands (c^2 - e^2) / 2 c, which has
+the same zero, slope and sign and is smooth.
 
 Most steps are settled by their stages, without dense output (`unsettled`). A gap is compared with the cubic
-Hermite polynomial of both ends, a rate or slip with the straight line. What the interior stages deviate from it,
-over the shape 16 x^2 (1 - x)^2 or 4 x (1 - x) of such an interpolant's error, estimates that error; twice the
-largest is taken off, and the Bernstein coefficients of what is left must be positive. Where the stages are less
-accurate than the step's end, more steps than necessary are looked at closely.
+Hermite polynomial of both ends, a rate or slip with the straight line. What the interior stages deviate from
+it, over the shape 16 x^2 (1 - x)^2 or 4 x (1 - x) of such an interpolant's error, estimates that error; twice
+the largest is taken off, and the Bernstein coefficients of what is left must be positive. Where the stages
+are less accurate than the step's end, more steps than necessary are looked at closely.
 """
 
 import math
@@ -123,8 +123,8 @@ def pull_scale(law: Law, contacts: Array, k: int) -> float:
     """Return a factor that makes the pull of a side round no more than other margins.
 
     A change of depth moves the resultant's point by up to a third of that over |d1| + |d2|, as a share of the
-    side; so the rounding of depths, 1e-16 m, moves the pull's margin by more than what counts as zero where the
-    side is hardly inside.
+    side; so the rounding of depths, 1e-16 m, moves the pull's margin by more than what counts as zero where
+    the side is hardly inside.
     """
     if not is_of_side(law, k):
         return 1.0
@@ -153,7 +153,9 @@ def gap_is_settled(law: Law, modes: Array, k: int, h: float, before: Array, stag
 
 
 @inner
-def speed_is_settled(law: Law, modes: Array, k: int, number: int, scale: float, before: Array, stages: Array) -> bool:
+def speed_is_settled(
+    law: Law, modes: Array, k: int, number: int, scale: float, before: Array, stages: Array
+) -> bool:
     """Return whether one of the other margins certainly stays positive within a step."""
     p0 = margin(law, modes, k, number, before, scale)
     if p0 == math.inf:
@@ -169,7 +171,9 @@ def speed_is_settled(law: Law, modes: Array, k: int, number: int, scale: float, 
 
 
 @inner
-def unsettled(law: Law, modes: Array, h: float, before: Array, stages: Array, scales: Array, open_: Array) -> bool:
+def unsettled(
+    law: Law, modes: Array, h: float, before: Array, stages: Array, scales: Array, open_: Array
+) -> bool:
     """Return whether it is not certain that all modes last throughout a step of `h` (s).
 
     Parameters

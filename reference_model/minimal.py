@@ -32,7 +32,8 @@ class Minimal(NamedTuple):
 
     mechanism: Mechanism
     table: Array
-    """(TIP_ROWS, n): cosine and sine of the crank's angle, and the tip, at the nodes of a step (`tabulate`)."""
+    """(TIP_ROWS, n): cosine and sine of the crank's angle, and the tip, at the nodes of a step
+    (`tabulate`)."""
 
 
 @inlined
@@ -53,8 +54,8 @@ def tip_from_crank(m: Mechanism, c1: float, s1: float) -> Tip:
 def tabulate(model: Minimal, t: float, h: float, nodes: Array) -> None:
     """Write the tip at all times t + nodes h (s), the same to the last bit as `rocker_tip`.
 
-    The processor takes four of them at once: half of what a step costs. For that the rows stand by themselves,
-    and the compiler knows no length.
+    The processor takes four of them at once: half of what a step costs. For that the rows stand by
+    themselves, and the compiler knows no length.
     """
     m, table = model.mechanism, model.table
     cosine, sine, Cx, Cy = table[0], table[1], table[2], table[3]

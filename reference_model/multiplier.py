@@ -6,9 +6,10 @@ q_i = (x_i, y_i, theta_i). With Phi(q, t) = 0 the rows of Eq. 16,
 
 A planar linkage is described by lists (`assemble`): bodies, pins, ideal guides, one drive; and the body whose
 four corners are in a guide with clearance. A pin between bodies i and j gives the rows
-r_i + R_i a - r_j - R_j b = 0 with arms a, b in the bodies' own frames (for the frame, j = -1, b is a fixed point),
-a guide x_i - line = 0 and theta_i = 0, the drive theta_i - omega t - theta0 = 0. `press` lists the press, its rows
-in the paper's order; the paper's print of rows 7-13 is corrected: as printed the rods would not close.
+r_i + R_i a - r_j - R_j b = 0 with arms a, b in the bodies' own frames (for the frame, j = -1, b is a fixed
+point), a guide x_i - line = 0 and theta_i = 0, the drive theta_i - omega t - theta0 = 0. `press` lists the
+press, its rows in the paper's order; the paper's print of rows 7-13 is corrected: as printed the rods would
+not close.
 """
 
 import math
@@ -29,7 +30,7 @@ Point = tuple[float, float]
 
 
 class Linkage(NamedTuple):
-    """The formulation: a state holds x, y, theta of all bodies, their rates, and the integrals behind them."""
+    """The formulation: a state holds x, y, theta of all bodies, their rates, and integrals."""
 
     masses: Array
     """The diagonal of M, shape (3 n,), kg and kg m^2."""
@@ -245,8 +246,8 @@ def solve_definite(matrix: Array, right: Array) -> None:
 def solve(model: Linkage, t: float, q: Array, v: Array, acceleration: Array) -> None:
     """Solve Eqs. 19-21 in one state.
 
-    The forces `model.applied` (Q: weights and contact forces, N and N m) are given; `model.lambdas` (N and N m) is
-    written: -lambda is what a joint exerts on the body named first.
+    The forces `model.applied` (Q: weights and contact forces, N and N m) are given; `model.lambdas` (N and N
+    m) is written: -lambda is what a joint exerts on the body named first.
 
     Parameters
     ----------
@@ -255,7 +256,13 @@ def solve(model: Linkage, t: float, q: Array, v: Array, acceleration: Array) -> 
     acceleration
         Written: q'', shape (3 n,).
     """
-    lambdas, matrix, jacobian, applied, mass = model.lambdas, model.matrix, model.jacobian, model.applied, model.masses
+    lambdas, matrix, jacobian, applied, mass = (
+        model.lambdas,
+        model.matrix,
+        model.jacobian,
+        model.applied,
+        model.masses,
+    )
     constraints(model, t, q, v)
     for i in range(lambdas.size):
         right = -model.gamma[i] + 2.0 * model.alpha * model.rate[i] + model.beta * model.beta * model.phi[i]

@@ -147,14 +147,18 @@ class Observation:
     def _energies(self, rows: Array, bodies: Array) -> Array:
         works = np.split(rows[STATE_FROM:], 2)[0][-WORKS:]
         stored, at_start = (
-            each[CONTACTS_FROM + STORED : CONTACTS_FROM + STORED + CONTACTS].sum(0) for each in (rows, self._start)
+            each[CONTACTS_FROM + STORED : CONTACTS_FROM + STORED + CONTACTS].sum(0)
+            for each in (rows, self._start)
         )
         driven = 3 if isinstance(self._model, Minimal) else 0
         return balance(self._m, bodies, self._bodies(self._start), stored, float(at_start[0]), works, driven)
 
     def _channels(self, rows: Array) -> Array:
         """Return the wanted channels, shape (names, n)."""
-        names, found = set(self._names), dict(zip(MOTION + ACCELERATIONS, rows[SLIDER_FROM:CONTACTS_FROM], strict=True))
+        names, found = (
+            set(self._names),
+            dict(zip(MOTION + ACCELERATIONS, rows[SLIDER_FROM:CONTACTS_FROM], strict=True)),
+        )
         contacts = rows[CONTACTS_FROM:INSIDE_FROM]
         if CORNER_CHANNELS[0] in names:
             for k in range(JOURNAL):
@@ -193,7 +197,7 @@ class Observation:
         self._last = motion[:, -1:]
 
     def _widen_parts(self, accelerations: Array) -> None:
-        """Widen the extrema of accelerations by parabolas through three of the `PARTS` of each step with a peak."""
+        """Widen the extrema of accelerations by parabolas through three of the `PARTS` of a step."""
         times, *parted = (column.reshape(-1, PARTS) for column in accelerations.T)
         steps, h = np.arange(len(times)), (times[:, -1] - times[:, 0]) / (PARTS - 1)
         for i, name in enumerate(ACCELERATIONS if len(times) and ACCELERATIONS[0] in self._names else ()):

@@ -1,4 +1,4 @@
-"""The scene's numbers in the paper's symbols, read from a plain mapping: what this model simulates, checked once."""
+"""The scene's numbers in the paper's symbols, read from a plain mapping and checked once."""
 
 import math
 from collections.abc import Mapping
@@ -173,7 +173,9 @@ def _require_known(scene: Mapping[str, Any], groups: frozenset[str], formulation
     """Raise where a choice is none of this model's."""
     joints, contact = scene["joints"], scene["contact"]
     if contact["law"] == "strip":
-        raise ValueError("contact.law = 'strip' is no longer simulated; use 'foundation', the paper's surface")
+        raise ValueError(
+            "contact.law = 'strip' is no longer simulated; use 'foundation', the paper's surface"
+        )
     for key, value, known in (
         ("joints.slider", joints["slider"], ("clearance", "ideal")),
         ("joints.crank_pin", joints["crank_pin"], ("clearance", "ideal")),
@@ -238,7 +240,9 @@ def _read_law(scene: Mapping[str, Any], guide: float) -> Law:
         pin_clearance=pin,
         bearing_radius=bearing,
         # Journal and bearing are both of the guide's material, and conformal: R = R_j R_b / (R_b - R_j).
-        Kj=point_stiffness(2.0 * _compliance(contact, "guide"), journal * bearing / pin) if pin > 0.0 else math.inf,
+        Kj=point_stiffness(2.0 * _compliance(contact, "guide"), journal * bearing / pin)
+        if pin > 0.0
+        else math.inf,
         pin_mass=float(rod2["mass"]),
         pin_arm=float(rod2["length"]),
     )

@@ -1,7 +1,7 @@
 """Joint reactions and the motor's torque by inverse dynamics, body after body.
 
-What a joint exerts on its higher-numbered body, in the fixed frame. From the slider inwards each body's balance of
-forces and moments gives the next joint; rod 2 and the rocker share the two unknowns at B.
+What a joint exerts on its higher-numbered body, in the fixed frame. From the slider inwards each body's
+balance of forces and moments gives the next joint; rod 2 and the rocker share the two unknowns at B.
 """
 
 from typing import Any

@@ -17,7 +17,8 @@ from reference_model.parameters import Law
 
 MARKS = 1000
 """Instants of a cycle at which channels are looked at for their extrema, beside the steps' ends: steps in
-flight are longer. What swings k times a cycle lies above the largest of these by 5e-6 k^2 of its size at most."""
+flight are longer. What swings k times a cycle lies above the largest of these by 5e-6 k^2 of its size at
+most."""
 
 SAMPLE, EXTREMUM, STEP = 1, 2, 4
 """What a row is for, added up: a sample; extrema; the end of a step."""
@@ -54,7 +55,15 @@ def evaluate_inside(model: Model, law: Law, run: Run, work: Work, share: float, 
     row[TIME], row[CYCLE] = t + share * h, run.clock[3]
     dense(run.y, work.f, share, size, state)
     right_hand_side(
-        model, law, row[TIME], -1, state, run.modes, row[STATE_FROM + size :], contacts, row[SLIDER_FROM:CONTACTS_FROM]
+        model,
+        law,
+        row[TIME],
+        -1,
+        state,
+        run.modes,
+        row[STATE_FROM + size :],
+        contacts,
+        row[SLIDER_FROM:CONTACTS_FROM],
     )
 
 
@@ -86,8 +95,8 @@ def record(run: Run, t: float, purpose: int, y: Array, dy: Array, contacts: Arra
 def peaks_inside(law: Law, modes: Array, k: int, before: Array, stages: Array) -> tuple[bool, bool]:
     """Return whether depth and force of contact `k` peak within a step.
 
-    The force as its stages say: one that peaks next to an end, before the first or after the last of them, has
-    that end stand for it, up to 1e-4 of it short.
+    The force as its stages say: one that peaks next to an end, before the first or after the last of them,
+    has that end stand for it, up to 1e-4 of it short.
     """
     depth = modes[INSIDE + k] > 0.0 and before[RATE + k] < 0.0 < stages[STAGES, RATE + k]
     if modes[MEMORY + k] == 0.0:
@@ -130,10 +139,8 @@ def top(values: Array) -> float:
 
 
 @inner
-def peak_share(
-    model: Model, law: Law, run: Run, work: Work, k: int, force: int, t: float, h: float
-) -> float:
-    """Return the share of a step at which force or depth of contact `k` is largest, from the parts of the step."""
+def peak_share(model: Model, law: Law, run: Run, work: Work, k: int, force: int, t: float, h: float) -> float:
+    """Return the share of a step at which force or depth of contact `k` is largest, from its parts."""
     values, lo, width = work.parts[2 * k + force], 0.0, 1.0
     for _ in range(_ROUNDS if force == 1 and law.memoryless > 0.0 else 0):
         lo += 0.25 * width * max(0, min(largest(values) - 1, PARTS - 3))
@@ -183,7 +190,10 @@ def record_step(model: Model, law: Law, run: Run, work: Work, t: float, h: float
         evaluate_inside(model, law, run, work, j / (PARTS - 1), t, h)
         contacts = run.rows[run.counters[RECORDED], CONTACTS_FROM:INSIDE_FROM]
         for k in range(CONTACTS):
-            work.parts[2 * k, j], work.parts[2 * k + 1, j] = -contacts[GAP + k], normal_force(law, contacts, k)
+            work.parts[2 * k, j], work.parts[2 * k + 1, j] = (
+                -contacts[GAP + k],
+                normal_force(law, contacts, k),
+            )
         row, part = run.rows[run.counters[RECORDED]], run.accelerations[run.counters[PARTED]]
         part[0] = row[TIME] + row[CYCLE]
         part[1], part[2], part[3] = row[SLIDER_FROM + 6], row[SLIDER_FROM + 7], row[SLIDER_FROM + 8]

@@ -32,7 +32,14 @@ from reference_model.events import (
     Run,
 )
 from reference_model.invariants import CONTACT_NAMES, VIOLATED, as_mapping, check, violation
-from reference_model.linkage import Array, bodies_from_rods, four_bar_rods, ideal_motion, rod4_from_slider, turning
+from reference_model.linkage import (
+    Array,
+    bodies_from_rods,
+    four_bar_rods,
+    ideal_motion,
+    rod4_from_slider,
+    turning,
+)
 from reference_model.minimal import TIP_ROWS, Minimal
 from reference_model.multiplier import Linkage, press
 from reference_model.observation import Observation
@@ -40,15 +47,18 @@ from reference_model.parameters import SCIPY_METHODS, Parameters
 from reference_model.recording import MARKS
 
 LARGEST_STEP_PER_CYCLE = 1.0 / 50.0
-"""At loose tolerances flight would allow more, which hardly samples the motion's harmonics. No event depends on
-it."""
+"""At loose tolerances flight would allow more, which hardly samples the motion's harmonics. No event depends
+on it."""
 ROWS_AT_ONCE = 4096
 """That are recorded before channels are made of them; more where one step holds so many samples."""
 JAMMING = 1.0
 """Coefficient of friction up to which runs were seen to end."""
 _FAILURES = {
     integrate.STEP_TOO_SMALL: ("step-too-small", "steps are below the round-off of time"),
-    integrate.NOT_FINITE: ("non-finite", "the motion left the range of the linkage: check clearance and start"),
+    integrate.NOT_FINITE: (
+        "non-finite",
+        "the motion left the range of the linkage: check clearance and start",
+    ),
     integrate.CHATTER: ("chatter", "contacts open and close at one instant without end"),
     integrate.STEP_LIMIT: ("work-limit", "shorten drive.cycles to less than was reached"),
 }
@@ -83,8 +93,8 @@ def formulation(p: Parameters) -> tuple[Model, str]:
 def start(p: Parameters, model: Model) -> Array:
     """Return coordinates and rates at t = 0.
 
-    All bodies are where the ideal mechanism has them, but for the slider, which starts where the scene says; y and
-    vy follow from rod 4. With clearance at A the pin is centred.
+    All bodies are where the ideal mechanism has them, but for the slider, which starts where the scene says;
+    y and vy follow from rod 4. With clearance at A the pin is centred.
 
     Raises
     ------
@@ -148,13 +158,22 @@ class Compiled:
     @property
     def counters(self) -> dict[str, int]:
         """Work so far."""
-        places = {"steps": STEPS, "rejected": REJECTED, "rhs": EVALUATIONS, "switches": SWITCHES, "contacts": ENDED}
+        places = {
+            "steps": STEPS,
+            "rejected": REJECTED,
+            "rhs": EVALUATIONS,
+            "switches": SWITCHES,
+            "contacts": ENDED,
+        }
         return {name: int(self._state.counters[i]) for name, i in places.items()}
 
 
 def _room(p: Parameters) -> int:
     """Return how many rows one step may need: samples and marks in it, its parts and peaks."""
-    return math.ceil(LARGEST_STEP_PER_CYCLE * min(p.samples_per_cycle, p.samples_per_cycle * p.cycles * 50.0)) + 100
+    return (
+        math.ceil(LARGEST_STEP_PER_CYCLE * min(p.samples_per_cycle, p.samples_per_cycle * p.cycles * 50.0))
+        + 100
+    )
 
 
 def run(p: Parameters, times: Array, progress: Callable[[float], None] | None) -> simulation.Result:
@@ -162,11 +181,9 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None) -
     model, name = formulation(p)
     y0, names = start(p, model), requested(p)
     state, work = integrate.new_run(
-        model, y0, 1e-3 * LARGEST_STEP_PER_CYCLE * p.period, times, ROWS_AT_ONCE + _room(p), p.period / MARKS
+        y0, 1e-3 * LARGEST_STEP_PER_CYCLE * p.period, times, ROWS_AT_ONCE + _room(p), p.period / MARKS
     )
-    observation = Observation(
-        model, p.mechanism, p.law, names, times, simulation.begun_cycles(p), p.period
-    )
+    observation = Observation(model, p.mechanism, p.law, names, times, simulation.begun_cycles(p), p.period)
     events = [np.empty((0, COLUMNS))]
 
     def drain() -> None:
@@ -195,7 +212,9 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None) -
         for column, i in zip(simulation.EVENT_COLUMNS, (START, END, SPEED, IMPULSE, PEAK, DEPTH), strict=True)
     }
     sampled = observation.sampled
-    result = simulation.name_results(names, times[:sampled], observation.samples[:, :sampled], table, observation.extrema)
+    result = simulation.name_results(
+        names, times[:sampled], observation.samples[:, :sampled], table, observation.extrema
+    )
     provenance: dict[str, Any] = {
         "formulation": name,
         "integrator": integrator.name,
@@ -218,8 +237,9 @@ def _advance_to_end(
     progress: Callable[[float], None] | None,
 ) -> int:  # fmt: skip
     """Integrate stretch after stretch; return why it stopped."""
-    # So often as a report asks for, and at the end of each cycle; a call of compiled code takes as long as a hundred
-    # steps. Scipy's solvers start anew after each stretch, so that these must not depend on who listens.
+    # So often as a report asks for, and at the end of each cycle; a call of compiled code takes as long as a
+    # hundred steps. Scipy's solvers start anew after each stretch, so that these must not depend on who
+    # listens.
     scipy = p.method in SCIPY_METHODS
     in_cycle = 1 if progress is None and not scipy else math.ceil(50.0 / p.cycles)
     in_cycle = in_cycle if scipy else min(10, in_cycle)

@@ -1,13 +1,14 @@
 """The equations of motion integrated by scipy's `solve_ivp`, from event to event.
 
-The paper integrates its 15 coordinates with a variable-order backward differentiation formula (MATLAB's ode15s),
-which is BDF here. Every margin of `reference_model.margins` is a terminal event of `solve_ivp`, so the modes change
-as in `reference_model.integrate`; after every event the solver starts anew.
+The paper integrates its 15 coordinates with a variable-order backward differentiation formula (MATLAB's
+ode15s), which is BDF here. Every margin of `reference_model.margins` is a terminal event of `solve_ivp`, so
+the modes change as in `reference_model.integrate`; after every event the solver starts anew.
 
 What that misses: scipy looks for an event only where a margin has opposite signs at the two ends of a step. A
-contact that begins and ends within one step is stepped over (`reference_model.integrate` isolates it for certain),
-and so is whatever else turns twice. Steps of at most a fiftieth of a cycle make that rare, not impossible. Of two
-events in one step the first is taken. A mode that is still past its end where the solver starts has ended once more.
+contact that begins and ends within one step is stepped over (`reference_model.integrate` isolates it for
+certain), and so is whatever else turns twice. Steps of at most a fiftieth of a cycle make that rare, not
+impossible. Of two events in one step the first is taken. A mode that is still past its end where the solver
+starts has ended once more.
 """
 
 import math
@@ -32,14 +33,15 @@ from reference_model.parameters import FOUNDATION, Law, Parameters
 from reference_model.recording import EXTREMUM, SAMPLE, STEP, record
 
 RTOL = 100.0 * float(np.finfo(np.float64).eps)
-"""The smallest that scipy takes. The tolerance of a scene is absolute: that a coordinate is 0.55 m long makes no
-larger error of it harmless, as a contact is only some 1e-6 m deep."""
+"""The smallest that scipy takes. The tolerance of a scene is absolute: that a coordinate is 0.55 m long makes
+no larger error of it harmless, as a contact is only some 1e-6 m deep."""
 _UNCONTROLLED = 1e30
-"""Tolerance of the impulses and works: as in `integrate` they are quadratures, whose errors do not act back. Not
-infinite, as LSODA divides by its inverse."""
+"""Tolerance of the impulses and works: as in `integrate` they are quadratures, whose errors do not act back.
+Not infinite, as LSODA divides by its inverse."""
 _POSITION, _VELOCITY = 1e-9, 1e-6
-"""Increments of the Jacobian, m or rad and m/s or rad/s. Contacts are some um deep, so a thousandth of that leaves
-both the curvature of the force and the round-off of the gap (1e-16 m) below 1e-3 of it: plenty for Newton."""
+"""Increments of the Jacobian, m or rad and m/s or rad/s. Contacts are some um deep, so a thousandth of that
+leaves both the curvature of the force and the round-off of the gap (1e-16 m) below 1e-3 of it: plenty for
+Newton."""
 
 
 class _LimitError(Exception):
@@ -47,12 +49,26 @@ class _LimitError(Exception):
 
 
 @kernel
-def margins_in(model: Model, law: Law, t: float, y: Array, run: Run, dy: Array, contacts: Array, slider: Array, out: Array) -> None:
-    """Write all margins of a state, shape (CONTACTS MARGINS,); infinite those of contacts that do not exist."""
+def margins_in(
+    model: Model,
+    law: Law,
+    t: float,
+    y: Array,
+    run: Run,
+    dy: Array,
+    contacts: Array,
+    slider: Array,
+    out: Array,
+) -> None:
+    """Write all margins (CONTACTS MARGINS,); infinite those of contacts that do not exist."""
     right_hand_side(model, law, t, -1, y, run.modes, dy, contacts, slider)
     for place in range(out.size):
         k = place // MARGINS
-        out[place] = margin(law, run.modes, k, place % MARGINS, contacts, 1.0) if contacts[GAP + k] < math.inf else math.inf
+        out[place] = (
+            margin(law, run.modes, k, place % MARGINS, contacts, 1.0)
+            if contacts[GAP + k] < math.inf
+            else math.inf
+        )
 
 
 @kernel
@@ -87,7 +103,9 @@ def change_mode(law: Law, t: float, place: int, run: Run, tolerance: float) -> f
 
 
 @kernel
-def jacobian(model: Model, law: Law, t: float, y: Array, run: Run, dy: Array, contacts: Array, slider: Array) -> Array:
+def jacobian(
+    model: Model, law: Law, t: float, y: Array, run: Run, dy: Array, contacts: Array, slider: Array
+) -> Array:
     """Return the derivative of dy/dt in frozen modes by differences, shape (size, size).
 
     The columns of the integrals behind the coordinates are zero: nothing depends on them.
@@ -142,7 +160,16 @@ class ScipySolver:
         """Let the compiled integrator begin the run, or finish it at `t_end` (s)."""
         run = self._run
         integrate.advance(
-            self._model, self._p.law, run, self._work, 0.0, t_end if t_end else math.inf, 1.0, 1.0, 0, self._limit
+            self._model,
+            self._p.law,
+            run,
+            self._work,
+            0.0,
+            t_end if t_end else math.inf,
+            1.0,
+            1.0,
+            0,
+            self._limit,
         )
 
     @property
@@ -160,8 +187,8 @@ class ScipySolver:
 
     def advance(self, t_stop: float) -> int:
         """Integrate until `t_stop` (s); return why it stopped, as `integrate.advance` does."""
-        # LSODA warns of what its status says anyway; BDF reads differences that it has not yet written; trial states
-        # may overflow before the step is shortened.
+        # LSODA warns of what its status says anyway; BDF reads differences that it has not yet written; trial
+        # states may overflow before the step is shortened.
         with np.errstate(invalid="ignore", over="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
             status = self._advance(t_stop)
@@ -191,14 +218,17 @@ class ScipySolver:
                     self._record(solution)
                     run.clock[0], run.y[:] = solution.t[-1], solution.y[:, -1]
                     self._last_step = float(solution.t[-1] - solution.t[-2])
-                hits = [place for place, at in zip(self._places, solution.t_events[1:], strict=True) if at.size]
+                hits = [
+                    place for place, at in zip(self._places, solution.t_events[1:], strict=True) if at.size
+                ]
                 ended = hits[0] if hits else None
             if ended is not None:
                 t = float(run.clock[0])
                 self._all_margins(t, run.y)
                 run.contacts[:] = self._contacts
                 touch = change_mode(self._p.law, t, ended, run, self._p.tolerance)
-                # Scipy's own choice tries the forces far ahead of it, where a corner may be deep inside the wall.
+                # Scipy's own choice tries the forces far ahead of it, where a corner may be deep inside the
+                # wall.
                 self._first_step = min(0.5 * self._last_step, touch)
         return integrate.REACHED
 
@@ -209,7 +239,7 @@ class ScipySolver:
         return self._margins
 
     def _already_ended(self, t: float) -> int | None:
-        """Return the place of a margin that is further below zero than the tolerance at the start of a solution."""
+        """Return the place of a margin that is further below zero than the tolerance, if any."""
         margins, tolerance = self._all_margins(t, self._run.y), self._p.tolerance
         limits = np.where(np.arange(margins.size) % MARGINS == GATE, tolerance, tolerance / VELOCITY_TIME)
         below = np.flatnonzero(margins < -limits)
@@ -228,7 +258,7 @@ class ScipySolver:
 
         steps = int(run.counters[STEPS])
 
-        def count(t: float, y: Array) -> float:
+        def count(_: float, __: Array) -> float:
             nonlocal steps
             steps += 1
             if steps + run.counters[SWITCHES] > self._limit:
@@ -249,13 +279,15 @@ class ScipySolver:
         if self._method != "DOP853":
             # Where it overflows Newton's method fails with any matrix, and the solver halves its step.
             options["jac"] = lambda t, y: np.nan_to_num(
-                jacobian(self._model, p.law, t, y, run, self._dy, self._contacts, self._slider), posinf=0.0, neginf=0.0
+                jacobian(self._model, p.law, t, y, run, self._dy, self._contacts, self._slider),
+                posinf=0.0,
+                neginf=0.0,
             )
         if math.isfinite(self._first_step):
             options["first_step"] = min(self._first_step, t_stop - t)
         return solve_ivp(
-            derivative, (t, t_stop), run.y.copy(), self._method, dense_output=True, rtol=RTOL, atol=self._atol,
-            max_step=self._largest, events=[count, *map(of, self._places)], **options,
+            derivative, (t, t_stop), run.y.copy(), self._method, dense_output=True, rtol=RTOL,
+            atol=self._atol, max_step=self._largest, events=[count, *map(of, self._places)], **options,
         )  # fmt: skip
 
     def _record(self, solution: Any) -> None:
@@ -289,7 +321,14 @@ class ScipySolver:
 
         def of(t: float, k: int, row: int) -> float:
             evaluate(
-                self._model, self._p.law, t, solution.sol(t), self._run.modes, self._dy, self._contacts, self._slider
+                self._model,
+                self._p.law,
+                t,
+                solution.sol(t),
+                self._run.modes,
+                self._dy,
+                self._contacts,
+                self._slider,
             )
             side = self._p.law.law == FOUNDATION and k != JOURNAL
             force = self._contacts[NORMAL + k] + (self._contacts[NORMAL + (k + 2) % 4] if side else 0.0)

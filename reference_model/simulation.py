@@ -18,8 +18,8 @@ from reference_model.linkage import Array
 from reference_model.parameters import Parameters, read_parameters
 
 STEPS_PER_CYCLE_LIMIT = 10_000_000
-"""Attempted steps and switches after which a run is stopped, some 20 s; the shipped scenes need some 2e3 a cycle
-at tolerance 1e-9, those with a clearance at the crank pin 6e3, a slider that friction jams 9e6."""
+"""Attempted steps and switches after which a run is stopped, some 20 s; the shipped scenes need some 2e3 a
+cycle at tolerance 1e-9, those with a clearance at the crank pin 6e3, a slider that friction jams 9e6."""
 SCIPY_STEPS_PER_CYCLE_LIMIT = 2_000_000
 """The same for scipy's solvers, which take 0.1 (LSODA) to 0.5 ms (scipy-DOP853) a step: 3 to 17 minutes."""
 EVENT_COLUMNS = ("start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
@@ -38,8 +38,8 @@ class Result:
     extrema: dict[str, dict[str, float]]
     """Channel -> min, time_of_min, max, time_of_max over all integration steps, whatever the samples."""
     cycle_extrema: dict[str, Array]
-    """The same of each crank cycle, such as "slider_ay_time_of_min": arrays of one length. An instant between two
-    cycles belongs to both."""
+    """The same of each crank cycle, such as "slider_ay_time_of_min": arrays of one length. An instant between
+    two cycles belongs to both."""
     provenance: dict[str, Any] = field(default_factory=dict)
     """What produced it: integrator, settings, versions, counters, wall time."""
     status: str = "success"
@@ -132,7 +132,8 @@ def name_results(
         events=events,
         pulses={"row": np.empty(0, dtype=np.int64), "time": np.empty(0), "force": np.empty(0)},
         extrema={
-            name: dict(zip(keys, row, strict=True)) for name, row in zip(names, extrema.of_all().tolist(), strict=True)
+            name: dict(zip(keys, row, strict=True))
+            for name, row in zip(names, extrema.of_all().tolist(), strict=True)
         },
         cycle_extrema=dict(zip(parts, begun.T.copy(), strict=True)),
     )

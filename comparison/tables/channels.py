@@ -111,16 +111,16 @@ def is_uncertainty(column: str) -> bool:
 def expected(scene: Mapping[str, Any]) -> list[str]:
     """Return the names of the channels that a scene requests, without ``time``.
 
-    An ideal slider has no corner channels; only an ideal slider has guide reactions.
+    An ideal slider has no corner channels, an ideal crank pin none of its journal; only an ideal slider has
+    guide reactions.
     """
     groups = {"motion", *scene["output"]["groups"]}
-    ideal = scene["joints"]["slider"] == "ideal"
-    if ideal:
-        groups.discard("corners")
+    ideal, ideal_pin = (scene["joints"][joint] == "ideal" for joint in ("slider", "crank_pin"))
+    absent = [*(["corner_"] if ideal else ["guide_"]), *(["journal_"] if ideal_pin else [])]
     return [
         name
         for name, channel in channels().items()
-        if channel.group in groups and (ideal or not name.startswith("guide_"))
+        if channel.group in groups and not name.startswith(tuple(absent))
     ]
 
 
