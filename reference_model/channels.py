@@ -106,7 +106,7 @@ class Extrema:
 
     def begun(self) -> NDArray[np.bool_]:
         """Return which cycles have any value, shape (cycles,)."""
-        return np.isfinite(self.values[:, 0, 0])
+        return np.asarray(np.isfinite(self.values[:, 0, 0]))
 
     def _cycle_of(self, time: float) -> int:
         return int(max(0.0, min(time // self._period, len(self.values) - 1.0)))

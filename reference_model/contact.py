@@ -172,8 +172,10 @@ def slider_forces(
 @inlined
 def normal_force(law: Law, contacts: Array, k: int) -> float:
     """Return the normal force (N) of a contact; of a side's that at both corners."""
-    force = contacts[NORMAL + k]
-    return force + contacts[NORMAL + other_corner(k)] if is_of_side(law, k) else force
+    force: float = contacts[NORMAL + k]
+    if is_of_side(law, k):
+        force += contacts[NORMAL + other_corner(k)]
+    return force
 
 
 @inlined

@@ -6,7 +6,7 @@ it leaves free. The functions themselves are stubs, for names, arguments and typ
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numba.extending
 
@@ -18,8 +18,14 @@ from reference_model.minimal import Minimal
 from reference_model.multiplier import Linkage
 from reference_model.parameters import Law
 
+F = TypeVar("F", bound=Callable[..., object])
 Model = Minimal | Chain | Linkage
 _MODULES: dict[type, Any] = {Minimal: minimal, Chain: chain, Linkage: multiplier}
+
+
+def _overload(stub: Callable[..., Any], **more: bool) -> Callable[[F], F]:
+    options = {**ONLY_FROM_KERNELS, **more}
+    return cast(Callable[[F], F], numba.extending.overload(stub, jit_options=options, strict=False))
 
 
 def motion(model: Model, law: Law, t: float, y: Array, contacts: Array) -> None:
@@ -58,18 +64,18 @@ def derivative(
     raise NotImplementedError
 
 
-@numba.extending.overload(motion, jit_options=ONLY_FROM_KERNELS, strict=False)
-def _motion(model, law, t, y, contacts) -> Callable[..., Any]:  # type: ignore[no-untyped-def]
+@_overload(motion)
+def _motion(model, law, t, y, contacts) -> Any:  # type: ignore[no-untyped-def]
     return _MODULES[model.instance_class].motion
 
 
-@numba.extending.overload(tabulate, jit_options=ONLY_FROM_KERNELS, strict=False)
-def _tabulate(model, t, h, nodes) -> Callable[..., Any]:  # type: ignore[no-untyped-def]
+@_overload(tabulate)
+def _tabulate(model, t, h, nodes) -> Any:  # type: ignore[no-untyped-def]
     return _MODULES[model.instance_class].tabulate
 
 
-@numba.extending.overload(derivative, jit_options={**ONLY_FROM_KERNELS, "forceinline": True}, strict=False)
-def _derivative(*arguments: Any) -> Callable[..., Any]:
+@_overload(derivative, forceinline=True)
+def _derivative(*arguments: Any) -> Any:
     return _MODULES[arguments[0].instance_class].derivative
 
 

@@ -3,7 +3,8 @@
 A mode ends where one of its margins (`reference_model.margins`) turns negative: first touch, separation, a
 force that would turn to a pull, a kink of the friction. Every margin that the stages leave open is followed
 through the step on the dense output, in intervals on which it either certainly keeps its sign or certainly
-changes it once (`reference_model.isolation`), and that zero is located. At a touch the impact speed is frozen.
+changes it once (`reference_model.isolation`), and that zero is located. At a touch the impact speed is
+frozen.
 """
 
 from typing import NamedTuple
@@ -168,8 +169,10 @@ def next_regime(law: Law, regime: float, slip: float) -> float:
 def impulse(law: Law, k: int, y: Array) -> float:
     """Return the impulse of a contact, or of its side, since t = 0, N s."""
     tail = y.size - TAIL
-    total = y[tail + k]
-    return total + y[tail + other_corner(k)] if is_of_side(law, k) else total
+    total: float = y[tail + k]
+    if is_of_side(law, k):
+        total += y[tail + other_corner(k)]
+    return total
 
 
 @inner

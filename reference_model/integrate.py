@@ -45,7 +45,6 @@ from reference_model.events import (
     STEPS,
     SWITCHES,
     Run,
-    end_contact,
     first_end,
     note_forces,
     start_contact,
@@ -148,25 +147,12 @@ def begin(model: Model, law: Law, run: Run, work: Work) -> None:
                 start_contact(law, k, 0.0, rate, slip, contacts, run)
 
 
-@inner
-def finish(law: Law, run: Run, work: Work) -> None:
-    """Record the last sample if it is due, and close the contacts that still touch."""
-    t = run.clock[0]
-    now = run.clock[3] + t
-    if run.counters[SAMPLES] == run.times.size - 1 and run.times[-1] - now <= 1e-12 * now:
-        record(run, t, SAMPLE, run.y, work.k[0], run.contacts, work.slider)
-        run.counters[SAMPLES] += 1
-    for k in range(CONTACTS):
-        if run.modes[MEMORY + k] > 0.0:
-            end_contact(law, k, now, run)
-
-
 @kernel
 def advance(
     model: Model, law: Law, run: Run, work: Work, t_stop: float, t_end: float, tolerance: float, largest:
     float, room: int, limit: int,
 ) -> int:  # fmt: skip
-    """Integrate until `t_stop` is passed, never beyond `t_end`; there, or after a failure, finish the run.
+    """Integrate until `t_stop` is passed, never beyond `t_end`; there the last sample is taken if it is due.
 
     Parameters
     ----------
@@ -275,8 +261,11 @@ def advance(
             right_hand_side(model, law, t, -1, y, modes, work.k[0], run.contacts, work.slider)
             counters[EVALUATIONS] += 1
     run.clock[0], run.clock[1] = t, h
-    if t >= t_end or status > BUFFER_FULL:
-        finish(law, run, work)
+    now = run.clock[3] + t
+    last = counters[SAMPLES] == run.times.size - 1 and t >= t_end
+    if last and run.times[run.times.size - 1] - now <= 1e-12 * now:
+        record(run, t, SAMPLE, y, work.k[0], run.contacts, work.slider)
+        counters[SAMPLES] += 1
     return status
 
 

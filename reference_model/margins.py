@@ -24,6 +24,7 @@ are less accurate than the step's end, more steps than necessary are looked at c
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reference_model.compiled import inlined, inner
 from reference_model.contact import (
@@ -98,7 +99,7 @@ def margin(law: Law, modes: Array, k: int, number: int, contacts: Array, extent:
         Of `pull_scale`: by which the pull of a side is multiplied.
     """
     if number == GATE:
-        gap = smooth_gap(law, k, contacts[GAP + k])
+        gap: float = smooth_gap(law, k, contacts[GAP + k])
         if modes[INSIDE + k] > 0.0:
             gap = -gap
         # The second corner of a side changes no force at its zero, and of a side that fades away at rest both
@@ -106,13 +107,14 @@ def margin(law: Law, modes: Array, k: int, number: int, contacts: Array, extent:
         return gap + SECOND_CORNER if is_of_side(law, k) and modes[INSIDE + other_corner(k)] > 0.0 else gap
     if modes[MEMORY + k] == 0.0:
         return math.inf
-    rate, slip = contacts[RATE + k], contacts[SLIP + k]
+    rate: float = contacts[RATE + k]
+    slip: float = contacts[SLIP + k]
     if is_of_side(law, k):
         _, rate, slip = side_motion(law, contacts, k)
     if number == PULL:
         if law.C == 0.0 or law.memoryless > 0.0:
             return math.inf
-        pull = (modes[MEMORY + k] - law.C * rate) * extent  # 1 + C d'/v, times v
+        pull: float = (modes[MEMORY + k] - law.C * rate) * extent  # 1 + C d'/v, times v
         return -pull if modes[CLIPPED + k] > 0.0 else pull
     lower, upper = regime_bounds(law, modes[REGIME + k])
     return slip - lower if number == LOWER else upper - slip
@@ -129,8 +131,9 @@ def pull_scale(law: Law, contacts: Array, k: int) -> float:
     if not is_of_side(law, k):
         return 1.0
     m = other_corner(k)
-    extent = abs(contacts[GAP + k]) + abs(contacts[GAP + m]) + SECOND_CORNER
-    return extent / (extent + law.C * abs(contacts[RATE + k] - contacts[RATE + m]))
+    extent: float = abs(contacts[GAP + k]) + abs(contacts[GAP + m]) + SECOND_CORNER
+    turning: float = abs(contacts[RATE + k] - contacts[RATE + m])
+    return extent / (extent + law.C * turning)
 
 
 @inlined
@@ -172,7 +175,7 @@ def speed_is_settled(
 
 @inner
 def unsettled(
-    law: Law, modes: Array, h: float, before: Array, stages: Array, scales: Array, open_: Array
+    law: Law, modes: Array, h: float, before: Array, stages: Array, scales: Array, open_: NDArray[np.bool_]
 ) -> bool:
     """Return whether it is not certain that all modes last throughout a step of `h` (s).
 

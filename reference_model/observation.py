@@ -4,6 +4,7 @@ Rows (`reference_model.recording`) are taken as often as their buffer is full, a
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reference_model.chain import Chain, journal_centre, journal_reaction
 from reference_model.channels import ACCELERATIONS, CORNER_CHANNELS, JOURNAL_CHANNELS, MOTION, Extrema
@@ -112,8 +113,8 @@ class Observation:
             if self._law.law == FOUNDATION and k != JOURNAL:
                 force = force + rows[CONTACTS_FROM + NORMAL + (k + 2) % 4, closed]
             self._forces[k].append(np.stack([times[closed], force]))
-        if self.drift is not None:
-            self._note_drift(rows, times)
+        if isinstance(self._model, Linkage) and self.drift is not None:
+            self._note_drift(self._model, self.drift, rows, times)
 
     def pulses(self, events: dict[str, Array], numbers: Array) -> dict[str, Array]:
         """Return the normal forces of the contacts at the ends of steps, by row of the event table.
@@ -187,7 +188,7 @@ class Observation:
         Fy = contacts[FRICTION : FRICTION + JOURNAL].sum(0)
         return reactions(self._m, bodies, Fx, Fy, ideal_slider=ideal, journal=journal)
 
-    def _widen(self, purpose: Array, times: Array, values: Array) -> None:
+    def _widen(self, purpose: NDArray[np.int64], times: Array, values: Array) -> None:
         """Widen the extrema by all rows that are for them, and by what lies between them."""
         chosen = np.flatnonzero(purpose & EXTREMUM)
         chosen = chosen[np.argsort(times[chosen], kind="stable")]
@@ -220,7 +221,7 @@ class Observation:
             if not worst <= known[0]:
                 self.worst[name] = worst, float(times[at]), int(contact)
 
-    def _note_worst(self, rows: Array, purpose: Array, times: Array) -> None:
+    def _note_worst(self, rows: Array, purpose: NDArray[np.int64], times: Array) -> None:
         """Note what no correct run can show (`reference_model.invariants`)."""
         seen = (purpose & (STEP | SAMPLE)) > 0
         inside = rows[INSIDE_FROM : INSIDE_FROM + CONTACTS] > 0.0
@@ -244,10 +245,10 @@ class Observation:
             self._flow = max(self._flow, energies[4] + energies[5], energies[2], abs(energies[1]))
             self._note("energy", np.array([[abs(energies[6]) / self._flow]]), times[some])
 
-    def _note_drift(self, rows: Array, times: Array) -> None:
-        found, drifted = np.empty((2, times.size)), self.drift
+    def _note_drift(self, model: Linkage, drifted: dict[str, float], rows: Array, times: Array) -> None:
+        found = np.empty((2, times.size))
         states = np.split(rows[STATE_FROM:], 2)[0][:-TAIL]
-        drift(self._model, times, states, found)
+        drift(model, times, states, found)
         for row, name in zip(found, ("position", "velocity"), strict=True):
-            if drifted is not None and row.max() > drifted[name]:
+            if row.max() > drifted[name]:
                 drifted[name], drifted[f"{name}_time_s"] = float(row.max()), float(times[row.argmax()])

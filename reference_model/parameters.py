@@ -192,24 +192,24 @@ def _require_known(scene: Mapping[str, Any], groups: frozenset[str], formulation
 def _read_mechanism(mechanism: Mapping[str, Any], speed: float, gravity: float) -> Mechanism:
     rods = [mechanism[name] for name in ("crank", "rod2", "rocker", "rod4")]
     bodies = [*rods, mechanism["slider"]]
-    m, J = ([float(body[key]) for body in bodies] for key in ("mass", "inertia"))
-    L, Ls = ([float(rod[key]) for rod in rods] for key in ("length", "centroid"))
+    numbers = {f"m{i}": float(body["mass"]) for i, body in enumerate(bodies, start=1)}
+    numbers |= {f"J{i}": float(body["inertia"]) for i, body in enumerate(bodies, start=1)}
+    numbers |= {f"Ls{i}": float(rod["centroid"]) for i, rod in enumerate(rods, start=1)}
+    numbers |= {f"L{i}": float(rod["length"]) for i, rod in enumerate(rods, start=1)}
+    m4, m5, J4, Ls4, L4 = (numbers[name] for name in ("m4", "m5", "J4", "Ls4", "L4"))
     pivot_x, pivot_y = mechanism["rocker_pivot"]
     return Mechanism(
-        speed * 2.0 * math.pi / 60.0,
-        math.radians(mechanism["crank_angle_deg"]),
-        *m,
-        *J,
-        *Ls,
-        *L,
-        float(pivot_x),
-        float(pivot_y),
+        **numbers,
+        omega=speed * 2.0 * math.pi / 60.0,
+        theta0=math.radians(mechanism["crank_angle_deg"]),
+        Hx=float(pivot_x),
+        Hy=float(pivot_y),
         rocker_branch=float(mechanism["rocker_branch"]),
         slider_branch=float(mechanism["slider_branch"]),
         line_x=float(mechanism["guide_x"]) + float(mechanism["reference_offset"]),
         gravity=gravity,
-        S4=m[3] * Ls[3] + m[4] * L[3],
-        I4=J[3] + m[3] * Ls[3] ** 2 + m[4] * L[3] ** 2,
+        S4=m4 * Ls4 + m5 * L4,
+        I4=J4 + m4 * Ls4**2 + m5 * L4**2,
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from reference_model import compiled, integrate, simulation
 from reference_model.chain import Chain
 from reference_model.channels import requested
+from reference_model.contact import CONTACTS, JOURNAL, MEMORY, TAIL
 from reference_model.dop853 import ROWS
 from reference_model.equations import Model
 from reference_model.events import (
@@ -43,7 +44,7 @@ from reference_model.linkage import (
 from reference_model.minimal import TIP_ROWS, Minimal
 from reference_model.multiplier import Linkage, press
 from reference_model.observation import Observation
-from reference_model.parameters import SCIPY_METHODS, Parameters
+from reference_model.parameters import FOUNDATION, SCIPY_METHODS, Parameters
 from reference_model.recording import MARKS
 
 LARGEST_STEP_PER_CYCLE = 1.0 / 50.0
@@ -203,6 +204,7 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None) -
     else:
         integrator = Compiled(p, model, state, work, float(times[-1]))
     code = _advance_to_end(p, integrator, state, drain, float(times[-1]), progress)
+    events.append(_not_ended(state, p.law.law == FOUNDATION))
     rows = np.concatenate(events)
     rows = rows[np.argsort(rows[:, START], kind="stable")]
     compiled.seal()
@@ -230,6 +232,17 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None) -
         status, remedy = VIOLATED, broken
     pulses = observation.pulses(table, numbers)
     return replace(result, pulses=pulses, provenance=provenance, status=status, remedy=remedy)
+
+
+def _not_ended(state: Run, of_sides: bool) -> Array:
+    """Return the rows of the contacts that are closed when the run ends."""
+    closed = np.flatnonzero(state.modes[MEMORY : MEMORY + CONTACTS] > 0.0)
+    rows, impulses = state.open_contacts[closed].copy(), state.y[-TAIL:][:CONTACTS]
+    sides = [(k + 2) % JOURNAL if of_sides and k != JOURNAL else k for k in closed]
+    rows[:, END] = state.clock[3] + state.clock[0]
+    rows[:, IMPULSE] = impulses[closed] + np.where(sides == closed, 0.0, impulses[sides]) - rows[:, IMPULSE]
+    state.counters[ENDED] += closed.size
+    return rows
 
 
 def _advance_to_end(

@@ -157,7 +157,7 @@ class ScipySolver:
         self._pass(0.0)  # begins the run
 
     def _pass(self, t_end: float) -> None:
-        """Let the compiled integrator begin the run, or finish it at `t_end` (s)."""
+        """Let the compiled integrator begin the run, or take its last sample at `t_end` (s)."""
         run = self._run
         integrate.advance(
             self._model,
@@ -192,7 +192,7 @@ class ScipySolver:
         with np.errstate(invalid="ignore", over="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
             status = self._advance(t_stop)
-        if status != integrate.REACHED or self._run.clock[0] >= self._t_end:
+        if self._run.clock[0] >= self._t_end:
             self._pass(self._run.clock[0])
         return status
 
@@ -285,7 +285,7 @@ class ScipySolver:
             )
         if math.isfinite(self._first_step):
             options["first_step"] = min(self._first_step, t_stop - t)
-        return solve_ivp(
+        return solve_ivp(  # type: ignore[call-overload]
             derivative, (t, t_stop), run.y.copy(), self._method, dense_output=True, rtol=RTOL,
             atol=self._atol, max_step=self._largest, events=[count, *map(of, self._places)], **options,
         )  # fmt: skip
