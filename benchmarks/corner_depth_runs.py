@@ -19,7 +19,7 @@ FORMULATIONS = {
     "pin": {"joints.slider": "ideal", "joints.crank_pin": "clearance"},
     "both": {"joints.crank_pin": "clearance"},
 }
-LAWS = ("hertz-corners", "strip", "paper-switching", "foundation")
+LAWS = ("hertz-corners", "paper-switching", "foundation")
 
 
 class Draw(NamedTuple):
