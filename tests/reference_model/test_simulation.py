@@ -1,6 +1,5 @@
 """The press in the reference model: balance of energy, symmetry, events, convergence, limits."""
 
-
 import numpy as np
 import pytest
 
