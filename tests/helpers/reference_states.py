@@ -1,4 +1,4 @@
-"""The reference in one state: forces, rows of Eq. 16, accelerations; contacts in rows of five, one a contact."""
+"""The reference in one state: forces, rows of Eq. 16, accelerations; contacts in rows of five."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -33,7 +33,7 @@ def friction_regime(c: Any, slip: float) -> int:
 
 
 def all_modes(modes: np.ndarray) -> np.ndarray:
-    """Return modes as the reference keeps them; rows that are not given are zero, INSIDE follows the memory."""
+    """Return modes as the reference keeps them; of three rows INSIDE follows the memory."""
     rows = np.zeros((4, CONTACTS))
     rows[: len(modes)] = modes
     if len(modes) <= INSIDE:
@@ -83,7 +83,7 @@ class Bearing:
 def by_formulation(
     p: Parameters, name: str, time: float, head: Any, modes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return states of the contacts and motion of all bodies (5, 9): "slider", "pin", "both", "multiplier"."""
+    """Return states of the contacts and motion of all bodies (5, 9); name: slider, pin, both, multiplier."""
     model = {
         "slider": lambda: Minimal(p.mechanism, np.empty((TIP_ROWS, 16))),
         "pin": lambda: Chain(p.mechanism, True),

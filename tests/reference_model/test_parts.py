@@ -64,7 +64,7 @@ def law(request, scene):
 
 @pytest.mark.parametrize(("d1", "d2"), [(4e-6, 1e-6), (1e-6, 4e-6), (3e-6, -2e-6), (-1e-6, 2e-6)])
 def test_forces_are_the_slope_of_the_potential(law, d1, d2) -> None:
-    """Central differences of 1e-10 m: (1e-10 / 1e-6)^2 of the third derivative, and rounding of U over 1e-10."""
+    """Central differences of 1e-10 m: (1e-10 / 1e-6)^2 of the third derivative, rounding of U over 1e-10."""
     both, h = d1 > 0.0 and d2 > 0.0, 1e-10
     f1, f2, energy = forces(law, d1, d2, both)
     slopes = [
@@ -77,7 +77,7 @@ def test_forces_are_the_slope_of_the_potential(law, d1, d2) -> None:
 
 
 def test_a_side_wholly_inside_is_eqs_7_and_8(scene) -> None:
-    """Force K_s times the mean depth at the trapezoid's centroid: L (d1 - d2) / (6 (d1 + d2)) from the middle."""
+    """K_s times the mean depth at the trapezoid's centroid: L (d1 - d2) / (6 (d1 + d2)) from the middle."""
     for name in ("paper-switching", "foundation"):
         law = read_parameters(scene({"contact.law": name})).law
         f1, f2, _ = forces(law, 5e-6, 2e-6, True)
