@@ -150,6 +150,7 @@ def follow(
     shape (3, 4).
     """
     size, free = run.y.size, run.y.size - TAIL
+    advance(model, law, run, work, 0.0, t_end, tolerance, max_step, 100, limit)  # closes what starts inside
     y0, state, gap, broken = run.y.copy(), np.empty(size), np.empty(CONTACTS), np.zeros(3)
     modes = run.modes.copy()
     switched = run.counters[SWITCHES]

@@ -163,7 +163,7 @@ def test_clearance_at_the_crank_pin(scene, slider) -> None:
 
 
 def test_a_contact_within_one_step_is_stepped_over(scene) -> None:
-    """What is said of `solve_ivp`'s events: it looks at the ends of steps alone, and a graze lies between them."""
+    """What is said of `solve_ivp`'s events: it looks at the ends of steps, and a graze lies between them."""
     wide = {"clearance.slider": 5e-4, "initial.slider_vx": 0.02, "drive.cycles": 0.025}
     free = simulate(scene({**wide, "output.samples_per_cycle": 200_000}))
     depth = 1e-9
