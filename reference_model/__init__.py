@@ -1,4 +1,24 @@
-"""The hand-written solver of the paper's equations."""
+"""The hand-written solver of the paper's equations.
+
+| equations | what | where |
+|---|---|---|
+| Fig. 4, Tables 1, 2 | the scene's numbers, bad input | `parameters` |
+| rows 1-8 of Eq. 16 | driven four-bar, all bodies, ideal mechanism in closed form | `linkage`, `ideal` |
+| Eqs. 1-6 | corners, walls, gaps, both sides' forces | `contact` |
+| Eqs. 7-11 | contact laws, each of a side | `laws` |
+| Eqs. 12-13 | modified Coulomb friction | `friction` |
+| Figs. 7, 8 | clearance at the crank pin A | `journal` |
+| Eqs. 14-21 | coordinates and multipliers of any planar linkage, Baumgarte | `multiplier` |
+| their projections | the fewest coordinates | `minimal` (slider), `chain` (crank pin, both) |
+| - | one interface to these three | `equations` |
+| - | steps, and where in them a mode ends | `dop853`, `margins`, `isolation`, `events` |
+| the paper's ode15s | scipy's BDF and others, same equations and margins | `scipy_solvers` |
+| - | what no correct run can show | `invariants` |
+
+The way of a run: `simulation` > `running` > `integrate` (steps, ended by events), which records rows (`recording`);
+`observation` makes channels, extrema, energies (`energy`) and reactions (`reactions`) of them, many at a
+time. Kernels (`compiled`) cannot all be called from Python: only those that are decorated as `kernel`.
+"""
 
 from reference_model.simulation import Result, simulate
 
