@@ -15,9 +15,9 @@
 | the paper's ode15s | scipy's BDF and others, same equations and margins | `scipy_solvers` |
 | - | what no correct run can show | `invariants` |
 
-The way of a run: `simulation` > `running` > `integrate` (steps, ended by events), which records rows (`recording`);
-`observation` makes channels, extrema, energies (`energy`) and reactions (`reactions`) of them, many at a
-time. Kernels (`compiled`) cannot all be called from Python: only those that are decorated as `kernel`.
+The way of a run: `simulation` > `running` > `integrate` (steps, ended by events), which records rows
+(`recording`); `observation` makes channels, extrema, energies (`energy`) and reactions (`reactions`) of them,
+many at a time. Of the kernels (`compiled`) only those decorated as `kernel` may be called from Python.
 """
 
 from reference_model.simulation import Result, simulate
