@@ -163,27 +163,29 @@ def record_step(model: Model, law: Law, run: Run, work: Work, t: float, h: float
         if run.modes[INSIDE + k] > 0.0 or run.modes[MEMORY + k] > 0.0:
             depth, force = peaks_inside(law, run.modes, k, run.contacts, work.stages)
             peak = peak or depth or force
-    mark = math.ceil(t / interval - 1e-9)
+    mark = math.ceil(t / interval)
+    if mark * interval < t:  # by rounding
+        mark += 1
     sample = times[count] - run.clock[3] if count < times.size else math.inf
     if not is_dense and (peak or min(sample, mark * interval) < t + h):
         prepare_dense(model, law, t, h, run.y, run.modes, work)
         run.counters[EVALUATIONS] += 3
     # A sample on a step's end belongs to the next step: the right limit at a jump.
-    while min(sample, mark * interval) < t + h:
-        now = mark * interval
-        if sample < now or abs(sample - now) <= 1e-9 * interval:
-            now = sample
+    while True:
+        marked = mark * interval
+        both = abs(sample - marked) <= 1e-9 * min(interval, h)
+        is_sample = both or sample < marked
+        now = sample if is_sample else marked
+        if now >= t + h:
+            break
         evaluate_inside(model, law, run, work, (now - t) / h, t, h)
-        purpose = 0
-        if now == sample:
-            purpose += SAMPLE
+        if is_sample:
             count += 1
             sample = times[count] - run.clock[3] if count < times.size else math.inf
         # Not at every sample: extrema must not depend on what is asked for.
-        if now >= (mark - 1e-9) * interval:
-            purpose += EXTREMUM
+        if both or not is_sample:
             mark += 1
-        keep(run, purpose)
+        keep(run, (SAMPLE if is_sample else 0) + (EXTREMUM if both or not is_sample else 0))
     run.counters[SAMPLES] = count
     # Accelerations do not peak together with any one force: two corners push, and the slider turns.
     for j in range(PARTS if peak else 0):

@@ -296,7 +296,7 @@ class ScipySolver:
         interval, count = self._work.interval, int(run.counters[SAMPLES])
         # A sample on a solution's end belongs to the next one: the right limit at a jump.
         samples = run.times[count : count + int(np.searchsorted(run.times[count:], last))]
-        marks = interval * np.arange(math.ceil(first / interval - 1e-9), math.ceil(last / interval - 1e-9))
+        marks = interval * np.arange(math.ceil(first / interval), math.ceil(last / interval))
         peaks, ends = self._peaks(solution), solution.t[1:]
         inside = np.concatenate([samples, marks, peaks])
         times = np.concatenate([inside, ends])
