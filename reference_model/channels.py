@@ -54,24 +54,24 @@ class Extrema:
         self._period = period
 
     def widen(self, times: Array, values: Array) -> None:
-        """Take account of values (channels, n) at ascending times (n,), s."""
-        slack, cycles = 1e-9 * self._period, len(self.values)
+        """Take account of values (channels, n) at any times (n,), s."""
         if not times.size:
             return
-        for cycle in range(self._cycle_of(times[0] - slack), self._cycle_of(times[-1] + slack) + 1):
-            first = np.searchsorted(times, cycle * self._period - slack) if cycle else 0
-            last = (
-                np.searchsorted(times, (cycle + 1) * self._period + slack)
-                if cycle < cycles - 1
-                else times.size
-            )
+        slack, at = 1e-9 * self._period, np.arange(len(values))
+        first, last = self._cycle_of(times.min() - slack), self._cycle_of(times.max() + slack)
+        for cycle in range(first, last + 1):
+            rows, when = values, times
             if first < last:
-                found, rows, at = self.values[cycle], values[:, first:last], np.arange(len(values))
-                lowest, highest = rows.argmin(1), rows.argmax(1)
+                begin = cycle * self._period - slack if cycle else -np.inf
+                end = (cycle + 1) * self._period + slack if cycle < len(self.values) - 1 else np.inf
+                mine = (times >= begin) & (times < end)
+                rows, when = values[:, mine], times[mine]
+            if when.size:
+                found, lowest, highest = self.values[cycle], rows.argmin(1), rows.argmax(1)
                 least, most = rows[at, lowest], rows[at, highest]
                 lower, higher = least < found[:, 0], most > found[:, 2]
-                found[lower, 0], found[lower, 1] = least[lower], times[first + lowest[lower]]
-                found[higher, 2], found[higher, 3] = most[higher], times[first + highest[higher]]
+                found[lower, 0], found[lower, 1] = least[lower], when[lowest[lower]]
+                found[higher, 2], found[higher, 3] = most[higher], when[highest[higher]]
 
     def widen_channel(self, channel: int, times: Array, values: Array) -> None:
         """Take account of values of one channel at any times, both of shape (n,)."""

@@ -190,10 +190,12 @@ class Observation:
 
     def _widen(self, purpose: NDArray[np.int64], times: Array, values: Array) -> None:
         """Widen the extrema by all rows that are for them, and by what lies between them."""
-        chosen = np.flatnonzero(purpose & EXTREMUM)
-        chosen = chosen[np.argsort(times[chosen], kind="stable")]
-        self.extrema.widen(times[chosen], values[:, chosen])
-        motion = np.concatenate([self._last, np.vstack([values[:6, chosen], times[chosen]])], axis=1)
+        chosen = (purpose & EXTREMUM) > 0
+        if not chosen.all():
+            times, values = times[chosen], values[:, chosen]
+        self.extrema.widen(times, values)
+        order = np.argsort(times, kind="stable")
+        motion = np.concatenate([self._last, np.vstack([values[:6, order], times[order]])], axis=1)
         self.extrema.turn(motion[6], motion[:6])
         self._last = motion[:, -1:]
 
