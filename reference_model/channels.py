@@ -95,7 +95,10 @@ class Extrema:
             curved, cubic = 3.0 * rise - 2.0 * r0 - r1, r0 + r1 - 2.0 * rise
             # The rate r0 + 2 curved s + 3 cubic s^2 is zero once; in this form also where cubic is 0.
             root = np.sqrt(np.maximum(0.0, curved**2 - 3.0 * cubic * r0))
-            s = -r0 / (curved + np.where(r1 > r0, root, -root))
+            below = curved + np.where(r1 > r0, root, -root)
+            s = np.divide(
+                -r0, below, out=np.zeros_like(r0), where=below != 0.0
+            )  # of rates that round to nothing
             self.widen_channel(i, times[j] + s * h, x[j] + h * s * (r0 + s * (curved + s * cubic)))
 
     def of_all(self) -> Array:

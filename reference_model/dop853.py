@@ -38,11 +38,13 @@ class Work(NamedTuple):
     y1: Array
     """State at the step's end."""
     stages: Array
-    """States of the contacts at the stages, row 0 unused, the step's end last, shape (STAGES + 1, STATES)."""
+    """States of the contacts at the stages, the step's end last, (STAGES + 1, STATES); row 0 is free."""
     slider: Array
     """Motion of the slider at the step's end, (9,): x, y, angle, their rates and second derivatives."""
     state: Array
     """A state within the step, ..."""
+    rate: Array
+    """... its derivative, ..."""
     contacts: Array
     """... the contacts in it, (STATES,), ..."""
     aside: Array
@@ -55,6 +57,8 @@ class Work(NamedTuple):
     """Which margins the stages leave open, (CONTACTS MARGINS,)."""
     parts: Array
     """Depth and force of each contact at parts of the step, shape (2 CONTACTS, PARTS)."""
+    peaks: NDArray[np.bool_]
+    """Whether they peak within the step, (2 CONTACTS,)."""
     interval: float
     """Between marks, s."""
 

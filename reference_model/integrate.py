@@ -305,12 +305,14 @@ def new_run(y0: Array, first_step: float, times: Array, capacity: int, interval:
         stages=np.tile(no_contacts(), (STAGES + 1, 1)),
         slider=np.empty(9),
         state=np.empty(size),
+        rate=np.empty(size),
         contacts=no_contacts(),
         aside=np.empty(9),
         values=np.empty((CONTACTS * MARGINS, POINTS)),
         scales=np.ones(CONTACTS),
         unsettled=np.zeros(CONTACTS * MARGINS, dtype=np.bool_),
         parts=np.empty((2 * CONTACTS, PARTS)),
+        peaks=np.zeros(2 * CONTACTS, dtype=np.bool_),
         interval=interval,
     )
     return run, work

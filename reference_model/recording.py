@@ -33,6 +33,8 @@ MEMORY_FROM = INSIDE_FROM + CONTACTS
 STATE_FROM = MEMORY_FROM + CONTACTS
 """... what of their modes says whether they are closed, the state, and its derivative."""
 
+_NEAR = 1.0e-3
+"""Of a step, from whose ends it is looked how a force begins and ends in it."""
 PARTS = 5
 """Points of a step with a peak, evenly spaced, both ends included, that it is interpolated from."""
 _ROUNDS = 9
@@ -92,20 +94,28 @@ def record(run: Run, t: float, purpose: int, y: Array, dy: Array, contacts: Arra
 
 
 @inner
-def peaks_inside(law: Law, modes: Array, k: int, before: Array, stages: Array) -> tuple[bool, bool]:
-    """Return whether depth and force of contact `k` peak within a step.
+def force_near(model: Model, law: Law, run: Run, work: Work, t: float, h: float, at_end: bool) -> None:
+    """Write the contacts a `_NEAR` of a step inside one of its ends, from the derivative there."""
+    y, row, ahead = (work.y1, STAGES, -_NEAR * h) if at_end else (run.y, 0, _NEAR * h)
+    contacts = work.stages[0] if at_end else work.contacts
+    for m in range(y.size):
+        work.state[m] = y[m] + ahead * work.k[row, m]
+    now = t + ahead + (h if at_end else 0.0)
+    right_hand_side(model, law, now, -1, work.state, run.modes, work.rate, contacts, work.aside)
 
-    The force as its stages say: one that peaks next to an end, before the first or after the last of them,
-    has that end stand for it, up to 1e-4 of it short.
+
+@inner
+def peaks_inside(law: Law, modes: Array, k: int, before: Array, work: Work) -> tuple[bool, bool]:
+    """Return whether depth and force of contact `k` rise at a step's start, and fall at its end.
+
+    The contacts near the ends are those of `force_near`.
     """
-    depth = modes[INSIDE + k] > 0.0 and before[RATE + k] < 0.0 < stages[STAGES, RATE + k]
+    after = work.stages[STAGES]
+    depth = modes[INSIDE + k] > 0.0 and before[RATE + k] < 0.0 < after[RATE + k]
     if modes[MEMORY + k] == 0.0:
         return depth, False
-    largest = max(normal_force(law, before, k), normal_force(law, stages[STAGES], k))
-    for i in range(1, STAGES - 1):
-        if normal_force(law, stages[i], k) > largest:
-            return depth, True
-    return depth, False
+    rises = normal_force(law, work.contacts, k) > normal_force(law, before, k)
+    return depth, rises and normal_force(law, work.stages[0], k) > normal_force(law, after, k)
 
 
 @inner
@@ -158,10 +168,15 @@ def record_step(model: Model, law: Law, run: Run, work: Work, t: float, h: float
     `is_dense`: whether the dense output in `work` is already that of this step.
     """
     times, count, interval = run.times, run.counters[SAMPLES], work.interval
-    peak = False
+    closed, peak = 0.0, False
     for k in range(CONTACTS):
-        if run.modes[INSIDE + k] > 0.0 or run.modes[MEMORY + k] > 0.0:
-            depth, force = peaks_inside(law, run.modes, k, run.contacts, work.stages)
+        closed += run.modes[INSIDE + k] + run.modes[MEMORY + k]
+    if closed > 0.0:
+        force_near(model, law, run, work, t, h, False)
+        force_near(model, law, run, work, t, h, True)
+        for k in range(CONTACTS):
+            depth, force = peaks_inside(law, run.modes, k, run.contacts, work)
+            work.peaks[2 * k], work.peaks[2 * k + 1] = depth, force
             peak = peak or depth or force
     mark = math.ceil(t / interval)
     if mark * interval < t:  # by rounding
@@ -201,9 +216,8 @@ def record_step(model: Model, law: Law, run: Run, work: Work, t: float, h: float
         part[1], part[2], part[3] = row[SLIDER_FROM + 6], row[SLIDER_FROM + 7], row[SLIDER_FROM + 8]
         run.counters[PARTED] += 1
     for k in range(CONTACTS if peak else 0):
-        depth, force = peaks_inside(law, run.modes, k, run.contacts, work.stages)
         for what in range(2):
-            if force if what == 1 else depth:
+            if work.peaks[2 * k + what]:
                 evaluate_inside(model, law, run, work, peak_share(model, law, run, work, k, what, t, h), t, h)
                 contacts = run.rows[run.counters[RECORDED], CONTACTS_FROM:INSIDE_FROM]
                 note_forces(law, run.modes, contacts, run.open_contacts)

@@ -194,16 +194,28 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None) -
         events.append(state.events[: counters[EVENTS]].copy())
         counters[RECORDED] = counters[PARTED] = counters[EVENTS] = 0
 
+    reported, t_end = 0.0, float(times[-1])
+
+    def report(t: float) -> None:
+        """Tell who listens that a time (s) is reached, at most once per 1/50 of the run."""
+        nonlocal reported
+        if progress is not None and 0.02 * t_end <= t - reported and t < t_end:
+            if not reported:
+                compiled.seal()  # others wait until then for what this process compiles
+            reported = t
+            progress(t / t_end)
+
     integrator: Integrator
     if p.method in SCIPY_METHODS:
         # Imported only where it is used: scipy's integrators take longer to import than a short run.
         from reference_model.scipy_solvers import ScipySolver
 
         largest = p.period * LARGEST_STEP_PER_CYCLE
-        integrator = ScipySolver(p, model, state, work, float(times[-1]), largest, drain)
+        integrator = ScipySolver(p, model, state, work, float(times[-1]), largest, drain, report)
     else:
         integrator = Compiled(p, model, state, work, float(times[-1]))
-    code = _advance_to_end(p, integrator, state, drain, float(times[-1]), progress)
+    in_cycle = 1 if progress is None else min(10, math.ceil(50.0 / p.cycles))
+    code = _advance_to_end(p.period / in_cycle, integrator, state, drain, t_end, report)
     events.append(_not_ended(state, p.law.law == FOUNDATION))
     rows = np.concatenate(events)
     rows = rows[np.argsort(rows[:, START], kind="stable")]
@@ -246,30 +258,22 @@ def _not_ended(state: Run, of_sides: bool) -> Array:
 
 
 def _advance_to_end(
-    p: Parameters, integrator: Integrator, state: Run, drain: Callable[[], None], t_end: float,
-    progress: Callable[[float], None] | None,
+    stretch: float, integrator: Integrator, state: Run, drain: Callable[[], None], t_end: float,
+    report: Callable[[float], None],
 ) -> int:  # fmt: skip
-    """Integrate stretch after stretch; return why it stopped."""
-    # So often as a report asks for, and at the end of each cycle; a call of compiled code takes as long as a
-    # hundred steps. Scipy's solvers start anew after each stretch, so that these must not depend on who
-    # listens.
-    scipy = p.method in SCIPY_METHODS
-    in_cycle = 1 if progress is None and not scipy else math.ceil(50.0 / p.cycles)
-    in_cycle = in_cycle if scipy else min(10, in_cycle)
-    stop, now, reported, code = 0, 0.0, 0.0, integrate.REACHED
+    """Integrate stretch after stretch (s, one or more a cycle); return why it stopped.
+
+    A call of compiled code takes as long as a hundred steps.
+    """
+    stop, now, code = 0, 0.0, integrate.REACHED
     while code <= integrate.BUFFER_FULL and t_end - now > 1e-12 * t_end:
-        while stop * p.period / in_cycle <= now:
+        while stop * stretch <= now:
             stop += 1
-        t_stop = min(t_end, stop * p.period / in_cycle)
-        code = integrator.advance(t_stop)
+        code = integrator.advance(min(t_end, stop * stretch))
         now = state.clock[3] + state.clock[0]
         if code != integrate.REACHED or t_end - now <= 1e-12 * t_end:
             drain()
-        if progress is not None and code <= integrate.BUFFER_FULL and t_stop - reported >= 0.02 * t_end:
-            if not reported:
-                compiled.seal()  # others wait until then for what this process compiles
-            reported = t_stop
-            progress(t_stop / t_end)
+        report(now)
     return code
 
 

@@ -44,10 +44,6 @@ leaves both the curvature of the force and the round-off of the gap (1e-16 m) be
 Newton."""
 
 
-class _LimitError(Exception):
-    """Too many steps."""
-
-
 @kernel
 def margins_in(
     model: Model,
@@ -135,14 +131,17 @@ class ScipySolver:
         Longest step, s.
     drain
         Empties the buffer of recorded rows.
+    report
+        Called with the time (s) of each step.
     """
 
     def __init__(
         self, p: Parameters, model: Model, state: Run, work: Work, t_end: float, largest: float,
-        drain: Callable[[], None],
+        drain: Callable[[], None], report: Callable[[float], None],
     ) -> None:  # fmt: skip
         self._p, self._model, self._run, self._work = p, model, state, work
-        self._t_end, self._drain, self._method = t_end, drain, p.method.removeprefix("scipy-")
+        self._t_end, self._drain, self._report = t_end, drain, report
+        self._method = p.method.removeprefix("scipy-")
         self.name = f"scipy {self._method} with located events"
         self.settings = {"tolerance": p.tolerance, "largest_step_s": largest, "relative_tolerance": RTOL}
         self._first_step, self._last_step, self._largest = math.inf, largest, largest
@@ -204,10 +203,7 @@ class ScipySolver:
             t = float(run.clock[0])
             ended = self._already_ended(t)
             if ended is None:
-                try:
-                    solution = self._solve(t, t_stop)
-                except _LimitError:
-                    return integrate.STEP_LIMIT
+                solution = self._solve(t)
                 if not np.isfinite(solution.y).all():
                     return integrate.NOT_FINITE
                 if solution.status < 0:
@@ -222,6 +218,8 @@ class ScipySolver:
                     place for place, at in zip(self._places, solution.t_events[1:], strict=True) if at.size
                 ]
                 ended = hits[0] if hits else None
+                if solution.t_events[0].size:
+                    return integrate.STEP_LIMIT
             if ended is not None:
                 t = float(run.clock[0])
                 self._all_margins(t, run.y)
@@ -245,8 +243,8 @@ class ScipySolver:
         below = np.flatnonzero(margins < -limits)
         return int(below[0]) if below.size else None
 
-    def _solve(self, t: float, t_stop: float) -> Any:
-        """Solve from `t` to `t_stop` (s) or to the first event, in the modes of now."""
+    def _solve(self, t: float) -> Any:
+        """Solve from `t` (s) to the end or to the first event, in the modes of now."""
         run, p = self._run, self._p
         self._places = [int(place) for place in np.flatnonzero(np.isfinite(self._all_margins(t, run.y)))]
         known: dict[str, float] = {}
@@ -258,12 +256,18 @@ class ScipySolver:
 
         steps = int(run.counters[STEPS])
 
-        def count(_: float, __: Array) -> float:
-            nonlocal steps
+        limit = math.inf
+
+        def left(t: float, _: Array) -> float:
+            """Count steps, at whose ends alone it is asked for; its zero is the one too many."""
+            nonlocal steps, limit
             steps += 1
             if steps + run.counters[SWITCHES] > self._limit:
-                raise _LimitError
-            return 1.0
+                limit = min(limit, t)
+            self._report(t)
+            return 1.0 if t < limit else -1.0
+
+        left.terminal = True  # type: ignore[attr-defined]
 
         def of(place: int) -> Callable[[float, Array], float]:
             def value(t: float, y: Array) -> float:
@@ -284,10 +288,10 @@ class ScipySolver:
                 neginf=0.0,
             )
         if math.isfinite(self._first_step):
-            options["first_step"] = min(self._first_step, t_stop - t)
+            options["first_step"] = min(self._first_step, self._t_end - t)
         return solve_ivp(  # type: ignore[call-overload]
-            derivative, (t, t_stop), run.y.copy(), self._method, dense_output=True, rtol=RTOL,
-            atol=self._atol, max_step=self._largest, events=[count, *map(of, self._places)], **options,
+            derivative, (t, self._t_end), run.y.copy(), self._method, dense_output=True, rtol=RTOL,
+            atol=self._atol, max_step=self._largest, events=[left, *map(of, self._places)], **options,
         )  # fmt: skip
 
     def _record(self, solution: Any) -> None:

@@ -8,7 +8,7 @@ from reference_model.parameters import read_parameters
 
 CURRENT = {"contact.impact_speed": "current"}
 SHORT = {"drive.cycles": 0.3, "solver.reference.tolerance": 1e-10}
-LAWS = ("hertz-corners", "strip", "foundation")
+LAWS = ("hertz-corners", "foundation")
 
 
 def rates(result, corner):
