@@ -194,15 +194,15 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None) -
         events.append(state.events[: counters[EVENTS]].copy())
         counters[RECORDED] = counters[PARTED] = counters[EVENTS] = 0
 
-    reported, t_end = 0.0, float(times[-1])
+    reported, t_end = 0, float(times[-1])
 
     def report(t: float) -> None:
         """Tell who listens that a time (s) is reached, at most once per 1/50 of the run."""
         nonlocal reported
-        if progress is not None and 0.02 * t_end <= t - reported and t < t_end:
+        if progress is not None and reported < math.floor(50.0 * t / t_end) < 50:
             if not reported:
                 compiled.seal()  # others wait until then for what this process compiles
-            reported = t
+            reported = math.floor(50.0 * t / t_end)
             progress(t / t_end)
 
     integrator: Integrator

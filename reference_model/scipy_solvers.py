@@ -256,15 +256,16 @@ class ScipySolver:
 
         steps = int(run.counters[STEPS])
 
-        limit = math.inf
+        limit, latest = math.inf, t
 
         def left(t: float, _: Array) -> float:
             """Count steps, at whose ends alone it is asked for; its zero is the one too many."""
-            nonlocal steps, limit
-            steps += 1
-            if steps + run.counters[SWITCHES] > self._limit:
-                limit = min(limit, t)
-            self._report(t)
+            nonlocal steps, limit, latest
+            if t > latest:  # not where the zero is searched for
+                steps, latest = steps + 1, t
+                if steps + run.counters[SWITCHES] > self._limit:
+                    limit = min(limit, t)
+                self._report(float(t))
             return 1.0 if t < limit else -1.0
 
         left.terminal = True  # type: ignore[attr-defined]
