@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from reference_model import compiled, integrate, simulation
+from reference_model import compiled, integrate
 from reference_model.chain import Chain
 from reference_model.channels import requested
 from reference_model.contact import CONTACTS, JOURNAL, MEMORY, TAIL
@@ -46,6 +46,7 @@ from reference_model.multiplier import Linkage, press
 from reference_model.observation import Observation
 from reference_model.parameters import FOUNDATION, SCIPY_METHODS, Parameters
 from reference_model.recording import MARKS
+from reference_model.results import EVENT_COLUMNS, Result, begun_cycles, name_results
 
 LARGEST_STEP_PER_CYCLE = 1.0 / 50.0
 """At loose tolerances flight would allow more, which hardly samples the motion's harmonics. No event depends
@@ -130,16 +131,18 @@ class Compiled:
         Parameters, formulation, the run and what its steps are computed in.
     t_end
         s.
+    limit
+        Attempted steps and switches after which the run is stopped.
     """
 
     name = "DOP853 with located events"
 
-    def __init__(self, p: Parameters, model: Model, state: Run, work: Any, t_end: float) -> None:
+    def __init__(self, p: Parameters, model: Model, state: Run, work: Any, t_end: float, limit: int) -> None:
         self._p, self._model, self._state, self._work, self._t_end = p, model, state, work, t_end
         self._largest = p.period * LARGEST_STEP_PER_CYCLE
         self.settings = {"tolerance": p.tolerance, "largest_step_s": self._largest}
         self._room = _room(p)
-        self._limit = round(simulation.STEPS_PER_CYCLE_LIMIT * max(1.0, p.cycles))
+        self._limit = limit
 
     def advance(self, t_stop: float) -> int:
         """Integrate until `t_stop` (s) is passed."""
@@ -177,14 +180,14 @@ def _room(p: Parameters) -> int:
     )
 
 
-def run(p: Parameters, times: Array, progress: Callable[[float], None] | None) -> simulation.Result:
-    """Run a scene, with samples at the times (s)."""
+def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, limit: int) -> Result:
+    """Run a scene, with samples at the times (s) and at most so many attempted steps and switches."""
     model, name = formulation(p)
     y0, names = start(p, model), requested(p)
     state, work = integrate.new_run(
         y0, 1e-3 * LARGEST_STEP_PER_CYCLE * p.period, times, ROWS_AT_ONCE + _room(p), p.period / MARKS
     )
-    observation = Observation(model, p.mechanism, p.law, names, times, simulation.begun_cycles(p), p.period)
+    observation = Observation(model, p.mechanism, p.law, names, times, begun_cycles(p), p.period)
     events = [np.empty((0, COLUMNS))]
 
     def drain() -> None:
@@ -211,9 +214,9 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None) -
         from reference_model.scipy_solvers import ScipySolver
 
         largest = p.period * LARGEST_STEP_PER_CYCLE
-        integrator = ScipySolver(p, model, state, work, float(times[-1]), largest, drain, report)
+        integrator = ScipySolver(p, model, state, work, float(times[-1]), largest, limit, drain, report)
     else:
-        integrator = Compiled(p, model, state, work, float(times[-1]))
+        integrator = Compiled(p, model, state, work, float(times[-1]), limit)
     in_cycle = 1 if progress is None else min(10, math.ceil(50.0 / p.cycles))
     code = _advance_to_end(p.period / in_cycle, integrator, state, drain, t_end, report)
     events.append(_not_ended(state, p.law.law == FOUNDATION))
@@ -223,10 +226,10 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None) -
     numbers = rows[:, CONTACT].astype(int)
     table = {"corner": np.array(CONTACT_NAMES)[numbers]} | {
         column: rows[:, i].copy()
-        for column, i in zip(simulation.EVENT_COLUMNS, (START, END, SPEED, IMPULSE, PEAK, DEPTH), strict=True)
+        for column, i in zip(EVENT_COLUMNS, (START, END, SPEED, IMPULSE, PEAK, DEPTH), strict=True)
     }
     sampled = observation.sampled
-    result = simulation.name_results(
+    result = name_results(
         names, times[:sampled], observation.samples[:, :sampled], table, observation.extrema
     )
     provenance: dict[str, Any] = {

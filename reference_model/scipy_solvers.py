@@ -20,7 +20,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
-from reference_model import integrate, simulation
+from reference_model import integrate
 from reference_model.compiled import kernel
 from reference_model.contact import CONTACTS, GAP, JOURNAL, MEMORY, NORMAL, TAIL, no_contacts
 from reference_model.dop853 import VELOCITY_TIME, Work
@@ -129,6 +129,8 @@ class ScipySolver:
         s.
     largest
         Longest step, s.
+    limit
+        Steps and switches after which the run is stopped.
     drain
         Empties the buffer of recorded rows.
     report
@@ -136,7 +138,7 @@ class ScipySolver:
     """
 
     def __init__(
-        self, p: Parameters, model: Model, state: Run, work: Work, t_end: float, largest: float,
+        self, p: Parameters, model: Model, state: Run, work: Work, t_end: float, largest: float, limit: int,
         drain: Callable[[], None], report: Callable[[float], None],
     ) -> None:  # fmt: skip
         self._p, self._model, self._run, self._work = p, model, state, work
@@ -149,7 +151,7 @@ class ScipySolver:
         self._atol = np.full(size, _UNCONTROLLED)
         self._atol[: size - TAIL] = p.tolerance
         self._atol[(size - TAIL) // 2 : size - TAIL] /= VELOCITY_TIME
-        self._limit = round(simulation.SCIPY_STEPS_PER_CYCLE_LIMIT * max(1.0, p.cycles))
+        self._limit = limit
         self._spent = np.zeros(3, dtype=np.int64)
         self._dy, self._contacts, self._slider = np.empty(size), no_contacts(), np.empty(9)
         self._margins, self._margins_at = np.empty(CONTACTS * MARGINS), math.nan
@@ -207,7 +209,11 @@ class ScipySolver:
                 if not np.isfinite(solution.y).all():
                     return integrate.NOT_FINITE
                 if solution.status < 0:
-                    return integrate.STEP_TOO_SMALL
+                    # LSODA gives up where its first step is far too long, instead of shortening it.
+                    self._first_step = 1e-3 * min(self._first_step, self._largest)
+                    if solution.t[-1] > t or t + self._first_step == t:
+                        return integrate.STEP_TOO_SMALL
+                    continue
                 self._spent += solution.nfev, solution.njev, solution.nlu
                 if solution.t[-1] > t:
                     switched = run.counters[SWITCHES]

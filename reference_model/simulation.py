@@ -1,50 +1,26 @@
 """One scene in, one result out."""
 
-import math
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from reference_model.channels import Extrema, requested
+from reference_model.channels import requested
 from reference_model.ideal import observe_ideal
 from reference_model.linkage import Array
 from reference_model.parameters import Parameters, read_parameters
+from reference_model.results import EVENT_COLUMNS, Result, begun_cycles, name_results
 
 STEPS_PER_CYCLE_LIMIT = 10_000_000
 """Attempted steps and switches after which a run is stopped, some 20 s; the shipped scenes need some 2e3 a
 cycle at tolerance 1e-9, those with a clearance at the crank pin 6e3, a slider that friction jams 9e6."""
 SCIPY_STEPS_PER_CYCLE_LIMIT = 2_000_000
 """The same for scipy's solvers, which take 0.1 (LSODA) to 0.5 ms (scipy-DOP853) a step: 3 to 17 minutes."""
-EVENT_COLUMNS = ("start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
-
-
-@dataclass(frozen=True)
-class Result:
-    """What a simulation gives."""
-
-    columns: dict[str, Array]
-    """Channel -> values at the sample times, all of one length; "time" (s) first."""
-    events: dict[str, NDArray[Any]]
-    """One row a contact, ascending in start: "corner" and EVENT_COLUMNS (s, s, m/s, N s, N, m)."""
-    pulses: dict[str, NDArray[Any]]
-    """Normal forces of the contacts at the ends of steps: "row" in the events, "time" (s), "force" (N)."""
-    extrema: dict[str, dict[str, float]]
-    """Channel -> min, time_of_min, max, time_of_max over all integration steps, whatever the samples."""
-    cycle_extrema: dict[str, Array]
-    """The same of each crank cycle, such as "slider_ay_time_of_min": arrays of one length. An instant between
-    two cycles belongs to both."""
-    provenance: dict[str, Any] = field(default_factory=dict)
-    """What produced it: integrator, settings, versions, counters, wall time."""
-    status: str = "success"
-    remedy: str = ""
-    """What to try where the status is not "success"."""
 
 
 def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | None = None) -> Result:
@@ -76,7 +52,8 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         # Imported only where it is used: it brings the compiler, which takes longer than a short run.
         from reference_model.running import run
 
-        result = run(p, times, progress)
+        limit = STEPS_PER_CYCLE_LIMIT if p.method == "dop853" else SCIPY_STEPS_PER_CYCLE_LIMIT
+        result = run(p, times, progress, round(limit * max(1.0, p.cycles)))
     result.provenance.update(
         model="reference",
         versions=dict(_versions()),
@@ -113,27 +90,3 @@ def _ideal(p: Parameters, times: Array) -> Result:
     nothing = {name: np.empty(0) for name in EVENT_COLUMNS}
     result = name_results(names, times, values, {"corner": np.empty(0, dtype=str)} | nothing, extrema)
     return replace(result, provenance=provenance)
-
-
-def begun_cycles(p: Parameters) -> int:
-    """Return how many crank cycles a run begins."""
-    return max(1, math.ceil(p.cycles - 1e-9))
-
-
-def name_results(
-    names: list[str], times: Array, values: Array, events: dict[str, NDArray[Any]], extrema: Extrema
-) -> Result:
-    """Name what was recorded: samples (names, n) at the times (n,), contacts, extrema."""
-    keys = ("min", "time_of_min", "max", "time_of_max")
-    begun = extrema.values[extrema.begun()].reshape(-1, 4 * len(names))
-    parts = [f"{name}_{key}" for name in names for key in keys]
-    return Result(
-        columns={"time": times} | dict(zip(names, values, strict=True)),
-        events=events,
-        pulses={"row": np.empty(0, dtype=np.int64), "time": np.empty(0), "force": np.empty(0)},
-        extrema={
-            name: dict(zip(keys, row, strict=True))
-            for name, row in zip(names, extrema.of_all().tolist(), strict=True)
-        },
-        cycle_extrema=dict(zip(parts, begun.T.copy(), strict=True)),
-    )
