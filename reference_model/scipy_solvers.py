@@ -219,7 +219,8 @@ class ScipySolver:
                     switched = run.counters[SWITCHES]
                     self._record(solution)
                     run.clock[0], run.y[:] = solution.t[-1], solution.y[:, -1]
-                    self._last_step = float(solution.t[-1] - solution.t[-2])
+                    last = solution.sol.interpolants[-1]  # all of the step, beyond the event too
+                    self._last_step = float(last.t - last.t_old)
                 hits = [
                     place for place, at in zip(self._places, solution.t_events[1:], strict=True) if at.size
                 ]
@@ -253,39 +254,38 @@ class ScipySolver:
         """Solve from `t` (s) to the end or to the first event, in the modes of now."""
         run, p = self._run, self._p
         self._places = [int(place) for place in np.flatnonzero(np.isfinite(self._all_margins(t, run.y)))]
-        known: dict[str, float] = {}
+        steps, limit, latest = int(run.counters[STEPS]), math.inf, t
+        # By time, at both ends of a step: from the states there. LSODA's dense output, on which scipy looks for
+        # the zero, meets them only to within the tolerance.
+        ends = {t: self._margins.copy()}
 
         def derivative(t: float, y: Array) -> Array:
             dy = np.empty(y.size)
             evaluate(self._model, p.law, t, y, run.modes, dy, self._contacts, self._slider)
             return dy
 
-        steps = int(run.counters[STEPS])
-
-        limit, latest = math.inf, t
-
-        def left(t: float, _: Array) -> float:
-            """Count steps, at whose ends alone it is asked for; its zero is the one too many."""
+        def left(t: float, y: Array) -> float:
+            """Look at the end of a step, of which it is told first; its zero is the step too many."""
             nonlocal steps, limit, latest
             if t > latest:  # not where the zero is searched for
-                steps, latest = steps + 1, t
+                kept = {latest: ends[latest], t: self._all_margins(t, np.ascontiguousarray(y)).copy()}
+                ends.clear()
+                ends.update(kept)
+                latest, steps = t, steps + 1
                 if steps + run.counters[SWITCHES] > self._limit:
                     limit = min(limit, t)
                 self._report(float(t))
             return 1.0 if t < limit else -1.0
 
-        left.terminal = True  # type: ignore[attr-defined]
-
         def of(place: int) -> Callable[[float, Array], float]:
             def value(t: float, y: Array) -> float:
-                if known.get("t") != t:
-                    known["t"] = t
-                    self._all_margins(t, np.ascontiguousarray(y))
-                return float(self._margins[place])
+                margins = ends[t] if t in ends else self._all_margins(t, np.ascontiguousarray(y))
+                return float(margins[place])
 
             value.terminal, value.direction = True, -1.0  # type: ignore[attr-defined]
             return value
 
+        left.terminal = True  # type: ignore[attr-defined]
         options: dict[str, Any] = {}
         if self._method != "DOP853":
             # Where it overflows Newton's method fails with any matrix, and the solver halves its step.

@@ -33,7 +33,7 @@ def opened(tmp_path):
 def test_a_damaged_file_is_compiled_anew_and_replaced(package, tmp_path):
     found = damaged(package, tmp_path, tmp_path / "cache")
     assert len(found) == 8
-    assert found == {name: ["True", "False", "True"] for name in found}
+    assert found == {name: [True, False, True] for name in found}
 
 
 def test_an_empty_variable_is_one_that_is_not_set(package, tmp_path):

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 PATH = os.environ.get("PYTHONPATH") or str(Path(__file__).parents[2])
@@ -20,51 +21,29 @@ def triple(x):
 value = triple(2.0)
 print(value, sum(getattr(triple, "compiled", triple).stats.cache_hits.values()))
 """
-DAMAGES = """
-from pathlib import Path
-import sys
-
-def flipped(content):
-    middle = len(content) // 2
-    return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
-
-damages = {{
+DAMAGES: dict[str, Callable[[bytes], bytes]] = {
     "cut": lambda content: content[: len(content) // 2],
-    "emptied": lambda content: b"",
+    "emptied": lambda _: b"",
     "zeroed": lambda content: bytes(len(content)),
-    "one bit": flipped,
-}}
-
-def hit():
-    again = kernel(triple.py_func)
-    assert again(2.0) == 6.0
-    return bool(sum(again.compiled.stats.cache_hits.values()))
-
-for suffix in ("nbi", "nbc"):
-    for name, damage in damages.items():
-        sound = hit()
-        (path,) = Path(sys.argv[1]).rglob("caller.triple*." + suffix)
-        path.write_bytes(damage(path.read_bytes()))
-        print(suffix, name, sound, hit(), hit(), sep=",")
-"""
+    "one bit": lambda content: (
+        content[: len(content) // 2]
+        + bytes([content[len(content) // 2] ^ 1])
+        + content[len(content) // 2 + 1 :]
+    ),
+}
 
 
-def damaged(package: str, folder: Path, cache: Path) -> dict[str, list[str]]:
+def damaged(package: str, folder: Path, cache: Path) -> dict[str, list[bool]]:
     """Damage each file in each way: whether a kernel comes from the cache before, after and a second time."""
-    script = folder / "caller.py"
-    script.write_text((CALLER + DAMAGES).format(package=package))
-    environment = os.environ | {"SIXBAR_CACHE_DIR": str(cache), "PYTHONPATH": PATH}
-    environment.pop("NUMBA_CACHE_DIR", None)
-    done = subprocess.run(
-        [sys.executable, str(script), str(cache)],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    lines = [line.split(",") for line in done.stdout.splitlines()[1:]]
-    return {f"{suffix} {name}": found for suffix, name, *found in lines}
+    call(package, folder, cache)
+    found = {}
+    for suffix in ("nbi", "nbc"):
+        for name, damage in DAMAGES.items():
+            before, _ = call(package, folder, cache)
+            (path,) = cache.rglob(f"caller.triple*.{suffix}")
+            path.write_bytes(damage(path.read_bytes()))
+            found[f"{suffix} {name}"] = [before, *(call(package, folder, cache)[0] for _ in range(2))]
+    return found
 
 
 def interpreter() -> list[tuple[str, str]]:
