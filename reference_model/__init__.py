@@ -20,6 +20,7 @@ The way of a run: `simulation` > `running` > `integrate` (steps, ended by events
 many at a time. Of the kernels (`compiled`) only those decorated as `kernel` may be called from Python.
 """
 
-from reference_model.simulation import Result, simulate
+from reference_model.results import Result
+from reference_model.simulation import simulate
 
 __all__ = ["Result", "simulate"]

@@ -255,8 +255,8 @@ class ScipySolver:
         run, p = self._run, self._p
         self._places = [int(place) for place in np.flatnonzero(np.isfinite(self._all_margins(t, run.y)))]
         steps, limit, latest = int(run.counters[STEPS]), math.inf, t
-        # By time, at both ends of a step: from the states there. LSODA's dense output, on which scipy looks for
-        # the zero, meets them only to within the tolerance.
+        # By time, at both ends of a step, from the states there: LSODA's dense output, on which scipy looks
+        # for the zero, meets them only to within the tolerance.
         ends = {t: self._margins.copy()}
 
         def derivative(t: float, y: Array) -> Array:

@@ -50,7 +50,6 @@ SIDE = {
 CASES = {
     "opposite corners": ("wedge", {}),
     "one side, hertz-corners": ("150rpm-0.2mm", SIDE),
-    "one side, strip": ("150rpm-0.2mm", {**SIDE, "contact.law": "strip"}),
     "one side, paper-switching": ("150rpm-0.2mm", {**SIDE, "contact.law": "paper-switching"}),
     "one side, without memory": ("150rpm-0.2mm", {**SIDE, "contact.impact_speed": "current"}),
 }
