@@ -8,32 +8,28 @@ corners, walls and journal are follows from the scene's own numbers by formulas 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import DOP853
 
 from comparison.scene import Scene
+from reference_model import running
 from reference_model.compiled import kernel
-from reference_model.constants import Formulation
-from reference_model.dop853 import NODES, ROWS, STAGES, dense, prepare_dense
-from reference_model.forces import CONTACTS, INSIDE, no_contacts
-from reference_model.formulations import DRIVEN, free, right_hand_side, state_size, tabulate_driven
-from reference_model.integrate import CHATTER, NOT_FINITE, REACHED, STEP_LIMIT, SWITCHES_AT_ONCE, advance
-from reference_model.progress import (
-    BUFFERED,
-    REJECTED,
-    STEPS,
-    SWITCHES,
-    Progress,
-    begin,
-    begin_cycle,
-    cycle_start,
+from reference_model.contact import CONTACTS, INSIDE, TAIL
+from reference_model.dop853 import NODES, STAGES, Work, dense, prepare_dense
+from reference_model.equations import Model, right_hand_side, tabulate
+from reference_model.events import EVENTS, PARTED, RECORDED, REJECTED, STEPS, SWITCHES, Run
+from reference_model.integrate import (
+    CHATTER,
+    NOT_FINITE,
+    REACHED,
+    STEP_LIMIT,
+    SWITCHES_AT_ONCE,
+    advance,
+    new_run,
 )
-from reference_model.reading import read_parameters
-from reference_model.recording import Samples, samples_of
-from reference_model.simulation import LARGEST_STEP_PER_CYCLE
-from reference_model.start import formulation, start
+from reference_model.parameters import Law, Parameters, read_parameters
 
 COUPLING, SHARES = np.vstack([DOP853.A, DOP853.B]), np.append(DOP853.C, 1.0)
 """The weights of the method are the last row: the last stage is the derivative at the step's end."""
@@ -77,12 +73,11 @@ class Geometry(NamedTuple):
     pin_clearance: float
 
 
-KINDS = {
-    Formulation.SLIDER: 0,
-    Formulation.PIN: 1,
-    Formulation.BOTH: 2,
-    Formulation.MULTIPLIER: 3,
-}
+def kind_of(p: Parameters) -> int:
+    """Return the number of a scene's formulation: slider, pin, both, multiplier."""
+    if p.multipliers:
+        return 3
+    return 0 if p.ideal_pin else 1 if p.ideal_slider else 2
 
 
 def geometry(scene: Scene) -> Geometry:
@@ -91,7 +86,7 @@ def geometry(scene: Scene) -> Geometry:
     m, slider, clearance = data["mechanism"], data["mechanism"]["slider"], data["clearance"]
     room = slider["width"] / 2 + clearance["slider"]
     return Geometry(
-        formulation=KINDS[formulation(read_parameters(data))],
+        formulation=kind_of(read_parameters(data)),
         omega=data["drive"]["speed_rpm"] * 2 * math.pi / 60,
         theta0=math.radians(m["crank_angle_deg"]),
         crank=m["crank"]["length"],
@@ -145,90 +140,83 @@ def gaps(g: Geometry, t: float, y: np.ndarray, out: np.ndarray) -> None:
 
 
 @kernel
-def step(
-    c: Any, t: float, h: float, y0: np.ndarray, modes: np.ndarray, k: np.ndarray, y1: np.ndarray,
-    contacts: np.ndarray,
-) -> None:  # fmt: skip
-    """Write the derivatives at the stages into rows 0 to STAGES of `k`, and the state at t + h into `y1`."""
-    for i in range(STAGES + 1):
-        for m in range(y0.size):
-            s = 0.0
-            for j in range(i):
-                s += COUPLING[i, j] * k[j, m]
-            y1[m] = y0[m] + h * s
-        right_hand_side(c, t + SHARES[i] * h, y1, modes, k[i], contacts)
-
-
-@kernel
 def follow(
-    c: Any, g: Geometry, p: Progress, t_end: float, tolerance: float, max_step: float, limit: int,
-    bound: float, samples: Samples, found: np.ndarray,
+    model: Model, law: Law, g: Geometry, run: Run, work: Work, again: Work, period: float, t_end: float,
+    tolerance: float, max_step: float, limit: int, bound: float, found: np.ndarray,
 ) -> int:  # fmt: skip
     """Integrate to `t_end` one attempt at a time, and look at POINTS points of every step that is accepted.
 
-    Returns why it stopped, as `advance` does. `found`, shape (3, 4), is written.
+    Returns why it stopped, as `advance` does. `again`: what steps are computed again in. `found` is written,
+    shape (3, 4).
     """
-    size = state_size(c)
-    y0, y1, state, scratch = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    k, f = np.zeros((ROWS, size)), np.empty((7, size))
-    table = np.empty((DRIVEN, NODES.size))
-    contacts, modes, gap = no_contacts(), p.modes.copy(), np.empty(CONTACTS)
-    broken = np.zeros(3)
-    switched = p.counters[SWITCHES]
+    size, free = run.y.size, run.y.size - TAIL
+    advance(model, law, run, work, 0.0, t_end, tolerance, max_step, 100, limit)  # closes what starts inside
+    y0, state, gap, broken = run.y.copy(), np.empty(size), np.empty(CONTACTS), np.zeros(3)
+    modes = run.modes.copy()
+    switched = run.counters[SWITCHES]
     found[:] = 0.0
     while True:
-        begin_cycle(c, p)
-        cycle, t = cycle_start(c, p), p.clock[0]
+        # In the multiplier form the crank's angle is a coordinate, and time is that of the run.
+        passed = 0.0 if g.formulation == 3 else math.floor(run.clock[0] / period) * period
+        run.clock[0] -= passed
+        run.clock[3] += passed
+        cycle, t = run.clock[3], run.clock[0]
         if t_end - cycle - t <= 1e-12 * t_end:
             return REACHED
-        attempts = p.counters[STEPS] + p.counters[REJECTED] + p.counters[SWITCHES]
+        attempts = run.counters[STEPS] + run.counters[REJECTED] + run.counters[SWITCHES]
         if attempts >= limit:
             return STEP_LIMIT
-        if p.counters[SWITCHES] - switched > SWITCHES_AT_ONCE:
+        if run.counters[SWITCHES] - switched > SWITCHES_AT_ONCE:
             return CHATTER
-        steps = p.counters[STEPS]
-        y0[:] = p.y
-        modes[:] = p.modes
+        steps, left = run.counters[STEPS], t_end - cycle
+        y0[:] = run.y
+        modes[:] = run.modes
         # One attempt and no more, also where a mode ends at once and the next step has other modes.
-        status = advance(c, p, t_end, t_end, tolerance, max_step, attempts + 1, samples)
-        p.counters[BUFFERED] = 0
-        if p.counters[STEPS] > steps:
-            switched = p.counters[SWITCHES]
-            for i in range(free(c)):
-                if not abs(p.y[i]) < ASTRAY:
+        status = advance(model, law, run, work, left, left, tolerance, max_step, 100, attempts + 1)
+        run.counters[EVENTS] = run.counters[RECORDED] = run.counters[PARTED] = 0
+        if run.counters[STEPS] > steps:
+            switched = run.counters[SWITCHES]
+            for i in range(free):
+                if not abs(run.y[i]) < ASTRAY:
                     return NOT_FINITE
-            h = p.clock[0] - t
-            step(c, t, h, y0, modes, k, y1, contacts)
-            tabulate_driven(c, t, h, NODES, table)
-            prepare_dense(c, t, h, y0, y1, modes, k, table, free(c), scratch, contacts, f)
+            h = run.clock[0] - t
+            for i in range(STAGES + 1):
+                for m in range(size):
+                    s = 0.0
+                    for j in range(i):
+                        s += COUPLING[i, j] * again.k[j, m]
+                    again.y1[m] = y0[m] + h * s
+                time = t + SHARES[i] * h
+                right_hand_side(
+                    model, law, time, -1, again.y1, modes, again.k[i], again.stages[i], again.slider
+                )
+            tabulate(model, t, h, NODES)
+            prepare_dense(model, law, t, h, y0, modes, again)
             slack = 0.0
-            for i in range(free(c) // 2):
-                slack = max(slack, abs(y1[i] - p.y[i]))
+            for i in range(free // 2):
+                slack = max(slack, abs(again.y1[i] - run.y[i]))
                 # A rounding of the time times the speed, which in a run that gains energy has no bound.
-                moved = 4.0 * np.spacing(p.clock[0]) * abs(p.y[free(c) // 2 + i])
+                moved = 4.0 * np.spacing(run.clock[0]) * abs(run.y[free // 2 + i])
                 allowed = REPRODUCED + REPRODUCED_SHARE * tolerance + moved
-                if not abs(y1[i] - p.y[i]) <= allowed or p.counters[STEPS] > steps + 1:
+                if not abs(again.y1[i] - run.y[i]) <= allowed or run.counters[STEPS] > steps + 1:
                     return NOT_REPRODUCED
             broken[:] = 0.0
             for i in range(1, POINTS + 1):
                 share = i / POINTS
-                dense(y0, f, share, free(c), state)
+                dense(y0, again.f, share, free, state)
                 gaps(g, t + share * h, state, gap)
                 for j in range(CONTACTS):
                     row, wrong = OUTSIDE, -gap[j]
-                    # Under the law foundation a side's second corner is located like its first.
-                    if modes[INSIDE, j] > 0.0:
+                    # Where a side is one contact its second corner is located like its first.
+                    if modes[INSIDE + j] > 0.0:
                         row, wrong = CLOSED, gap[j]
-                    elif p.modes[INSIDE, j] > 0.0:
+                    elif run.modes[INSIDE + j] > 0.0:
                         row = TOUCHING
                     if wrong > bound + slack:
                         broken[row] = 1.0
                     if wrong > found[row, WORST]:
-                        found[row, WORST], found[row, TIME], found[row, CONTACT] = (
-                            wrong,
-                            cycle + t + share * h,
-                            j,
-                        )
+                        found[row, WORST], found[row, CONTACT] = wrong, j
+                        found[row, TIME] = cycle + t + share * h
             found[:, VIOLATIONS] += broken
         if status not in (REACHED, STEP_LIMIT):
             return status
@@ -240,7 +228,7 @@ class Followed(NamedTuple):
     status: int
     steps: int
     found: np.ndarray
-    progress: Progress
+    run: Run
 
 
 def check(scene: Scene, bound: float, limit: int, judged: Scene | None = None) -> Followed:
@@ -258,12 +246,14 @@ def check(scene: Scene, bound: float, limit: int, judged: Scene | None = None) -
         Whose geometry the gaps are of; that of `scene` by default.
     """
     p = read_parameters(scene.data)
-    c, y0 = start(p, formulation(p))
-    largest = p.period * LARGEST_STEP_PER_CYCLE
-    progress = begin(c, y0, 1e-3 * largest)
+    model, _ = running.formulation(p)
+    y0, largest = running.start(p, model), p.period * running.LARGEST_STEP_PER_CYCLE
+    (run, work), (_, again) = (
+        new_run(y0, 1e-3 * largest, np.empty(0), 200, p.period / 1000) for _ in range(2)
+    )
     found = np.zeros((3, 4))
     status = follow(
-        c, geometry(judged or scene), progress, p.period * p.cycles, p.tolerance, largest, limit, bound,
-        samples_of((), np.empty(0)), found,
+        model, p.law, geometry(judged or scene), run, work, again, p.period, p.period * p.cycles, p.tolerance,
+        largest, limit, bound, found,
     )  # fmt: skip
-    return Followed(status, int(progress.counters[STEPS]), found, progress)
+    return Followed(status, int(run.counters[STEPS]), found, run)

@@ -18,18 +18,18 @@ from typing import Any
 
 import numba
 import numpy as np
-
-from comparison.scene import load_scene
-from reference_model import simulate
 from reference_model.constants import Formulation
-from reference_model.dop853 import NODES, ROWS, STAGES, prepare_dense, take_step
 from reference_model.forces import MEMORY, REGIME, no_contacts, slider_forces
 from reference_model.formulations import DRIVEN, right_hand_side, state_size
-from reference_model.linkage import rocker_tip
-from reference_model.observation import CHANNELS, MOTION, MOTION_ONLY, observe, widen
 from reference_model.progress import begin
 from reference_model.reading import read_parameters
 from reference_model.start import start
+
+from comparison.scene import load_scene
+from reference_model import simulate
+from reference_model.dop853 import NODES, ROWS, STAGES, prepare_dense, take_step
+from reference_model.linkage import rocker_tip
+from reference_model.observation import CHANNELS, MOTION, MOTION_ONLY, observe, widen
 
 CYCLES = 100.0
 SCENE = load_scene("150rpm-0.2mm", {"drive.cycles": CYCLES, "output.groups": []})

@@ -1,147 +1,160 @@
-"""Clearance at the crank pin A: rocker, rod 2, rod 4 and slider as an open chain from the pivot H.
+"""Clearance at the crank pin A: rod 2, rocker, rod 4 and slider as an open chain from the pivot H.
 
 Free coordinates theta_2, theta_3 and, where the slider has clearance too, theta_4, theta_5. The chain is cut
 at A, where journal and bearing only touch, so its equations have no constraint:
 
     rod 2     (J2 + m2 b^2) a2 - m2 b Ls3 (n2 . n3) a3                            = Q2,  b = L2 - Ls2
     rocker    -m2 b Ls3 (n2 . n3) a2 + (J3 + (m2 + m3) Ls3^2 + (m4 + m5) L3^2) a3
-              + (m4 Ls4 + m5 L4) L3 (n3 . n4) a4                                   = Q3
-    rod 4     (m4 Ls4 + m5 L4) L3 (n3 . n4) a3 + I4 a4                             = Q4
-    slider    J5 a5                                                                = Q5
+              + S4 L3 (n3 . n4) a4                                               = Q3
+    rod 4     S4 L3 (n3 . n4) a3 + I4 a4                                         = Q4
+    slider    J5 a5                                                              = Q5
 
 with a_i = theta_i'' and Q the forces' moments less the centrifugal terms. An ideal slider ties theta_4 to
 theta_3, w4 = kappa w3; the third and fourth equation are then added with weights 1 and kappa.
 """
 
-import math
+from typing import Any, NamedTuple
 
-from reference_model.compiled import kernel
-from reference_model.constants import Constants
-from reference_model.forces import Array, bearing_forces, slider_forces
-from reference_model.journal import Bearing, bearing_contact
+import numpy as np
+
+from reference_model import linkage
+from reference_model.compiled import inlined
+from reference_model.contact import Pose, corner_motion, slider_forces, write_tail
+from reference_model.journal import journal_force, journal_motion
+from reference_model.linkage import Array, Mechanism
+from reference_model.parameters import Law
+from reference_model.trigonometry import cos_sin
+
+ideal_rod4 = inlined(linkage.ideal_rod4)
 
 
-@kernel
-def ideal_rod4(c: Constants, theta3: float, w3: float) -> tuple[float, float, float]:
-    """Return theta_4 (rad), kappa = w4 / w3, and theta_4'' - kappa theta_3'' (rad/s^2) with an ideal slider.
+class Chain(NamedTuple):
+    """The formulation: a state holds theta_2 .. theta_5 (ideal slider: the first two), rates, integrals."""
 
-    From L3 c3 + L4 c4 = x5 - H_x = const, differentiated twice.
+    mechanism: Mechanism
+    ideal_slider: bool
+
+
+Rod = tuple[float, float, float]
+"""Cosine and sine of a rod's angle, and its rate (rad/s)."""
+
+
+@inlined
+def rods(model: Chain, y: Array) -> tuple[Rod, Rod, Rod, float, float, float, float]:
+    """Return rods 2 to 4, theta_5 and its rate, and kappa and rest of `linkage.ideal_rod4`."""
+    n = 2 if model.ideal_slider else 4
+    c2, s2 = cos_sin(y[0])
+    c3, s3 = cos_sin(y[1])
+    w2, w3 = y[n], y[n + 1]
+    if model.ideal_slider:
+        c4, s4, kappa, rest = ideal_rod4(model.mechanism, c3, s3, w3)
+        return (c2, s2, w2), (c3, s3, w3), (c4, s4, kappa * w3), 0.0, 0.0, kappa, rest
+    c4, s4 = cos_sin(y[2])
+    return (c2, s2, w2), (c3, s3, w3), (c4, s4, y[6]), y[3], y[7], 0.0, 0.0
+
+
+@inlined
+def slider_pose(m: Mechanism, rocker: Rod, rod4: Rod, angle: float, w5: float) -> Pose:
+    """Return the slider's motion: it sits at H + L3 u3 + L4 u4."""
+    (c3, s3, w3), (c4, s4, w4) = rocker, rod4
+    x, y = m.Hx + m.L3 * c3 + m.L4 * c4, m.Hy + m.L3 * s3 + m.L4 * s4
+    return x, y, angle, -m.L3 * w3 * s3 - m.L4 * w4 * s4, m.L3 * w3 * c3 + m.L4 * w4 * c4, w5
+
+
+@inlined
+def bearing(m: Mechanism, law: Law, t: float, rod2: Rod, rocker: Rod, contacts: Array) -> tuple[float, ...]:
+    """Write the motion of the contact at A; return its normal and the point P (m) relative to A' and to O.
+
+    The bearing sits at A' = H + Ls3 u3 - L2 u2.
     """
-    c3, s3 = math.cos(theta3), math.sin(theta3)
-    c4 = (c.line_x - c.Hx - c.L3 * c3) / c.L4
-    s4 = c.slider_branch * math.sqrt(1.0 - c4 * c4)
-    kappa = -c.L3 * s3 / (c.L4 * s4)
-    w4 = kappa * w3
-    return math.atan2(s4, c4), kappa, -(c.L3 * c3 * w3 * w3 + c.L4 * c4 * w4 * w4) / (c.L4 * s4)
+    (c2, s2, w2), (c3, s3, w3) = rod2, rocker
+    c1, s1 = cos_sin(m.theta0 + m.omega * t)
+    x, y = m.Hx + m.Ls3 * c3 - m.L2 * c2, m.Hy + m.Ls3 * s3 - m.L2 * s2
+    vx = -m.L1 * m.omega * s1 + m.Ls3 * w3 * s3 - m.L2 * w2 * s2
+    vy = m.L1 * m.omega * c1 - m.Ls3 * w3 * c3 + m.L2 * w2 * c2
+    nx, ny = journal_motion(law, m.L1 * c1 - x, m.L1 * s1 - y, vx, vy, m.omega, w2, contacts)
+    Px, Py = law.bearing_radius * nx, law.bearing_radius * ny
+    return nx, ny, Px, Py, x + Px, y + Py
 
 
-@kernel
-def bearing_motion(c: Constants, t: float, theta2: float, theta3: float, w2: float, w3: float) -> Bearing:
-    """Return the contact at A: the bearing sits at H + Ls3 u3 - L2 u2."""
-    c2, s2, c3, s3 = math.cos(theta2), math.sin(theta2), math.cos(theta3), math.sin(theta3)
-    Ax, Ay = c.Hx + c.Ls3 * c3 - c.L2 * c2, c.Hy + c.Ls3 * s3 - c.L2 * s2
-    vAx, vAy = -c.Ls3 * w3 * s3 + c.L2 * w2 * s2, c.Ls3 * w3 * c3 - c.L2 * w2 * c2
-    return bearing_contact(c, t, Ax, Ay, vAx, vAy, w2)
+def motion(model: Chain, law: Law, t: float, y: Array, contacts: Array) -> None:
+    """Write gaps, rates and slips of a state."""
+    m = model.mechanism
+    rod2, rocker, rod4, angle, w5, _, _ = rods(model, y)
+    if not model.ideal_slider:
+        corner_motion(law, slider_pose(m, rocker, rod4, angle, w5), contacts)
+    bearing(m, law, t, rod2, rocker, contacts)
 
 
-@kernel
-def slider_motion(
-    c: Constants, theta3: float, theta4: float, theta5: float, w3: float, w4: float, w5: float
-) -> tuple[float, float, float, float, float, float]:
-    """Return x, y, angle of the slider and their rates: it sits at H + L3 u3 + L4 u4."""
-    c3, s3, c4, s4 = math.cos(theta3), math.sin(theta3), math.cos(theta4), math.sin(theta4)
-    return (
-        c.Hx + c.L3 * c3 + c.L4 * c4,
-        c.Hy + c.L3 * s3 + c.L4 * s4,
-        theta5,
-        -c.L3 * w3 * s3 - c.L4 * w4 * s4,
-        c.L3 * w3 * c3 + c.L4 * w4 * c4,
-        w5,
-    )
+def tabulate(model: Chain, t: float, h: float, nodes: Array) -> None:
+    """Prepare nothing: of this motion nothing that takes long is a function of time alone."""
 
 
-@kernel
-def ideal_slider_motion(
-    c: Constants, theta3: float, w3: float
-) -> tuple[float, float, float, float, float, float]:
-    """Return x, y, angle of the slider and their rates where it is ideal."""
-    theta4, kappa, _ = ideal_rod4(c, theta3, w3)
-    return slider_motion(c, theta3, theta4, 0.0, w3, kappa * w3, 0.0)
-
-
-@kernel
-def generalized_forces(
-    c: Constants, t: float, theta2: float, theta3: float, theta4: float, w2: float, w3: float, w4: float,
-    Fx: float, Fy: float, modes: Array, contacts: Array,
-) -> tuple[float, float, float, float, float, float]:  # fmt: skip
-    """Return Q2, Q3, Q4 (N m), the motor's power, and the powers lost in the bearing (damping, friction; W).
-
-    `Fx`, `Fy` is the contact force on the slider; column JOURNAL of `contacts` is written.
-    """
-    c2, s2, c3, s3 = math.cos(theta2), math.sin(theta2), math.cos(theta3), math.sin(theta3)
-    c4, s4 = math.cos(theta4), math.sin(theta4)
-    bearing = bearing_motion(c, t, theta2, theta3, w2, w3)
-    Gx, Gy, damping, friction = bearing_forces(c, bearing, modes, contacts)
-    # Velocity of the material point P of rod 2 per unit w2: -L2 n2 + z x (P - A), and per unit w3: Ls3 n3.
-    Ax, Ay = c.Hx + c.Ls3 * c3 - c.L2 * c2, c.Hy + c.Ls3 * s3 - c.L2 * s2
-    p2x, p2y = c.L2 * s2 - (bearing.Py - Ay), -c.L2 * c2 + (bearing.Px - Ax)
-    b = c.L2 - c.Ls2
-    # Weight and centrifugal force of rod 2 at its centroid H + Ls3 u3 - b u2.
-    f2x = c.m2 * (c.Ls3 * w3 * w3 * c3 - b * w2 * w2 * c2)
-    f2y = c.m2 * (c.Ls3 * w3 * w3 * s3 - b * w2 * w2 * s2 - c.gravity)
-    Q2 = -b * (-s2 * f2x + c2 * f2y) + Gx * p2x + Gy * p2y
-    tip_x = Fx + c.first_moment * w4 * w4 * c4
-    tip_y = Fy + c.first_moment * w4 * w4 * s4 - c.moving_mass * c.gravity
-    Q3 = c.Ls3 * (-s3 * (f2x + Gx) + c3 * (f2y + Gy - c.m3 * c.gravity)) + c.L3 * (-s3 * tip_x + c3 * tip_y)
-    end_x = c.first_moment * c.L3 * w3 * w3 * c3 + c.L4 * Fx
-    end_y = c.first_moment * (c.L3 * w3 * w3 * s3 - c.gravity) + c.L4 * Fy
-    Q4 = -s4 * end_x + c4 * end_y
+def derivative(
+    model: Chain, law: Law, t: float, node: int, y: Array, modes: Array, dy: Array, contacts: Array,
+    slider: Array,
+) -> None:  # fmt: skip
+    """Write the derivatives of coordinates and rates; see `equations.derivative`."""
+    m, n = model.mechanism, 2 if model.ideal_slider else 4
+    rod2, rocker, rod4, angle, w5, kappa, rest = rods(model, y)
+    (c2, s2, w2), (c3, s3, w3), (c4, s4, w4) = rod2, rocker, rod4
+    pose = slider_pose(m, rocker, rod4, angle, w5)
+    Fx = Fy = M = damping = friction = 0.0
+    if not model.ideal_slider:
+        Fx, Fy, M, damping, friction = slider_forces(law, pose, modes, contacts)
+    nx, ny, px, py, Px, Py = bearing(m, law, t, rod2, rocker, contacts)
+    Gx, Gy, damping_A, friction_A = journal_force(law, modes, nx, ny, contacts)
+    b, m45 = m.L2 - m.Ls2, m.m4 + m.m5
+    # Weight and centrifugal force of rod 2 at its centroid H + Ls3 u3 - b u2, and of rod 4 and slider at C.
+    f2x = m.m2 * (m.Ls3 * w3 * w3 * c3 - b * w2 * w2 * c2)
+    f2y = m.m2 * (m.Ls3 * w3 * w3 * s3 - b * w2 * w2 * s2 - m.gravity)
+    f4x, f4y = Fx + m.S4 * w4 * w4 * c4, Fy + m.S4 * w4 * w4 * s4 - m45 * m.gravity
+    # The material point P of rod 2 moves with -L2 n2 + z x (P - A') per unit w2, and with Ls3 n3 per unit w3.
+    Q2 = -b * (c2 * f2y - s2 * f2x) + px * Gy - py * Gx - m.L2 * (c2 * Gy - s2 * Gx)
+    Q3 = m.Ls3 * (c3 * (f2y + Gy - m.m3 * m.gravity) - s3 * (f2x + Gx)) + m.L3 * (c3 * f4y - s3 * f4x)
+    end_x = m.S4 * m.L3 * w3 * w3 * c3 + m.L4 * Fx
+    end_y = m.S4 * (m.L3 * w3 * w3 * s3 - m.gravity) + m.L4 * Fy
+    Q4 = c4 * end_y - s4 * end_x
+    M22, M23 = m.J2 + m.m2 * b * b, -m.m2 * b * m.Ls3 * (c2 * c3 + s2 * s3)
+    M33 = m.J3 + (m.m2 + m.m3) * m.Ls3 * m.Ls3 + m45 * m.L3 * m.L3
+    M34 = m.S4 * m.L3 * (c3 * c4 + s3 * s4)
+    if model.ideal_slider:
+        Q = Q3 + kappa * Q4 - (M34 + kappa * m.I4) * rest
+        a3 = (Q - M23 * Q2 / M22) / (M33 + kappa * (2.0 * M34 + kappa * m.I4) - M23 * M23 / M22)
+        a4 = kappa * a3 + rest
+    else:
+        a3 = (Q3 - M23 * Q2 / M22 - M34 * Q4 / m.I4) / (M33 - M23 * M23 / M22 - M34 * M34 / m.I4)
+        a4 = (Q4 - M34 * a3) / m.I4
+        dy[2], dy[3], dy[6], dy[7] = w4, w5, a4, M / m.J5
+    dy[0], dy[1], dy[n], dy[n + 1] = w2, w3, (Q2 - M23 * a3) / M22, a3
+    slider[0], slider[1], slider[2], slider[3], slider[4], slider[5] = pose
+    slider[6] = -m.L3 * (a3 * s3 + w3 * w3 * c3) - m.L4 * (a4 * s4 + w4 * w4 * c4)
+    slider[7] = m.L3 * (a3 * c3 - w3 * w3 * s3) + m.L4 * (a4 * c4 - w4 * w4 * s4)
+    slider[8] = 0.0 if model.ideal_slider else dy[7]
     # The crank turns uniformly: the motor balances its weight and the bearing's reaction at P.
-    torque = c.m1 * c.gravity * c.Ls1 * math.cos(c.theta0 + c.omega * t) + bearing.Px * Gy - bearing.Py * Gx
-    return Q2, Q3, Q4, torque * c.omega, damping, friction
+    c1, _ = cos_sin(m.theta0 + m.omega * t)
+    torque = m.m1 * m.gravity * m.Ls1 * c1 + Px * Gy - Py * Gx
+    write_tail(dy, contacts, torque * m.omega, damping + damping_A, friction + friction_A)
 
 
-@kernel
-def inertias(c: Constants, theta2: float, theta3: float, theta4: float) -> tuple[float, float, float, float]:
-    """Return M22, M23, M33, M34 of the mass matrix, kg m^2; M44 is `I4`."""
-    b = c.L2 - c.Ls2
-    M23 = -c.m2 * b * c.Ls3 * math.cos(theta2 - theta3)
-    M33 = c.J3 + (c.m2 + c.m3) * c.Ls3**2 + c.moving_mass * c.L3**2
-    return c.J2 + c.m2 * b * b, M23, M33, c.first_moment * c.L3 * math.cos(theta3 - theta4)
+def journal_centre(m: Mechanism, bodies: Array) -> tuple[Any, Any]:
+    """Return e = A - A' (m) from the motion of all bodies, shape (5, 9, n): journal relative to bearing."""
+    theta1, theta2, theta3 = bodies[0, 2], bodies[1, 2], bodies[2, 2]
+    x = m.L1 * np.cos(theta1) - (m.Hx + m.Ls3 * np.cos(theta3) - m.L2 * np.cos(theta2))
+    y = m.L1 * np.sin(theta1) - (m.Hy + m.Ls3 * np.sin(theta3) - m.L2 * np.sin(theta2))
+    return x, y
 
 
-@kernel
-def equations_both(
-    c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array
-) -> tuple[float, float, float]:
-    """Write the derivatives of theta_2..theta_5 and their rates into dy[:8].
-
-    Returns the motor's power and the power lost by damping and by friction, W.
-    """
-    slider = slider_motion(c, y[1], y[2], y[3], y[5], y[6], y[7])
-    Fx, Fy, M, damping, friction = slider_forces(c, slider, modes, contacts)
-    Q2, Q3, Q4, power, damping_A, friction_A = generalized_forces(
-        c, t, y[0], y[1], y[2], y[4], y[5], y[6], Fx, Fy, modes, contacts
+def journal_reaction(
+    m: Mechanism, law: Law, bodies: Array, normal: Array, friction: Array
+) -> tuple[Any, ...]:
+    """Return G (N), the force of the journal on rod 2, and its point P (m); of bodies (5, 9, n)."""
+    ex, ey = journal_centre(m, bodies)
+    size = np.hypot(ex, ey)
+    nx, ny = (
+        np.divide(e, size, out=np.full_like(size, start), where=size > 0.0)
+        for e, start in ((ex, 1.0), (ey, 0.0))
     )
-    M22, M23, M33, M34 = inertias(c, y[0], y[1], y[2])
-    a3 = (Q3 - M23 * Q2 / M22 - M34 * Q4 / c.I4) / (M33 - M23 * M23 / M22 - M34 * M34 / c.I4)
-    for i in range(4):
-        dy[i] = y[4 + i]
-    dy[4], dy[5], dy[6], dy[7] = (Q2 - M23 * a3) / M22, a3, (Q4 - M34 * a3) / c.I4, M / c.J5
-    return power, damping + damping_A, friction + friction_A
-
-
-@kernel
-def equations_pin(
-    c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array
-) -> tuple[float, float, float]:
-    """Write the derivatives of theta_2, theta_3 and their rates into dy[:4]; returns as `equations_both`."""
-    theta4, kappa, rest = ideal_rod4(c, y[1], y[3])
-    Q2, Q3, Q4, power, damping, friction = generalized_forces(
-        c, t, y[0], y[1], theta4, y[2], y[3], kappa * y[3], 0.0, 0.0, modes, contacts
-    )
-    M22, M23, M33, M34 = inertias(c, y[0], y[1], theta4)
-    Q = Q3 + kappa * Q4 - (M34 + kappa * c.I4) * rest
-    a3 = (Q - M23 * Q2 / M22) / (M33 + kappa * (2.0 * M34 + kappa * c.I4) - M23 * M23 / M22)
-    dy[0], dy[1], dy[2], dy[3] = y[2], y[3], (Q2 - M23 * a3) / M22, a3
-    return power, damping, friction
+    x, y = m.L1 * np.cos(bodies[0, 2]) - ex, m.L1 * np.sin(bodies[0, 2]) - ey
+    P = x + law.bearing_radius * nx, y + law.bearing_radius * ny
+    return normal * nx + friction * ny, normal * ny - friction * nx, *P

@@ -1,152 +1,166 @@
-"""Kernels: functions that are compiled at their first call.
+"""Kernels: functions compiled by numba, and the folder on disk that keeps their code between processes.
 
-Their decorators import nothing: a run of the ideal mechanism needs no compiler, and of the kernels a run
-needs some.
+The folder is named after a hash of this package's sources and of what compiles them: numba's own cache does
+not notice that a function which a kernel *calls* has changed. Nor does it notice damage: a file cut short
+ends every later run with an error, one with a changed byte might be executed. So what was stored is listed
+with its checksums (`seal`), and what is not as listed is removed before numba looks for it.
 """
 
-import functools
-import math
-import threading
-from collections.abc import Callable, Iterator
-from types import CodeType, FunctionType, SimpleNamespace
+import atexit
+import hashlib
+import json
+import os
+import shutil
+import stat
+import sys
+import tempfile
+import warnings
+import zlib
+from collections.abc import Callable
+from contextlib import suppress
+from importlib.metadata import version
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numpy as np
+import numba
+from platformdirs import user_cache_path
 
 F = TypeVar("F", bound=Callable[..., object])
 
-_chosen_later: list[tuple[Callable[..., object], Callable[..., object]]] = []
-"""Stubs, and what chooses their implementations, that the compiler does not know yet."""
-_by_law: dict[Callable[..., object], bool] = {}
-"""Stubs, and whether the contact law alone, not the formulation, decides what stands for them."""
-_one_at_a_time = threading.Lock()
+_LIST = "checksums.json"
 
 
-class Kernel:
-    """A function, and the machine code that stands for it once it is called, or compiled into another."""
+def source_hash() -> str:
+    """Return a hash over all sources of this package and the versions of what compiles them."""
+    digest = hashlib.sha256(f"{sys.version} {numba.__version__} {version('numpy')}".encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.name.encode() + b"\0" + source.read_bytes())
+    return digest.hexdigest()[:16]
 
-    def __init__(self, function: Callable[..., object], *, inline: bool, counts: bool) -> None:
-        self.function = function
-        self._options = {"inline": inline, "counts": counts}
-        functools.update_wrapper(self, function)
 
-    @functools.cached_property
-    def compiled(self) -> Any:
-        """What numba calls a dispatcher, for calls from Python."""
-        return self._dispatcher(entry=True)
+def _wanted() -> Path | None:
+    """Return the folder for all versions: ``NUMBA_CACHE_DIR``, ``SIXBAR_CACHE_DIR`` or the user's."""
+    if named := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(named) / "sixbar-crossval"
+    if named := os.environ.get("SIXBAR_CACHE_DIR"):
+        return Path(named)
+    try:
+        usual = user_cache_path("sixbar-crossval", appauthor=False)
+    except RuntimeError:  # no HOME, and a user without an entry in the password file
+        return None
+    return usual if usual.is_absolute() else None
 
-    @functools.cached_property
-    def _nested(self) -> Any:
-        return self._dispatcher(entry=False)
 
-    def _dispatcher(self, *, entry: bool) -> Any:
-        with _one_at_a_time:
-            from reference_model import compiler
+def _temporary() -> Path | None:
+    """Return this user's own temporary folder; None if another user could have written to it."""
+    try:
+        folder = Path(tempfile.gettempdir()) / f"sixbar-crossval-{getattr(os, 'getuid', int)()}"
+        folder.mkdir(mode=0o700, exist_ok=True)
+        status = folder.lstat()
+    except OSError:
+        return None
+    private = not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & 0o077)
+    return folder if stat.S_ISDIR(status.st_mode) and private else None
 
-            while _chosen_later:
-                compiler.implement(*_chosen_later.pop(0))
-            decided_by = _decisive(self.function)
-            return compiler.dispatcher(self.function, entry=entry, decided_by=decided_by, **self._options)
 
-    def __call__(self, *arguments: Any) -> Any:  # noqa: D102
-        return self.compiled(*arguments)
+def _writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        return False
+    return True
 
-    def prepare(self, *arguments: Any) -> None:
-        """Compile what a call with these arguments runs, or load it, without the call."""
-        self.compiled.compile(tuple(map(self.compiled.typeof_pyval, arguments)))
 
-    @property
-    def _numba_type_(self) -> Any:
-        # Numba asks for it where the code of another kernel calls this one.
-        return self._nested._numba_type_
+def _cache_folder() -> Path | None:
+    """Choose the folder of this version's kernels; None: every process compiles them anew."""
+    wanted, own = _wanted(), Path("numba") / f"reference-{source_hash()}"
+    if wanted is not None and _writable(wanted / own):
+        return wanted / own
+    temporary = _temporary()
+    chosen = temporary / own if temporary is not None and _writable(temporary / own) else None
+    if wanted is not None and chosen is not None:
+        with suppress(OSError):
+            # What a container's image holds, in a folder that numba, which wants to write, would not use.
+            if (wanted / own / _LIST).is_file():
+                shutil.copytree(wanted / own, chosen, dirs_exist_ok=True)
+                return chosen
+    instead = f"compiled code is stored in {chosen}" if chosen else "every process compiles its code anew"
+    warnings.warn(f"{wanted or 'no home folder'}: cannot be written; {instead}", RuntimeWarning, stacklevel=2)
+    return chosen
 
-    def __getattr__(self, name: str) -> Any:
-        if name in ("compiled", "_nested"):  # an error within it
-            raise AttributeError(name)
-        return getattr(self.compiled, name)
+
+def _checksums(folder: Path) -> dict[str, int]:
+    """Return the checksum of each stored file, by its path in the folder."""
+    sums = {}
+    for path in sorted(folder.rglob("*.nb[ic]")):
+        with suppress(OSError):
+            sums[str(path.relative_to(folder))] = zlib.crc32(path.read_bytes())
+    return sums
+
+
+def _remove_damaged(folder: Path) -> None:
+    """Remove the files that are not as they were sealed."""
+    try:
+        sealed = json.loads((folder / _LIST).read_text("utf-8"))
+    except (OSError, ValueError):
+        sealed = {}
+    for name, checksum in _checksums(folder).items():
+        if sealed.get(name) != checksum:
+            with suppress(OSError):
+                (folder / name).unlink()
+
+
+def seal() -> None:
+    """List what this process has compiled and stored, so that later ones trust it."""
+    stored = sum(sum(each.stats.cache_misses.values()) for each in _KERNELS)
+    if FOLDER is None or stored == _sealed["kernels"]:
+        return
+    with suppress(OSError):
+        with tempfile.NamedTemporaryFile("w", dir=FOLDER, delete=False, encoding="utf-8") as file:
+            json.dump(_checksums(FOLDER), file)
+        Path(file.name).replace(FOLDER / _LIST)
+        _sealed["kernels"] = stored
+
+
+FOLDER = _cache_folder()
+_KERNELS: list[Any] = []
+_sealed = {"kernels": 0}
+if FOLDER is not None:
+    _remove_damaged(FOLDER)
+    atexit.register(seal)
 
 
 def kernel(function: F) -> F:
-    """Compile `function` to machine code at its first call, cached on disk between processes."""
-    return cast(F, Kernel(function, inline=False, counts=True))
+    """Compile a function that Python calls to machine code at its first call, kept on disk."""
+    elsewhere, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(FOLDER or "")
+    try:
+        compiled = numba.njit(cache=FOLDER is not None, error_model="numpy", no_cfunc_wrapper=True)(function)
+    finally:
+        numba.config.CACHE_DIR = elsewhere
+    _KERNELS.append(compiled)
+    return cast(F, compiled)
 
 
-def bare(function: F) -> F:
-    """Compile a function that allocates nothing, without counting references.
+ONLY_FROM_KERNELS = {
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+    "no_cpython_wrapper": True,
+    # numba counts up and down, atomically, the references to every array that is handed on: half of a run.
+    "_nrt": False,
+}
 
-    numba counts up and down, atomically, the references to every array that is handed to a function which
-    calls others: some 15 % of a run went there.
-    """
-    return cast(F, Kernel(function, inline=False, counts=False))
+
+def inner(function: F) -> F:
+    """Compile a function that only kernels call, and that allocates nothing."""
+    return cast(F, numba.njit(**ONLY_FROM_KERNELS)(function))
 
 
 def inlined(function: F) -> F:
-    """Compile a small function into its callers: the constants are many, and passing them on costs more.
-
-    Like `bare` it allocates nothing and counts nothing.
-    """
-    return cast(F, Kernel(function, inline=True, counts=False))
+    """Compile such a function into the code of its callers, to which all constants are at hand."""
+    return cast(F, numba.njit(forceinline=True, **ONLY_FROM_KERNELS)(function))
 
 
-def overload(stub: Callable[..., Any], *, by_law: bool = False) -> Callable[[F], F]:
-    """Choose the implementation of a stub by the types it is compiled for: the formulation, or `by_law`.
-
-    Inlined like `inlined`: numba counts references to every array that it hands to a function which might
-    fail, four atomic operations a call that cost a third of the equations themselves.
-    """
-
-    def later(chosen: F) -> F:
-        _chosen_later.append((stub, chosen))
-        _by_law[stub] = by_law
-        return chosen
-
-    return later
-
-
-def _names(code: CodeType) -> Iterator[str]:
-    yield from code.co_names
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            yield from _names(constant)
-
-
-def _decisive(function: Callable[..., object]) -> set[str]:
-    """Return what the code of a kernel and of all that it calls depends on: "formulation", "law", or neither.
-
-    What stands for a stub of the formulation may depend on the law, too; that is not said.
-    """
-    found, seen, left = set(), set(), [cast(Any, function)]
-    while left:
-        now = left.pop()
-        seen.add(now)
-        for called in map(now.__globals__.get, _names(now.__code__)):
-            if isinstance(called, Kernel):
-                left += {called.function} - seen
-            elif isinstance(called, FunctionType) and called in _by_law:
-                found.add("law" if _by_law[called] else "formulation")
-    return found
-
-
-def _atan2(y: Any, x: Any) -> Any:
-    """Return what compiled code does to the last bit, which `numpy.atan2` does not on every processor."""
-    return np.fromiter(map(math.atan2, y, x), np.float64, len(y))
-
-
-_OF_ARRAYS = SimpleNamespace(cos=np.cos, sin=np.sin, sqrt=np.sqrt, atan2=_atan2)
-"""What stands for `math`."""
-
-
-@functools.cache
-def over_arrays(function: F) -> F:
-    """Return a kernel for arrays of numbers in place of numbers: its source as it stands, not compiled.
-
-    For kernels without a branch on these numbers.
-    """
-    source = cast(Any, function).function
-    scope = dict(source.__globals__)
-    for name in source.__code__.co_names:
-        if isinstance(scope.get(name), Kernel):
-            scope[name] = over_arrays(scope[name])
-        elif scope.get(name) is math:
-            scope[name] = _OF_ARRAYS
-    return cast(F, FunctionType(source.__code__, scope, source.__name__))
+def allocating(function: F) -> F:
+    """Compile a function that kernels and Python call, and that returns an array."""
+    return cast(F, numba.njit(error_model="numpy", no_cfunc_wrapper=True)(function))

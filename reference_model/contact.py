@@ -1,108 +1,187 @@
-"""Contact of the slider's four corners with the guide's walls (Eqs. 1-11), in four laws.
+"""The slider's corners and sides in frozen modes: from its motion to forces, moment, losses (Eqs. 1-6).
 
-Corners are numbered ll, lr, ul, ur: lower/upper in the slider's y, left/right in its x. Each sees only
-the infinite wall on its side. The forces of one side derive from a potential U of its two depths d1, d2,
-times the damping factor of Eq. 11 at each corner, N_i = dU/dd_i (1 + C d_i' / v_i). v_i is the speed of the
-touch, or, where the law has no memory, sqrt(d_i'^2 + floor^2):
-
-0, hertz-corners
-    U = K d1^(n+1)/(n+1) + K d2^(n+1)/(n+1): every penetrating corner by itself (Eqs. 9-11).
-1, paper-switching
-    Eqs. 7-8 literally: as soon as both corners of a side penetrate, the point forces are replaced by the
-    surface force K_s (d1 + d2)/2, undamped, at the centroid of the penetrated trapezoid. At the corners
-    that is N1 = K_s (2 d1 + d2)/6, N2 = K_s (d1 + 2 d2)/6, from U = K_s (d1^2 + d1 d2 + d2^2)/6. The switch
-    jumps from some N to some 1e4 N at a depth of 1 um: each one creates or destroys energy.
-2, strip
-    U = K d1^(n+1)/(n+1) + K d2^(n+1)/(n+1) + 2 K_s h^2 with h = d1 d2 / (d1 + d2), h = 0 unless both
-    penetrate. At equal depths the added part is K_s d^2/2, the surface law's; as one depth goes to zero
-    its forces, dU/dd1 = 4 K_s h (d2 / (d1 + d2))^2, vanish: it goes over continuously into the corner law.
-    So U cannot be convex, whatever the transition: a corner alone is softer than the flat side, and a slider
-    that is pressed against its wall comes to rest a little tilted, on one corner, to either side.
-3, foundation
-    Eqs. 7-8 continued to a side of which only a part is inside (`reference_model.foundation`).
+Corners are numbered ll, lr, ul, ur: lower/upper in the slider's y, left/right in its x; number 4 is the
+journal. Each corner sees only the infinite wall on its side. What a contact does between two events is its
+*mode*: `MEMORY` > 0 is the impact speed frozen at its touch (0: no contact), `REGIME` its friction regime,
+`CLIPPED` whether the wall would have to pull, `INSIDE` whether its gap is closed. That differs from
+`MEMORY` > 0 only where a side is one contact (`laws.touches_as_one`), kept by the corner that touched first.
+Within one mode the forces are smooth; `reference_model.events` finds where a mode ends.
 """
 
-import math
+import numpy as np
 
-from reference_model.compiled import inlined, kernel
-from reference_model.constants import PAPER_SWITCHING, STRIP, Constants
+from reference_model.compiled import allocating, inlined
+from reference_model.friction import friction_force
+from reference_model.laws import damping_factor, is_damped, resultant_share, side_force, touches_as_one
+from reference_model.linkage import Array
+from reference_model.parameters import Law
+from reference_model.trigonometry import cos_sin
 
-CORNERS = ("ll", "lr", "ul", "ur")
+CONTACTS = 5
+"""Four corners and the journal."""
+JOURNAL = 4
+MEMORY, REGIME, CLIPPED, INSIDE = range(0, 4 * CONTACTS, CONTACTS)
+"""Where each part of the modes begins, shape (MODES,): that of contact k stands k later."""
+MODES = 4 * CONTACTS
+GAP, RATE, SLIP, NORMAL, FRICTION, STORED = range(0, 6 * CONTACTS, CONTACTS)
+"""Where each part of the contact states begins, shape (STATES,): m, m/s, m/s, N, N, J; the gap is positive
+when open."""
+STATES = 6 * CONTACTS
+
+WORKS = 3
+"""Integrals behind the impulses: work of the drive, loss by damping, loss by friction, J."""
+TAIL = CONTACTS + WORKS
+"""Of a state, behind its coordinates and rates: impulses of the contacts (N s), works (J)."""
+
+Pose = tuple[float, float, float, float, float, float]
+"""x, y, angle of the slider and their rates; m, rad, m/s, rad/s."""
+
+
+@allocating
+def no_contacts() -> Array:
+    """Return contact states of contacts that do not exist: open for ever."""
+    contacts = np.zeros(STATES)
+    for k in range(CONTACTS):
+        contacts[GAP + k] = np.inf
+    return contacts
 
 
 @inlined
-def corner_arm(c: Constants, corner: int, c5: float, s5: float) -> tuple[float, float]:
+def other_corner(k: int) -> int:
+    """Return the number of the other corner of a corner's side."""
+    return k + 2 if k < 2 else k - 2
+
+
+@inlined
+def is_of_side(law: Law, k: int) -> bool:
+    """Return whether contact `k` is one of a whole side."""
+    return k != JOURNAL and touches_as_one(law)
+
+
+@inlined
+def inward(k: int) -> float:
+    """Return the x component of the wall's normal into the guide: +1 at the left wall, -1 at the right."""
+    return 1.0 if k % 2 == 0 else -1.0
+
+
+@inlined
+def corner_arm(law: Law, k: int, c5: float, s5: float) -> tuple[float, float]:
     """Return the arm A(theta_5) s of a corner, from the slider's centre in the fixed frame (Eq. 2), m."""
-    sx = -c.half_width if corner % 2 == 0 else c.half_width
-    sy = -c.half_length if corner < 2 else c.half_length
+    sx = -inward(k) * law.half_width
+    sy = -law.half_length if k < 2 else law.half_length
     return c5 * sx - s5 * sy, s5 * sx + c5 * sy
 
 
 @inlined
-def corner_gap(c: Constants, corner: int, x: float) -> float:
-    """Return the gap (m, positive when open) of a corner whose material point is at `x` (Eqs. 3-6)."""
-    return x - c.wall_left if corner % 2 == 0 else c.wall_right - x
+def corner_motion(law: Law, pose: Pose, contacts: Array) -> tuple[float, float]:
+    """Write gaps, rates and slips of the corners (Eqs. 3-6); return cosine and sine of the angle."""
+    x5, _, angle, vx5, vy5, w5 = pose
+    c5, s5 = cos_sin(angle)
+    for k in range(JOURNAL):
+        rx, ry = corner_arm(law, k, c5, s5)
+        contacts[GAP + k] = x5 + rx - law.wall_left if k % 2 == 0 else law.wall_right - (x5 + rx)
+        contacts[RATE + k] = inward(k) * (vx5 - w5 * ry)
+        contacts[SLIP + k] = vy5 + w5 * rx
+    return c5, s5
 
 
 @inlined
-def inward(corner: int) -> float:
-    """Return the x component of the wall's normal into the guide: +1 at the left wall, -1 at the right."""
-    return 1.0 if corner % 2 == 0 else -1.0
+def side_motion(law: Law, contacts: Array, k: int) -> tuple[float, float, float]:
+    """Return corner `k`'s share in the force of its side, and gap rate and slip of the resultant's point."""
+    m = other_corner(k)
+    d1, d2 = -contacts[GAP + k], -contacts[GAP + m]
+    f1, f2, _ = side_force(law, d1, d2, True)
+    share = resultant_share(f1, f2, d1, d2)
+    rate = share * contacts[RATE + k] + (1.0 - share) * contacts[RATE + m]
+    return share, rate, share * contacts[SLIP + k] + (1.0 - share) * contacts[SLIP + m]
 
 
 @inlined
-def point_force(K: float, n: float, depth: float) -> float:
-    """Return the elastic force K d^n of a point contact (Eq. 9), N; zero for a negative depth."""
-    if depth <= 0.0:
-        return 0.0
-    return K * (depth * math.sqrt(depth) if n == 1.5 else math.pow(depth, n))
+def point_contact(
+    law: Law, modes: Array, k: int, elastic: float, gap_rate: float, slip: float
+) -> tuple[float, float]:
+    """Return normal force and friction (N) of contact `k` from its elastic force, in its mode (Eqs. 9-13)."""
+    if modes[CLIPPED + k] > 0.0:
+        return 0.0, 0.0
+    normal = elastic * damping_factor(law, -gap_rate, modes[MEMORY + k])
+    return normal, friction_force(law, normal, slip, modes[REGIME + k])
 
 
 @inlined
-def without_memory(c: Constants) -> bool:
-    """Return whether the damping refers to the present depth rate, not to the impact speed of the touch."""
-    return c.memoryless > 0.0
+def slider_forces(
+    law: Law, pose: Pose, modes: Array, contacts: Array
+) -> tuple[float, float, float, float, float]:
+    """Evaluate both sides of the slider.
 
+    Parameters
+    ----------
+    law, pose, modes
+        The contact; the slider's motion; modes, shape (MODES,).
+    contacts
+        Written: columns 0-3, shape (STATES,).
 
-@inlined
-def damping_factor(c: Constants, depth_rate: float, impact_speed: float) -> float:
-    """Return 1 + C d'/v of Eq. 11; negative where the wall would have to pull.
-
-    v is `impact_speed` (m/s), or the present one where the law has no memory: then it is at least 1 - C > 0.
+    Returns
+    -------
+    Fx, Fy, M, damping, friction
+        Force (N) and moment about the centre (N m) on the slider; power lost by damping and friction (W).
     """
-    if without_memory(c):
-        impact_speed = math.sqrt(depth_rate * depth_rate + c.speed_floor * c.speed_floor)
-    return 1.0 + c.C * depth_rate / impact_speed
+    c5, s5 = corner_motion(law, pose, contacts)
+    Fx = Fy = M = damping = friction = 0.0
+    for side in range(2):
+        upper = side + 2
+        memory1, memory2 = modes[MEMORY + side], modes[MEMORY + upper]
+        for k in (side, upper):
+            contacts[NORMAL + k] = contacts[FRICTION + k] = contacts[STORED + k] = 0.0
+        if memory1 == 0.0 and memory2 == 0.0:
+            continue
+        both = memory1 > 0.0 and memory2 > 0.0
+        d1, d2 = -contacts[GAP + side], -contacts[GAP + upper]
+        if touches_as_one(law):
+            f1, f2, contacts[STORED + side] = side_force(law, d1, d2, True)
+            share, gap_rate, slip = side_motion(law, contacts, side)
+            keeper = side if memory1 > 0.0 else upper
+            normal, tangential = point_contact(law, modes, keeper, f1 + f2, gap_rate, slip)
+            contacts[NORMAL + side], contacts[FRICTION + side] = share * normal, share * tangential
+            contacts[NORMAL + upper] = (1.0 - share) * normal
+            contacts[FRICTION + upper] = (1.0 - share) * tangential
+            damping -= (normal - f1 - f2) * gap_rate
+            friction -= tangential * slip
+        else:
+            f1, f2, contacts[STORED + side] = side_force(
+                law, d1 if memory1 > 0.0 else 0.0, d2 if memory2 > 0.0 else 0.0, both
+            )
+            for k in (side, upper):
+                if modes[MEMORY + k] > 0.0:
+                    elastic, gap_rate, slip = f1 if k == side else f2, contacts[RATE + k], contacts[SLIP + k]
+                    if is_damped(law, both):
+                        normal, tangential = point_contact(law, modes, k, elastic, gap_rate, slip)
+                    else:
+                        normal, tangential = elastic, friction_force(law, elastic, slip, modes[REGIME + k])
+                    contacts[NORMAL + k], contacts[FRICTION + k] = normal, tangential
+                    damping -= (normal - elastic) * gap_rate
+                    friction -= tangential * slip
+        for k in (side, upper):
+            rx, ry = corner_arm(law, k, c5, s5)
+            Nx = inward(k) * contacts[NORMAL + k]
+            Fx += Nx
+            Fy += contacts[FRICTION + k]
+            M += rx * contacts[FRICTION + k] - ry * Nx
+    return Fx, Fy, M, damping, friction
 
 
 @inlined
-def elastic_force(c: Constants, mine: float, other: float, both: bool) -> float:
-    """Return dU/dd of the corner of depth `mine` (m), N.
-
-    `other` is the depth of the other corner of its side, `both` whether both are in contact.
-    """
-    if both and c.law == PAPER_SWITCHING:
-        return c.Ks * (2.0 * mine + other) / 6.0
-    force = point_force(c.K, c.n, mine)
-    if both and c.law == STRIP and mine > 0.0 and other > 0.0:
-        share = other / (mine + other)
-        force += 4.0 * c.Ks * mine * share**3
+def normal_force(law: Law, contacts: Array, k: int) -> float:
+    """Return the normal force (N) of a contact; of a side's that at both corners."""
+    force: float = contacts[NORMAL + k]
+    if is_of_side(law, k):
+        force += contacts[NORMAL + other_corner(k)]
     return force
 
 
-@kernel
-def stored_energy(c: Constants, d1: float, d2: float, both: bool) -> float:
-    """Return the potential U of one side, J."""
-    if both and c.law == PAPER_SWITCHING:
-        return c.Ks * (d1 * d1 + d1 * d2 + d2 * d2) / 6.0
-    energy = (point_force(c.K, c.n, d1) * d1 + point_force(c.K, c.n, d2) * d2) / (c.n + 1.0)
-    if both and c.law == STRIP and d1 > 0.0 and d2 > 0.0:
-        h = d1 * d2 / (d1 + d2)
-        energy += 2.0 * c.Ks * h * h
-    return energy
-
-
 @inlined
-def is_damped(c: Constants, both: bool) -> bool:
-    """Return whether the damping factor applies: not in the paper's surface contact."""
-    return not (both and c.law == PAPER_SWITCHING)
+def write_tail(dy: Array, contacts: Array, power: float, damping: float, friction: float) -> None:
+    """Write the derivatives of impulses and works: normal forces (N), powers of drive and losses (W)."""
+    tail = dy.size - TAIL
+    for k in range(CONTACTS):
+        dy[tail + k] = contacts[NORMAL + k]
+    dy[tail + CONTACTS], dy[tail + CONTACTS + 1], dy[tail + CONTACTS + 2] = power, damping, friction

@@ -1,18 +1,35 @@
-"""Where a mode ends: first touch, separation, a force that would turn to a pull, a kink of the friction.
+"""Events: where in a step the first mode ends, and how the modes change there.
 
-Each is the zero of a margin (`reference_model.switching`). Which steps have to be searched at all
-`reference_model.step_bounds` says; here every margin that it leaves open is followed through the step on the
-dense output, in intervals on which it either certainly keeps its sign or certainly changes it once
-(`reference_model.isolation`), and that zero is located.
+A mode ends where one of its margins (`reference_model.margins`) turns negative: first touch, separation, a
+force that would turn to a pull, a kink of the friction. Every margin that the stages leave open is followed
+through the step on the dense output, in intervals on which it either certainly keeps its sign or certainly
+changes it once (`reference_model.isolation`), and that zero is located. At a touch the impact speed is
+frozen.
 """
 
-import numpy as np
+from typing import NamedTuple
 
-from reference_model.compiled import bare, kernel
-from reference_model.constants import Constants
-from reference_model.dop853 import STAGES, dense
-from reference_model.forces import CONTACTS, GAP, MEMORY, Array
-from reference_model.formulations import free
+import numpy as np
+from numpy.typing import NDArray
+
+from reference_model.compiled import inner
+from reference_model.contact import (
+    CLIPPED,
+    CONTACTS,
+    GAP,
+    INSIDE,
+    MEMORY,
+    MODES,
+    RATE,
+    REGIME,
+    SLIP,
+    TAIL,
+    is_of_side,
+    normal_force,
+    other_corner,
+)
+from reference_model.dop853 import STAGES, Work, dense
+from reference_model.equations import Model, motion
 from reference_model.friction import friction_regime, regime_bounds
 from reference_model.isolation import (
     BELOW,
@@ -26,8 +43,9 @@ from reference_model.isolation import (
     crossing,
     dips,
 )
-from reference_model.step_bounds import LOCATED, is_settled, resolved_margin_of
-from reference_model.switching import MARGINS, NONE, margin_at, margin_state, margin_value
+from reference_model.linkage import Array
+from reference_model.margins import GATE, LOCATED, MARGINS, NONE, PULL, margin
+from reference_model.parameters import Law
 
 ROUNDING = 1.0e-15
 """m or m/s; gaps are differences of coordinates near 0.55 m and round at 1e-16 m, slips of some m/s too."""
@@ -36,108 +54,210 @@ DEEPEST = 2.0 * LOCATED
 MOST_INTERVALS = 1000
 """A margin that is still not settled then is nothing but rounding: its mode ends. Usual are 1 to 10."""
 
-
-@bare
-def margin_within(
-    c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float, x: float,
-    t: float, h: float, y: Array, f: Array, state: Array,
-) -> float:  # fmt: skip
-    """Return a margin (m or m/s) at the share `x` of a step, by its dense output; `state` is overwritten."""
-    dense(y, f, x, free(c), state)
-    gap, rate, slip = margin_state(c, k, kind, t + x * h, state)
-    return margin_value(c, modes, k, kind, sign, bound, gap, rate, slip)
+STEPS, REJECTED, EVALUATIONS, SWITCHES, ENDED, EVENTS, RECORDED, SAMPLES, STARTED, PARTED = range(10)
+"""What `Run.counters` counts. ENDED: contacts since t = 0; EVENTS, RECORDED, PARTED: rows in the buffers."""
+COUNTERS = 10
+EVENT_BUFFER, PART_BUFFER = 4096, 10_000
+CONTACT, START, END, SPEED, IMPULSE, PEAK, DEPTH, START_GAP, START_RATE = range(9)
+"""Columns of a contact's row: number, s, s, m/s, N s, N, m, and gap (m) and rate (m/s) at which it began."""
+COLUMNS = 9
 
 
-@bare
-def end_of_mode(
-    c: Constants, modes: Array, k: int, kind: int, sign: float, bound: float,
-    at_start: float, at_end: float, t: float, h: float, y: Array, f: Array, state: Array, values: Array,
-) -> float:  # fmt: skip
-    """Return the share of the step at which a margin first turns negative; 2.0: it does not.
+class Run(NamedTuple):
+    """Everything the integration carries from one call to the next, arrays only."""
 
-    `at_start`, `at_end`: its values there.
+    clock: Array
+    """(4,): time since the start of the present cycle, next step, last step in free flight, start of the
+    cycle; s.
 
-    A mode that has just begun starts at zero but for rounding, and can turn right before it ends; where it
-    does not, it ends at once, at 0.0. So does that of an open contact which goes deeper into its wall than it
-    is located to, whether or not it comes out again within the step: it starts at its wall and approaches.
-    `state` and `values`, shape (POINTS,), are overwritten.
+    Rounding of a time far from zero would move the mechanism by its speed times that, and a corner that has
+    just left its wall back into it.
     """
+    y: Array
+    """State: coordinates, rates, impulses of the contacts (N s), works of drive, damping, friction (J)."""
+    modes: Array
+    """(MODES,)."""
+    contacts: Array
+    """States of the contacts now, (STATES,)."""
+    open_contacts: Array
+    """(CONTACTS, COLUMNS): rows of the contacts that have not ended; IMPULSE holds that before the touch."""
+    events: Array
+    """(EVENT_BUFFER, COLUMNS): those of the contacts that have, emptied by the caller."""
+    counters: NDArray[np.int64]
+    """(COUNTERS,)."""
+    rows: Array
+    """(capacity, row): what is recorded (`reference_model.recording`), emptied by the caller."""
+    accelerations: Array
+    """(PART_BUFFER, 4): time (s) and accelerations of the slider at the parts of steps with a peak."""
+    times: Array
+    """(n,): when to sample, s, ascending."""
+
+
+@inner
+def first_end(model: Model, law: Law, t: float, h: float, run: Run, work: Work) -> tuple[float, int]:
+    """Return share of the step and place of the margin that first turns negative; place NONE: there is none.
+
+    Of the margins that `work.unsettled` names, in the step from `t` (s) of length `h` whose dense output is
+    in `work`.
+    """
+    modes, scales, values, contacts = run.modes, work.scales, work.values, work.contacts
     lo, width = 0.0, 1.0
-    for _ in range(MOST_INTERVALS):
+    for interval in range(MOST_INTERVALS):
         hi = min(1.0, lo + width)
         for j in range(POINTS):
             x = lo + (hi - lo) * NODES[j]
-            if x == 0.0:
-                values[j] = at_start
-            elif x == 1.0:
-                values[j] = at_end
-            else:
-                values[j] = margin_within(c, modes, k, kind, sign, bound, x, t, h, y, f, state)
-        # What a mode that begins within rounding does first is no matter of sign.
-        starting = lo == 0.0 and values[0] <= ROUNDING
-        if kind == GAP and sign > 0.0 and dips(values, DEEPEST):
-            starting = False
-        found = classify(values, starting, RESOLUTION)
-        if found == CROSSES:
-            return lo + (hi - lo) * crossing(values, RESOLUTION)
-        if found == BELOW:
-            return lo
-        if found == UNCLEAR and width > NARROWEST:
+            if 0.0 < x < 1.0:
+                dense(run.y, work.f, x, run.y.size - TAIL, work.state)
+                motion(model, law, t + x * h, work.state, contacts)
+            at = run.contacts if x == 0.0 else (work.stages[STAGES] if x == 1.0 else contacts)
+            for place in range(CONTACTS * MARGINS):
+                if work.unsettled[place]:
+                    k = place // MARGINS
+                    values[place, j] = margin(law, modes, k, place % MARGINS, at, scales[k])
+        share, first, unclear = 2.0, NONE, NONE
+        for place in range(CONTACTS * MARGINS):
+            if work.unsettled[place]:
+                column = values[place]
+                # A mode that has just begun starts at zero but for rounding, and can turn right before it
+                # ends. Not so an open contact that goes deeper into its wall than it is located to, whether
+                # or not it comes out again within the step: it starts at its wall and approaches, and ends at
+                # once.
+                starting = lo == 0.0 and column[0] <= ROUNDING
+                if (
+                    place % MARGINS == GATE
+                    and modes[INSIDE + place // MARGINS] == 0.0
+                    and dips(column, DEEPEST)
+                ):
+                    starting = False
+                verdict = classify(column, starting, RESOLUTION)
+                at_share = 2.0
+                if verdict == CROSSES:
+                    at_share = lo + (hi - lo) * crossing(column, RESOLUTION)
+                elif verdict == BELOW:
+                    at_share = lo
+                elif verdict == UNCLEAR:
+                    unclear = place
+                if at_share < share:
+                    share, first = at_share, place
+        if unclear != NONE and (width > NARROWEST or interval == MOST_INTERVALS - 1):
             width *= 0.5
+            if interval == MOST_INTERVALS - 1:
+                return lo, unclear
+        elif first != NONE or hi >= 1.0:
+            return share, first
         else:
-            if hi >= 1.0:
-                return 2.0
-            lo = hi
-            width *= 2.0
-    return lo
+            lo, width = hi, 2.0 * width
+    return 2.0, NONE
 
 
-@bare
-def first_switch(
-    c: Constants, t: float, h: float, y: Array, f: Array, modes: Array, before: Array, stages: Array,
-    deviations: Array, state: Array, values: Array,
-) -> tuple[float, int, int]:  # fmt: skip
-    """Return share of the step, contact and number of the margin that first turns negative; NONE: no such.
-
-    Parameters
-    ----------
-    c, t, h, y, modes
-        Constants, start (s) and length (s) of the step, state at its start, modes (MODES, CONTACTS).
-    f
-        Coefficients of the dense output, shape (7, state_size).
-    before, stages
-        States of the contacts at the start, shape (5, CONTACTS), and at the stages (STAGES + 1, 5, CONTACTS).
-    deviations
-        Of the gaps, as noted by `step_bounds.step_may_switch`, shape (CONTACTS,).
-    state, values
-        Overwritten, shapes (state_size,) and (POINTS,).
-    """
-    best, contact, which = 2.0, NONE, NONE
-    for k in range(CONTACTS):
-        if before[GAP, k] == np.inf:
-            continue
-        for number in range(MARGINS if modes[MEMORY, k] > 0.0 else 1):
-            kind, sign, bound = resolved_margin_of(c, modes, k, number, before)
-            if kind == NONE or is_settled(c, modes, k, kind, sign, bound, h, before, stages, deviations):
-                continue
-            first = margin_at(c, modes, k, kind, sign, bound, before)
-            last = margin_at(c, modes, k, kind, sign, bound, stages[STAGES])
-            x = end_of_mode(c, modes, k, kind, sign, bound, first, last, t, h, y, f, state, values)
-            if x < best:
-                best, contact, which = x, k, number
-    return best, contact, which
-
-
-@kernel
-def touching(gap: float, rate: float, other_gap: float) -> bool:
+@inner
+def touches_too(gap: float, rate: float, other_gap: float) -> bool:
     """Return whether a contact touches at the same instant as another one whose gap was just located."""
     return rate < 0.0 and gap <= abs(other_gap) + ROUNDING
 
 
-@kernel
-def next_regime(c: Constants, regime: int, slip: float) -> int:
+@inner
+def next_regime(law: Law, regime: float, slip: float) -> float:
     """Return the neighbouring friction regime towards which the located speed `slip` leaves `regime`."""
-    lower, upper = regime_bounds(c, regime)
+    lower, upper = regime_bounds(law, regime)
     if upper - slip < slip - lower:
-        return friction_regime(c, np.nextafter(upper, np.inf))
-    return friction_regime(c, np.nextafter(lower, -np.inf))
+        return friction_regime(law, np.nextafter(upper, np.inf))
+    return friction_regime(law, np.nextafter(lower, -np.inf))
+
+
+@inner
+def impulse(law: Law, k: int, y: Array) -> float:
+    """Return the impulse of a contact, or of its side, since t = 0, N s."""
+    tail = y.size - TAIL
+    total: float = y[tail + k]
+    if is_of_side(law, k):
+        total += y[tail + other_corner(k)]
+    return total
+
+
+@inner
+def start_contact(law: Law, k: int, t: float, rate: float, slip: float, contacts: Array, run: Run) -> None:
+    """Freeze the impact speed of contact `k`, or of its side, and open its row of the event table."""
+    speed = max(-rate, law.speed_floor)
+    run.modes[INSIDE + k], run.modes[MEMORY + k] = 1.0, speed
+    run.modes[REGIME + k] = friction_regime(law, slip)
+    run.modes[CLIPPED + k] = 1.0 if speed - law.C * rate < 0.0 and law.memoryless == 0.0 else 0.0
+    row = run.open_contacts[k]
+    row[CONTACT], row[START], row[SPEED], row[IMPULSE] = k, t, speed, impulse(law, k, run.y)
+    row[PEAK], row[DEPTH], row[START_GAP], row[START_RATE] = 0.0, 0.0, contacts[GAP + k], contacts[RATE + k]
+
+
+@inner
+def end_contact(law: Law, k: int, t: float, run: Run) -> None:
+    """Write the event row of contact `k` and free it."""
+    row = run.events[run.counters[EVENTS]]
+    for i in range(
+        COLUMNS
+    ):  # in a loop: for the same in one line numba compiles how to put its error into words
+        row[i] = run.open_contacts[k, i]
+    row[END], row[IMPULSE] = t, impulse(law, k, run.y) - row[IMPULSE]
+    run.counters[EVENTS] += 1
+    run.counters[ENDED] += 1
+    for i in range(k, MODES, CONTACTS):
+        run.modes[i] = 0.0
+
+
+@inner
+def enter(law: Law, k: int, t: float, contacts: Array, run: Run) -> None:
+    """Let contact `k` close; of a side that is in contact already only the other corner goes in."""
+    run.modes[INSIDE + k] = 1.0
+    rate, slip = contacts[RATE + k], contacts[SLIP + k]
+    if is_of_side(law, k):
+        m = other_corner(k)
+        if max(run.modes[MEMORY + k], run.modes[MEMORY + m]) > 0.0:
+            return
+        # Of two that touch at once the faster one is ahead from there on; which is located first is rounding.
+        if touches_too(contacts[GAP + m], contacts[RATE + m], contacts[GAP + k]):
+            rate = min(rate, contacts[RATE + m])
+    start_contact(law, k, t, rate, slip, contacts, run)
+
+
+@inner
+def leave(law: Law, k: int, t: float, contacts: Array, run: Run) -> None:
+    """Let contact `k` open; of a side that still has the other corner inside only this one goes out."""
+    run.modes[INSIDE + k] = 0.0
+    if is_of_side(law, k):
+        m = other_corner(k)
+        if contacts[GAP + m] < 0.0:
+            run.modes[INSIDE + m] = 1.0
+        if run.modes[INSIDE + m] > 0.0:
+            return
+        if run.modes[MEMORY + k] == 0.0:
+            k = m
+    end_contact(law, k, t, run)
+
+
+@inner
+def switch(law: Law, t: float, place: int, contacts: Array, run: Run) -> None:
+    """Change the mode whose margin ended at `t` (s); contacts that close at the same instant follow."""
+    k, number = place // MARGINS, place % MARGINS
+    run.counters[SWITCHES] += 1
+    if number == GATE and run.modes[INSIDE + k] > 0.0:
+        leave(law, k, t, contacts, run)
+    elif number == GATE:
+        located = contacts[GAP + k]
+        enter(law, k, t, contacts, run)
+        for m in range(CONTACTS):
+            if run.modes[INSIDE + m] == 0.0 and touches_too(contacts[GAP + m], contacts[RATE + m], located):
+                enter(law, m, t, contacts, run)
+    elif number == PULL:
+        run.modes[CLIPPED + k] = 1.0 - run.modes[CLIPPED + k]
+    else:
+        run.modes[REGIME + k] = next_regime(law, run.modes[REGIME + k], contacts[SLIP + k])
+
+
+@inner
+def note_forces(law: Law, modes: Array, contacts: Array, open_contacts: Array) -> None:
+    """Update peak force and largest depth of the closed contacts."""
+    for k in range(CONTACTS):
+        if modes[MEMORY + k] > 0.0:
+            row = open_contacts[k]
+            row[PEAK] = max(row[PEAK], normal_force(law, contacts, k))
+            row[DEPTH] = max(row[DEPTH], -contacts[GAP + k])
+            if is_of_side(law, k):
+                row[DEPTH] = max(row[DEPTH], -contacts[GAP + other_corner(k)])

@@ -1,35 +1,24 @@
 """Whether a run kept what every correct run keeps: its invariants, their worst values and their bounds.
 
-`reference_model.watch` notes the values while the run goes on; the bounds are those of its law, formulation
-and settings.
+The values are taken from the contacts' states at the ends of accepted steps (`reference_model.observation`),
+not from what located the events. How deep an open contact is inside its wall is taken from the samples too:
+within a step they show a contact that was stepped over. A run in which one is outside its bound gets the
+status `invariant-violated`.
 """
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from reference_model.constants import FOUNDATION, PAPER_SWITCHING, Constants
-from reference_model.contact import CORNERS
-from reference_model.forces import Array
-from reference_model.integrate import VELOCITY_TIME
-from reference_model.journal import JOURNAL
-from reference_model.parameters import Parameters
-from reference_model.step_bounds import LOCATED, LOCATED_SPEED
-from reference_model.watch import (
-    DRIVING_FRICTION,
-    ENERGY,
-    LARGEST_FORCE,
-    LEAVING_START,
-    OPEN_DEPTH,
-    PULL,
-    START_GAP,
-    WORST,
-)
+from reference_model.contact import JOURNAL
+from reference_model.dop853 import VELOCITY_TIME
+from reference_model.events import CONTACT, END, PEAK, START, START_GAP, START_RATE
+from reference_model.linkage import Array
+from reference_model.margins import LOCATED, LOCATED_SPEED
+from reference_model.parameters import CORNERS, FOUNDATION, PAPER_SWITCHING, Parameters
 
 VIOLATED = "invariant-violated"
 CONTACT_NAMES = (*CORNERS, "pin")
-PEAK = 5
-"""Column of the events: the largest normal force of a contact, N."""
 
 _WHAT = {
     "open-depth": "is inside its wall outside a contact",
@@ -44,8 +33,8 @@ _WHAT = {
 }
 USUAL_ACCELERATION = 2.5e5
 """m/s^2, of a corner: what the hardest contact of 150 random scenes gives it. A touch so slow that its
-location is past the turning point of the gap may be met as late as it is located, by then leaving at
-sqrt(2 a d): 1e-3 m/s where it is located to LOCATED. A light part is accelerated more by the same force."""
+location is past the turning point of the gap may be met as late as it is located, by then leaving at sqrt(2 a
+d): 1e-3 m/s where it is located to LOCATED. A light part is accelerated more by the same force."""
 ENERGY_BOUND = 1e-4
 """At a usual tolerance, proportional to it beyond. There the worst of 400 random scenes of two cycles has
 2.3e-5."""
@@ -62,6 +51,9 @@ REMEDY = (
     "lower solver.reference.tolerance; if that does not help, this is a fault of the model: please report it"
 )
 
+Worst = tuple[float, float, int]
+"""Value, when (s), of which contact (-1: none)."""
+
 
 class Invariant(NamedTuple):
     """The worst value of one invariant in a run, and what it may be."""
@@ -74,80 +66,94 @@ class Invariant(NamedTuple):
     """The contact; empty where it is none's."""
 
 
-def check(p: Parameters, watch: Array, events: Array, drift: dict[str, float] | None) -> dict[str, Invariant]:
+def check(
+    p: Parameters, worst: dict[str, Worst], events: Array, drift: dict[str, float] | None
+) -> dict[str, Invariant]:
     """Return all invariants that apply to a run, by name.
 
     Parameters
     ----------
     p
         Parameters of the run.
-    watch
-        Shape (WATCHED, 3), see `reference_model.watch`.
+    worst
+        By name, as of `Observation.worst`; what is missing is zero.
     events
-        One row a contact: number, start, end, ...; shape (n, 7).
+        Rows of the contacts, shape (n, COLUMNS).
     drift
         Largest violation of the constraints; None where there are none.
     """
+    law, scipy, none = p.law, p.method != "dop853", (0.0, 0.0, -1)
     # A step may hold the whole peak of a contact: its ends show less.
-    force = max(float(watch[LARGEST_FORCE, WORST]), float(events[:, PEAK].max(initial=0.0)))
-    scipy = p.method != "dop853"
+    force = max(worst.get("force", none)[0], float(events[:, PEAK].max(initial=0.0)))
     # By which a speed may exceed its limit where a mode ends, m/s: located to that, or as far as the dense
     # output of LSODA is from the ends of its steps.
     excess = 10.0 * (p.tolerance / VELOCITY_TIME if scipy else LOCATED_SPEED)
-    c = p.constants
     # By which a contact is met too late: scipy's solvers locate it as accurately as they end their steps.
     depth = 10.0 * p.tolerance if scipy else LOCATED
-    ramp = c.c_f * force * excess / (c.v1 - c.v0)
+    ramp = law.c_f * force * excess / (law.v1 - law.v0)
     # The share of the force by which the damping factor 1 + C d'/v is then below zero; v + C d' is located.
-    pull = force * max(c.C * excess, 10.0 * LOCATED_SPEED) / c.speed_floor
-    if c.law == PAPER_SWITCHING:  # its surface contact lasts until a corner is located outside: Eq. 8
-        pull += 0.5 * c.Ks * depth
+    pull = force * max(law.C * excess, 10.0 * LOCATED_SPEED) / law.speed_floor
+    if law.law == PAPER_SWITCHING:  # its surface contact lasts until a corner is located outside: Eq. 8
+        pull += 0.5 * law.Ks * depth
+    begun = events[events[:, START] > 0.0]  # what is inside at t = 0 may leave
+    worst = worst | {
+        "start-gap": _largest(np.abs(begun[:, START_GAP]), begun),
+        "leaving-start": _largest(begun[:, START_RATE], begun),
+    }
     bounds = {
-        "open-depth": (OPEN_DEPTH, max(1e-11, depth), "m"),
-        "pull": (PULL, pull, "N"),
+        "open-depth": (max(1e-11, depth), "m"),
+        "pull": (pull, "N"),
         # Friction rises from zero at v0; beyond it, it would drive with that much force.
-        "driving-friction": (DRIVING_FRICTION, ramp * (c.v0 + excess), "W"),
-        "start-gap": (START_GAP, max(1e-11, depth), "m"),
-        "leaving-start": (LEAVING_START, np.sqrt(2.0 * _acceleration(c, force) * depth), "m/s"),
+        "driving-friction": (ramp * (law.v0 + excess), "W"),
+        "start-gap": (max(1e-11, depth), "m"),
+        "leaving-start": (np.sqrt(2.0 * _acceleration(p, force) * depth), "m/s"),
     }
     # The paper's surface contact has no potential; scipy's solvers do not control the error of the works.
-    if c.law != PAPER_SWITCHING and not scipy:
-        bounds["energy"] = (ENERGY, ENERGY_BOUND * max(1.0, p.tolerance / USUAL_TOLERANCE), "1")
+    if law.law != PAPER_SWITCHING and not scipy:
+        bounds["energy"] = (ENERGY_BOUND * max(1.0, p.tolerance / USUAL_TOLERANCE), "1")
     found = {}
-    for name, (row, bound, unit) in bounds.items():
-        value, time, contact = watch[row]
-        place = "" if value == 0.0 or contact < 0 else CONTACT_NAMES[int(contact)]
-        found[name] = Invariant(float(value), float(bound), unit, float(time), place)
-    found["overlap"] = _overlap(events, p.cycles * p.period, c.law == FOUNDATION)
+    for name, (bound, unit) in bounds.items():
+        value, time, contact = worst.get(name, none)
+        place = "" if value == 0.0 or contact < 0 or name == "energy" else CONTACT_NAMES[contact]
+        found[name] = Invariant(value, float(bound), unit, time, place)
+    found["overlap"] = _overlap(events, p.cycles * p.period, law.law == FOUNDATION)
     if drift is not None:
-        controlled = not scipy and min(c.alpha, c.beta) > 0.0 and max(c.alpha, c.beta) <= STIFF_GAIN
+        controlled = not scipy and min(p.alpha, p.beta) > 0.0 and max(p.alpha, p.beta) <= STIFF_GAIN
         most = DRIFT if controlled else UNCONTROLLED_DRIFT
         for part, unit, bound in (("position", "m", most), ("velocity", "m/s", most / VELOCITY_TIME)):
             found[f"constraint-{part}"] = Invariant(drift[part], bound, unit, drift[f"{part}_time_s"])
     return found
 
 
-def _acceleration(c: Constants, force: float) -> float:
+def _largest(values: Array, events: Array) -> Worst:
+    if not values.size or not values.max() > 0.0:
+        return 0.0, 0.0, -1
+    at = int(values.argmax())
+    return float(values[at]), float(events[at, START]), int(events[at, CONTACT])
+
+
+def _acceleration(p: Parameters, force: float) -> float:
     """Return the most that a normal force (N) and its friction give a corner or rod 2's bearing, m/s^2."""
-    corner = 1.0 / c.m5 + (c.half_width**2 + c.half_length**2) / c.J5
-    bearing = 1.0 / c.m2 + c.Ls2**2 / c.J2
-    return max(USUAL_ACCELERATION, (1.0 + c.c_f) * force * max(corner, bearing))
+    m, law = p.mechanism, p.law
+    corner = 1.0 / m.m5 + (law.half_width**2 + law.half_length**2) / m.J5
+    bearing = 1.0 / m.m2 + m.Ls2**2 / m.J2
+    return max(USUAL_ACCELERATION, (1.0 + law.c_f) * force * max(corner, bearing))
 
 
 def _overlap(events: Array, duration: float, of_sides: bool) -> Invariant:
     """Return by how much contacts of one corner, or of one side, overlap, s."""
-    place = np.where(of_sides & (events[:, 0] < JOURNAL), events[:, 0] % 2, events[:, 0])
-    order = np.lexsort((events[:, 1], place))
-    contact, start, end = events[order, 0], events[order, 1], events[order, 2]
+    number = events[:, CONTACT]
+    place = np.where(of_sides & (number < JOURNAL), number % 2, number)
+    order = np.lexsort((events[:, START], place))
+    start, end = events[order, START], events[order, END]
     both = np.where(np.diff(place[order]) == 0, end[:-1] - start[1:], 0.0)
     # Times add up to the duration by rounding.
     bound = 4.0 * float(np.spacing(duration))
     if not both.size or both.max() <= 0.0:
         return Invariant(0.0, bound, "s", 0.0)
     worst = int(both.argmax())
-    return Invariant(
-        float(both[worst]), bound, "s", float(start[1:][worst]), CONTACT_NAMES[int(contact[1:][worst])]
-    )
+    name = CONTACT_NAMES[int(number[order][1:][worst])]
+    return Invariant(float(both[worst]), bound, "s", float(start[1:][worst]), name)
 
 
 def violation(found: dict[str, Invariant]) -> str:

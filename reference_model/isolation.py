@@ -11,8 +11,8 @@ from math import comb
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from reference_model.compiled import bare
-from reference_model.forces import Array
+from reference_model.compiled import inner
+from reference_model.linkage import Array
 
 DEGREE = 8
 POINTS = DEGREE + 1
@@ -36,7 +36,7 @@ _WEIGHTS = (-1.0) ** _POWERS * np.where(_POWERS % DEGREE == 0, 0.5, 1.0)
 _TO_LAST = np.linalg.inv(chebyshev.chebvander(2.0 * NODES - 1.0, DEGREE))[-2:]
 
 
-@bare
+@inner
 def classify(values: Array, starting: bool, resolution: float) -> int:
     """Return SETTLED, CROSSES, BELOW or UNCLEAR.
 
@@ -81,7 +81,7 @@ def classify(values: Array, starting: bool, resolution: float) -> int:
     return UNCLEAR
 
 
-@bare
+@inner
 def dips(values: Array, depth: float) -> bool:
     """Return whether a function at `NODES` is anywhere more than `depth` below zero."""
     least = 0.0
@@ -90,7 +90,7 @@ def dips(values: Array, depth: float) -> bool:
     return least < -depth
 
 
-@bare
+@inner
 def last_positive(values: Array, resolution: float) -> int:
     """Return the last point at which a function is certainly positive; -1: there is none.
 
@@ -102,7 +102,7 @@ def last_positive(values: Array, resolution: float) -> int:
     return -1
 
 
-@bare
+@inner
 def interpolated(values: Array, x: float) -> float:
     """Evaluate the interpolant of `values` at `NODES`, shape (POINTS,), at a share of the interval.
 
@@ -118,7 +118,7 @@ def interpolated(values: Array, x: float) -> float:
     return above / below
 
 
-@bare
+@inner
 def crossing(values: Array, resolution: float) -> float:
     """Return the share of the interval at which a function that `classify` says CROSSES is zero.
 

@@ -1,61 +1,67 @@
 """Clearance at the crank pin A: a journal on the crank in a bearing of rod 2 (Figs. 7 and 8).
 
-The paper gives no formulas. e runs from the bearing's centre to the journal's; the gap is c - |e|, the
-normal n = e / |e|. Both forces act at the bearing's surface point P = A_bearing + R_b n, with the point law
-of Eqs. 9-11 for the conformal pair and the friction of Eqs. 12-13 on the relative velocity of the two
-materials at P.
+The paper gives no formulas. e runs from the bearing's centre A' to the journal's A; the gap is c - |e|, the
+normal n = e / |e|. Both forces act at the bearing's surface point P = A' + R_b n, with the point law of Eqs.
+9-11 for the conformal pair and the friction of Eqs. 12-13 on the relative velocity of the two materials at P.
 """
 
 import math
-from typing import NamedTuple
 
-from reference_model.compiled import kernel
-from reference_model.constants import Constants
-
-JOURNAL = 4
-"""Number of this contact, after the four corners."""
-
-
-class Bearing(NamedTuple):
-    """The journal's contact in one state; m, m/s."""
-
-    gap: float
-    rate: float
-    slip: float
-    """Of the journal's material along t = (-n_y, n_x), relative to the bearing's."""
-    nx: float
-    ny: float
-    Px: float
-    """Point of contact in the fixed frame."""
-    Py: float
+from reference_model.compiled import inlined
+from reference_model.contact import FRICTION, GAP, JOURNAL, MEMORY, NORMAL, RATE, SLIP, STORED, point_contact
+from reference_model.laws import point_force
+from reference_model.linkage import Array
+from reference_model.parameters import Law
 
 
-@kernel
-def bearing_contact(
-    c: Constants, t: float, Ax: float, Ay: float, vAx: float, vAy: float, w2: float
-) -> Bearing:
-    """Return the contact between the driven crank's journal and a bearing at A = (Ax, Ay).
+@inlined
+def journal_motion(
+    law: Law, ex: float, ey: float, vx: float, vy: float, w1: float, w2: float, contacts: Array
+) -> tuple[float, float]:
+    """Write gap, rate and slip of the journal; return the normal n.
 
     Parameters
     ----------
-    c, t
-        Constants, time (s).
-    Ax, Ay, vAx, vAy
-        Centre of the bearing and its velocity, m, m/s.
-    w2
-        Angular velocity of rod 2, rad/s.
+    law
+        The contact.
+    ex, ey, vx, vy
+        e and its rate, m, m/s.
+    w1, w2
+        Rates of crank and rod 2, rad/s.
+    contacts
+        Written: column JOURNAL.
     """
-    c1, s1 = math.cos(c.theta0 + c.omega * t), math.sin(c.theta0 + c.omega * t)
-    ex, ey = c.L1 * c1 - Ax, c.L1 * s1 - Ay
-    vx, vy = -c.L1 * c.omega * s1 - vAx, c.L1 * c.omega * c1 - vAy
     e = math.sqrt(ex * ex + ey * ey)
     if e == 0.0:  # centred: no direction yet; the gap closes at the speed of the centres
-        speed = math.sqrt(vx * vx + vy * vy)
-        return Bearing(c.pin_clearance, -speed, 0.0, 1.0, 0.0, Ax + c.bearing_radius, Ay)
+        contacts[GAP + JOURNAL], contacts[SLIP + JOURNAL] = law.pin_clearance, 0.0
+        contacts[RATE + JOURNAL] = -math.sqrt(vx * vx + vy * vy)
+        return 1.0, 0.0
     nx, ny = ex / e, ey / e
+    contacts[GAP + JOURNAL], contacts[RATE + JOURNAL] = law.pin_clearance - e, -(nx * vx + ny * vy)
     # P relative to the journal's centre is (R_b - |e|) n, relative to the bearing's R_b n.
-    slip = -ny * vx + nx * vy + c.omega * (c.bearing_radius - e) - w2 * c.bearing_radius
-    rate = -(nx * vx + ny * vy)
-    return Bearing(
-        c.pin_clearance - e, rate, slip, nx, ny, Ax + c.bearing_radius * nx, Ay + c.bearing_radius * ny
-    )
+    contacts[SLIP + JOURNAL] = nx * vy - ny * vx + w1 * (law.bearing_radius - e) - w2 * law.bearing_radius
+    return nx, ny
+
+
+@inlined
+def journal_force(
+    law: Law, modes: Array, nx: float, ny: float, contacts: Array
+) -> tuple[float, float, float, float]:
+    """Write the journal's forces, from its motion.
+
+    Returns
+    -------
+    Gx, Gy, damping, friction
+        Force of the crank on rod 2 at P (N); power lost by damping and friction (W).
+    """
+    contacts[NORMAL + JOURNAL] = contacts[FRICTION + JOURNAL] = contacts[STORED + JOURNAL] = 0.0
+    if modes[MEMORY + JOURNAL] == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    gap, rate, slip = contacts[GAP + JOURNAL], contacts[RATE + JOURNAL], contacts[SLIP + JOURNAL]
+    elastic = point_force(law.Kj, law.n, -gap)
+    normal, tangential = point_contact(law, modes, JOURNAL, elastic, rate, slip)
+    contacts[NORMAL + JOURNAL], contacts[FRICTION + JOURNAL] = normal, tangential
+    contacts[STORED + JOURNAL] = elastic * max(-gap, 0.0) / (law.n + 1.0)
+    # `tangential` brakes the journal along t = (-n_y, n_x), and drags the bearing along with it.
+    Gx, Gy = normal * nx + tangential * ny, normal * ny - tangential * nx
+    return Gx, Gy, -(normal - elastic) * rate, -tangential * slip

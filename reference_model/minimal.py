@@ -3,72 +3,108 @@
 With ideal revolutes and a driven crank the rocker's tip C is a known function of time, and only theta_4 and
 theta_5 are free:
 
-    I theta4'' = -(m4 Ls4 + m5 L4) n4 . (C'' - g) + L4 n4 . F,   n4 = (-s4, c4)
+    I4 theta4'' = -S4 n4 . (C'' - g) + L4 n4 . F,   n4 = (-s4, c4)
     J5 theta5'' = M
 
-F and M are force and moment of all corners on the slider; I = J4 + m4 Ls4^2 + m5 L4^2. It is the projection
-of Eqs. 14-21 onto their constraints.
+F and M are force and moment of all corners on the slider. It is the projection of Eqs. 14-21 onto their
+constraints.
 """
 
+from typing import NamedTuple
+
+from reference_model import linkage
 from reference_model.compiled import inlined
-from reference_model.constants import Constants
-from reference_model.forces import Array, slider_forces
-from reference_model.linkage import Tip
+from reference_model.contact import Pose, corner_motion, slider_forces, write_tail
+from reference_model.linkage import Array, Mechanism
+from reference_model.parameters import Law
 from reference_model.trigonometry import cos_sin
 
+four_bar = inlined(linkage.four_bar)
+Tip = tuple[float, float, float, float, float, float]
+"""Position (m), velocity (m/s) and acceleration (m/s^2) of the rocker's tip C, each x and y."""
+
+
+TIP_ROWS = 8
+
+
+class Minimal(NamedTuple):
+    """The formulation: a state holds theta_4, theta_5, their rates, and the integrals behind them."""
+
+    mechanism: Mechanism
+    table: Array
+    """(TIP_ROWS, n): cosine and sine of the crank's angle, and the tip, at the nodes of a step
+    (`tabulate`)."""
+
 
 @inlined
-def slider_motion(c: Constants, tip: Tip, y: Array) -> tuple[float, float, float, float, float, float]:
-    """Return x, y, angle of the slider and their rates; `y` starts with theta_4, theta_5 and their rates."""
+def rocker_tip(m: Mechanism, t: float) -> Tip:
+    """Return the motion of C at time `t` (s)."""
+    c1, s1 = cos_sin(m.theta0 + m.omega * t)
+    return tip_from_crank(m, c1, s1)
+
+
+@inlined
+def tip_from_crank(m: Mechanism, c1: float, s1: float) -> Tip:
+    """Return the motion of C from cosine and sine of the crank's angle."""
+    _, _, c3, s3, _, w3, _, a3 = four_bar(m, c1, s1)
+    x, y = m.L3 * c3, m.L3 * s3
+    return m.Hx + x, m.Hy + y, -w3 * y, w3 * x, -a3 * y - w3 * w3 * x, a3 * x - w3 * w3 * y
+
+
+def tabulate(model: Minimal, t: float, h: float, nodes: Array) -> None:
+    """Write the tip at all times t + nodes h (s), the same to the last bit as `rocker_tip`.
+
+    The processor takes four of them at once: half of what a step costs. For that the rows stand by
+    themselves, and the compiler knows no length.
+    """
+    m, table = model.mechanism, model.table
+    cosine, sine, Cx, Cy = table[0], table[1], table[2], table[3]
+    vCx, vCy, aCx, aCy = table[4], table[5], table[6], table[7]
+    for i in range(nodes.size):
+        cosine[i], sine[i] = cos_sin(m.theta0 + m.omega * (t + nodes[i] * h))
+    for i in range(nodes.size):
+        Cx[i], Cy[i], vCx[i], vCy[i], aCx[i], aCy[i] = tip_from_crank(m, cosine[i], sine[i])
+
+
+@inlined
+def slider_pose(m: Mechanism, tip: Tip, y: Array) -> tuple[Pose, float, float]:
+    """Return the slider's motion, and cosine and sine of theta_4."""
     Cx, Cy, vCx, vCy, _, _ = tip
     c4, s4 = cos_sin(y[0])
-    return (
-        Cx + c.L4 * c4,
-        Cy + c.L4 * s4,
-        y[1],
-        vCx - c.L4 * y[2] * s4,
-        vCy + c.L4 * y[2] * c4,
-        y[3],
-    )
+    vx, vy = vCx - m.L4 * y[2] * s4, vCy + m.L4 * y[2] * c4
+    return (Cx + m.L4 * c4, Cy + m.L4 * s4, y[1], vx, vy, y[3]), c4, s4
 
 
-@inlined
-def slider_row(c: Constants, tip: Tip, y: Array, dy: Array, out: Array) -> None:
-    """Write x, y, angle of the slider, their rates and their second derivatives into out[:9]."""
-    Cx, Cy, vCx, vCy, aCx, aCy = tip
-    c4, s4 = cos_sin(y[0])
-    w4, a4 = y[2], dy[2]
-    out[0], out[1], out[2] = Cx + c.L4 * c4, Cy + c.L4 * s4, y[1]
-    out[3], out[4], out[5] = vCx - c.L4 * w4 * s4, vCy + c.L4 * w4 * c4, y[3]
-    out[6], out[7] = aCx - c.L4 * (a4 * s4 + w4 * w4 * c4), aCy + c.L4 * (a4 * c4 - w4 * w4 * s4)
-    out[8] = dy[3]
+def motion(model: Minimal, law: Law, t: float, y: Array, contacts: Array) -> None:
+    """Write gaps, rates and slips of a state."""
+    pose, _, _ = slider_pose(model.mechanism, rocker_tip(model.mechanism, t), y)
+    corner_motion(law, pose, contacts)
 
 
-@inlined
-def equations(
-    c: Constants, tip: Tip, y: Array, modes: Array, dy: Array, contacts: Array
-) -> tuple[float, float, float]:
-    """Write the derivatives of theta_4, theta_5 and their rates into dy[:4].
+def derivative(
+    model: Minimal, law: Law, t: float, node: int, y: Array, modes: Array, dy: Array, contacts: Array,
+    slider: Array,
+) -> None:  # fmt: skip
+    """Write the derivatives of coordinates and rates ; see `equations.derivative`.
 
-    `tip` is what `rocker_tip` says of the time. Returns the power of the pin C on rod 4, the power lost by
-    damping and by friction, W.
+    The drive's power is that of the pin C on rod 4: of the bodies before it the motion is prescribed.
     """
-    Cx, Cy, vCx, vCy, aCx, aCy = tip
-    c4, s4 = cos_sin(y[0])
+    m, table = model.mechanism, model.table
+    if node >= 0:
+        tip = table[2, node], table[3, node], table[4, node], table[5, node], table[6, node], table[7, node]
+    else:
+        tip = rocker_tip(m, t)
+    _, _, vCx, vCy, aCx, aCy = tip
+    pose, c4, s4 = slider_pose(m, tip, y)
+    Fx, Fy, M, damping, friction = slider_forces(law, pose, modes, contacts)
     w4 = y[2]
-    slider = (
-        Cx + c.L4 * c4,
-        Cy + c.L4 * s4,
-        y[1],
-        vCx - c.L4 * w4 * s4,
-        vCy + c.L4 * w4 * c4,
-        y[3],
-    )
-    Fx, Fy, M, damping, friction = slider_forces(c, slider, modes, contacts)
-    bx, by = aCx, aCy + c.gravity  # acceleration of C relative to free fall
-    a4 = (c.first_moment * (s4 * bx - c4 * by) + c.L4 * (c4 * Fy - s4 * Fx)) / c.I4
-    dy[0], dy[1], dy[2], dy[3] = w4, y[3], a4, M / c.J5
+    bx, by = aCx, aCy + m.gravity  # acceleration of C relative to free fall
+    a4 = (m.S4 * (s4 * bx - c4 * by) + m.L4 * (c4 * Fy - s4 * Fx)) / m.I4
+    dy[0], dy[1], dy[2], dy[3] = w4, y[3], a4, M / m.J5
+    turn_x, turn_y = -(a4 * s4 + w4 * w4 * c4), a4 * c4 - w4 * w4 * s4
+    slider[0], slider[1], slider[2], slider[3], slider[4], slider[5] = pose
+    slider[6], slider[7], slider[8] = aCx + m.L4 * turn_x, aCy + m.L4 * turn_y, dy[3]
     # Force of the pin at C on rod 4: what moves the two bodies, less gravity and contact.
-    Px = c.moving_mass * bx - c.first_moment * (a4 * s4 + w4 * w4 * c4) - Fx
-    Py = c.moving_mass * by + c.first_moment * (a4 * c4 - w4 * w4 * s4) - Fy
-    return Px * vCx + Py * vCy, damping, friction
+    Px = (m.m4 + m.m5) * bx + m.S4 * turn_x - Fx
+    Py = (m.m4 + m.m5) * by + m.S4 * turn_y - Fy
+    write_tail(dy, contacts, Px * vCx + Py * vCy, damping, friction)

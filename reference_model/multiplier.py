@@ -1,116 +1,219 @@
-"""The paper's own form: 15 coordinates, one multiplier a constraint, Baumgarte (Eqs. 14-21).
+"""The paper's own form: three coordinates a body, one multiplier a constraint, Baumgarte (Eqs. 14-21).
 
-q_i = (x_i, y_i, theta_i), i = 1..5. With Phi(q, t) = 0 the rows of Eq. 16,
+q_i = (x_i, y_i, theta_i). With Phi(q, t) = 0 the rows of Eq. 16,
 
     M q'' + Phi_q^T lambda = Q,    Phi_q q'' = gamma - 2 alpha Phi' - beta^2 Phi.
 
-Rows 1-12 are the six revolutes O, A, H, B, C, F, each r_i - r_j - a u_i - b u_j - const with u = (cos, sin)
-of a body's angle; row 13 drives the crank; an ideal slider adds rows 14 and 15 (x5 on its line, theta_5 = 0).
-The paper's print of rows 7-12 and of the driver is corrected: as printed the rods would not close.
+A planar linkage is described by lists (`assemble`): bodies, pins, ideal guides, one drive; and the body whose
+four corners are in a guide with clearance. A pin between bodies i and j gives the rows
+r_i + R_i a - r_j - R_j b = 0 with arms a, b in the bodies' own frames (for the frame, j = -1, b is a fixed
+point), a guide x_i - line = 0 and theta_i = 0, the drive theta_i - omega t - theta0 = 0. `press` lists the
+press, its rows in the paper's order; the paper's print of rows 7-13 is corrected: as printed the rods would
+not close.
 """
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from reference_model.compiled import bare, kernel
-from reference_model.constants import Constants
-from reference_model.forces import Array, slider_forces
+from reference_model.compiled import inlined, inner, kernel
+from reference_model.contact import corner_motion, slider_forces, write_tail
+from reference_model.linkage import Array, Mechanism
+from reference_model.parameters import Law
 
-COORDINATES = 15
-ROWS_CLEARANCE, ROWS_IDEAL = 13, 15
-DRIVER_ROW = 12
-
-
-@kernel
-def joint_table(c: Constants) -> Array:
-    """Return bodies i, j (0-based, -1: the frame) and arms a of i, b of j of each joint, shape (6, 4)."""
-    return np.array(
-        [
-            [0.0, -1.0, c.Ls1, 0.0],
-            [1.0, 0.0, c.Ls2, c.L1 - c.Ls1],
-            [2.0, -1.0, c.Ls3, 0.0],
-            [2.0, 1.0, 0.0, c.L2 - c.Ls2],
-            [3.0, 2.0, c.Ls4, c.L3 - c.Ls3],
-            [4.0, 3.0, 0.0, c.L4 - c.Ls4],
-        ]
-    )
+FRAME = -1
+"""In place of a body's number."""
+Point = tuple[float, float]
 
 
-@kernel
-def constraints(
-    c: Constants, t: float, q: Array, v: Array, phi: Array, rate: Array, jacobian: Array, gamma: Array
-) -> None:
-    """Evaluate the rows of Eq. 16 and what derives from them.
+class Linkage(NamedTuple):
+    """The formulation: a state holds x, y, theta of all bodies, their rates, and integrals."""
+
+    masses: Array
+    """The diagonal of M, shape (3 n,), kg and kg m^2."""
+    weights: Array
+    """The bodies' weights as generalized forces, shape (3 n,)."""
+    joined: NDArray[np.int64]
+    """Bodies i, j of each pin, shape (pins, 2)."""
+    arms: Array
+    """a and b of each pin, shape (pins, 4), m."""
+    guided: NDArray[np.int64]
+    """Bodies on an ideal guide, shape (guides,)."""
+    lines: Array
+    """x of these guides, m."""
+    driven: int
+    """The driven body."""
+    slider: int
+    """The body that the slider's channels are of."""
+    clearance: bool
+    """Whether its corners touch the walls."""
+    omega: float
+    """rad/s."""
+    theta0: float
+    """rad."""
+    alpha: float
+    """Baumgarte's, 1/s."""
+    beta: float
+    phi: Array
+    """What a solution is computed in: (rows,), ..."""
+    rate: Array
+    gamma: Array
+    lambdas: Array
+    applied: Array
+    """... (3 n,), ..."""
+    jacobian: Array
+    """... (rows, 3 n), ..."""
+    matrix: Array
+    """... (rows, rows)."""
+
+    @property
+    def rows(self) -> int:
+        """Number of constraints: pins, guides, drive."""
+        return self.phi.size
+
+
+def assemble(
+    bodies: Sequence[tuple[float, float]],
+    pins: Sequence[tuple[int, Point, int, Point]],
+    guides: Sequence[tuple[int, float]],
+    drive: tuple[int, float, float],
+    slider: tuple[int, bool],
+    *,
+    gravity: float = 0.0,
+    baumgarte: tuple[float, float] = (0.0, 0.0),
+) -> Linkage:
+    """Describe a planar linkage.
 
     Parameters
     ----------
-    c, t
-        Constants, time (s).
-    q, v
-        Coordinates and velocities, shape (15,).
-    phi, rate, gamma
-        Written, shape (13,) or (15,): Phi, Phi' = Phi_q v + Phi_t, and gamma of Phi_q q'' = gamma.
-    jacobian
-        Written, shape (rows, 15): Phi_q.
+    bodies
+        Mass (kg) and inertia about the centroid (kg m^2) of each.
+    pins
+        Body i, its point (m, from the centroid, in its own frame), body j or FRAME, its point.
+    guides
+        Body that is held upright on a vertical line, and that line's x, m.
+    drive
+        Body whose angle grows uniformly, its rate (rad/s), its angle at t = 0 (rad).
+    slider
+        Body that the slider's channels are of, and whether it runs in a guide with clearance.
+    gravity
+        Along -y, m/s^2.
+    baumgarte
+        alpha and beta, 1/s.
+
+    Returns
+    -------
+    Linkage
     """
-    rows = phi.size
-    jacobian.fill(0.0)
-    joints = joint_table(c)
-    for joint in range(6):
-        i, j = int(joints[joint, 0]), int(joints[joint, 1])
-        a, b = joints[joint, 2], joints[joint, 3]
-        ci, si = math.cos(q[3 * i + 2]), math.sin(q[3 * i + 2])
-        x, y = 2 * joint, 2 * joint + 1
-        phi[x], phi[y] = q[3 * i] - a * ci, q[3 * i + 1] - a * si
-        jacobian[x, 3 * i] = jacobian[y, 3 * i + 1] = 1.0
-        jacobian[x, 3 * i + 2], jacobian[y, 3 * i + 2] = a * si, -a * ci
-        square = v[3 * i + 2] ** 2
-        gamma[x], gamma[y] = -a * ci * square, -a * si * square
+    size, rows = 3 * len(bodies), 2 * len(pins) + 1 + 2 * len(guides)
+    weights = np.zeros(size)
+    weights[1::3] = [-gravity * mass for mass, _ in bodies]
+    return Linkage(
+        masses=np.array([value for mass, inertia in bodies for value in (mass, mass, inertia)]),
+        weights=weights,
+        joined=np.array([(i, j) for i, _, j, _ in pins], dtype=np.int64).reshape(-1, 2),
+        arms=np.array([(*a, *b) for _, a, _, b in pins], dtype=np.float64).reshape(-1, 4),
+        guided=np.array([body for body, _ in guides], dtype=np.int64),
+        lines=np.array([line for _, line in guides], dtype=np.float64),
+        driven=drive[0],
+        slider=slider[0],
+        clearance=slider[1],
+        omega=drive[1],
+        theta0=drive[2],
+        alpha=baumgarte[0],
+        beta=baumgarte[1],
+        phi=np.empty(rows),
+        rate=np.empty(rows),
+        gamma=np.empty(rows),
+        lambdas=np.empty(rows),
+        applied=np.empty(size),
+        jacobian=np.empty((rows, size)),
+        matrix=np.empty((rows, rows)),
+    )
+
+
+def press(m: Mechanism, *, ideal_slider: bool, baumgarte: tuple[float, float]) -> Linkage:
+    """Describe the press; its joints in the order of the paper's rows: O, A, H, B, C, F, drive, guide."""
+    return assemble(
+        bodies=list(zip(m.masses, m.inertias, strict=True)),
+        pins=[
+            (0, (-m.Ls1, 0.0), FRAME, (0.0, 0.0)),
+            (1, (-m.Ls2, 0.0), 0, (m.L1 - m.Ls1, 0.0)),
+            (2, (-m.Ls3, 0.0), FRAME, (m.Hx, m.Hy)),
+            (2, (0.0, 0.0), 1, (m.L2 - m.Ls2, 0.0)),
+            (3, (-m.Ls4, 0.0), 2, (m.L3 - m.Ls3, 0.0)),
+            (4, (0.0, 0.0), 3, (m.L4 - m.Ls4, 0.0)),
+        ],
+        guides=[(4, m.line_x)] if ideal_slider else [],
+        drive=(0, m.omega, m.theta0),
+        slider=(4, not ideal_slider),
+        gravity=m.gravity,
+        baumgarte=baumgarte,
+    )
+
+
+@inlined
+def end_of(
+    i: int, ax: float, ay: float, sign: float, q: Array, v: Array, row: int, phi: Array, jacobian: Array,
+    gamma: Array,
+) -> None:  # fmt: skip
+    """Add the end of a pin at body `i` to the pin's two rows."""
+    x, y, turn = 3 * i, 3 * i + 1, 3 * i + 2
+    c, s = math.cos(q[turn]), math.sin(q[turn])
+    rx, ry = sign * (c * ax - s * ay), sign * (s * ax + c * ay)
+    phi[row] += sign * q[x] + rx
+    phi[row + 1] += sign * q[y] + ry
+    jacobian[row, x] = jacobian[row + 1, y] = sign
+    jacobian[row, turn], jacobian[row + 1, turn] = -ry, rx
+    gamma[row] += rx * v[turn] * v[turn]
+    gamma[row + 1] += ry * v[turn] * v[turn]
+
+
+@inner
+def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
+    """Evaluate the rows of Eq. 16 and what derives from them.
+
+    Writes Phi, Phi' = Phi_q v + Phi_t, gamma of Phi_q q'' = gamma, and Phi_q into the model's arrays.
+
+    Parameters
+    ----------
+    model, t
+        The linkage, time (s).
+    q, v
+        Coordinates and velocities, shape (3 n,).
+    """
+    phi, rate, gamma, jacobian = model.phi, model.rate, model.gamma, model.jacobian
+    for i in range(phi.size):
+        phi[i] = gamma[i] = 0.0
+        for k in range(q.size):
+            jacobian[i, k] = 0.0
+    for pin in range(model.joined.shape[0]):
+        i, j, row = model.joined[pin, 0], model.joined[pin, 1], 2 * pin
+        end_of(i, model.arms[pin, 0], model.arms[pin, 1], 1.0, q, v, row, phi, jacobian, gamma)
         if j >= 0:
-            cj, sj = math.cos(q[3 * j + 2]), math.sin(q[3 * j + 2])
-            phi[x] -= q[3 * j] + b * cj
-            phi[y] -= q[3 * j + 1] + b * sj
-            jacobian[x, 3 * j] = jacobian[y, 3 * j + 1] = -1.0
-            jacobian[x, 3 * j + 2], jacobian[y, 3 * j + 2] = b * sj, -b * cj
-            square = v[3 * j + 2] ** 2
-            gamma[x] -= b * cj * square
-            gamma[y] -= b * sj * square
-        elif joint > 0:
-            phi[x] -= c.Hx
-            phi[y] -= c.Hy
-    phi[DRIVER_ROW] = q[2] - c.omega * t - c.theta0
-    jacobian[DRIVER_ROW, 2] = 1.0
-    gamma[DRIVER_ROW] = 0.0
-    if rows == ROWS_IDEAL:
-        phi[13], phi[14] = q[12] - c.line_x, q[14]
-        jacobian[13, 12] = jacobian[14, 14] = 1.0
-        gamma[13] = gamma[14] = 0.0
-    for i in range(rows):
-        rate[i] = 0.0
-        for k in range(COORDINATES):
-            rate[i] += jacobian[i, k] * v[k]
-    rate[DRIVER_ROW] -= c.omega
+            end_of(j, model.arms[pin, 2], model.arms[pin, 3], -1.0, q, v, row, phi, jacobian, gamma)
+        else:
+            phi[row] -= model.arms[pin, 2]
+            phi[row + 1] -= model.arms[pin, 3]
+    row = 2 * model.joined.shape[0]
+    phi[row] = q[3 * model.driven + 2] - model.omega * t - model.theta0
+    jacobian[row, 3 * model.driven + 2] = 1.0
+    for guide in range(model.guided.size):
+        x, at = 3 * model.guided[guide], row + 1 + 2 * guide
+        phi[at], phi[at + 1] = q[x] - model.lines[guide], q[x + 2]
+        jacobian[at, x] = jacobian[at + 1, x + 2] = 1.0
+    for i in range(phi.size):
+        total = 0.0
+        for k in range(q.size):
+            total += jacobian[i, k] * v[k]
+        rate[i] = total
+    rate[row] -= model.omega
 
 
-@kernel
-def drift(c: Constants, t: float, y: Array, rows: int) -> tuple[float, float]:
-    """Return the largest |Phi| (m, rad) and |Phi'| (m/s, rad/s) of a state's coordinates and velocities."""
-    phi, rate, gamma = np.empty(rows), np.empty(rows), np.empty(rows)
-    jacobian = np.empty((rows, COORDINATES))
-    constraints(c, t, y[:COORDINATES], y[COORDINATES : 2 * COORDINATES], phi, rate, jacobian, gamma)
-    return np.max(np.abs(phi)), np.max(np.abs(rate))
-
-
-@kernel
-def masses(c: Constants) -> Array:
-    """Return the diagonal of M, shape (15,), kg and kg m^2."""
-    return np.array([
-        c.m1, c.m1, c.J1, c.m2, c.m2, c.J2, c.m3, c.m3, c.J3, c.m4, c.m4, c.J4, c.m5, c.m5, c.J5,
-    ])  # fmt: skip
-
-
-@bare
+@inner
 def solve_definite(matrix: Array, right: Array) -> None:
     """Solve a symmetric positive definite system by Cholesky's factorization; not a number where it is not.
 
@@ -139,78 +242,100 @@ def solve_definite(matrix: Array, right: Array) -> None:
             right[j] -= matrix[i, j] * right[i]
 
 
-@kernel
-def multipliers(
-    c: Constants, t: float, q: Array, v: Array, applied: Array, rows: int, acceleration: Array
-) -> Array:
+@inner
+def solve(model: Linkage, t: float, q: Array, v: Array, acceleration: Array) -> None:
     """Solve Eqs. 19-21 in one state.
+
+    The forces `model.applied` (Q: weights and contact forces, N and N m) are given; `model.lambdas` (N and N
+    m) is written: -lambda is what a joint exerts on the body named first.
 
     Parameters
     ----------
-    c, t, q, v
-        Constants, time (s), coordinates and velocities (15,).
-    applied
-        Q, shape (15,): weights and contact forces, N and N m.
-    rows
-        13 or 15.
+    model, t, q, v
+        The linkage, time (s), coordinates and velocities (3 n,).
     acceleration
-        Written: q'', shape (15,).
-
-    Returns
-    -------
-    lambda
-        Shape (rows,), N and N m: -lambda is what the joint exerts on the higher-numbered body.
+        Written: q'', shape (3 n,).
     """
-    phi, rate, gamma = np.empty(rows), np.empty(rows), np.empty(rows)
-    jacobian = np.empty((rows, COORDINATES))
-    constraints(c, t, q, v, phi, rate, jacobian, gamma)
-    mass = masses(c)
-    matrix, solution = np.zeros((rows, rows)), np.empty(rows)
-    for i in range(rows):
-        solution[i] = -gamma[i] + 2.0 * c.alpha * rate[i] + c.beta * c.beta * phi[i]
-        for k in range(COORDINATES):
+    lambdas, matrix, jacobian, applied, mass = (
+        model.lambdas,
+        model.matrix,
+        model.jacobian,
+        model.applied,
+        model.masses,
+    )
+    constraints(model, t, q, v)
+    for i in range(lambdas.size):
+        right = -model.gamma[i] + 2.0 * model.alpha * model.rate[i] + model.beta * model.beta * model.phi[i]
+        for j in range(i + 1):
+            matrix[i, j] = 0.0
+        for k in range(q.size):
             if jacobian[i, k] != 0.0:
                 weighted = jacobian[i, k] / mass[k]
-                solution[i] += weighted * applied[k]
+                right += weighted * applied[k]
                 for j in range(i + 1):
                     matrix[i, j] += weighted * jacobian[j, k]
-    solve_definite(matrix, solution)
-    for k in range(COORDINATES):
+        lambdas[i] = right
+    solve_definite(matrix, lambdas)
+    for k in range(q.size):
         force = applied[k]
-        for i in range(rows):
-            force -= jacobian[i, k] * solution[i]
+        for i in range(lambdas.size):
+            force -= jacobian[i, k] * lambdas[i]
         acceleration[k] = force / mass[k]
-    return solution
 
 
-@kernel
-def weights(c: Constants) -> Array:
-    """Return the bodies' weights as generalized forces, shape (15,)."""
-    applied = np.zeros(COORDINATES)
-    mass = masses(c)
-    for i in range(1, COORDINATES, 3):
-        applied[i] = -c.gravity * mass[i]
-    return applied
+def motion(model: Linkage, law: Law, t: float, y: Array, contacts: Array) -> None:
+    """Write gaps, rates and slips of a state."""
+    if model.clearance:
+        x, w = 3 * model.slider, model.masses.size + 3 * model.slider
+        corner_motion(law, (y[x], y[x + 1], y[x + 2], y[w], y[w + 1], y[w + 2]), contacts)
 
 
-@kernel
-def equations(
-    c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array, rows: int
-) -> tuple[float, float, float]:
-    """Write the derivatives of the coordinates and velocities into dy[:30].
+def tabulate(model: Linkage, t: float, h: float, nodes: Array) -> None:
+    """Prepare nothing: of this motion nothing is a function of time alone."""
 
-    Returns the motor's power, -lambda_13 omega, and the power lost by damping and by friction, W.
-    """
-    q, v = y[:COORDINATES], y[COORDINATES : 2 * COORDINATES]
-    applied = weights(c)
-    damping = friction = 0.0
-    if rows == ROWS_CLEARANCE:
-        slider = (q[12], q[13], q[14], v[12], v[13], v[14])
-        Fx, Fy, M, damping, friction = slider_forces(c, slider, modes, contacts)
-        applied[12] += Fx
-        applied[13] += Fy
-        applied[14] += M
-    solution = multipliers(c, t, q, v, applied, rows, dy[COORDINATES : 2 * COORDINATES])
-    for i in range(COORDINATES):
+
+def derivative(
+    model: Linkage, law: Law, t: float, node: int, y: Array, modes: Array, dy: Array, contacts: Array,
+    slider: Array,
+) -> None:  # fmt: skip
+    """Write the derivatives of coordinates and rates; see `equations.derivative`."""
+    size, x = model.masses.size, 3 * model.slider
+    q, v, acceleration = y[:size], y[size : 2 * size], dy[size : 2 * size]
+    applied, damping, friction = model.applied, 0.0, 0.0
+    for i in range(size):
+        applied[i] = model.weights[i]
         dy[i] = v[i]
-    return -solution[DRIVER_ROW] * c.omega, damping, friction
+    if model.clearance:
+        pose = (q[x], q[x + 1], q[x + 2], v[x], v[x + 1], v[x + 2])
+        Fx, Fy, M, damping, friction = slider_forces(law, pose, modes, contacts)
+        applied[x] += Fx
+        applied[x + 1] += Fy
+        applied[x + 2] += M
+    solve(model, t, q, v, acceleration)
+    for i in range(3):
+        slider[i], slider[3 + i], slider[6 + i] = q[x + i], v[x + i], acceleration[x + i]
+    power = -model.lambdas[2 * model.joined.shape[0]] * model.omega
+    write_tail(dy, contacts, power, damping, friction)
+
+
+@kernel
+def drift(model: Linkage, times: Array, states: Array, out: Array) -> None:
+    """Write the largest |Phi| (m, rad) and |Phi'| (m/s, rad/s) of each state.
+
+    Parameters
+    ----------
+    model, times
+        The linkage; s, shape (n,).
+    states
+        Coordinates and velocities, shape (2 * 3 bodies, n).
+    out
+        Written, shape (2, n).
+    """
+    size = model.masses.size
+    for i in range(times.size):
+        y = states[:, i].copy()
+        constraints(model, times[i], y[:size], y[size:])
+        out[0, i] = out[1, i] = 0.0
+        for row in range(model.phi.size):
+            out[0, i] = max(out[0, i], abs(model.phi[row]))
+            out[1, i] = max(out[1, i], abs(model.rate[row]))

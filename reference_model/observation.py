@@ -1,173 +1,256 @@
-"""From a state to the named channels, and the peaks between two steps."""
+"""From recorded rows to channels: the whole press from a state, samples, extrema, pulses, worst values.
+
+Rows (`reference_model.recording`) are taken as often as their buffer is full, and many at a time.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import bare, inlined, kernel
-from reference_model.constants import Constants
-from reference_model.contact import CORNERS
-from reference_model.energy import ENERGIES, balance, starting_energies
-from reference_model.forces import (
-    CLIPPED,
-    CONTACTS,
-    FRICTION,
-    GAP,
-    MEMORY,
-    NORMAL,
+from reference_model.chain import Chain, journal_centre, journal_reaction
+from reference_model.channels import ACCELERATIONS, CORNER_CHANNELS, JOURNAL_CHANNELS, MOTION, Extrema
+from reference_model.contact import CONTACTS, FRICTION, GAP, JOURNAL, NORMAL, RATE, SLIP, STORED, TAIL, WORKS
+from reference_model.energy import ENERGIES, balance, kinetic_energy
+from reference_model.equations import Model
+from reference_model.linkage import (
     Array,
-    normal_force,
-    of_side,
-    other_corner,
+    Mechanism,
+    bodies_from_rods,
+    four_bar_rods,
+    rod4_of_ideal_slider,
+    turning,
 )
-from reference_model.formulations import Driven, bearing_motion, driven, free, slider_at
-from reference_model.journal import JOURNAL
-from reference_model.mechanism import (
-    constraint_drift,
-    driven_bodies,
-    fill_bodies,
-    ideal_pin,
-    ideal_slider,
-    slider_row,
-)
+from reference_model.minimal import Minimal
+from reference_model.multiplier import Linkage, drift
+from reference_model.parameters import FOUNDATION, Law
 from reference_model.reactions import REACTIONS, reactions
-
-MOTION = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
-ACCELERATIONS = ("slider_ax", "slider_ay", "slider_alpha")
-CORNER_CHANNELS = tuple(
-    f"corner_{corner}_{what}" for corner in CORNERS for what in ("gap", "normal", "friction")
+from reference_model.recording import (
+    CONTACTS_FROM,
+    CYCLE,
+    EXTREMUM,
+    INSIDE_FROM,
+    MEMORY_FROM,
+    PARTS,
+    PURPOSE,
+    SAMPLE,
+    SLIDER_FROM,
+    STATE_FROM,
+    STEP,
+    TIME,
 )
-NAMES = MOTION + ACCELERATIONS + CORNER_CHANNELS + REACTIONS + ENERGIES
-DRIFT = len(NAMES)
-"""Behind the named channels, of every formulation: largest |Phi| and |Phi'| of the state."""
-CHANNELS = DRIFT + 2
-CORNERS_FROM = len(MOTION) + len(ACCELERATIONS)
-REACTIONS_FROM = CORNERS_FROM + len(CORNER_CHANNELS)
-ENERGIES_FROM = REACTIONS_FROM + len(REACTIONS)
-
-MOTION_ONLY, WITH_JOINTS, WITH_ENERGY, WITH_FORCES = 0, 1, 2, 4
-"""What to observe beside the slider's motion, added up: nothing is computed that nobody asked for.
-
-WITH_FORCES: the slider's accelerations and its corners.
-"""
 
 
-@bare
-def observe(
-    c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array, what: int, start: Array,
-    out: Array,
-) -> None:  # fmt: skip
-    """Write the channels as `observe_driven` does, where nobody knows yet what is driven."""
-    observe_driven(c, t, driven(c, t), y, modes, dy, contacts, what, start, out)
+def all_bodies(model: Model, m: Mechanism, times: Array, y: Array, dy: Array) -> Array:
+    """Return the motion of all bodies, shape (5, 9, n), from states and their derivatives, shape (size, n).
+
+    `times` count from the start of a cycle, s.
+    """
+    n = (len(y) - TAIL) // 2
+    q, v, a = y[:n], y[n : 2 * n], dy[n : 2 * n]
+    if isinstance(model, Linkage):
+        return np.concatenate([part.reshape(n // 3, 3, -1) for part in (q, v, a)], axis=1)
+    turns = list(zip(q, v, a, strict=True))
+    if isinstance(model, Minimal):
+        rods = (*four_bar_rods(m, times), turning(*turns[0]))
+        return bodies_from_rods(m, times, rods, turns[1])
+    rod2, rocker = turning(*turns[0]), turning(*turns[1])
+    if model.ideal_slider:
+        return bodies_from_rods(m, times, (rod2, rocker, rod4_of_ideal_slider(m, rocker)), (0.0, 0.0, 0.0))
+    return bodies_from_rods(m, times, (rod2, rocker, turning(*turns[2])), turns[3])
 
 
-@inlined
-def observe_driven(
-    c: Constants,
-    t: float,
-    at: Driven,
-    y: Array,
-    modes: Array,
-    dy: Array,
-    contacts: Array,
-    what: int,
-    start: Array,
-    out: Array,
-) -> None:
-    """Write the channels, in the order of `NAMES`, into `out`, shape (CHANNELS,).
+class Observation:
+    """What is made of a run's rows.
 
     Parameters
     ----------
-    c, t, at, y, modes
-        Constants, time (s), what `driven` says of it, state, modes.
-    dy, contacts
-        What `right_hand_side` gives in that state: accelerations and forces come from the balance of forces,
-        never from differences. Not read where only the motion is asked for.
-    what
-        Sum of WITH_JOINTS, WITH_ENERGY and WITH_FORCES, or MOTION_ONLY.
-    start
-        Energies at t = 0.
-    out
-        Written; channels that are not asked for keep what they had.
+    model, m, law
+        Formulation, mechanism, contacts.
+    names
+        Channels to sample.
+    times
+        Of the samples, s.
+    cycles, period
+        Begun crank cycles, and how long each takes, s.
     """
-    out[DRIFT], out[DRIFT + 1] = constraint_drift(c, t, y)
-    if what & WITH_FORCES:
-        slider_row(c, t, at, y, dy, out)
-        for k in range(4):
-            i = CORNERS_FROM + 3 * k
-            normal = max(0.0, contacts[NORMAL, k])
-            out[i], out[i + 1], out[i + 2] = contacts[GAP, k], normal, contacts[FRICTION, k]
-    else:
-        out[0], out[1], out[2], out[3], out[4], out[5] = slider_at(c, at, y)
-    if what & (WITH_JOINTS | WITH_ENERGY):
-        _observe_bodies(c, t, y, modes, dy, contacts, what, start, out)
 
+    def __init__(
+        self, model: Model, m: Mechanism, law: Law, names: list[str], times: Array, cycles: int, period: float
+    ) -> None:
+        self._model, self._m, self._law, self._names = model, m, law, names
+        self.samples = np.zeros((len(names), times.size))
+        """(names, n)."""
+        self.sampled = 0
+        self.extrema = Extrema(len(names), cycles, period)
+        self.drift: dict[str, float] | None = None
+        """Largest violation of the constraints and when, m and m/s; None where there are none."""
+        if isinstance(model, Linkage):
+            self.drift = dict.fromkeys(("position", "position_time_s", "velocity", "velocity_time_s"), 0.0)
+        self._forces: list[list[Array]] = [[] for _ in range(CONTACTS)]
+        self.worst: dict[str, tuple[float, float, int]] = {}
+        """Of what no correct run can show: the largest value, when (s), of which contact (-1: none)."""
+        self._start, self._last = np.empty((0, 0)), np.empty((7, 0))
+        self._flow = 0.0
 
-@kernel
-def _observe_bodies(
-    c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array, what: int, start: Array,
-    out: Array,
-) -> None:  # fmt: skip
-    """Write what needs the motion of all bodies: reactions and energies."""
-    if what & WITH_JOINTS:
-        bodies = np.empty((5, 9))
-        fill_bodies(c, t, y, dy, bodies)
-        Fx = Fy = 0.0
-        for k in range(4):
-            Fx += contacts[NORMAL, k] if k % 2 == 0 else -contacts[NORMAL, k]
-            Fy += contacts[FRICTION, k]
-        b = bearing_motion(c, t, y)
-        normal, drag = contacts[NORMAL, JOURNAL], contacts[FRICTION, JOURNAL]
-        G = (normal * b.nx - drag * b.ny, normal * b.ny + drag * b.nx, b.Px, b.Py)
-        reactions(c, bodies, Fx, Fy, ideal_slider(c), ideal_pin(c), G, out[REACTIONS_FROM:ENERGIES_FROM])
-    if what & WITH_ENERGY:
-        audit(c, t, y, modes, dy, contacts, start, out[ENERGIES_FROM:DRIFT])
+    def take(self, rows: Array, accelerations: Array) -> None:
+        """Take account of rows, shape (n, row), and of accelerations at parts of steps, shape (m, 4)."""
+        if not len(rows):
+            return
+        rows = np.ascontiguousarray(rows.T)  # from here on an entry of all rows, not a row, lies together
+        if not self._start.size:
+            self._start = rows[:, :1].copy()
+            self._flow = float(kinetic_energy(self._m, self._bodies(self._start)).sum())
+        self._widen_parts(accelerations)
+        purpose, times = rows[PURPOSE].astype(np.int64), rows[TIME] + rows[CYCLE]
+        values = self._channels(rows)
+        kept = values[:, (purpose & SAMPLE) > 0]
+        self.samples[:, self.sampled : self.sampled + kept.shape[1]] = kept
+        self.sampled += kept.shape[1]
+        self._widen(purpose, times, values)
+        self._note_worst(rows, purpose, times)
+        for k in range(CONTACTS):
+            closed = ((purpose & STEP) > 0) & (rows[MEMORY_FROM + k] > 0.0)
+            force = rows[CONTACTS_FROM + NORMAL + k, closed]
+            if self._law.law == FOUNDATION and k != JOURNAL:
+                force = force + rows[CONTACTS_FROM + NORMAL + (k + 2) % 4, closed]
+            self._forces[k].append(np.stack([times[closed], force]))
+        if isinstance(self._model, Linkage) and self.drift is not None:
+            self._note_drift(self._model, self.drift, rows, times)
 
+    def pulses(self, events: dict[str, Array], numbers: Array) -> dict[str, Array]:
+        """Return the normal forces of the contacts at the ends of steps, by row of the event table.
 
-@kernel
-def audit(
-    c: Constants, t: float, y: Array, modes: Array, dy: Array, contacts: Array, start: Array, out: Array
-) -> None:
-    """Write the energies of a state in the order of `ENERGIES`, shape (7,); arguments as of `observe`."""
-    bodies = np.empty((5, 9))
-    fill_bodies(c, t, y, dy, bodies)
-    balance(c, bodies, modes, contacts, y[free(c) + CONTACTS :], driven_bodies(c), start, out)
+        Parameters
+        ----------
+        events
+            The event table.
+        numbers
+            Of the contact in each of its rows.
+        """
+        row, time, force = [], [], []
+        for k in range(CONTACTS):
+            mine = np.flatnonzero(numbers == k)
+            if self._forces[k] and mine.size:
+                t, f = np.concatenate(self._forces[k], axis=1)
+                at = np.searchsorted(events["start"][mine], t, side="left") - 1
+                row.append(mine[np.maximum(at, 0)])
+                time.append(t)
+                force.append(f)
+        if not row:
+            return {"row": np.empty(0, dtype=np.int64), "time": np.empty(0), "force": np.empty(0)}
+        rows, times, forces = (np.concatenate(part) for part in (row, time, force))
+        order = np.lexsort((times, rows))
+        return {"row": rows[order], "time": times[order], "force": np.maximum(forces[order], 0.0)}
 
+    def _bodies(self, rows: Array) -> Array:
+        y, dy = np.split(rows[STATE_FROM:], 2)
+        return all_bodies(self._model, self._m, rows[TIME], y, dy)
 
-@kernel
-def note_start(c: Constants, y: Array, modes: Array, dy: Array, contacts: Array, start: Array) -> None:
-    """Write the energies at t = 0 that the audit compares with, shape (5,)."""
-    bodies = np.empty((5, 9))
-    fill_bodies(c, 0.0, y, dy, bodies)
-    starting_energies(c, bodies, modes, contacts, driven_bodies(c), start)
+    def _energies(self, rows: Array, bodies: Array) -> Array:
+        works = np.split(rows[STATE_FROM:], 2)[0][-WORKS:]
+        stored, at_start = (
+            each[CONTACTS_FROM + STORED : CONTACTS_FROM + STORED + CONTACTS].sum(0)
+            for each in (rows, self._start)
+        )
+        driven = 3 if isinstance(self._model, Minimal) else 0
+        return balance(self._m, bodies, self._bodies(self._start), stored, float(at_start[0]), works, driven)
 
+    def _channels(self, rows: Array) -> Array:
+        """Return the wanted channels, shape (names, n)."""
+        names, found = (
+            set(self._names),
+            dict(zip(MOTION + ACCELERATIONS, rows[SLIDER_FROM:CONTACTS_FROM], strict=True)),
+        )
+        contacts = rows[CONTACTS_FROM:INSIDE_FROM]
+        if CORNER_CHANNELS[0] in names:
+            for k in range(JOURNAL):
+                what = contacts[GAP + k], np.maximum(contacts[NORMAL + k], 0.0), contacts[FRICTION + k]
+                found |= zip(CORNER_CHANNELS[3 * k : 3 * k + 3], what, strict=True)
+        if names & {JOURNAL_CHANNELS[0], REACTIONS[0], ENERGIES[0]}:
+            bodies = self._bodies(rows)
+            if JOURNAL_CHANNELS[0] in names:
+                found |= zip(JOURNAL_CHANNELS, journal_centre(self._m, bodies), strict=True)
+            if REACTIONS[0] in names:
+                found |= zip(REACTIONS, self._reactions(bodies, contacts), strict=True)
+            if ENERGIES[0] in names:
+                found |= zip(ENERGIES, self._energies(rows, bodies), strict=True)
+        return np.stack([found[name] for name in self._names])
 
-@inlined
-def widen(extrema: Array, wanted: NDArray[np.int64], t: float, values: Array) -> None:
-    """Update minimum, its time, maximum, its time of the wanted channels, and of the drift behind them.
+    def _reactions(self, bodies: Array, contacts: Array) -> Array:
+        model, journal, ideal = self._model, None, False
+        if isinstance(model, Chain):
+            ideal = model.ideal_slider
+            journal = journal_reaction(
+                self._m, self._law, bodies, contacts[NORMAL + JOURNAL], contacts[FRICTION + JOURNAL]
+            )
+        elif isinstance(model, Linkage):
+            ideal = not model.clearance
+        Fx = contacts[NORMAL] + contacts[NORMAL + 2] - contacts[NORMAL + 1] - contacts[NORMAL + 3]
+        Fy = contacts[FRICTION : FRICTION + JOURNAL].sum(0)
+        return reactions(self._m, bodies, Fx, Fy, ideal_slider=ideal, journal=journal)
 
-    `extrema`: shape (CHANNELS, 4).
-    """
-    for k in range(wanted.size + CHANNELS - DRIFT):
-        i = wanted[k] if k < wanted.size else DRIFT + k - wanted.size
-        widen_one(extrema, i, t, values[i])
+    def _widen(self, purpose: NDArray[np.int64], times: Array, values: Array) -> None:
+        """Widen the extrema by all rows that are for them, and by what lies between them."""
+        chosen = (purpose & EXTREMUM) > 0
+        if not chosen.all():
+            times, values = times[chosen], values[:, chosen]
+        self.extrema.widen(times, values)
+        order = np.argsort(times, kind="stable")
+        motion = np.concatenate([self._last, np.vstack([values[:6, order], times[order]])], axis=1)
+        self.extrema.turn(motion[6], motion[:6])
+        self._last = motion[:, -1:]
 
+    def _widen_parts(self, accelerations: Array) -> None:
+        """Widen the extrema of accelerations by parabolas through three of the `PARTS` of a step."""
+        times, *parted = (column.reshape(-1, PARTS) for column in accelerations.T)
+        steps, h = np.arange(len(times)), (times[:, -1] - times[:, 0]) / (PARTS - 1)
+        for i, name in enumerate(ACCELERATIONS if len(times) and ACCELERATIONS[0] in self._names else ()):
+            for sign in (1.0, -1.0):
+                parts = sign * parted[i]
+                middle = np.clip(parts.argmax(1), 1, PARTS - 2)
+                before, top, after = (parts[steps, middle + by] for by in (-1, 0, 1))
+                rise, bend = 0.5 * (after - before), before - 2.0 * top + after
+                inside = np.abs(rise) < -bend
+                by = -rise[inside] / bend[inside]
+                peak = sign * (top[inside] + 0.5 * rise[inside] * by)
+                when = times[steps, middle][inside] + by * h[inside]
+                self.extrema.widen_channel(self._names.index(name), when, peak)
 
-@inlined
-def widen_one(extrema: Array, i: int, t: float, value: float) -> None:
-    """Update minimum, its time, maximum, its time of one channel."""
-    if value < extrema[i, 0]:
-        extrema[i, 0], extrema[i, 1] = value, t
-    if value > extrema[i, 2]:
-        extrema[i, 2], extrema[i, 3] = value, t
+    def _note(self, name: str, value: Array, times: Array) -> None:
+        """Note the largest of values (contacts, n); nan counts."""
+        if value.size:
+            contact, at = np.unravel_index(np.argmax(np.where(np.isnan(value), np.inf, value)), value.shape)
+            worst, known = float(value[contact, at]), self.worst.get(name, (0.0, 0.0, -1))
+            if not worst <= known[0]:
+                self.worst[name] = worst, float(times[at]), int(contact)
 
+    def _note_worst(self, rows: Array, purpose: NDArray[np.int64], times: Array) -> None:
+        """Note what no correct run can show (`reference_model.invariants`)."""
+        seen = (purpose & (STEP | SAMPLE)) > 0
+        inside = rows[INSIDE_FROM : INSIDE_FROM + CONTACTS] > 0.0
+        gap, _, slip, normal, friction = (
+            rows[CONTACTS_FROM + part : CONTACTS_FROM + part + CONTACTS]
+            for part in (GAP, RATE, SLIP, NORMAL, FRICTION)
+        )
+        self._note("open-depth", np.where(inside, 0.0, -gap)[:, seen], times[seen])
+        steps = (purpose & STEP) > 0
+        self._note("force", normal[:, steps], times[steps])
+        self._note("pull", -normal[:, steps], times[steps])
+        # Where the wall pulls its friction drives, too: that is the same violation.
+        power = np.where(normal < 0.0, 0.0, friction * np.where(friction == 0.0, 0.0, slip))
+        if self._law.law == FOUNDATION:  # of a side
+            power[:2], power[2:4] = power[:2] + power[2:4], 0.0
+        self._note("driving-friction", power[:, steps], times[steps])
+        some = np.flatnonzero(steps)[-1:]
+        if some.size:
+            energies = self._energies(rows[:, some], self._bodies(rows[:, some]))[:, 0]
+            # Where nothing is lost the balance is no more accurate than what flows through it.
+            self._flow = max(self._flow, energies[4] + energies[5], energies[2], abs(energies[1]))
+            self._note("energy", np.array([[abs(energies[6]) / self._flow]]), times[some])
 
-@inlined
-def note_forces(c: Constants, modes: Array, contacts: Array, open_contacts: Array) -> None:
-    """Update peak force and largest depth of the closed contacts, columns 3 and 4 of `open_contacts`."""
-    for k in range(CONTACTS):
-        if modes[MEMORY, k] > 0.0:
-            if modes[CLIPPED, k] == 0.0:
-                open_contacts[k, 3] = max(open_contacts[k, 3], normal_force(c, contacts, k))
-            open_contacts[k, 4] = max(open_contacts[k, 4], -contacts[GAP, k])
-            if of_side(c, k):
-                open_contacts[k, 4] = max(open_contacts[k, 4], -contacts[GAP, other_corner(k)])
+    def _note_drift(self, model: Linkage, drifted: dict[str, float], rows: Array, times: Array) -> None:
+        found = np.empty((2, times.size))
+        states = np.split(rows[STATE_FROM:], 2)[0][:-TAIL]
+        drift(model, times, states, found)
+        for row, name in zip(found, ("position", "velocity"), strict=True):
+            if row.max() > drifted[name]:
+                drifted[name], drifted[f"{name}_time_s"] = float(row.max()), float(times[row.argmax()])

@@ -1,192 +1,288 @@
-"""The scene's numbers in the paper's symbols, read from a plain mapping by `reference_model.reading`."""
+"""The scene's numbers in the paper's symbols, read from a plain mapping and checked once."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
-from reference_model.constants import Constants
+from reference_model.linkage import Mechanism
 
-LAWS = ("hertz-corners", "paper-switching", "strip", "foundation")
-"""Contact laws of the slider, by their number in `Constants.law`."""
-
+CORNERS = ("ll", "lr", "ul", "ur")
+"""Lower/upper in the slider's y, left/right in its x."""
+LAWS = ("hertz-corners", "paper-switching", "foundation")
+"""Contact laws of the slider, by their number in `Law.law` (`reference_model.laws`)."""
+HERTZ_CORNERS, PAPER_SWITCHING, FOUNDATION = 0.0, 1.0, 2.0
+"""Their numbers."""
 IMPACT_SPEEDS = ("frozen", "current")
-"""What the damping refers to, by its number in `Constants.memoryless`."""
-
+"""What the damping refers to, by its number in `Law.memoryless`."""
+GROUPS = ("accelerations", "corners", "joints", "energy")
+FORMULATIONS = ("auto", "minimal", "multiplier")
 SCIPY_METHODS = ("BDF", "Radau", "LSODA", "scipy-DOP853")
 """Integrators of `reference_model.scipy_solvers`: scipy's names, except the one with a compiled namesake."""
+METHODS = ("dop853", *SCIPY_METHODS)
 
 NARROWEST_RANGE = 1.0e-10
 """m/s, what slips are located to: a range without friction below a smaller speed counts as none."""
+SMALLEST_TOLERANCE = 1e-14
+"""Of solver.reference.tolerance, rad."""
+_LARGEST_SHARE = 0.01
+"""Of the largest tolerance in the angle that crosses a clearance; with some more, forces reach 1e18 N."""
 
 
-@dataclass(frozen=True)
-class Rod:
-    """A rigid rod (Table 1)."""
+class Law(NamedTuple):
+    """What the contacts of a scene need: law, stiffnesses, damping, friction, walls, bearing."""
 
-    length: float
-    """L, m."""
-    centroid: float
-    """L_s, distance of the centroid from the first pin, m."""
-    mass: float
-    """m, kg."""
-    inertia: float
-    """J about the centroid, kg m^2."""
-
-
-@dataclass(frozen=True)
-class Slider:
-    """The slider 5 (Tables 1 and 2)."""
-
-    mass: float
-    """m5, kg."""
-    inertia: float
-    """J5 about the centroid, kg m^2."""
-    length: float
-    """L, along the guide (y), m."""
-    width: float
-    """W_T, across the guide (x), m."""
-    thickness: float
-    """T, out of the plane, m."""
+    law: float
+    """One of the numbers above."""
+    memoryless: float
+    """1: the damping refers to the present depth rate; 0: to the impact speed frozen at the touch."""
+    K: float
+    """Contact stiffness of a corner, Eq. 10, N/m^n."""
+    Ks: float
+    """Stiffness of a whole side, Eq. 8, N/m."""
+    n: float
+    """Exponent of the contact law."""
+    C: float
+    """3 (1 - c_e^2) / 4 of Eq. 11."""
+    speed_floor: float
+    """Smallest impact speed in the damping term, m/s."""
+    c_f: float
+    """Friction coefficient."""
+    v0: float
+    """Speed below which friction is zero, Eq. 13, m/s."""
+    v1: float
+    """Speed above which friction is full, Eq. 13, m/s."""
+    wall_left: float
+    """x of the guide's walls, m."""
+    wall_right: float
+    half_width: float
+    """W_T / 2 of the slider, m."""
+    half_length: float
+    """L / 2, m."""
+    corner_mass: float
+    """The lightest mass that a corner can hit with, J5 / (L/2)^2, kg: only for the choice of steps."""
+    pin_clearance: float
+    """Radial clearance at the crank pin A, m."""
+    bearing_radius: float
+    """R_b of the bearing in rod 2, m."""
+    Kj: float
+    """Contact stiffness of journal and bearing, Eq. 10 with R = R_j R_b / (R_b - R_j), N/m^n."""
+    pin_mass: float
+    """The like of `corner_mass` for the journal, m2, kg."""
+    pin_arm: float
+    """L2, m: what an angle's error is magnified by."""
 
 
 @dataclass(frozen=True)
 class Parameters:
     """One scene as the reference model sees it."""
 
-    crank: Rod
-    rod2: Rod
-    rocker: Rod
-    rod4: Rod
-    slider: Slider
-    rocker_pivot: tuple[float, float]
-    """H, m."""
-    guide_x: float
-    """Centre line of the guide, m."""
-    reference_offset: float
-    """The ideal slider's line relative to the guide's, m."""
-    crank_angle: float
-    """theta_1 at t = 0, rad."""
-    rocker_branch: int
-    slider_branch: int
-    omega: float
-    """Crank speed, rad/s."""
-    period: float
-    """T = 60 / |speed in rpm|, s."""
-    cycles: float
+    mechanism: Mechanism
+    law: Law
+    reach: tuple[float, float]
+    """Of the slider's centre at t = 0: x (m) and its speed (m/s)."""
     slider_offset: float
     """Start of the slider's centre relative to guide_x, m."""
     slider_angle: float
     """theta_5 at t = 0, rad."""
-    slider_vx: float
-    """m/s at t = 0."""
     slider_omega: float
     """rad/s at t = 0."""
+    period: float
+    """T = 60 / |speed in rpm|, s."""
+    cycles: float
     ideal_slider: bool
     ideal_pin: bool
     """Whether the crank pin A is an ideal revolute."""
-    clearance: float
-    """c_T, per side, m."""
-    pin_clearance: float
-    """Radial, at A, m."""
-    journal_radius: float
-    """R_j, m."""
-    law: int
-    """Index into LAWS."""
-    memoryless: bool
-    """Whether the damping refers to the present depth rate, not to the impact speed frozen at the touch."""
-    youngs_modulus: float
-    """E of all bodies in contact, Pa."""
-    poisson: float
-    restitution: float
-    exponent: float
-    corner_radius: float
-    """R, m."""
-    impact_speed_floor: float
-    """m/s."""
-    friction_coefficient: float
-    static_speed: float
-    """v0, m/s."""
-    transition_speed: float
-    """v1, m/s."""
-    gravity: float
-    """m/s^2 along -y."""
     groups: frozenset[str]
     samples_per_cycle: int
-    formulation: str
-    """"auto" (the smallest that gives what the scene asks for), "minimal" or "multiplier"."""
+    multipliers: bool
+    """Whether the paper's own form is asked for, not the smallest that the scene allows."""
     method: str
     """Integrator: "dop853", compiled, or one of `SCIPY_METHODS`."""
     tolerance: float
     """Absolute local error of the positions, m and rad."""
     alpha: float
-    """Baumgarte's alpha, 1/s (Eq. 21)."""
+    """Baumgarte's alpha and beta, 1/s (Eq. 21)."""
     beta: float
-    """Baumgarte's beta, 1/s."""
 
-    @property
-    def compliance(self) -> float:
-        """sigma_m + sigma_n with sigma = (1 - nu^2) / E (Eq. 10), 1/Pa."""
-        return 2.0 * (1.0 - self.poisson**2) / self.youngs_modulus
 
-    def point_stiffness(self, radius: float) -> float:
-        """K = 4 sqrt(R) / (3 (sigma_m + sigma_n)) of a contact of the given radius (Eq. 10), N/m^1.5."""
-        return 4.0 / (3.0 * self.compliance) * math.sqrt(radius)
+def read_parameters(scene: Mapping[str, Any]) -> Parameters:
+    """Read a complete scene mapping.
 
-    @property
-    def constants(self) -> Constants:
-        """The numbers the kernels need."""
-        rod4, slider = self.rod4, self.slider
-        half_gap = 0.5 * slider.width + self.clearance
-        bearing = self.journal_radius + self.pin_clearance
-        return Constants(
-            omega=self.omega,
-            theta0=self.crank_angle,
-            m1=self.crank.mass,
-            m2=self.rod2.mass,
-            m3=self.rocker.mass,
-            m4=rod4.mass,
-            m5=slider.mass,
-            J1=self.crank.inertia,
-            J2=self.rod2.inertia,
-            J3=self.rocker.inertia,
-            J4=rod4.inertia,
-            J5=slider.inertia,
-            Ls1=self.crank.centroid,
-            Ls2=self.rod2.centroid,
-            Ls3=self.rocker.centroid,
-            Ls4=rod4.centroid,
-            L1=self.crank.length,
-            L2=self.rod2.length,
-            L3=self.rocker.length,
-            Hx=self.rocker_pivot[0],
-            Hy=self.rocker_pivot[1],
-            rocker_branch=float(self.rocker_branch),
-            L4=rod4.length,
-            slider_branch=float(self.slider_branch),
-            first_moment=rod4.mass * rod4.centroid + slider.mass * rod4.length,
-            moving_mass=rod4.mass + slider.mass,
-            I4=rod4.inertia + rod4.mass * rod4.centroid**2 + slider.mass * rod4.length**2,
-            gravity=self.gravity,
-            line_x=self.guide_x + self.reference_offset,
-            wall_left=self.guide_x - half_gap,
-            wall_right=self.guide_x + half_gap,
-            half_width=0.5 * slider.width,
-            half_length=0.5 * slider.length,
-            law=float(self.law),
-            memoryless=float(self.memoryless),
-            K=self.point_stiffness(self.corner_radius),
-            Ks=(slider.thickness + slider.length) / (0.475 * self.compliance),
-            n=self.exponent,
-            C=0.75 * (1.0 - self.restitution**2),
-            speed_floor=self.impact_speed_floor,
-            c_f=self.friction_coefficient,
-            v0=self.static_speed if self.static_speed > NARROWEST_RANGE else 0.0,
-            v1=self.transition_speed,
-            pin_clearance=self.pin_clearance,
-            bearing_radius=bearing,
-            # Conformal: R = R_j R_b / (R_b - R_j); without clearance there is no such contact.
-            Kj=self.point_stiffness(self.journal_radius * bearing / self.pin_clearance)
-            if self.pin_clearance > 0.0
-            else math.inf,
-            alpha=self.alpha,
-            beta=self.beta,
+    Parameters
+    ----------
+    scene
+        Nested mapping in the scene format, every default filled in.
+
+    Returns
+    -------
+    p
+        Checked parameters.
+
+    Raises
+    ------
+    ValueError
+        One line naming the key, where the scene asks for what this model does not simulate or its linkage
+        cannot be assembled.
+    """
+    mechanism, initial = scene["mechanism"], scene["initial"]
+    joints, solver = scene["joints"], scene["solver"]["reference"]
+    speed, guide = float(scene["drive"]["speed_rpm"]), float(mechanism["guide_x"])
+    groups = frozenset(scene["output"]["groups"])
+    formulation = solver.get("formulation", "auto")
+    _require_known(scene, groups, formulation)
+    if speed == 0.0:
+        raise ValueError("drive.speed_rpm = 0.0 must not be zero")
+    if joints["crank_pin"] == "clearance" and formulation == "multiplier":
+        raise ValueError(
+            "solver.reference.formulation = 'multiplier' has ideal revolutes only; use 'minimal' with a "
+            "clearance at the crank pin"
         )
+    if solver["tolerance"] < SMALLEST_TOLERANCE:
+        raise ValueError(
+            f"solver.reference.tolerance = {solver['tolerance']!r} must be at least {SMALLEST_TOLERANCE!r}: "
+            "the angles themselves are rounded at 1e-16 rad"
+        )
+    ideal_slider = joints["slider"] == "ideal"
+    offset = float(mechanism["reference_offset"] if ideal_slider else initial["slider_offset"])
+    p = Parameters(
+        mechanism=_read_mechanism(mechanism, speed, float(scene["environment"]["gravity"])),
+        law=_read_law(scene, guide),
+        reach=(guide + offset, 0.0 if ideal_slider else float(initial["slider_vx"])),
+        slider_offset=float(initial["slider_offset"]),
+        slider_angle=0.0 if ideal_slider else float(initial["slider_angle"]),
+        slider_omega=0.0 if ideal_slider else float(initial["slider_omega"]),
+        period=60.0 / abs(speed),
+        cycles=float(scene["drive"]["cycles"]),
+        ideal_slider=ideal_slider,
+        ideal_pin=joints["crank_pin"] == "ideal",
+        groups=groups,
+        samples_per_cycle=int(scene["output"]["samples_per_cycle"]),
+        multipliers=formulation == "multiplier",
+        method=solver["method"],
+        tolerance=float(solver["tolerance"]),
+        alpha=float(solver["baumgarte_alpha"]),
+        beta=float(solver["baumgarte_beta"]),
+    )
+    _require_assembly(p.mechanism)
+    _require_tolerance(p, float(scene["clearance"]["slider"]))
+    return p
+
+
+def _require_known(scene: Mapping[str, Any], groups: frozenset[str], formulation: str) -> None:
+    """Raise where a choice is none of this model's."""
+    joints, contact = scene["joints"], scene["contact"]
+    if contact["law"] == "strip":
+        raise ValueError(
+            "contact.law = 'strip' is no longer simulated; use 'foundation', the paper's surface"
+        )
+    for key, value, known in (
+        ("joints.slider", joints["slider"], ("clearance", "ideal")),
+        ("joints.crank_pin", joints["crank_pin"], ("clearance", "ideal")),
+        ("contact.law", contact["law"], LAWS),
+        ("contact.impact_speed", contact.get("impact_speed", "frozen"), IMPACT_SPEEDS),
+        ("solver.reference.formulation", formulation, FORMULATIONS),
+        ("solver.reference.method", scene["solver"]["reference"]["method"], METHODS),
+        *(("output.groups", group, GROUPS) for group in sorted(groups)),
+    ):
+        if value not in known:
+            raise ValueError(f"{key} = {value!r} is not simulated by the reference model; use one of {known}")
+
+
+def _read_mechanism(mechanism: Mapping[str, Any], speed: float, gravity: float) -> Mechanism:
+    rods = [mechanism[name] for name in ("crank", "rod2", "rocker", "rod4")]
+    bodies = [*rods, mechanism["slider"]]
+    numbers = {f"m{i}": float(body["mass"]) for i, body in enumerate(bodies, start=1)}
+    numbers |= {f"J{i}": float(body["inertia"]) for i, body in enumerate(bodies, start=1)}
+    numbers |= {f"Ls{i}": float(rod["centroid"]) for i, rod in enumerate(rods, start=1)}
+    numbers |= {f"L{i}": float(rod["length"]) for i, rod in enumerate(rods, start=1)}
+    m4, m5, J4, Ls4, L4 = (numbers[name] for name in ("m4", "m5", "J4", "Ls4", "L4"))
+    pivot_x, pivot_y = mechanism["rocker_pivot"]
+    return Mechanism(
+        **numbers,
+        omega=speed * 2.0 * math.pi / 60.0,
+        theta0=math.radians(mechanism["crank_angle_deg"]),
+        Hx=float(pivot_x),
+        Hy=float(pivot_y),
+        rocker_branch=float(mechanism["rocker_branch"]),
+        slider_branch=float(mechanism["slider_branch"]),
+        line_x=float(mechanism["guide_x"]) + float(mechanism["reference_offset"]),
+        gravity=gravity,
+        S4=m4 * Ls4 + m5 * L4,
+        I4=J4 + m4 * Ls4**2 + m5 * L4**2,
+    )
+
+
+def _read_law(scene: Mapping[str, Any], guide: float) -> Law:
+    contact, friction, clearance = scene["contact"], scene["friction"], scene["clearance"]
+    slider, rod2 = scene["mechanism"]["slider"], scene["mechanism"]["rod2"]
+    length, width = float(slider["length"]), float(slider["width"])
+    half_gap, static = 0.5 * width + float(clearance["slider"]), float(friction["static_speed"])
+    journal, pin = float(clearance["journal_radius"]), float(clearance["crank_pin"])
+    bearing = journal + pin
+    compliance = _compliance(contact, "slider") + _compliance(contact, "guide")
+    return Law(
+        law=float(LAWS.index(contact["law"])),
+        memoryless=float(IMPACT_SPEEDS.index(contact.get("impact_speed", "frozen"))),
+        K=point_stiffness(compliance, float(contact["corner_radius"])),
+        Ks=(float(slider["thickness"]) + length) / (0.475 * compliance),
+        n=float(contact["exponent"]),
+        C=0.75 * (1.0 - float(contact["restitution"]) ** 2),
+        speed_floor=float(contact["impact_speed_floor"]),
+        c_f=float(friction["coefficient"]),
+        v0=static if static > NARROWEST_RANGE else 0.0,
+        v1=float(friction["transition_speed"]),
+        wall_left=guide - half_gap,
+        wall_right=guide + half_gap,
+        half_width=0.5 * width,
+        half_length=0.5 * length,
+        corner_mass=float(slider["inertia"]) / (0.5 * length) ** 2,
+        pin_clearance=pin,
+        bearing_radius=bearing,
+        # Journal and bearing are both of the guide's material, and conformal: R = R_j R_b / (R_b - R_j).
+        Kj=point_stiffness(2.0 * _compliance(contact, "guide"), journal * bearing / pin)
+        if pin > 0.0
+        else math.inf,
+        pin_mass=float(rod2["mass"]),
+        pin_arm=float(rod2["length"]),
+    )
+
+
+def _compliance(contact: Mapping[str, Any], part: str) -> float:
+    """Return sigma = (1 - nu^2) / E of the slider or the guide (Eq. 10), 1/Pa."""
+    modulus, poisson = (
+        float(value[part] if isinstance(value := contact[key], Mapping) else value)
+        for key in ("youngs_modulus", "poisson")
+    )
+    return (1.0 - poisson**2) / modulus
+
+
+def point_stiffness(compliance: float, radius: float) -> float:
+    """Return K = 4 sqrt(R) / (3 (sigma_m + sigma_n)) of a contact of the given radius (Eq. 10), N/m^1.5."""
+    return 4.0 / (3.0 * compliance) * math.sqrt(radius)
+
+
+def _require_assembly(m: Mechanism) -> None:
+    """Raise unless the four-bar O-A-B-H closes over the whole revolution of the crank."""
+    pivot = math.hypot(m.Hx, m.Hy)
+    near, far = abs(pivot - m.L1), pivot + m.L1
+    longest, shortest = m.L2 + m.Ls3, abs(m.L2 - m.Ls3)
+    if far >= longest or near <= shortest:
+        raise ValueError(
+            f"mechanism: the linkage cannot be assembled over a whole revolution: crank pin to rocker pivot "
+            f"is {near:.6g}..{far:.6g} m, rod 2 and rocker reach {shortest:.6g}..{longest:.6g} m"
+        )
+
+
+def _require_tolerance(p: Parameters, slider_clearance: float) -> None:
+    """Raise where an error as large as the tolerance would be no longer small beside a clearance."""
+    for ideal, key, clearance, length in (
+        (p.ideal_slider, "clearance.slider", slider_clearance, p.mechanism.L4),
+        (p.ideal_pin, "clearance.crank_pin", p.law.pin_clearance, p.mechanism.L2),
+    ):
+        largest = _LARGEST_SHARE * clearance / length
+        if not ideal and clearance > 0.0 and p.tolerance > largest:
+            raise ValueError(
+                f"solver.reference.tolerance = {p.tolerance:g} must be at most {largest:.1e} rad, "
+                f"{_LARGEST_SHARE:.0%} of the angle by which a rod of {length:g} m crosses {key}"
+            )

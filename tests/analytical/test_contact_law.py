@@ -8,10 +8,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from reference_model import simulate
-from reference_model.constants import Constants, Formulation, as_record
-from reference_model.contact import damping_factor, point_force
-from reference_model.linkage import rocker_tip
-from reference_model.reading import read_parameters
+from reference_model.compiled import kernel
+from reference_model.laws import damping_factor, point_force
+from reference_model.linkage import ideal_motion
+from reference_model.parameters import read_parameters
 
 MASS, SPEED = 0.02, 0.03
 
@@ -22,12 +22,18 @@ def exact_restitution(c_e: float) -> float:
     return float(brentq(lambda e: math.log((1.0 + C) / (1.0 - C * e)) - C * (1.0 + e), 0.01, 1.0))
 
 
-def constants(data) -> Constants:
-    return as_record(read_parameters(data).constants, Formulation.SLIDER)
+def constants(data):
+    return read_parameters(data).law
 
 
+@kernel
 def normal_force(c, depth, rate, impact_speed):
     return point_force(c.K, c.n, depth) * damping_factor(c, rate, impact_speed)
+
+
+def tip_x(m):
+    """Return x of the rocker's tip at the start, m."""
+    return m.Hx + (ideal_motion(m, np.zeros(1))[2, 0, 0] - m.Hx) * m.L3 / m.Ls3
 
 
 def hit(c, speed=SPEED, mass=MASS):
@@ -88,8 +94,7 @@ def on_the_wall(scene, **changes):
         "friction.coefficient": 0.0,
         "solver.reference.tolerance": 1e-13,
     }
-    tip_x = rocker_tip(constants(scene()), 0.0)[0]
-    return simulate(scene(still | {"mechanism.guide_x": tip_x} | changes))
+    return simulate(scene(still | {"mechanism.guide_x": tip_x(read_parameters(scene()).mechanism)} | changes))
 
 
 @pytest.mark.parametrize("c_e", [0.9, 0.5, 0.1])
@@ -104,8 +109,8 @@ def test_slider_bounces_off_its_wall_like_a_point_mass(scene, c_e) -> None:
     after = result.columns["slider_vx"][(result.columns["time"] > result.events["end"][:2].max())][0]
     # Rod 4 is inclined by (1e-5 m)/(0.24 m) = 4e-5: effects of second order are 2e-9.
     assert after / SPEED == pytest.approx(exact_restitution(c_e), abs=1e-8)
-    p = read_parameters(scene())
-    momentum = p.constants.I4 / p.rod4.length**2 * (SPEED + after)
+    m = read_parameters(scene()).mechanism
+    momentum = m.I4 / m.L4**2 * (SPEED + after)
     np.testing.assert_allclose(result.events["impulse"][:2], momentum / 2.0, rtol=1e-8)
 
 
@@ -113,8 +118,8 @@ def test_peaks_of_the_event_table_are_the_exact_ones(scene) -> None:
     """Largest depth in closed form; peak force by a fine scan of the same hit of a point mass."""
     result = on_the_wall(scene)
     p = read_parameters(scene())
-    mass = p.constants.I4 / p.rod4.length**2 / 2.0  # two corners share the slider
-    C, n, K = p.constants.C, p.constants.n, p.constants.K
+    mass = p.mechanism.I4 / p.mechanism.L4**2 / 2.0  # two corners share the slider
+    C, n, K = p.law.C, p.law.n, p.law.K
     depth = ((n + 1.0) * mass * SPEED**2 / K * (C - math.log1p(C)) / C**2) ** (1.0 / (n + 1.0))
     assert result.events["largest_depth"][0] == pytest.approx(depth, rel=1e-8)
     c = constants(scene())
@@ -128,7 +133,7 @@ def test_peaks_of_the_event_table_are_the_exact_ones(scene) -> None:
 def test_corner_hit_has_the_effective_mass_of_rod_and_slider(scene) -> None:
     """A frictionless hit by one corner: 1/m = sin^2(theta4) L4^2/I + r_y^2/J5, 0.0195 kg at the start."""
     p = read_parameters(scene())
-    c = constants(scene())
+    m, law = p.mechanism, p.law
     tilt = 1e-3
     result = on_the_wall(
         scene,
@@ -141,12 +146,12 @@ def test_corner_hit_has_the_effective_mass_of_rod_and_slider(scene) -> None:
     )
     assert result.events["corner"][0] == "ul"
     assert not np.any(result.events["start"][1:] < result.events["end"][0])  # one corner alone
-    ry = p.slider.length / 2.0 * math.cos(tilt) - p.slider.width / 2.0 * math.sin(tilt)
-    m_eff = 1.0 / (c.L4**2 / c.I4 + ry**2 / c.J5)
+    ry = law.half_length * math.cos(tilt) - law.half_width * math.sin(tilt)
+    m_eff = 1.0 / (m.L4**2 / m.I4 + ry**2 / m.J5)
     # An elastic hit returns twice the momentum of the effective mass. The slider turns by 4e-4 rad in it,
     # which moves r_y by 4e-4 * 25 mm, 3e-4 of it.
     assert result.events["impulse"][0] == pytest.approx(2.0 * m_eff * SPEED, rel=1e-3)
-    ry = p.slider.length / 2.0
-    theta4 = math.acos((p.guide_x + p.slider_offset - rocker_tip(c, 0.0)[0]) / c.L4)
-    at_start = 1.0 / (math.sin(theta4) ** 2 * c.L4**2 / c.I4 + ry**2 / c.J5)
+    ry = law.half_length
+    theta4 = math.acos((p.reach[0] - tip_x(m)) / m.L4)
+    at_start = 1.0 / (math.sin(theta4) ** 2 * m.L4**2 / m.I4 + ry**2 / m.J5)
     assert at_start == pytest.approx(0.0195, abs=5e-5)  # the digits printed

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from reference_states import constants, friction_regime
 
 from comparison.scene import load_scene
 from exudyn_model.columns import CLOSED, IMPACT_SPEED
 from exudyn_model.memory import new_contacts
 from exudyn_model.parameters import read_scene
-from reference_model.friction import friction_regime
-from reference_model.reading import read_parameters
+from reference_model.parameters import read_parameters
 
 BARRED = {"solver.reference.baumgarte_alpha": 0.0, "solver.reference.baumgarte_beta": 0.0}
 """Baumgarte's terms would add the constraints' rounding times beta^2 to the accelerations."""
@@ -48,6 +48,7 @@ class Press:
     def __init__(self, changes: dict[str, Any] | None = None) -> None:
         self.data = load_scene("150rpm-0.2mm", {**BARRED, **(changes or {})}).data
         self.reference = read_parameters(self.data)
+        self.numbers = constants(self.reference)
         self.exudyn = read_scene(self.data)
         self.omega = self.data["drive"]["speed_rpm"] * math.pi / 30.0
 
@@ -104,7 +105,7 @@ class Press:
 
     def modes(self, state: State) -> np.ndarray:
         """Modes of the contacts as the reference keeps them, shape (3, 5): impact speed, regime, clipped."""
-        c = self.reference.constants
+        c = self.numbers
         modes = np.zeros((3, 5))
         modes[0, :4] = state.speeds
         for number in np.flatnonzero(state.speeds):
@@ -126,15 +127,15 @@ class Press:
         They count with the slope of the force, and with Eq. 11 where the approach exceeds the impact speed;
         friction on its ramp counts slips, rounded at 1e-15 m/s, with its slope.
         """
-        c = self.reference.constants
+        c = self.numbers
         bound = 0.0
         for number in np.flatnonzero(state.speeds):
             gap, rate, _, _, _ = self.corner(state, int(number))
             damping = max(1.0, 1.0 - c.C * rate / state.speeds[number])
             slope = 1.5 * c.K * math.sqrt(-gap)
             both = state.speeds[(int(number) + 2) % 4] > 0.0
-            # The surface's slopes by both depths: 2/6 + 1/6 of K_s
-            slope += 0.5 * c.Ks if both and self.data["contact"]["law"] == "paper-switching" else 0.0
+            # The surface's slopes by both depths: 2/6 + 1/6 of K_s.
+            slope += {0: 0.0, 1: 0.5}[int(c.law)] * c.Ks if both else 0.0
             force = (c.K * (-gap) ** 1.5 if not both else slope * -gap) * damping
             bound += damping * slope * 1e-15 + 1e-12 * abs(force) + abs(force) * 1e-15 / (c.v1 - c.v0)
         return bound

@@ -2,6 +2,20 @@
 
 import numpy as np
 import pytest
+from reference_states import (
+    CLIPPED,
+    FRICTION,
+    GAP,
+    INSIDE,
+    MEMORY,
+    NORMAL,
+    RATE,
+    REGIME,
+    SLIP,
+    Bearing,
+    friction_regime,
+    slider_forces,
+)
 
 from exudyn_model import columns
 from exudyn_model.columns import IMPACT_SPEED
@@ -10,36 +24,16 @@ from exudyn_model.five_bodies.contact_forces import journal_force, slider_force
 from exudyn_model.friction import slip_regime
 from exudyn_model.journal import journal_motion
 from exudyn_model.memory import law_array, new_contacts
-from reference_model.constants import Formulation, as_record
-from reference_model.forces import (
-    CLIPPED,
-    CONTACTS,
-    FRICTION,
-    GAP,
-    INSIDE,
-    MEMORY,
-    MODES,
-    NORMAL,
-    RATE,
-    REGIME,
-    SLIP,
-    bearing_forces,
-    slider_forces,
-)
-from reference_model.friction import friction_regime
-from reference_model.journal import JOURNAL, bearing_contact
 
 STEP = 2e-6
 EACH = 20  # of each situation and slip: 240 states a law
 LAWS = ("hertz-corners", "paper-switching")
+JOURNAL = 4
 
 
 def by_reference(press, state):
     """Force, moment and the contact states (5, 5)."""
-    contacts = np.zeros((5, CONTACTS))
-    c = as_record(press.reference.constants, Formulation.SLIDER)
-    found = slider_forces(c, state.slider, press.modes(state), contacts)
-    return np.array(found[:3]), contacts
+    return slider_forces(press.reference, state.slider, press.modes(state))
 
 
 def from_guide(press, state):
@@ -81,10 +75,7 @@ def test_forces_of_the_corners_agree(presses, states, law) -> None:
         assert abs(found[2] - force[2]) <= 0.05 * bound  # of the arms, 0.043 m
         if not state.speeds.any():
             assert not force.any()
-        regimes |= {
-            friction_regime(press.reference.constants, s)
-            for s in contacts[SLIP, state.speeds.nonzero()].ravel()
-        }
+        regimes |= {friction_regime(press.numbers, s) for s in contacts[SLIP, state.speeds.nonzero()].ravel()}
         clipped += np.count_nonzero(contacts[NORMAL, :4][state.speeds > 0.0] == 0.0)
         both_walls += contacts[NORMAL, [0, 2]].any() and contacts[NORMAL, [1, 3]].any()
     assert regimes == {-2, -1, 0, 1, 2}
@@ -97,7 +88,7 @@ def test_forces_of_a_side_agree(presses, impact_speed) -> None:
     """Law foundation: a side whose lower, upper or both corners are inside, closed by either of them."""
     press = presses({"contact.law": "foundation", "contact.impact_speed": impact_speed})
     constants = guide_law(press)
-    c = as_record(press.reference.constants, Formulation.SLIDER)
+    c = press.numbers
     mechanism, clearance = press.data["mechanism"], press.data["clearance"]["slider"]
     length, rng = mechanism["slider"]["length"], np.random.default_rng(7)
     regimes, clipped, partial = set(), 0, 0
@@ -121,15 +112,15 @@ def test_forces_of_a_side_agree(presses, impact_speed) -> None:
         weights = np.array(side_forces(d1, d2))
         rate, slip = (weights @ [motion[side][k], motion[side + 2][k]] / weights.sum() for k in (1, 2))
         first, speed = side + 2 * int(d2 > d1), rng.uniform(1e-2, 0.1)
-        modes, memory = np.zeros((MODES, CONTACTS)), new_contacts(4)
-        # Either model keeps it where it wants to: this one in the row of the lower corner
+        modes, memory = np.zeros((4, 5)), new_contacts(4)
+        # Either model keeps it where it wants to: the Exudyn model in the row of the lower corner.
         memory[side, IMPACT_SPEED] = modes[MEMORY, first] = speed
         for number, depth in ((side, d1), (side + 2, d2)):
             modes[INSIDE, number] = float(depth > 0.0)
-        modes[REGIME, first] = friction_regime(press.reference.constants, slip)
+        modes[REGIME, first] = friction_regime(press.numbers, slip)
         pulls = impact_speed == "frozen" and 1.0 - c.C * rate / speed < 0.0
         modes[CLIPPED, first] = float(pulls)
-        found = np.array(slider_forces(c, state.slider, modes, np.zeros((5, CONTACTS)))[:3])
+        found, _ = slider_forces(press.reference, state.slider, modes)
         # K_s is the slope of the force by either depth, at most. Gaps round as above, slips on their ramp;
         # the shares, of slope 1 / (|d1| + |d2|), weigh the rates of two corners that may be 10 m/s apart.
         speeds = speed if impact_speed == "frozen" else c.speed_floor
@@ -182,7 +173,7 @@ def test_hertz_force_is_the_paper_s(presses, states) -> None:
 def test_forces_of_the_journal_agree(presses) -> None:
     """Force, slip and point of attack at the crank pin: on rod 2 and, by its moment, on the crank."""
     press = presses({"joints.crank_pin": "clearance"})
-    c = as_record(press.reference.constants, Formulation.BOTH)
+    c = press.numbers
     mechanism = press.exudyn.mechanism
     law = law_array(press.exudyn.journal, mechanism.rod2.mass)
     ends = np.array([0, mechanism.crank.to_tip, 0.0, 1, -mechanism.rod2.centroid, 0.0, 0.0, 0.0])
@@ -202,16 +193,16 @@ def test_forces_of_the_journal_agree(presses) -> None:
         rate = rng.normal(0.0, 0.1)
         along = slip + w2 * c.bearing_radius - c.omega * (c.bearing_radius - abs(tip - bearing))
         velocity = 1j * c.omega * tip - (-rate + 1j * along) * normal
-        found = bearing_contact(c, time, bearing.real, bearing.imag, velocity.real, velocity.imag, w2)
+        found = Bearing(press.reference, time, complex(bearing), complex(velocity), w2)
         speed = rng.uniform(1e-2, 0.1) if depth > 0.0 else 0.0
-        modes, contacts = np.zeros((MODES, CONTACTS)), np.zeros((5, CONTACTS))
+        modes = np.zeros((4, 5))
         modes[:, JOURNAL] = (
             speed,
             friction_regime(c, found.slip),
             1.0 - c.C * found.rate / max(speed, 1e-9) < 0.0,
             depth > 0.0,
         )
-        Gx, Gy, _, _ = bearing_forces(c, found, modes, contacts)
+        G, normal_force = found.force(modes)
 
         crank = c.Ls1 * np.exp(1j * theta1)
         arm2 = c.Ls2 * np.exp(1j * theta2)
@@ -233,21 +224,21 @@ def test_forces_of_the_journal_agree(presses) -> None:
         memory[columns.REGIME] = slip_regime.py_func(material_slip, law)
         force = np.array(journal_force(q1, q2, v1, v2, np.array([STEP, 0.0]), ends, law, memory))
         damping = max(1.0, 1.0 - c.C * found.rate / speed) if speed else 1.0
-        size = abs(complex(Gx, Gy))
+        size = abs(G)
         slope = 1.5 * c.Kj * np.sqrt(max(depth, 0.0)) * damping
         bound = slope * 1e-15 + size * (1e-12 + direction + direction * 3.0 / (c.v1 - c.v0))
-        np.testing.assert_allclose(force[3:5], [Gx, Gy], rtol=0, atol=bound)
+        np.testing.assert_allclose(force[3:5], [G.real, G.imag], rtol=0, atol=bound)
         np.testing.assert_allclose(force[:2], -force[3:5], rtol=0, atol=0)
         # Both act in one point of the bearing's surface: moments about the bodies' centres.
-        point = complex(found.Px, found.Py)
+        point = found.point
         for moment, centre, sign in ((force[2], crank, -1.0), (force[5], rod2, 1.0)):
             arm = point - centre
-            own = sign * (arm.conjugate() * complex(Gx, Gy)).imag
+            own = sign * (arm.conjugate() * G).imag
             assert abs(moment - own) <= (abs(arm) * bound + size * 1e-15)
         if depth > 0.0:
             closed += 1
             regimes.add(friction_regime(c, found.slip))
-            clipped += contacts[NORMAL, JOURNAL] == 0.0
+            clipped += normal_force == 0.0
     assert closed == 270
     assert regimes == {-2, -1, 0, 1, 2}
     assert clipped >= 5

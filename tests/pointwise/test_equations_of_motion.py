@@ -3,6 +3,16 @@
 import exudyn as exu
 import numpy as np
 import pytest
+from reference_states import (
+    GAP,
+    SLIP,
+    Bearing,
+    by_formulation,
+    friction_regime,
+    masses_and_weights,
+    multipliers,
+)
+from reference_states import rows_of as reference_rows
 
 from exudyn_model.columns import CLOSED, IMPACT_SPEED
 from exudyn_model.five_bodies import balance
@@ -10,19 +20,12 @@ from exudyn_model.five_bodies.system import build
 from exudyn_model.five_bodies.system import press as as_lists
 from exudyn_model.linkage import CRANK_ANGLE, InitialState
 from exudyn_model.tree.building import build_tree
-from reference_model.chain import bearing_motion
-from reference_model.constants import Formulation, as_record
-from reference_model.forces import CONTACTS, FRICTION, GAP, MODES, NORMAL, SLIP, no_contacts
-from reference_model.formulations import right_hand_side, state_size
-from reference_model.friction import friction_regime
-from reference_model.journal import JOURNAL
-from reference_model.mechanism import fill_bodies
-from reference_model.multiplier import DRIVER_ROW, constraints, masses, multipliers, weights
-from reference_model.reactions import REACTIONS, reactions
+from reference_model.reactions import reactions
 
 STEP = 2e-6
 EACH = 5  # of each situation and slip: 60 states
 # Rows are in the order O, A, H, B, C, F; the channels in O, A, B, H, C, F.
+DRIVER_ROW, JOURNAL = 12, 4
 CHANNELS = [0, 1, 2, 3, 6, 7, 4, 5, 8, 9, 10, 11, 12]
 
 
@@ -70,21 +73,12 @@ def balanced(press, q, v, loads):
 
 def rows_of(press, state):
     """Phi, Phi', Phi_q and gamma of the reference."""
-    c = as_record(press.reference.constants, Formulation.MULTIPLIER)
-    phi, rate, gamma, jacobian = np.empty(13), np.empty(13), np.empty(13), np.empty((13, 15))
-    constraints(c, state.time, state.q, state.v, phi, rate, jacobian, gamma)
-    return phi, rate, jacobian, gamma
+    return reference_rows(press.reference, state.time, state.q, state.v)
 
 
 def by_reference(press, state, formulation, head):
-    """Contacts (5, 5), motion of all bodies (5, 9) of one formulation in one state."""
-    c = as_record(press.reference.constants, formulation)
-    y, dy = np.zeros(state_size(c)), np.zeros(state_size(c))
-    y[: len(head)] = head
-    contacts, bodies = no_contacts(), np.empty((5, 9))
-    right_hand_side(c, state.time, y, press.modes(state), dy, contacts)
-    fill_bodies(c, state.time, y, dy, bodies)
-    return contacts, bodies
+    """Contacts (6, 5), motion of all bodies (5, 9) of one formulation in one state."""
+    return by_formulation(press.reference, formulation, state.time, head, press.modes(state))
 
 
 def minimal_head(state):
@@ -113,7 +107,7 @@ def test_states_satisfy_the_constraints_of_both(presses, states) -> None:
 def test_mass_matrix_and_jacobian_act_alike(presses, states) -> None:
     """What Exudyn assembles from bodies and joints against M and Phi_q of Eqs. 15-16: 1e-12 of the action."""
     press = presses()
-    mass = masses(as_record(press.reference.constants, Formulation.MULTIPLIER))
+    mass, _ = masses_and_weights(press.reference)
     rng = np.random.default_rng(11)
     for state in states(press, EACH):
         assembled = five_bodies(press, state)
@@ -133,9 +127,9 @@ def test_mass_matrix_and_jacobian_act_alike(presses, states) -> None:
 @pytest.mark.parametrize("law", ["hertz-corners", "paper-switching"])
 def test_applied_forces_are_weights_and_contact(presses, states, law) -> None:
     press = presses({"contact.law": law})
-    own = weights(as_record(press.reference.constants, Formulation.MULTIPLIER))
+    _, own = masses_and_weights(press.reference)
     for state in states(press, EACH):
-        contacts, _ = by_reference(press, state, Formulation.SLIDER, minimal_head(state))
+        contacts, _ = by_reference(press, state, "slider", minimal_head(state))
         expected = own.copy()
         expected[12:] += contact_force(press, state, contacts)
         bound = press.force_bound(state) + 1e-15  # and of the weights
@@ -153,8 +147,8 @@ def test_accelerations_agree(presses, states, law) -> None:
     arm = press.data["mechanism"]["slider"]["length"] / 2.0
     touched = 0
     for state in states(press, EACH):
-        contacts, few = by_reference(press, state, Formulation.SLIDER, minimal_head(state))
-        _, many = by_reference(press, state, Formulation.MULTIPLIER, [*state.q, *state.v])
+        contacts, few = by_reference(press, state, "slider", minimal_head(state))
+        _, many = by_reference(press, state, "multiplier", [*state.q, *state.v])
         force = contact_force(press, state, contacts)
         touched += force.any()
         found = {"multiplier": many[4, 6:]}
@@ -201,18 +195,22 @@ def tree_acceleration(press, state):
 def test_reactions_and_torque_agree(presses, states) -> None:
     """With contact: body after body, the reference's multipliers, Exudyn's rows. 1e-10 of the range."""
     press = presses()
-    c = as_record(press.reference.constants, Formulation.MULTIPLIER)
-    minimal = as_record(press.reference.constants, Formulation.SLIDER)
+    _, own_weights = masses_and_weights(press.reference)
     collected = []
     for state in states(press, EACH):
-        contacts, bodies = by_reference(press, state, Formulation.SLIDER, minimal_head(state))
+        contacts, bodies = by_reference(press, state, "slider", minimal_head(state))
         force = contact_force(press, state, contacts)
-        in_turn = np.empty(len(REACTIONS))
-        reactions(minimal, bodies, force[0], force[1], False, True, (0.0, 0.0, 0.0, 0.0), in_turn)
-        applied = weights(c)
+        in_turn = reactions(
+            press.reference.mechanism,
+            bodies[:, :, None],
+            force[0],
+            force[1],
+            ideal_slider=False,
+            journal=None,
+        )[:, 0]
+        applied = own_weights.copy()
         applied[12:] += force
-        acceleration = np.empty(15)
-        own = -multipliers(c, state.time, state.q, state.v, applied, 13, acceleration)[CHANNELS]
+        own = -multipliers(press.reference, state.time, state.q, state.v, applied)[CHANNELS]
         assembled = five_bodies(press, state)
         _, _, _, gamma = rows_of(press, state)
         matrix = np.block([[assembled.mass, assembled.jacobian.T], [assembled.jacobian, np.zeros((13, 13))]])
@@ -230,8 +228,7 @@ def test_reactions_and_torque_agree(presses, states) -> None:
 def test_accelerations_behind_a_crank_pin_with_clearance_agree(presses, slider) -> None:
     """Chain of four or two angles (reference) against four equations with the guide's (Exudyn model)."""
     press = presses({"joints.crank_pin": "clearance", "joints.slider": slider})
-    kind = Formulation.BOTH if slider == "clearance" else Formulation.PIN
-    c = as_record(press.reference.constants, kind)
+    kind, c = "both" if slider == "clearance" else "pin", press.numbers
     rng = np.random.default_rng(4)
     shift = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1.0, 1.0, 1.0, 1.0])
     pressed = 0
@@ -244,20 +241,20 @@ def test_accelerations_behind_a_crank_pin_with_clearance_agree(presses, slider) 
             head = head[[0, 1, 4, 5]] + shift[[0, 1, 4, 5]] * rng.normal(size=4)
         else:
             head += shift * rng.normal(size=8)
-        y, dy = np.zeros(state_size(c)), np.zeros(state_size(c))
-        y[: head.size] = head
-        contacts, bodies = no_contacts(), np.empty((5, 9))
-        modes = np.zeros((MODES, CONTACTS))
-        right_hand_side(c, time, y, modes, dy, contacts)
+        modes = np.zeros((4, 5))
+        contacts, bodies = by_formulation(press.reference, kind, time, head, modes)
         if contacts[GAP, JOURNAL] < 0.0:  # a force only where the pin touches
             modes[0, JOURNAL] = 10.0
             modes[1, JOURNAL] = friction_regime(c, contacts[SLIP, JOURNAL])
-            right_hand_side(c, time, y, modes, dy, contacts)
-        fill_bodies(c, time, y, dy, bodies)
+            contacts, bodies = by_formulation(press.reference, kind, time, head, modes)
         # The pin's force on rod 2 and the point where it acts, as the reference has them.
-        at = bearing_motion(c, time, *head[:2], *head[head.size // 2 :][:2])
-        normal, drag = contacts[NORMAL, JOURNAL], contacts[FRICTION, JOURNAL]
-        pin = (normal * at.nx - drag * at.ny, normal * at.ny + drag * at.nx, at.Px, at.Py)
+        ends = [press.data["mechanism"]["rod2"][k] for k in ("centroid", "length")]
+        u2 = np.exp(1j * bodies[1, 2])
+        start = complex(*bodies[1, :2]) - ends[0] * u2
+        velocity = complex(*bodies[1, 3:5]) - 1j * bodies[1, 5] * ends[0] * u2
+        at = Bearing(press.reference, time, start, velocity, bodies[1, 5])
+        G, normal = at.force(modes)
+        pin = (G.real, G.imag, at.point.real, at.point.imag)
         pressed += normal > 0.0
         arm = (pin[2] - bodies[1, 0], pin[3] - bodies[1, 1])
         moment = arm[0] * pin[1] - arm[1] * pin[0]

@@ -4,13 +4,6 @@ import numpy as np
 import pytest
 
 from reference_model import simulate
-from reference_model.bodies import ideal_motion
-from reference_model.constants import Formulation, as_record
-from reference_model.formulations import state_size
-from reference_model.mechanism import fill_bodies
-from reference_model.multiplier import ROWS_IDEAL, drift, solve_definite
-from reference_model.reading import read_parameters
-from reference_model.start import start
 
 IDEAL_SLIDER = {"joints.slider": "ideal"}
 FREE_SLIDER = {"initial.slider_angle": 1e-3, "initial.slider_vx": 0.01, "initial.slider_omega": 0.5}
@@ -22,37 +15,6 @@ def drift_of(scene, gain, cycles, changes):
     result = simulate(scene({**MULTIPLIER, **gains, **changes, "drive.cycles": cycles, "output.groups": []}))
     assert result.status == "success"
     return result.provenance["constraints"]
-
-
-@pytest.mark.parametrize(
-    ("kind", "changes"),
-    [
-        (Formulation.IDEAL, IDEAL_SLIDER),
-        (Formulation.SLIDER, FREE_SLIDER),
-        (Formulation.PIN, IDEAL_SLIDER),
-        (Formulation.BOTH, FREE_SLIDER),
-        (Formulation.MULTIPLIER, FREE_SLIDER),
-        (Formulation.MULTIPLIER_IDEAL, IDEAL_SLIDER),
-    ],
-    ids=lambda value: value.name if isinstance(value, Formulation) else "",
-)
-def test_start_is_consistent(scene, kind, changes) -> None:
-    """Phi = 0 and Phi' = 0 at t = 0; also of a pin with clearance, which starts centred and at rest in it."""
-    p = read_parameters(scene(changes))
-    if kind is Formulation.IDEAL:
-        c = as_record(p.constants, kind)
-        bodies = ideal_motion(c, np.zeros(1))[..., 0]
-    else:
-        c, head = start(p, kind)
-        y, bodies = np.zeros(state_size(c)), np.empty((5, 9))
-        y[: head.size] = head
-        fill_bodies(c, 0.0, y, np.zeros(y.size), bodies)
-    state = np.concatenate([bodies[:, :3].ravel(), bodies[:, 3:6].ravel()])
-    rows = ROWS_IDEAL if p.ideal_slider else ROWS_IDEAL - 2
-    position, velocity = drift(c, 0.0, state, rows)
-    # A few roundings of coordinates up to 0.55 m and angles up to 3 rad; speeds up to 20 rad/s.
-    assert position < 2e-15
-    assert velocity < 2e-14
 
 
 def test_constraints_drift_quadratically_without_stabilization(scene) -> None:
@@ -99,22 +61,3 @@ def test_error_of_the_ideal_mechanism_is_that_of_its_constraints(scene) -> None:
 
 def test_only_the_multiplier_form_has_constraints_to_report(scene) -> None:
     assert "constraints" not in simulate(scene({"drive.cycles": 0.05})).provenance
-
-
-def test_a_definite_system_is_solved_within_its_rounding() -> None:
-    """Of random matrices A A^T: the error is at most n^2 rounding units times the condition number."""
-    rng = np.random.default_rng(3)
-    for _ in range(50):
-        factor, expected = rng.normal(size=(13, 13)), rng.normal(size=13)
-        matrix = factor @ factor.T
-        found = matrix @ expected
-        solve_definite(matrix.copy(), found)
-        error = np.linalg.norm(found - expected) / np.linalg.norm(expected)
-        assert error <= 13**2 * np.finfo(float).eps * np.linalg.cond(matrix)
-
-
-def test_of_dependent_constraints_no_solution_is_returned() -> None:
-    """Two equal rows of exact numbers: the last pivot is exactly zero."""
-    found = np.ones(2)
-    solve_definite(np.array([[4.0, 4.0], [4.0, 4.0]]), found)
-    assert not np.isfinite(found).any()

@@ -8,10 +8,10 @@ import pytest
 
 from comparison.scene import load_scene
 from reference_model import simulate
-from reference_model.forces import CONTACTS, GAP, MEMORY, MODES, no_contacts
-from reference_model.formulations import right_hand_side, state_size
-from reference_model.reading import read_parameters
-from reference_model.start import formulation, start
+from reference_model.contact import CONTACTS, GAP, MEMORY, MODES, TAIL, no_contacts
+from reference_model.equations import evaluate
+from reference_model.parameters import read_parameters
+from reference_model.running import formulation, start
 
 SHORT = {"drive.cycles": 0.05, "initial.slider_omega": 0.2, "initial.slider_angle": 1e-4}
 VARIANTS = pytest.mark.parametrize("variant", runs.FORMULATIONS)
@@ -22,20 +22,16 @@ def test_gaps_are_those_of_the_equations_of_motion(variant) -> None:
     """In random states near the start, 1e-4 rad and m apart; of coordinates of 0.5 m, rounded at 1e-16 m."""
     scene = load_scene("paper", runs.FORMULATIONS[variant])
     p = read_parameters(scene.data)
-    c, y0 = start(p, formulation(p))
-    g, y, dy, own = (
-        steps.geometry(scene),
-        np.zeros(state_size(c)),
-        np.empty(state_size(c)),
-        np.empty(CONTACTS),
-    )
+    model, _ = formulation(p)
+    y0, g, own = start(p, model), steps.geometry(scene), np.empty(CONTACTS)
+    y, dy = np.zeros((2, y0.size + TAIL))
     rng = np.random.default_rng(1)
     for t in rng.uniform(0.0, 1e-3, 50):
         y[: y0.size] = y0 + 1e-4 * rng.normal(size=y0.size)
         contacts = no_contacts()
-        right_hand_side(c, t, y, np.zeros((MODES, CONTACTS)), dy, contacts)
+        evaluate(model, p.law, t, y, np.zeros(MODES), dy, contacts, np.empty(9))
         steps.gaps(g, t, y, own)
-        np.testing.assert_allclose(own, contacts[GAP], rtol=0.0, atol=2e-15)
+        np.testing.assert_allclose(own, contacts[GAP : GAP + CONTACTS], rtol=0.0, atol=2e-15)
         assert np.isfinite(own).any()
 
 
@@ -57,7 +53,7 @@ def test_one_attempt_at_a_time_is_the_same_run(variant) -> None:
     assert followed.steps == pytest.approx(counters["steps"], rel=0.05)
     assert followed.found[steps.CLOSED, steps.VIOLATIONS] == 0
     assert whole.events["start"].size > 0
-    closed = int((followed.progress.modes[MEMORY] > 0.0).sum())
+    closed = int((followed.run.modes[MEMORY : MEMORY + CONTACTS] > 0.0).sum())
     ended = int((whole.events["end"] < whole.columns["time"][-1]).sum())
     assert whole.events["start"].size - ended == closed
 

@@ -4,14 +4,6 @@ import numpy as np
 import pytest
 
 from reference_model import simulate
-from reference_model.constants import Formulation
-from reference_model.forces import INSIDE, MEMORY
-from reference_model.integrate import REACHED, advance
-from reference_model.invariants import check, violation
-from reference_model.progress import begin
-from reference_model.reading import read_parameters
-from reference_model.recording import samples_of
-from reference_model.start import start
 
 LAW = {"contact.law": "foundation", "drive.cycles": 0.3, "solver.reference.tolerance": 1e-11}
 ELASTIC = {"contact.restitution": 1.0, "friction.coefficient": 0.0}
@@ -170,30 +162,3 @@ def test_a_side_inside_at_the_start(scene) -> None:
     height = 0.035 * (1.0 - 2.0 * share)
     # vx - w r_y; r_y turns by 1e-5 rad: 3e-7 m of it.
     assert result.events["normal_speed"][0] == pytest.approx(2e-3 - 0.01 * height, abs=1e-8)
-
-
-def test_contacts_of_one_side_must_not_overlap(scene) -> None:
-    p = read_parameters(scene(LAW))
-    c, y0 = start(p, Formulation.SLIDER)
-    watch = begin(c, y0, 1e-6).watch
-    rows = np.array([[0, 0.1, 0.3, 0, 0, 0, 0], [2, 0.2, 0.4, 0, 0, 0, 0]], dtype=float)
-    assert violation(check(p, watch, rows, None)).startswith("overlap: ul has two contacts at once")
-    rows[1, 0] = 1  # of the other side
-    assert violation(check(p, watch, rows, None)) == ""
-    rows[1, 0] = 2  # of corners with contacts of their own
-    assert violation(check(read_parameters(scene()), watch, rows, None)) == ""
-
-
-def test_the_second_corner_s_way_in_and_out_is_located(scene) -> None:
-    """Every switch is one: more of them than starts and ends of contacts; the modes say what the gaps do."""
-    p = read_parameters(scene(LAW | {"friction.coefficient": 0.0}))
-    c, y0 = start(p, Formulation.SLIDER)
-    progress, end = begin(c, y0, 1e-6), 0.3 * p.period
-    for stop in np.linspace(0.0, end, 200)[1:]:
-        status = advance(c, progress, stop, end, 1e-10, p.period / 50, 10**7, samples_of((), np.empty(0)))
-        assert status == REACHED
-        inside, memory = progress.modes[INSIDE], progress.modes[MEMORY]
-        for side in range(2):
-            pair = [side, side + 2]
-            assert (memory[pair] > 0.0).sum() == int(inside[pair].any())
-    assert progress.watch[0, 0] < 1e-11

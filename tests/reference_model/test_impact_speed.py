@@ -1,19 +1,14 @@
 """`contact.impact_speed = "current"`: damping that refers to the present depth rate, without memory."""
 
-import numba
 import numpy as np
 import pytest
 
 from reference_model import simulate
-from reference_model.constants import Formulation, as_record
-from reference_model.contact import damping_factor
-from reference_model.forces import CONTACTS, MEMORY, MODES, NORMAL, RATE, bearing_forces
-from reference_model.journal import JOURNAL, Bearing
-from reference_model.reading import read_parameters
+from reference_model.parameters import read_parameters
 
 CURRENT = {"contact.impact_speed": "current"}
 SHORT = {"drive.cycles": 0.3, "solver.reference.tolerance": 1e-10}
-LAWS = ("hertz-corners", "strip", "foundation")
+LAWS = ("hertz-corners", "foundation")
 
 
 def rates(result, corner):
@@ -25,24 +20,12 @@ def rates(result, corner):
     return -result.columns[f"corner_{corner}_gap"], -inward * (result.columns["slider_vx"] - spin * ry)
 
 
-def test_the_factor_follows_its_formula_and_its_bounds(scene) -> None:
-    c = as_record(read_parameters(scene(CURRENT)).constants, Formulation.SLIDER)
-    for rate in (-3.0, -1e-4, -1e-7, 0.0, 2e-5, 0.5):
-        factor = damping_factor(c, rate, 0.3)
-        assert factor == pytest.approx(1.0 + c.C * rate / np.sqrt(rate**2 + 1e-8), rel=1e-14)
-        assert 0.0 < 1.0 - c.C <= factor <= 1.0 + c.C
-        assert damping_factor(c, rate, 1e-4) == factor  # whatever the touch was
-    # Far above the floor the touch itself is damped as with the frozen speed, 1 + C.
-    assert damping_factor(c, 0.05, 0.05) == pytest.approx(1.0 + c.C, rel=1e-5)
-    assert damping_factor(c, 0.0, 0.05) == 1.0
-
-
 @pytest.mark.parametrize("law", ["hertz-corners", "foundation"])
 def test_the_force_in_a_table_has_this_factor(scene, law) -> None:
     """From gaps, motion and the scene's numbers alone; depths of 1e-6 m of gaps rounded at 1e-16 m."""
     changes = {**SHORT, **CURRENT, "contact.law": law, "output.samples_per_cycle": 100_000}
     data = scene(changes)
-    result, c = simulate(data), read_parameters(data).constants
+    result, c = simulate(data), read_parameters(data).law
     seen = 0
     for lower, upper in (("ll", "ul"), ("lr", "ur")):
         (d1, r1), (d2, r2) = rates(result, lower), rates(result, upper)
@@ -130,21 +113,6 @@ def test_peaks_of_the_force_are_found(scene) -> None:
             assert force.max() >= 0.98 * peak
 
 
-def test_the_journal_has_it_too(scene) -> None:
-    parameters = read_parameters(scene({**CURRENT, "joints.crank_pin": "clearance"}))
-    c = as_record(parameters.constants, Formulation.BOTH)
-    modes, contacts = np.zeros((MODES, CONTACTS)), np.zeros((5, CONTACTS))
-    modes[MEMORY, JOURNAL] = 0.3
-    for rate in (-0.2, 0.2, 1e-5):
-        Gx, _, damping, _ = bearing_forces(c, Bearing(-1e-6, rate, 0.0, 1.0, 0.0, 0.0, 0.0), modes, contacts)
-        elastic = c.Kj * 1e-9
-        assert Gx == pytest.approx(elastic * (1.0 - c.C * rate / np.hypot(rate, 1e-4)), rel=1e-12)
-        assert contacts[NORMAL, JOURNAL] == Gx
-        assert contacts[RATE, JOURNAL] == rate
-        assert damping == pytest.approx(-(Gx - elastic) * rate, rel=1e-12)
-        assert damping >= 0.0
-
-
 def test_a_press_with_both_clearances_keeps_its_balance(scene) -> None:
     changes = {**CURRENT, "joints.crank_pin": "clearance", "drive.cycles": 0.1, "output.groups": ["energy"]}
     result = simulate(scene(changes))
@@ -157,16 +125,3 @@ def test_an_unknown_word_is_refused_in_one_line(scene) -> None:
     with pytest.raises(ValueError, match=r"contact\.impact_speed = 'old' is not simulated") as caught:
         simulate(scene({"contact.impact_speed": "old"}))
     assert "\n" not in str(caught.value)
-
-
-def test_no_kernel_takes_the_constants_of_another_law_for_its_own(scene) -> None:
-    """To numba a record with further fields is one without them: it would run the code of that one."""
-    types = [
-        numba.typeof(as_record(read_parameters(scene(changes)).constants, formulation))
-        for formulation in (Formulation.SLIDER, Formulation.BOTH)
-        for changes in ({}, CURRENT, {"contact.law": "foundation"}, {**CURRENT, "contact.law": "foundation"})
-    ]
-    for one in types:
-        for other in types:
-            assert (one == other) == (one is other)
-            assert one == other or one.can_convert_to(None, other) is None

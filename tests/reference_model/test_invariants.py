@@ -5,25 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reference_model import integrate, invariants, simulate
-from reference_model.constants import Formulation
-from reference_model.forces import CONTACTS, FRICTION, GAP, INSIDE, MEMORY, MODES, NORMAL, SLIP, no_contacts
+from reference_model import invariants, simulate
+from reference_model.events import COLUMNS, START_GAP, START_RATE
 from reference_model.invariants import VIOLATED, check, violation
-from reference_model.progress import begin
-from reference_model.reading import read_parameters
-from reference_model.recording import samples_of
-from reference_model.start import start
-from reference_model.step_bounds import LOCATED, LOCATED_SPEED, step_may_switch
-from reference_model.watch import (
-    DRIVING_FRICTION,
-    OPEN_DEPTH,
-    PULL,
-    TIME,
-    WATCHED,
-    WORST,
-    watch_contacts,
-    watch_start,
-)
+from reference_model.margins import LOCATED, LOCATED_SPEED
+from reference_model.parameters import read_parameters
 
 
 @pytest.fixture
@@ -31,130 +17,72 @@ def parameters(scene):
     return read_parameters(scene())
 
 
-def broken(parameters, watch, events=None, drift=None) -> str:
-    events = np.empty((0, 7)) if events is None else np.array(events, dtype=float)
-    return violation(check(parameters, watch, events, drift)).partition(":")[0]
+def broken(parameters, worst=None, events=None, drift=None) -> str:
+    rows = np.zeros((len(events or []), COLUMNS))
+    for row, given_ in zip(rows, events or [], strict=True):
+        row[: len(given_)] = given_
+    return violation(check(parameters, worst or {}, rows, drift)).partition(":")[0]
 
 
-def closed(contact: int, **values: float):
-    """Return modes and states of the contacts, one of them closed."""
-    modes, contacts = np.zeros((MODES, CONTACTS)), no_contacts()
-    modes[MEMORY, contact], modes[INSIDE, contact] = 0.01, 1.0
-    contacts[GAP, contact] = -1e-6
-    rows = {"normal": NORMAL, "friction": FRICTION, "slip": SLIP}
-    for name, value in values.items():
-        contacts[rows[name], contact] = value
-    return modes, contacts
+def test_each_bound(parameters) -> None:
+    force = {"force": (50.0, 0.1, 2)}
+    assert broken(parameters, force) == ""
+    assert broken(parameters, force | {"pull": (0.1, 0.2, 2)}) == "pull"
+    assert broken(parameters, force | {"driving-friction": (7.5, 0.2, 0)}) == "driving-friction"
+    assert broken(parameters, {"open-depth": (1e-6, 0.2, 4)}) == "open-depth"
+    assert broken(parameters, {"energy": (1e-3, 0.2, 0)}) == "energy"
+    assert broken(parameters, {"pull": (np.nan, 0.2, 2)}) == "pull"
 
 
-def test_a_step_that_is_not_searched_flies_through_the_wall(scene, monkeypatch) -> None:
-    """The fault of an integrator that looks for events nowhere: the corner's depth is noted."""
-    p = read_parameters(scene())
-    c, y0 = start(p, Formulation.SLIDER)
-    progress = begin(c, y0, 1e-6)
-    nothing = samples_of((), np.empty(0))
-    monkeypatch.setattr(integrate, "step_may_switch", lambda *_: False)
-    integrate.advance.py_func(c, progress, 0.05, 0.05, 1e-9, p.period / 50, 10**5, nothing)
-    assert broken(p, progress.watch) == "open-depth"
-
-
-def test_a_contact_within_a_step_that_is_not_searched_shows_in_the_samples(scene, monkeypatch) -> None:
-    """Both ends of the step are open and moving away: two corners' contacts at 0.2454 s lie between."""
-    grazing = {"drive.speed_rpm": 300.0, "initial.slider_offset": 4.624471986426843e-05}
-    p = read_parameters(scene(grazing))
-    c, y0 = start(p, Formulation.SLIDER)
-    progress = begin(c, y0, 1e-6)
-    samples = samples_of(("corner_ul_gap",), np.arange(0.0, 0.25, p.period / 500))
-
-    def at_the_end(c, modes, h, before, stages, deviations) -> bool:
-        searched = step_may_switch(c, modes, h, before, stages, deviations)
-        return searched and bool(modes[INSIDE].any() or (stages[-1, GAP] < 0.0).any())
-
-    monkeypatch.setattr(integrate, "step_may_switch", at_the_end)
-    for t_stop in (0.1, 0.2, 0.249):
-        integrate.advance.py_func(c, progress, t_stop, 0.25, 1e-9, p.period / 50, 10**5, samples)
-    assert broken(p, progress.watch) == "open-depth"
-    assert progress.watch[OPEN_DEPTH, TIME] > 0.24542  # s, the touch that was stepped over
-
-
-def test_a_wall_that_pulls(parameters) -> None:
-    watch = np.zeros((WATCHED, 3))
-    watch_contacts(*closed(2, normal=50.0), 0.1, watch)
-    assert broken(parameters, watch) == ""
-    watch_contacts(*closed(2, normal=-0.1), 0.2, watch)
-    assert broken(parameters, watch) == "pull"
-
-
-@pytest.mark.parametrize(("contact", "sign"), [(0, 1.0), (4, -1.0)], ids=["corner", "journal"])
-def test_friction_that_drives(parameters, contact, sign) -> None:
-    """Of a corner the force on the slider is noted, of the journal the drag on the bearing."""
-    watch = np.zeros((WATCHED, 3))
-    watch_contacts(*closed(contact, normal=50.0, friction=-sign * 7.5, slip=1.0), 0.1, watch)
-    assert broken(parameters, watch) == ""
-    watch_contacts(*closed(contact, normal=50.0, friction=sign * 7.5, slip=1.0), 0.2, watch)
-    assert broken(parameters, watch) == "driving-friction"
-
-
-def test_a_contact_that_begins_while_leaving(parameters) -> None:
-    """What is inside its wall at t = 0 may leave."""
-    watch = np.zeros((WATCHED, 3))
-    watch_start(0.0, 0.1, 0.0, 3, watch)
-    assert broken(parameters, watch) == ""
-    watch_start(0.0, 0.1, 0.3, 3, watch)
-    found = check(parameters, watch, np.empty((0, 7)), None)
-    assert violation(found).startswith(
-        "leaving-start: ur begins a contact while it leaves its wall: 0.1 m/s at"
-    )
-
-
-@pytest.mark.parametrize("gap", [1.1e-3, -1.1e-3])
-def test_a_contact_that_begins_away_from_its_wall(parameters, gap) -> None:
-    """What is inside at t = 0 was not at its wall."""
-    watch = np.zeros((WATCHED, 3))
-    watch_start(gap, -0.1, 0.0, 3, watch)
-    watch_start(1e-12, -0.1, 0.2, 3, watch)
-    assert broken(parameters, watch) == ""
-    watch_start(gap, -0.1, 0.3, 3, watch)
-    found = check(parameters, watch, np.empty((0, 7)), None)
-    assert violation(found).startswith("start-gap: ur begins a contact away from its wall: 0.0011 m at")
+@pytest.mark.parametrize(
+    ("column", "value", "name"),
+    [(START_RATE, 0.1, "leaving-start"), (START_GAP, 1.1e-3, "start-gap"), (START_GAP, -1.1e-3, "start-gap")],
+)
+def test_how_a_contact_begins(parameters, column, value, name) -> None:
+    """What is inside its wall at t = 0 may leave, and was not at its wall."""
+    row = np.zeros(COLUMNS)
+    row[[0, 2, column]] = 3, 0.4, value
+    assert broken(parameters, events=[row]) == ""
+    row[1] = 0.3
+    assert broken(parameters, events=[row]) == name
 
 
 def test_a_light_part_may_leave_faster_when_it_is_met_late(scene) -> None:
     """The same error of a location is more time, and more speed, where a contact's force accelerates more."""
-    contact = [[3, 0.1, 0.2, 0.05, 0.0, 50.0, 1e-6]]  # 50 N at most, though no step ended there
-    watch = np.zeros((WATCHED, 3))
-    watch_start(0.0, 0.01, 0.3, 3, watch)
-    assert broken(read_parameters(scene()), watch, contact) == "leaving-start"
-    light = scene({"mechanism.slider.inertia": 1e-9})
-    assert broken(read_parameters(light), watch, contact) == ""
+    row = np.zeros(COLUMNS)
+    row[:7] = 3, 0.3, 0.4, 0.05, 0.0, 50.0, 1e-6  # 50 N at most, though no step ended there
+    row[START_RATE] = 0.01
+    assert broken(read_parameters(scene()), events=[row]) == "leaving-start"
+    assert broken(read_parameters(scene({"mechanism.slider.inertia": 1e-9})), events=[row]) == ""
 
 
 def test_a_surface_contact_ends_where_its_corner_is_located_outside(scene) -> None:
     """Up to there the paper's surface (Eq. 8) pulls that corner: found in study extremes, by 3 mN."""
     p = read_parameters(scene({"contact.law": "paper-switching"}))
-    watch = np.zeros((WATCHED, 3))
-    watch_contacts(*closed(2, normal=-p.constants.Ks * LOCATED / 3.0), 0.1, watch)
-    assert broken(p, watch) == ""
-    watch_contacts(*closed(2, normal=-p.constants.Ks * LOCATED), 0.2, watch)
-    assert broken(p, watch) == "pull"
+    assert broken(p, {"pull": (p.law.Ks * LOCATED / 3.0, 0.1, 2)}) == ""
+    assert broken(p, {"pull": (p.law.Ks * LOCATED, 0.1, 2)}) == "pull"
 
 
 def test_a_pull_is_located_by_the_damping_factor_not_by_the_rate(scene) -> None:
     """With a restitution near 1 the rate matters little: found in study extremes, by 1e-7 N of 1.7 N."""
     p = read_parameters(scene({"contact.restitution": 0.995}))
-    watch = np.zeros((WATCHED, 3))
-    watch_contacts(*closed(2, normal=1.0), 0.1, watch)
-    watch_contacts(*closed(2, normal=-LOCATED_SPEED / p.constants.speed_floor), 0.1, watch)
-    assert broken(p, watch) == ""
-    watch_contacts(*closed(2, normal=-20.0 * LOCATED_SPEED / p.constants.speed_floor), 0.2, watch)
-    assert broken(p, watch) == "pull"
+    pull, force = LOCATED_SPEED / p.law.speed_floor, {"force": (1.0, 0.1, 2)}
+    assert broken(p, force | {"pull": (pull, 0.1, 2)}) == ""
+    assert broken(p, force | {"pull": (20.0 * pull, 0.1, 2)}) == "pull"
+
+
+def test_contacts_of_one_side_must_not_overlap(scene) -> None:
+    rows = [[0, 0.1, 0.3], [2, 0.2, 0.4]]
+    foundation = read_parameters(scene({"contact.law": "foundation"}))
+    assert broken(foundation, events=rows) == "overlap"
+    assert broken(foundation, events=[rows[0], [1, 0.2, 0.4]]) == ""  # of the other side
+    assert broken(read_parameters(scene()), events=rows) == ""  # of corners with contacts of their own
 
 
 def test_contacts_of_one_corner_that_overlap(parameters) -> None:
-    watch = np.zeros((WATCHED, 3))
     follow = [[1, 0.1, 0.2, 0, 0, 0, 0], [1, 0.2, 0.3, 0, 0, 0, 0], [2, 0.15, 0.25, 0, 0, 0, 0]]
-    assert broken(parameters, watch, follow) == ""
-    assert broken(parameters, watch, [*follow, [2, 0.2, 0.4, 0, 0, 0, 0]]) == "overlap"
+    assert broken(parameters, events=follow) == ""
+    assert broken(parameters, events=[*follow, [2, 0.2, 0.4]]) == "overlap"
 
 
 def test_spurious_energy(scene, monkeypatch) -> None:
@@ -193,9 +121,8 @@ def test_what_a_clipped_wall_loses_is_accounted_for(scene) -> None:
 @pytest.mark.parametrize("what", ["position", "velocity"])
 def test_constraints_that_are_violated(parameters, what) -> None:
     drift = {"position": 1e-9, "velocity": 1e-7, "position_time_s": 0.1, "velocity_time_s": 0.1}
-    watch = np.zeros((WATCHED, 3))
-    assert broken(parameters, watch, drift=drift) == ""
-    assert broken(parameters, watch, drift=drift | {what: 0.1}) == f"constraint-{what}"
+    assert broken(parameters, drift=drift) == ""
+    assert broken(parameters, drift=drift | {what: 0.1}) == f"constraint-{what}"
 
 
 @settings(deadline=None, max_examples=40)
@@ -226,16 +153,3 @@ def test_random_scenes_keep_all_invariants(
     }
     result = simulate(scene(changes))
     assert result.status == "success", result.remedy
-
-
-def test_friction_of_a_pull_within_rounding_is_that_pull_and_not_another_violation() -> None:
-    """Where a force turns to a pull by rounding its friction drives: 5.9e-8 W for 9.0e-6 N at 13 mm/s."""
-    modes, contacts, found = np.zeros((MODES, CONTACTS)), no_contacts(), np.zeros((WATCHED, 3))
-    modes[MEMORY, 4], modes[INSIDE, 4] = 1e-4, 1.0
-    contacts[:, 4] = -5.7e-7, 0.0, -0.01324, -9.05e-6, 4.44e-6
-    watch_contacts(modes, contacts, 5.6, found)
-    assert found[PULL, WORST] == 9.05e-6
-    assert found[DRIVING_FRICTION, WORST] == 0.0
-    contacts[NORMAL, 4] = 9.05e-6
-    watch_contacts(modes, contacts, 5.6, found)
-    assert found[DRIVING_FRICTION, WORST] == pytest.approx(4.44e-6 * 0.01324)

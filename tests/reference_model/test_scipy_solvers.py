@@ -2,18 +2,10 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import DOP853, LSODA
 
-from reference_model import integrate, scipy_solvers, simulate
-from reference_model.constants import Formulation
-from reference_model.forces import CONTACTS, MEMORY, MODES, no_contacts
-from reference_model.formulations import free, right_hand_side, state_size
-from reference_model.jacobian import jacobian
+from reference_model import simulate
+from reference_model.parameters import SCIPY_METHODS as SOLVERS
 from reference_model.reactions import REACTIONS
-from reference_model.reading import read_parameters
-from reference_model.scipy_solvers import SOLVERS
-from reference_model.start import start
-from reference_model.switching import PULL
 
 MULTIPLIER = {"solver.reference.formulation": "multiplier"}
 QUARTER = {"drive.cycles": 0.25}
@@ -109,58 +101,6 @@ def test_extrema_bound_the_samples(scene) -> None:
         assert peaks.max() == result.extrema[f"corner_{corner}_normal"]["max"]
 
 
-def test_grazing_touch_within_one_step_is_seen(scene) -> None:
-    """A flight whose turning point lies 1e-9 m inside the wall, in steps that reach far beyond it.
-
-    As for the compiled integrator; the tolerance leaves the first flight exact to well below 1e-10 m.
-    """
-    wide = {"clearance.slider": 5e-4, "initial.slider_vx": 0.02, "drive.cycles": 0.025}
-    free_flight = simulate(scene({**wide, "output.samples_per_cycle": 200000}))
-    x = free_flight.columns["slider_x"] + 0.55
-    grazing = {
-        **wide,
-        "clearance.slider": x.max() - 1e-9,
-        "solver.reference.method": "scipy-DOP853",
-        "solver.reference.tolerance": 1e-9,
-    }
-    touched = simulate(scene(grazing))
-    assert set(touched.events["corner"]) == {"lr", "ur"}
-    # The dip lasts 2 sqrt(2e-9 m / 9 m/s^2) = 3e-5 s; steps in flight are a hundred times as long.
-    assert touched.provenance["counters"]["steps"] < 30
-    assert touched.events["largest_depth"].max() == pytest.approx(1e-9, rel=0.05)
-
-
-def test_jacobian_is_the_derivative(scene) -> None:
-    """In flight and with corners inside the walls, against central differences along random directions."""
-    p = read_parameters(scene())
-    rng = np.random.default_rng(3)
-    for kind in (Formulation.SLIDER, Formulation.MULTIPLIER):
-        c, y0 = start(p, kind)
-        y, contacts = np.zeros(state_size(c)), no_contacts()
-        y[: y0.size] = y0
-        for offset in (0.0, -2.5e-4):  # the start is at 0.05 mm, the wall at 0.2 mm
-            modes = np.zeros((MODES, CONTACTS))
-            moved = y.copy()
-            if offset:
-                moved[: free(c) // 2] = start(
-                    read_parameters(scene({"initial.slider_offset": offset})), kind
-                )[1][: free(c) // 2]
-                modes[MEMORY, 0] = modes[MEMORY, 2] = 0.05
-            matrix = jacobian(c, 0.0, moved, modes)
-            assert np.abs(matrix).max() > (1e6 if offset else 0.0)
-            for _ in range(5):
-                direction = np.zeros(y.size)
-                direction[: free(c)] = rng.normal(size=free(c))
-                ahead, behind = np.empty(y.size), np.empty(y.size)
-                right_hand_side(c, 0.0, moved + 1e-8 * direction, modes, ahead, contacts)
-                right_hand_side(c, 0.0, moved - 1e-8 * direction, modes, behind, contacts)
-                # One-sided with 1e-9 m at 5e-5 m of depth: 1e-5; round-off of the gap 1e-16 / 1e-9: 1e-7.
-                expected = (ahead - behind) / 2e-8
-                np.testing.assert_allclose(
-                    matrix @ direction, expected, rtol=0, atol=1e-4 * np.abs(expected).max()
-                )
-
-
 def test_what_a_run_records(scene) -> None:
     shares = []
     result = simulate(scene({**QUARTER, **by("BDF", 1e-8)}), progress=shares.append)
@@ -194,39 +134,6 @@ def test_modes_that_hand_over_to_each_other_do_not_hang(scene) -> None:
     assert result.provenance["counters"]["steps"] < 10_000
 
 
-def test_endless_switching_at_one_instant_is_stopped(scene, monkeypatch) -> None:
-    """As in the compiled integrator: every step is said to end a mode at its very start."""
-    monkeypatch.setattr(scipy_solvers, "first_switch", lambda *step: (step[3], PULL, 0))
-    result = simulate(scene({**QUARTER, **by("LSODA")}))
-    assert result.status == "chatter"
-    assert "tolerance" not in result.remedy  # in known scenes a lower one fails too
-    assert result.provenance["counters"]["steps"] == 0
-    assert result.provenance["counters"]["switches"] < 200
-
-
-def blow_up(_, y):
-    return y**2
-
-
-def lost(t, _):
-    return np.full(1, np.nan if t > 0.5 else 1.0)
-
-
-@pytest.mark.parametrize(
-    ("solver", "code"),
-    [
-        (DOP853(blow_up, 0.0, np.ones(1), 2.0, rtol=1e-6), integrate.STEP_TOO_SMALL),  # 1 / (1 - t)
-        (LSODA(lost, 0.0, np.zeros(1), 2.0, rtol=1e-6), integrate.NOT_FINITE),
-    ],
-    ids=["pole", "not a number"],
-)
-def test_a_failed_step_says_why(solver, code) -> None:
-    codes = [scipy_solvers.step(solver)]
-    while codes[-1] == integrate.REACHED and solver.status == "running":
-        codes.append(scipy_solvers.step(solver))
-    assert codes[-1] == code
-
-
 @pytest.mark.parametrize("method", ["bdf", "DOP853", "ode15s", "Euler"])
 def test_other_methods_are_refused_in_one_line(scene, method) -> None:
     with pytest.raises(ValueError, match=r"solver\.reference\.method") as caught:
@@ -253,3 +160,15 @@ def test_clearance_at_the_crank_pin(scene, slider) -> None:
     assert few.events["corner"].size > 5
     assert np.abs(full.columns["slider_y"] - few.columns["slider_y"]).max() < 1e-8
     assert np.abs(full.columns["energy_residual"]).max() < 1e-8
+
+
+def test_a_contact_within_one_step_is_stepped_over(scene) -> None:
+    """What is said of `solve_ivp`'s events: it looks at the ends of steps, and a graze lies between them."""
+    wide = {"clearance.slider": 5e-4, "initial.slider_vx": 0.02, "drive.cycles": 0.025}
+    free = simulate(scene({**wide, "output.samples_per_cycle": 200_000}))
+    depth = 1e-9
+    grazing = {**wide, "clearance.slider": free.columns["slider_x"].max() + 0.55 - depth}
+    compiled = simulate(scene({**grazing, "solver.reference.tolerance": 3e-6})).events
+    assert compiled["start"].size > 0
+    by_scipy = {"solver.reference.method": "scipy-DOP853", "solver.reference.tolerance": 3e-6}
+    assert simulate(scene({**grazing, **by_scipy})).events["start"].size == 0

@@ -7,7 +7,7 @@ trailing zeros.
 
 import numpy as np
 
-from reference_model.forces import Array
+from reference_model.linkage import Array
 
 
 def _rows(columns: int, *rows: tuple[float, ...]) -> Array:

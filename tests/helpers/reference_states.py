@@ -1,0 +1,128 @@
+"""The reference in one state: forces, rows of Eq. 16, accelerations; contacts in rows of five."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from reference_model import contact, journal, multiplier
+from reference_model.chain import Chain
+from reference_model.compiled import kernel
+from reference_model.contact import CONTACTS, JOURNAL, TAIL, no_contacts
+from reference_model.equations import evaluate
+from reference_model.minimal import TIP_ROWS, Minimal
+from reference_model.multiplier import press
+from reference_model.observation import all_bodies
+from reference_model.parameters import Parameters
+
+MEMORY, REGIME, CLIPPED, INSIDE = range(4)
+"""Rows of the modes, shape (4, CONTACTS)."""
+GAP, RATE, SLIP, NORMAL, FRICTION = range(5)
+"""Rows of the contact states, shape (6, CONTACTS)."""
+
+
+def constants(p: Parameters) -> Any:
+    """Return the scene's numbers in the paper's symbols."""
+    return SimpleNamespace(**p.mechanism._asdict(), **p.law._asdict())
+
+
+def friction_regime(c: Any, slip: float) -> int:
+    """Return the regime of Eq. 13 that a slip (m/s) is in: 0 none, 1 on the ramp, 2 full, with its sign."""
+    regime = 0 if abs(slip) < c.v0 else (1 if abs(slip) <= c.v1 else 2)
+    return regime if slip >= 0.0 else -regime
+
+
+def all_modes(modes: np.ndarray) -> np.ndarray:
+    """Return modes as the reference keeps them; of three rows INSIDE follows the memory."""
+    rows = np.zeros((4, CONTACTS))
+    rows[: len(modes)] = modes
+    if len(modes) <= INSIDE:
+        rows[INSIDE] = rows[MEMORY] > 0.0
+    return rows.ravel()
+
+
+@kernel
+def _slider_forces(law, pose, modes, contacts):
+    return contact.slider_forces(law, pose, modes, contacts)
+
+
+def slider_forces(p: Parameters, pose: tuple[float, ...], modes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return force and moment on the slider (3,), and the states of the contacts."""
+    contacts = no_contacts()
+    found = _slider_forces(p.law, tuple(map(float, pose)), all_modes(modes), contacts)
+    return np.array(found[:3]), contacts.reshape(-1, CONTACTS)
+
+
+@kernel
+def _journal_motion(law, e, v, w1, w2, contacts):
+    return journal.journal_motion(law, e.real, e.imag, v.real, v.imag, w1, w2, contacts)
+
+
+@kernel
+def _journal_force(law, modes, nx, ny, contacts):
+    return journal.journal_force(law, modes, nx, ny, contacts)
+
+
+class Bearing:
+    """The journal's contact from the bearing's centre (m), its velocity (m/s) and rod 2's rate (rad/s)."""
+
+    def __init__(self, p: Parameters, time: float, centre: complex, velocity: complex, w2: float) -> None:
+        self._p, self._contacts, omega = p, no_contacts(), p.mechanism.omega
+        tip = p.mechanism.L1 * np.exp(1j * (p.mechanism.theta0 + omega * time))
+        e, v = complex(tip - centre), complex(1j * omega * tip - velocity)
+        self._normal = _journal_motion(p.law, e, v, omega, w2, self._contacts)
+        self.gap, self.rate, self.slip = self._contacts.reshape(-1, CONTACTS)[: SLIP + 1, JOURNAL]
+        self.point = centre + p.law.bearing_radius * complex(*self._normal)
+
+    def force(self, modes: np.ndarray) -> tuple[complex, float]:
+        """Return G on rod 2 and the normal force, N."""
+        Gx, Gy, _, _ = _journal_force(self._p.law, all_modes(modes), *self._normal, self._contacts)
+        return complex(Gx, Gy), float(self._contacts.reshape(-1, CONTACTS)[NORMAL, JOURNAL])
+
+
+def by_formulation(
+    p: Parameters, name: str, time: float, head: Any, modes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return states of the contacts and motion of all bodies (5, 9); name: slider, pin, both, multiplier."""
+    model = {
+        "slider": lambda: Minimal(p.mechanism, np.empty((TIP_ROWS, 16))),
+        "pin": lambda: Chain(p.mechanism, True),
+        "both": lambda: Chain(p.mechanism, False),
+        "multiplier": lambda: press(p.mechanism, ideal_slider=False, baumgarte=(p.alpha, p.beta)),
+    }[name]()
+    y = np.concatenate([head, np.zeros(TAIL)])
+    dy, contacts = np.zeros(y.size), no_contacts()
+    evaluate(model, p.law, time, y, all_modes(modes), dy, contacts, np.empty(9))
+    bodies = all_bodies(model, p.mechanism, np.array([time]), y[:, None], dy[:, None])[:, :, 0]
+    return contacts.reshape(-1, CONTACTS), bodies
+
+
+@kernel
+def _constraints(model, time, q, v):
+    multiplier.constraints(model, time, q, v)
+
+
+@kernel
+def _solve(model, time, q, v, acceleration):
+    multiplier.solve(model, time, q, v, acceleration)
+
+
+def rows_of(p: Parameters, time: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return Phi, Phi', Phi_q and gamma of a free slider."""
+    model = press(p.mechanism, ideal_slider=False, baumgarte=(p.alpha, p.beta))
+    _constraints(model, time, q, v)
+    return model.phi, model.rate, model.jacobian, model.gamma
+
+
+def masses_and_weights(p: Parameters) -> tuple[np.ndarray, np.ndarray]:
+    """Return the diagonal of M and the weights as generalized forces, shape (15,)."""
+    model = press(p.mechanism, ideal_slider=False, baumgarte=(0.0, 0.0))
+    return model.masses, model.weights
+
+
+def multipliers(p: Parameters, time: float, q: np.ndarray, v: np.ndarray, applied: np.ndarray) -> np.ndarray:
+    """Return lambda of Eqs. 19-21, shape (13,)."""
+    model = press(p.mechanism, ideal_slider=False, baumgarte=(p.alpha, p.beta))
+    model.applied[:] = applied
+    _solve(model, time, q, v, np.empty(15))
+    return model.lambdas
