@@ -1,28 +1,23 @@
 """Contact forces resolved in time: the samples of a table are farther apart than most contacts last.
 
-Where a model notes its contacts' forces, the table of its base run has them. Any other model runs its base
-setting once more with dense output, of which the contacts alone are kept. No verdict depends on this run:
-what is compared stays the base run, from which the dense one may depart, since steps can end at samples.
-Where the two runs have the same contact, its force is drawn.
+A model notes the forces of its contacts at its own steps; the table of its base run has them. No verdict
+depends on them: they are drawn.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
-from comparison.agreement.cross_check import Validation
-from comparison.agreement.dense_run import DenseRun, dense, measure
-from comparison.execution.job import Progress
-from comparison.execution.task_store import SUCCESS, measure_all, on_processes
-from comparison.metrics.impacts import WINDOW, match
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
+
+if TYPE_CHECKING:
+    from comparison.agreement.cross_check import Validation
 
 POINTS = 20
 """Points of a drawn pulse at least."""
@@ -53,43 +48,13 @@ Pulses = Mapping[tuple[str, str], tuple[Sequence[Pulse], Sequence[Pulse]]]
 """By scene and tier, of either model."""
 
 
-def resolved(results: Sequence[Validation], n_jobs: int, on_progress: Progress | None = None) -> Pulses:
-    """Return the resolved contacts of both models.
-
-    Parameters
-    ----------
-    results
-        Of the scenes; those whose runs failed, and tables without contacts, have none.
-    n_jobs
-        Number of parallel worker processes, for the models that do not note their contacts' forces.
-    on_progress
-        Called with the finished share, 0 to 1.
-
-    Raises
-    ------
-    LedgerError
-        If rows cannot be read or kept.
-    """
-    bases = {
-        (result.comparison.name, tier, model): runs[model].base
-        for result in results
-        for tier, runs in (("standard", result.runs), ("tight", result.tight_runs))
-        for model in runs
-    }
-    found = {key: noted(base) for key, base in bases.items() if base.pulses is not None}
-    tasks = {
-        key: DenseRun(scene, key[2])
-        for key, base in bases.items()
-        if key not in found and (scene := dense(base.provenance.get("scene"), base.events)) is not None
-    }
-    rows = measure_all(measure, list(tasks.values()), on_processes(n_jobs), on_progress)
-    for (key, task), row in zip(tasks.items(), rows, strict=True):
-        if row["status"] == SUCCESS and (events := bases[key].events) is not None:
-            found[key] = drawable(row["contacts"], events, WINDOW * task.scene.period)
+def resolved(results: Sequence[Validation]) -> Pulses:
+    """Return the resolved contacts of both models; those whose runs failed have none."""
     pulses = {}
     for result in results:
+        runs = {"standard": result.runs, "tight": result.tight_runs}
         for tier in result.comparison.tiers:
-            a, b = (found.get((result.comparison.name, tier.tier, label), []) for label in tier.labels)
+            a, b = (noted(run.base) if (run := runs[tier.tier].get(label)) else [] for label in tier.labels)
             pulses[result.comparison.name, tier.tier] = a, b
     return pulses
 
@@ -105,34 +70,9 @@ def noted(table: Table) -> list[Pulse]:
         Pulse(int(row[first]), time[first:stop] - starts[row[first]], force[first:stop])
         for first, stop in pairwise(edges)
     ]
-    return [pulse for pulse in pulses if _is_drawn(pulse, peaks)]
+    return [pulse for pulse in pulses if _is_drawn(pulse, float(peaks[pulse.row]))]
 
 
-def drawable(contacts: Iterable[Mapping[str, Any]], events: pd.DataFrame, window: float) -> list[Pulse]:
-    """Return the contacts of a dense run that the base run has too, with enough points and the same peak.
-
-    Parameters
-    ----------
-    contacts
-        From `measure`.
-    events
-        Of the base run.
-    window
-        Distance of two starts at most, s, see `comparison.metrics.impacts.match`.
-    """
-    contacts = list(contacts)
-    table = pd.DataFrame(
-        {"corner": [c["corner"] for c in contacts], "start": [float(c["start"]) for c in contacts]}
-    )
-    peaks = events["peak_force"].to_numpy(dtype=np.float64)
-    pulses = []
-    for row, number in match(events, table, window).tolist():
-        time, force = (np.array(contacts[number][key], dtype=np.float64) for key in ("time", "force"))
-        pulses.append(Pulse(row, time, force))
-    return [pulse for pulse in pulses if _is_drawn(pulse, peaks)]
-
-
-def _is_drawn(pulse: Pulse, peaks: Array) -> bool:
+def _is_drawn(pulse: Pulse, peak: float) -> bool:
     """Whether a pulse is resolved and, against errors of any kind, has the peak of its row in the events."""
-    peak = float(peaks[pulse.row])
     return pulse.time.size >= POINTS and abs(float(pulse.force.max()) - peak) <= PEAK * peak > 0.0

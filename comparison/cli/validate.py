@@ -27,8 +27,6 @@ from comparison.cli.pairwise import validate_pairs
 from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
-    from comparison.agreement.cross_check import Validation
-    from comparison.agreement.pulses import Pulses
     from comparison.scene import Scene
 
 INTERRUPTED = 130
@@ -71,6 +69,7 @@ def validate(
                 scenes, own, jobs, accuracy, two, overrides, allow_indeterminate, quick, verbose, quiet
             ),
         )
+    from comparison.agreement.pulses import resolved
     from comparison.agreement.recorded import departures
     from comparison.cli.batches import validate_batches
     from comparison.cli.verdicts import verdict_lines
@@ -115,7 +114,7 @@ def validate(
             said.append(departures(loaded[: len(results)], comparisons))
         for line in (*lines, *(line for each in said for line in wrapped(each))):
             typer.echo(line)
-        pulses = {} if missing or quick else _resolved(results, jobs or cpus(), quiet=quiet)
+        pulses = resolved(results)
     page, kept = saved(
         lambda folder: write_validation(results, folder, command, code, missing, pulses), folder
     )
@@ -124,19 +123,6 @@ def validate(
     for scene in loaded[: len(results)]:
         warn([f"scene {scene.name!r}: {warning}" for warning in scene.warnings])
     return code
-
-
-def _resolved(results: Sequence[Validation], jobs: int, *, quiet: bool) -> Pulses:
-    """Return the contacts resolved in time, for the plots alone: without them there is still a report."""
-    from comparison.agreement.pulses import resolved
-    from comparison.execution.ledger import LedgerError
-    from comparison.files import FolderError
-
-    try:
-        with progress("contacts, with dense output", quiet=quiet) as report:
-            return resolved(results, jobs, report)
-    except (KeyboardInterrupt, LedgerError, FolderError):
-        return {}
 
 
 def _check(scenes: Sequence[Scene], models: tuple[str, str], accuracy: str | None) -> None:

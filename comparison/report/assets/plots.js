@@ -63,7 +63,7 @@ function unpack(bytes) {
     c.judged = Array.from(limit, v => !(v < 0 || Object.is(v, -0)));
     c.ratio = c.size.map((v, i) => c.judged[i] && c.within[i] ? (v || 0) / c.within[i] || null : null);
   }
-  // Contacts resolved by a run with dense output: times and forces as shares of the last and of the largest.
+  // Contacts resolved at a model's own steps: times and forces as shares of the last and of the largest.
   const shares = count => {
     const out = Array.from({length: count}, (_, i) => (bytes[at + i] + 256 * bytes[at + count + i]) / 65535);
     at += 2 * count;
@@ -322,7 +322,7 @@ class Viewer {
     const {contacts, pulses, labels} = this.data;
     if (!pulses.flat().length) return "";
     const counts = labels.map((label, side) => `${pulses[side].length} of ${contacts[side].length} of ${label}`);
-    return ` Contacts drawn between samples, from another run with dense output that has the same contact: ${counts.join(", ")}; of the others the peak alone.`;
+    return ` Contacts drawn at the models' own steps between samples: ${counts.join(", ")}; of the others the peak alone.`;
   }
 
   draw() {

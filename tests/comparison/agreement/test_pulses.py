@@ -9,12 +9,10 @@ import pandas as pd
 import pytest
 
 from comparison.agreement.cross_check import validate
-from comparison.agreement.dense_run import DenseRun, dense, measure
-from comparison.agreement.pulses import PEAK, POINTS, drawable, noted, resolved
-from comparison.execution.job import MODELS
+from comparison.agreement.pulses import PEAK, POINTS, noted, resolved
 from comparison.execution.run import run_one
-from comparison.metrics.impacts import WINDOW
 from comparison.scene import load_scene
+from comparison.tables.channels import touching
 from comparison.tables.table import Table
 
 
@@ -33,76 +31,6 @@ def events() -> pd.DataFrame:
     return pd.DataFrame(
         {"corner": ["ll", "ur"], "start": start, "end": start + 2e-4, "peak_force": [40.0, 40.0]}
     )
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_every_pulse_of_a_dense_run_has_twenty_points_and_the_peak_of_the_event_table(model):
-    # The first impacts, some of them chatter; of exudyn five bodies, whose steps end at samples.
-    scene = load_scene("150rpm-0.2mm", {"drive.cycles": 0.1})
-    base = run_one(scene, model)
-    assert base.events is not None
-    closer = dense(scene.data, base.events)
-    assert closer is not None
-    row = measure(DenseRun(closer, model), lambda _: None)
-    pulses = drawable(row["contacts"], base.events, WINDOW * scene.period)
-    # All of them: before the motion becomes unpredictable both runs have the same contacts. Of the last one,
-    # which may last at the end, the runs need not see the same part.
-    assert {pulse.row for pulse in pulses} >= set(range(len(base.events) - 1))
-    assert len(pulses) >= 5
-    for pulse in pulses:
-        event = base.events.iloc[pulse.row]
-        assert pulse.time.size >= POINTS == 20
-        assert pulse.force.max() == pytest.approx(event["peak_force"], rel=PEAK)
-        assert PEAK == 0.01
-        assert np.all(np.diff(pulse.time) > 0.0)
-        # The touch of either run is the pulse's own zero of time; the force vanishes at both ends.
-        assert 0.0 <= pulse.time[0] < pulse.time[-1] <= 1.01 * (event["end"] - event["start"])
-
-
-def test_a_dense_run_differs_from_the_base_in_its_output_alone(events):
-    scene = load_scene("300rpm-0.2mm")
-    closer = dense(scene.data, events)
-    assert closer is not None
-    changed = {"scene", "output", "drive"}
-    assert {k: v for k, v in closer.data.items() if k not in changed} == {
-        k: v for k, v in scene.data.items() if k not in changed
-    }
-    assert closer.data["drive"] == scene.data["drive"]
-    interval = closer.period / closer.data["output"]["samples_per_cycle"]
-    assert 2e-4 / interval >= POINTS + 2  # a sample at either end may be lost
-    # The steps between samples, 400 of them, remain as they are.
-    assert 1000 % (closer.data["output"]["samples_per_cycle"] // 1000) == 0
-
-
-def test_a_long_run_is_cut_and_without_contacts_at_corners_there_is_none(events):
-    long = load_scene("150rpm-0.2mm", {"drive.cycles": 100.0})
-    closer = dense(long.data, events)
-    assert closer is not None
-    assert closer.data["drive"]["cycles"] * closer.data["output"]["samples_per_cycle"] <= 400_000
-    assert dense(long.data, events.iloc[:0]) is None
-    assert dense(long.data, events.assign(corner="pin")) is None
-    assert dense(None, events) is None
-    assert dense(long.data, None) is None
-
-
-@pytest.mark.parametrize(
-    ("found", "rows"),
-    [
-        ([contact()], [0]),
-        ([contact(start=0.01 + 1e-5)], [0]),
-        ([contact(count=POINTS)], [0]),
-        ([contact(count=POINTS - 1)], []),
-        ([contact(peak=40.3)], [0]),
-        ([contact(peak=40.5)], []),
-        ([contact(peak=0.0)], []),
-        ([contact(corner="ur")], []),
-        ([contact(start=0.011)], []),
-        ([contact(), contact(start=0.02, corner="ur")], [0, 1]),
-        ([], []),
-    ],
-)
-def test_a_contact_is_drawn_where_both_runs_have_it_with_the_same_peak(events, found, rows):
-    assert [pulse.row for pulse in drawable(found, events, window=8e-5)] == rows
 
 
 def pulse_columns(of: dict[str, object], row: int) -> dict[str, np.ndarray]:
@@ -129,47 +57,52 @@ def test_what_a_table_has_of_a_contact_is_drawn_with_enough_points_and_the_same_
 
 
 @pytest.mark.parametrize(
-    "changes",
+    ("model", "changes"),
     [
-        {"solver.exudyn.formulation": "full"},
-        {"solver.exudyn.formulation": "tree", "solver.exudyn.tolerance": 1e-9},
+        ("reference", {}),
+        ("reference", {"solver.reference.formulation": "multiplier"}),
+        ("reference", {"contact.law": "foundation"}),
+        ("exudyn", {"solver.exudyn.formulation": "full"}),
+        ("exudyn", {"solver.exudyn.formulation": "tree", "solver.exudyn.tolerance": 1e-9}),
         # A side is one contact
-        {"solver.exudyn.formulation": "tree", "contact.law": "foundation"},
+        ("exudyn", {"solver.exudyn.formulation": "tree", "contact.law": "foundation"}),
     ],
 )
-def test_what_a_model_notes_is_what_dense_output_shows(changes):
-    scene = load_scene("150rpm-0.2mm", {"drive.cycles": 0.1, **changes})
-    base = run_one(scene, "exudyn")
-    closer = dense(scene.data, base.events)
-    assert closer is not None
-    row = measure(DenseRun(closer, "exudyn"), lambda _: None)
-    shown = {p.row: p for p in drawable(row["contacts"], base.events, WINDOW * scene.period)}
-    own = {pulse.row: pulse for pulse in noted(base)}
-    assert own.keys() == shown.keys()
-    assert len(own) >= 5
-    for number, pulse in own.items():
-        force = np.interp(shown[number].time, pulse.time, pulse.force)
-        # Samples of either envelope are up to two of 16 parts apart, over which a line misses a half sine by
+def test_what_a_model_notes_is_what_samples_inside_contacts_show(model, changes):
+    # The first impacts, some of them chatter; later ones of another sampling are other ones
+    values = {"drive.cycles": 0.1, "output.groups": ["corners"], **changes}
+    base = run_one(load_scene("150rpm-0.2mm", values), model)
+    dense = run_one(load_scene("150rpm-0.2mm", {**values, "output.samples_per_cycle": 50_000}), model)
+    assert base.events is not None
+    pulses = noted(base)
+    # All but the last, which may last at the end
+    assert {pulse.row for pulse in pulses} >= set(range(len(base.events) - 1))
+    assert len(pulses) >= 5
+    for pulse in pulses:
+        event = base.events.iloc[pulse.row]
+        time = dense.time - event["start"]
+        inside = (time >= pulse.time[0]) & (time <= pulse.time[-1])
+        sharing = touching(event["corner"], base.provenance["scene"])
+        force = np.sum([dense.values(f"corner_{name}_normal")[inside] for name in sharing], axis=0)
+        # Points of an envelope are up to two of 16 parts apart, over which a line misses a half sine by
         # (pi / 8)^2 / 8 of its peak, 0.019
-        np.testing.assert_allclose(force, shown[number].force, rtol=0, atol=0.04 * pulse.force.max())
+        line = np.interp(time[inside], pulse.time, pulse.force)
+        np.testing.assert_allclose(line, force, rtol=0, atol=0.04 * pulse.force.max())
+        assert pulse.time.size >= POINTS == 20
+        assert pulse.force.max() == pytest.approx(event["peak_force"], rel=PEAK)
+        assert PEAK == 0.01
+        assert np.all(np.diff(pulse.time) > 0.0)
+        # The pulse's zero of time is the touch
+        assert 0.0 <= pulse.time[0] < pulse.time[-1] <= 1.0001 * (event["end"] - event["start"])
 
 
 @pytest.mark.usefixtures("fake_models")
-def test_without_a_matching_or_a_successful_dense_run_nothing_is_drawn(scene, gravity):
+def test_without_forces_in_a_table_nothing_is_drawn(scene):
     (good,) = validate([scene], n_jobs=2, tiers=("standard",))
-    found = resolved([good], 2)
-    # The fakes' samples reach 20 N of the 40 N in their event table: nothing may be drawn from these.
-    assert found == {(scene.name, "standard"): ([], [])}
-    base = good.runs["exudyn"].base
-    failing = scene.with_values({"environment.gravity": gravity.fail})
-    broken = replace(base, provenance=base.provenance | {"scene": failing.data})
-    spoilt = replace(good, runs=good.runs | {"exudyn": replace(good.runs["exudyn"], base=broken)})
-    assert resolved([spoilt], 2) == found
-    # With pulses in its table no run is needed.
-    assert base.events is not None
-    columns = pulse_columns(contact(start=float(base.events["start"][0])), row=0)
-    own = replace(
-        good, runs=good.runs | {"exudyn": replace(good.runs["exudyn"], base=replace(broken, pulses=columns))}
-    )
-    reference, exudyn = resolved([own], 2)[scene.name, "standard"]
+    assert resolved([good]) == {(scene.name, "standard"): ([], [])}
+    run = good.runs["exudyn"]
+    assert run.base.events is not None
+    columns = pulse_columns(contact(start=float(run.base.events["start"][0])), row=0)
+    own = replace(run, base=replace(run.base, pulses=columns))
+    reference, exudyn = resolved([replace(good, runs=good.runs | {"exudyn": own})])[scene.name, "standard"]
     assert (list(reference), [pulse.row for pulse in exudyn]) == ([], [0])

@@ -18,7 +18,6 @@ from comparison.execution.cache import _WRITES
 from comparison.execution.task_store import Task
 
 MEASURES = (
-    "comparison.agreement.dense_run",
     "comparison.execution.run",  # kept tables
     "comparison.studies.campaign.tasks",
     "comparison.studies.campaign.third_engine",
