@@ -21,6 +21,8 @@ from exudyn_model.journal import bearing_load, journal_forces, journal_motion
 from exudyn_model.kernels import kernel
 from exudyn_model.laws import side_forces
 from exudyn_model.linkage import (
+    CARRIED_INERTIA,
+    CARRIED_MOMENT,
     CRANK_ANGLE,
     CRANK_LENGTH,
     CRANK_SPEED,
@@ -36,8 +38,6 @@ from exudyn_model.linkage import (
     ROD2_INERTIA,
     ROD2_LENGTH,
     ROD2_MASS,
-    ROD4_CENTROID,
-    ROD4_INERTIA,
     ROD4_LENGTH,
     ROD4_MASS,
     SLIDER_INERTIA,
@@ -177,25 +177,15 @@ def contact_loads(
 
 
 @kernel
-def rod4_acceleration(angle: float, tip: TipMotion, fx: float, fy: float, linkage: Array) -> float:
-    """Return rod 4's angular acceleration (rad/s^2) behind an ideal crank pin.
+def rod4_moment(angle: float, tip: TipMotion, loads: Loads, linkage: Array) -> float:
+    """Return the moment (N m) about C of contacts, weights and inertial forces on rod 4 with the slider.
 
-    Rod 4 and the slider together rotate about C, which moves as the drive makes it; taking moments about C
-    leaves this as the only unknown.
+    Behind an ideal crank pin C moves as the drive makes it. ``angle`` is rod 4's, rad.
     """
-    cosine, sine, length, centroid = (
-        np.cos(angle),
-        np.sin(angle),
-        linkage[ROD4_LENGTH],
-        linkage[ROD4_CENTROID],
-    )
-    mass4, mass5 = linkage[ROD4_MASS], linkage[SLIDER_MASS]
-    first_moment = mass4 * centroid + mass5 * length
-    second_moment = linkage[ROD4_INERTIA] + mass4 * centroid**2 + mass5 * length**2
     # Across rod 4: the centripetal parts point along it and have no moment about C
-    across = -sine * tip.ax + cosine * (tip.ay + linkage[GRAVITY])
-    found: float = (length * (-sine * fx + cosine * fy) - first_moment * across) / second_moment
-    return found
+    across = -np.sin(angle) * tip.ax + np.cos(angle) * (tip.ay + linkage[GRAVITY])
+    moment: float = loads.along_x * loads.fy - loads.along_y * loads.fx - linkage[CARRIED_MOMENT] * across
+    return moment
 
 
 @kernel
@@ -217,7 +207,7 @@ def chain_accelerations(
         Force of the guide on an ideal slider along x, N; 0 on one with clearance.
     """
     to_b, length3, length4 = linkage[ROCKER_TO_B], linkage[ROCKER_LENGTH], linkage[ROD4_LENGTH]
-    centre2, centre4 = linkage[ROD2_LENGTH] - linkage[ROD2_CENTROID], linkage[ROD4_CENTROID]
+    centre2 = linkage[ROD2_LENGTH] - linkage[ROD2_CENTROID]
     m2, m3, m4, m5 = linkage[ROD2_MASS], linkage[ROCKER_MASS], linkage[ROD4_MASS], linkage[SLIDER_MASS]
     c2, s2 = np.cos(state.theta2), np.sin(state.theta2)
     c3, s3 = np.cos(state.theta3), np.sin(state.theta3)
@@ -225,12 +215,12 @@ def chain_accelerations(
     square2, square3, square4 = state.w2**2, state.w3**2, state.w4**2
     cos23, sin23 = c2 * c3 + s2 * s3, s3 * c2 - c3 * s2
     cos34, sin34 = c3 * c4 + s3 * s4, s4 * c3 - c4 * s3
-    first4, g = m4 * centre4 + m5 * length4, linkage[GRAVITY]
+    first4, g = linkage[CARRIED_MOMENT], linkage[GRAVITY]
 
     # Equations of rocker, rod 2 and rod 4: inertias of each and between them
     inertia3 = linkage[ROCKER_INERTIA] + (m3 + m2) * to_b**2 + (m4 + m5) * length3 * length3
     inertia2 = linkage[ROD2_INERTIA] + m2 * centre2**2
-    inertia4 = linkage[ROD4_INERTIA] + m4 * centre4**2 + m5 * length4**2
+    inertia4 = linkage[CARRIED_INERTIA]
     between23, between34 = -m2 * to_b * centre2 * cos23, length3 * first4 * cos34
     # What is accelerated towards the centres of rotation, by n . u of the other angle; weights; forces
     moment3 = (
@@ -302,7 +292,7 @@ def evaluate(
     if journal is None:
         tip = driven_tip(time, linkage)
         loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, values)
-        alpha4 = rod4_acceleration(state.theta4, tip, loads.fx, loads.fy, linkage)
+        alpha4 = rod4_moment(state.theta4, tip, loads, linkage) / linkage[CARRIED_INERTIA]
     else:
         tip = carried_tip(state.theta3, state.w3, 0.0, linkage)
         loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, values)

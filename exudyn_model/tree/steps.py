@@ -6,11 +6,13 @@ from numpy.typing import NDArray
 from exudyn_model.columns import IMPACT_SPEED, NAME, START
 from exudyn_model.corners import CORNER_COUNT
 from exudyn_model.kernels import entry, kernel
+from exudyn_model.linkage import driven_rod4
 from exudyn_model.tree.isolation import accepted_fraction, switch
 from exudyn_model.tree.motion import (
     END_COLUMNS,
     PIN_ROW,
     RATE,
+    ROCKER,
     ROD2,
     ROD4,
     ROWS,
@@ -111,17 +113,16 @@ def judge(
         return np.nan, event_count
     start, end = ends[0], ends[1]
     end[TIME] = time
-    rod4, carried, carried_rate = 0, 0.0, 0.0
-    if journal is not None:
-        rod4, carried, carried_rate = 2, q[0], v[0]
-        for column in range(2):
-            body = ROD2 + 1 - column  # the rocker, then rod 2
-            end[THETA + body] = q[0] + column * q[column]
-            end[RATE + body] = v[0] + column * v[column]
-    end[THETA + ROD4], end[RATE + ROD4] = carried + q[rod4], carried_rate + v[rod4]
-    if guide is not None:
-        end[THETA + SLIDER] = end[THETA + ROD4] + q[rod4 + 1]
-        end[RATE + SLIDER] = end[RATE + ROD4] + v[rod4 + 1]
+    if journal is None:
+        _, angle, rate, _ = driven_rod4(time, linkage)
+        end[THETA + ROD4], end[RATE + ROD4] = angle + q[0], rate + v[0]
+        end[THETA + SLIDER], end[RATE + SLIDER] = q[1], v[1]
+    else:
+        end[THETA + ROCKER], end[RATE + ROCKER] = q[0], v[0]
+        for body, number in ((ROD2, 1), (ROD4, 2)):
+            end[THETA + body], end[RATE + body] = q[0] + q[number], v[0] + v[number]
+        if guide is not None:
+            end[THETA + SLIDER], end[RATE + SLIDER] = end[THETA + ROD4] + q[3], end[RATE + ROD4] + v[3]
     complete(end, linkage, guide, journal, contacts, values, distances[1])
     switched = False
     if not is_start:
