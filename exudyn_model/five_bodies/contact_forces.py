@@ -48,8 +48,9 @@ Triple = tuple[float, float, float]
 X, Y, ANGLE = range(3)
 PER_BODY = 3
 FRAME = -1
-# Of the step in progress: see `parts.Part`
-LENGTH, STAYS_OPEN = range(2)
+# Of the step in progress: its length (s), whether what is open at its start stays without force (1), and the
+# length of the shortest step (s)
+LENGTH, STAYS_OPEN, TICK = range(3)
 
 
 @kernel
@@ -160,7 +161,7 @@ def slider_force(
     ----------
     x, y, angle, vx, vy, omega : float
         Of the slider from the guide's point, along the fixed axes: m, rad, s.
-    step : ndarray, shape (2,)
+    step : ndarray, shape (3,)
     law : ndarray
     contacts : ndarray, shape (4, columns)
         Memory of its corners at the start of the step.
@@ -244,7 +245,7 @@ def journal_force(
     ----------
     q1, q2, v1, v2 : tuple of float
         x, y, angle of both bodies (m, rad), and their rates.
-    step : ndarray, shape (2,)
+    step : ndarray, shape (3,)
     ends, law : ndarray
         See ``parts.JournalPart``.
     contact : ndarray

@@ -17,6 +17,7 @@ from exudyn_model.columns import (
     CLOSED,
     DAMPING_POWER,
     DIRECTION,
+    END,
     EXPONENT,
     FRICTION,
     FRICTION_POWER,
@@ -39,6 +40,7 @@ from exudyn_model.corners import CORNER_COUNT, UPPER, corner_load, corner_motion
 from exudyn_model.five_bodies.contact_forces import (
     ANGLE,
     LENGTH,
+    TICK,
     X,
     Y,
     crossing,
@@ -51,7 +53,6 @@ from exudyn_model.five_bodies.contact_forces import (
 from exudyn_model.journal import journal_forces
 from exudyn_model.kernels import entry, kernel
 from exudyn_model.laws import FOUNDATION, CornerMotion, side_forces
-from exudyn_model.memory import end_contact
 
 Array = NDArray[np.float64]
 
@@ -72,25 +73,17 @@ BEFORE_COLUMNS = 7
 
 @kernel
 def update_alone(
-    time: float,
-    step: float,
-    row: int,
-    gap: float,
-    rate: float,
-    contact: Array,
-    law: Array,
-    events: Array,
-    count: int,
-) -> int:
+    time: float, step: float, row: int, gap: float, rate: float, contact: Array, law: Array
+) -> None:
     """Begin the contact of a point that closes in the step to ``time`` (s), end one that opens."""
     if (contact[IMPACT_SPEED] > 0.0) == (gap < 0.0):
-        return count
+        return
     at, speed = touch(contact, gap, rate, step, law)
     now = time - (1.0 - at) * step
     if gap < 0.0:
         contact[IMPACT_SPEED], contact[START], contact[NAME] = speed, now, row
-        return count
-    return end_contact(row, contact, now, 0.5 * contact[NORMAL] * at * step, events, count)
+    else:
+        contact[IMPACT_SPEED], contact[END] = 0.0, now
 
 
 @kernel
@@ -103,19 +96,17 @@ def update_shared(
     low: Array,
     up: Array,
     law: Array,
-    events: Array,
-    count: int,
-) -> int:
+) -> None:
     """Begin or end the contact of a side that remembers; ``row`` is that of its lower corner."""
     is_open = lower.gap >= 0.0 and upper.gap >= 0.0
     if (low[IMPACT_SPEED] > 0.0) != is_open:
-        return count
+        return
     end, at, speed = side_change(low, up, lower, upper, step, law)
     now = time - (1.0 - at) * step
     if is_open:
-        return end_contact(row, low, now, 0.5 * (low[NORMAL] + up[NORMAL]) * at * step, events, count)
-    low[IMPACT_SPEED], low[START], low[NAME] = speed, now, row + UPPER * end
-    return count
+        low[IMPACT_SPEED], low[END] = 0.0, now
+    else:
+        low[IMPACT_SPEED], low[START], low[NAME] = speed, now, row + UPPER * end
 
 
 @kernel
@@ -137,10 +128,8 @@ def update_side(
     law: Array,
     contacts: Array,
     load: Array,
-    events: Array,
-    count: int,
-) -> int:
-    """Update the memory of a side with the accepted state at ``time`` (s); return the count of events.
+) -> None:
+    """Update the memory of a side with the accepted state at ``time`` (s).
 
     Parameters
     ----------
@@ -156,16 +145,14 @@ def update_side(
         Changed in place.
     load : ndarray, shape (3,)
         In the guide's frame; that of this side is added.
-    events : ndarray
-    count : int
     """
     low, up, row = contacts[side], contacts[side + UPPER], first + side
     # Before the forces: what has left has none
     if time > 0.0 and law[SHARED] > 0.0:
-        count = update_shared(time, step, row, lower, upper, low, up, law, events, count)
+        update_shared(time, step, row, lower, upper, low, up, law)
     elif time > 0.0:
-        count = update_alone(time, step, row, lower.gap, lower.rate, low, law, events, count)
-        count = update_alone(time, step, row + UPPER, upper.gap, upper.rate, up, law, events, count)
+        update_alone(time, step, row, lower.gap, lower.rate, low, law)
+        update_alone(time, step, row + UPPER, upper.gap, upper.rate, up, law)
     forces = side_forces(lower, upper, low[IMPACT_SPEED], up[IMPACT_SPEED], law)
     whole = not np.isnan(forces.slip)
     lower_slip, upper_slip = (forces.slip, forces.slip) if whole else (lower.slip, upper.slip)
@@ -177,7 +164,6 @@ def update_side(
     load[X] += first_load[0] + second_load[0]
     load[Y] += first_load[1] + second_load[1]
     load[ANGLE] += first_load[2] + second_load[2]
-    return count
 
 
 @entry
@@ -186,28 +172,25 @@ def follow_slider(
     step: Array,
     q: Array,
     v: Array,
-    tick: float,
     longest: float,
     first: int,
     law: Array,
     contacts: Array,
     last: Array,
     load: Array,
-    events: Array,
-    count: int,
-) -> tuple[int, float]:
-    """Take an accepted state of a slider in its guide.
+) -> float:
+    """Take an accepted state of a slider in its guide; return how many ticks the next step may take.
 
     Parameters
     ----------
     time : float
         s.
-    step : ndarray, shape (2,)
+    step : ndarray, shape (3,)
         The one that has ended.
     q, v : ndarray, shape (3,)
         Coordinates of the slider from the guide's point (m, rad) and their rates.
-    tick, longest : float
-        Shortest step (s), and how many of them the next one may be at most.
+    longest : float
+        Ticks that the next step may take at most.
     first : int
         Row of its first corner among all contacts.
     law : ndarray
@@ -217,15 +200,6 @@ def follow_slider(
         Changed in place.
     load : ndarray, shape (3,)
         Filled: fx, fy (N) and moment (N m) on the slider.
-    events : ndarray
-        With room for four rows from ``count`` on.
-    count : int
-
-    Returns
-    -------
-    count : int
-    ticks : float
-        That the next step may take.
     """
     cx, cy, turned, omega = law[ACROSS_X], law[ACROSS_Y], q[ANGLE] - law[DIRECTION], v[ANGLE]
     across, v_across, v_along = cx * q[X] + cy * q[Y], cx * v[X] + cy * v[Y], cx * v[Y] - cy * v[X]
@@ -233,17 +207,16 @@ def follow_slider(
     for side in range(2):
         lower = corner_motion(side, across, turned, v_across, v_along, omega, law)
         upper = corner_motion(side + UPPER, across, turned, v_across, v_along, omega, law)
-        count = update_side(time, step[LENGTH], first, side, lower, upper, law, contacts, load, events, count)
+        update_side(time, step[LENGTH], first, side, lower, upper, law, contacts, load)
     load[X], load[Y] = cx * load[X] - cy * load[Y], cy * load[X] + cx * load[Y]
     for number in range(CORNER_COUNT):
-        ticks = allowed_ticks(time, step[LENGTH], tick, contacts[number], last[number], law)
-        longest = min(longest, ticks)
-    return count, longest
+        longest = min(longest, allowed_ticks(time, step, contacts[number], last[number], law))
+    return longest
 
 
 @kernel
-def allowed_ticks(time: float, step: float, tick: float, contact: Array, last: Array, law: Array) -> float:
-    """Return how many ticks (s) a contact lets the next step take, after one of ``step`` (s) to ``time`` (s).
+def allowed_ticks(time: float, step_taken: Array, contact: Array, last: Array, law: Array) -> float:
+    """Return how many ticks a contact lets the next step take after one that ends at ``time`` (s).
 
     A part of the time to a zero of its gap, foreseen from gap, rate and acceleration, and to a kink of its
     friction (Eq. 13). Inside a contact also what resolves the oscillation of the normal force: one by
@@ -251,6 +224,8 @@ def allowed_ticks(time: float, step: float, tick: float, contact: Array, last: A
     error of a step is that of N'' times the square of its length.
     """
     acceleration, slip_rate, closed = 0.0, 0.0, contact[CLOSED] > 0.0
+    step: float = step_taken[LENGTH]
+    tick: float = step_taken[TICK]
     if time > 0.0:
         acceleration, slip_rate = (contact[RATE] - last[_RATE]) / step, (contact[SLIP] - last[_SLIP]) / step
         normal_rate = (contact[NORMAL] - last[_NORMAL]) / step
@@ -314,7 +289,7 @@ def slider_change(q: Array, v: Array, step: Array, law: Array, contacts: Array) 
     ----------
     q, v : ndarray, shape (3,)
         Coordinates of the slider at the step's end, and their rates.
-    step : ndarray, shape (2,)
+    step : ndarray, shape (3,)
     law : ndarray
     contacts : ndarray, shape (4, columns)
         At the step's start.
@@ -333,7 +308,6 @@ def follow_journal(
     step: Array,
     q: Array,
     v: Array,
-    tick: float,
     longest: float,
     row: int,
     ends: Array,
@@ -341,9 +315,7 @@ def follow_journal(
     contact: Array,
     last: Array,
     load: Array,
-    events: Array,
-    count: int,
-) -> tuple[int, float]:
+) -> float:
     """Take an accepted state of a journal in its bearing: as :func:`follow_slider`.
 
     ``q`` and ``v``, shape (3 n,), are of all bodies, ``ends`` as in ``parts.JournalPart``; ``load``, shape
@@ -352,7 +324,7 @@ def follow_journal(
     q1, q2, v1, v2 = triple(q, ends[0]), triple(q, ends[3]), triple(v, ends[0]), triple(v, ends[3])
     motion = journal_in_bearing(q1, v1, q2, v2, ends, law)
     if time > 0.0:
-        count = update_alone(time, step[LENGTH], row, motion.gap, motion.rate, contact, law, events, count)
+        update_alone(time, step[LENGTH], row, motion.gap, motion.rate, contact, law)
     normal, elastic, friction = journal_forces(motion, contact[IMPACT_SPEED], law)
     remember(contact, motion.gap, motion.rate, motion.slip, normal, friction)
     contact[STORED] = elastic * max(-motion.gap, 0.0) / (law[EXPONENT] + 1.0)
@@ -361,9 +333,9 @@ def follow_journal(
     gx, gy, moment1, moment2 = journal_loads(normal, friction, motion, q1, q2, ends, law)
     load[0], load[1], load[2] = -gx, -gy, moment1
     load[3], load[4], load[5] = gx, gy, moment2
-    ticks = allowed_ticks(time, step[LENGTH], tick, contact, last, law)
+    ticks = allowed_ticks(time, step, contact, last, law)
     # Its friction reverses within a step: see `contact_forces`
-    return count, 1.0 if contact[CLOSED] > 0.0 else min(longest, ticks)
+    return 1.0 if contact[CLOSED] > 0.0 else min(longest, ticks)
 
 
 @entry

@@ -1,7 +1,6 @@
 """The contacts of a linkage as Exudyn and the recorder see them: forces in trial states, accepted states.
 
-Each reads the length of the step in progress (s), and whether what is open at its start stays without force
-(1), from an array that it shares with ``step_choice``.
+Each reads of the step in progress what ``step_choice`` enters in an array that they share.
 """
 
 from collections.abc import Callable
@@ -41,8 +40,6 @@ Array = NDArray[np.float64]
 # (mbs, t, object number, coordinates, velocities) -> generalized forces
 ForceUserFunction = Callable[[Any, float, int, list[float], list[float]], tuple[float, ...]]
 
-_EVENTS = np.zeros((1, 1))
-
 
 class SliderPart:
     """A slider in its guide.
@@ -55,7 +52,7 @@ class SliderPart:
     law : ndarray
     contacts : ndarray, shape (n, columns)
         Memory of all contacts.
-    step : ndarray, shape (2,)
+    step : ndarray, shape (3,)
 
     Attributes
     ----------
@@ -80,9 +77,7 @@ class SliderPart:
         vectors = self._q, self._v
         self.force = self._user_function()
         self._change = machine_code(following.slider_change, *vectors, *self._state)
-        self._follow = machine_code(
-            following.follow_slider, 0.0, step, *vectors, 0.0, 0.0, *self._fixed, _EVENTS, 0
-        )
+        self._follow = machine_code(following.follow_slider, 0.0, step, *vectors, 0.0, *self._fixed)
 
     def _user_function(self) -> ForceUserFunction:
         force, state = machine_code(slider_force, *(0.0,) * 6, *self._state), self._state
@@ -111,11 +106,9 @@ class SliderPart:
             start_side(side, corners[side], corners[side + UPPER], self._contacts, self.law)
         self._contacts[:, NAME] += self.rows.start
 
-    def follow(
-        self, time: float, tick: float, longest: float, events: Array, count: int
-    ) -> tuple[int, float]:
+    def follow(self, time: float, longest: float) -> float:
         """Take the accepted state at ``time`` (s): see ``following.follow_slider``."""
-        return self._follow(time, self._step, self._q, self._v, tick, longest, *self._fixed, events, count)
+        return self._follow(time, self._step, self._q, self._v, longest, *self._fixed)
 
     def change(self) -> float:
         """Return the fraction of the step after which a contact begins or ends; more than 1: none does."""
@@ -162,9 +155,7 @@ class JournalPart:
         self.force = self._user_function()
         self._change = machine_code(following.journal_change, *vectors, *self._state)
         self._settle, self._known = machine_code(settle, *vectors, *known), known
-        self._follow = machine_code(
-            following.follow_journal, 0.0, step, *vectors, 0.0, 0.0, *self._fixed, _EVENTS, 0
-        )
+        self._follow = machine_code(following.follow_journal, 0.0, step, *vectors, 0.0, *self._fixed)
 
     def _user_function(self) -> ForceUserFunction:
         force = machine_code(journal_force, *((0.0,) * PER_BODY,) * 4, *self._state)
@@ -194,11 +185,9 @@ class JournalPart:
         slip = nx * vy - ny * vx + w1 * (radius - distance) - w2 * radius
         self._contact[REGIME] = cast(Any, slip_regime).py_func(slip, self.law)
 
-    def follow(
-        self, time: float, tick: float, longest: float, events: Array, count: int
-    ) -> tuple[int, float]:
+    def follow(self, time: float, longest: float) -> float:
         """Take the accepted state at ``time`` (s): see ``following.follow_journal``."""
-        return self._follow(time, self._step, self._q, self._v, tick, longest, *self._fixed, events, count)
+        return self._follow(time, self._step, self._q, self._v, longest, *self._fixed)
 
     def change(self) -> float:
         """Return the fraction of the step after which the contact begins or ends; more than 1: none."""

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from exudyn_model.columns import (
     DAMPING_POWER,
+    END,
     FRICTION,
     FRICTION_POWER,
     GAP,
@@ -91,7 +92,7 @@ class Recorder:
         self.accepted, self.watch = 0, Watch()
         self.drift = dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
         shared = any(bool(part.law[SHARED]) for part in model.parts)
-        self.contacts = Contacts(names, model.contacts, shared)
+        self.contacts = Contacts(names, shared)
         self.extrema = Extrema(len(self.channels), period, duration)
         self._model, self._choice, self._energy = model, choice, energy
         self._samples, self._sample_count = np.full((len(self.channels), samples + 1), np.nan), 0
@@ -103,17 +104,15 @@ class Recorder:
         self._log = np.zeros((_ROOM, ends[-1]))
         self._columns = [slice(*pair) for pair in pairwise(ends)]
         self._count = 0
-        self._followed: tuple[int, ...] = ()
         self._stamp = np.zeros(2)
         self._vectors: tuple[Array, ...] = ()
         # Works of drive, damping and friction up to the last state; of height and stored at t = 0
         self._works, self._initial = np.zeros(3), (0.0, 0.0)
 
-    def follow(self, q: Array, v: Array, multipliers: Array) -> None:
+    def begin(self, q: Array, v: Array, multipliers: Array) -> None:
         """Take the states to come from Exudyn's own vectors, which it fills anew in every step.
 
-        To ask for them takes longer than to read them: at the states that there have to be is often enough to
-        notice if they moved.
+        To ask for them takes longer than to read them.
 
         Parameters
         ----------
@@ -121,34 +120,21 @@ class Recorder:
             Coordinates and their rates.
         multipliers : ndarray
             Those of Exudyn's constraints, in the order of ``System.multipliers``.
-
-        Raises
-        ------
-        AssertionError
-            If these are not the vectors of the last call.
         """
-        places = tuple(vector.ctypes.data for vector in (q, v, multipliers))
-        if self._followed:
-            if places != self._followed:
-                raise AssertionError("Exudyn has moved its state")
-            return
-        self._followed = places
-        self._vectors = self._stamp, q, v, multipliers, self._model.contacts.reshape(-1)
-        self._vectors += tuple(part.load for part in self._model.parts)
-        for part in self._model.parts:
+        parts = self._model.parts
+        loads = [part.load for part in parts]
+        self._vectors = self._stamp, q, v, multipliers, self._model.contacts.reshape(-1), *loads
+        for part in parts:
             part.attach(q, v)
             part.start()
 
     def accept(self) -> float:
         """Take the next state; return how many ticks the next step may take."""
-        choice, contacts = self._choice, self.contacts
-        time, wanted, count = choice.time, choice.allowed, contacts.count
+        choice = self._choice
+        time, wanted = choice.time, choice.allowed
         for part in self._model.parts:
-            contacts.count, wanted = part.follow(time, choice.size, wanted, contacts.events, contacts.count)
-        if contacts.count != count:
-            contacts.make_room()
-        stamp = self._stamp
-        stamp[0], stamp[1] = time, choice.tick
+            wanted = part.follow(time, wanted)
+        self._stamp[:] = time, choice.tick
         np.concatenate(self._vectors, out=self._log[self._count])
         self._count += 1
         self.accepted += 1
@@ -265,23 +251,29 @@ class Recorder:
             self.extrema.take_inside(channels, times[long] + fraction * step, turning)
 
     def _take_contacts(self, times: Array, memory: Array, new: int) -> None:
-        """Take the normal forces of contacts: pulses, and by the trapezoidal rule the impulses."""
+        """Take the contacts by the steps to each new state: pulses, and by the trapezoidal rule impulses."""
+        after = np.arange(new, len(times))
+        before = np.maximum(after - 1, 0)  # to the state at t = 0 leads a step of no length
         for part in self._model.parts:
             shared = isinstance(part, SliderPart) and bool(part.law[SHARED])
             count = UPPER if shared else len(memory[part.rows])
             for row in range(part.rows.start, part.rows.start + count):
-                normal, depth, speed, start = memory[row, [NORMAL, GAP, IMPACT_SPEED, START]]
+                contact, normal, depth = memory[row, [IMPACT_SPEED, START, NAME]], *memory[row, [NORMAL, GAP]]
                 depth = -depth
                 if shared:  # the contact of a side, which its lower corner remembers
                     normal = normal + memory[row + UPPER, NORMAL]
                     depth = np.maximum(depth, -memory[row + UPPER, GAP])
-                same = (speed[:-1] > 0.0) & (start[:-1] == start[1:])
-                before = np.where(same, normal[:-1], 0.0)
-                width = times[1:] - np.maximum(start[1:], times[:-1])
-                impulse = np.append(0.0, 0.5 * (before + normal[1:]) * width)
-                closed = np.flatnonzero(speed[new:] > 0.0) + new
-                self.contacts.take(row, start[closed], impulse[closed], normal[closed], depth[closed])
-                self.contacts.note(row, times[closed], normal[closed])
+                closed = contact[0] > 0.0
+                self.contacts.note(row, times[after][closed[after]], normal[after][closed[after]])
+                over = closed[before] & ~closed[after]
+                contact = np.where(over, contact[:, before], contact[:, after])
+                end = np.where(over, memory[row, END][after], np.inf)
+                start = np.maximum(contact[1], times[before])
+                first = np.where(contact[1] <= times[before], normal[before], 0.0)
+                impulse = 0.5 * (first + normal[after]) * (np.minimum(end, times[after]) - start)
+                taken = contact[0] > 0.0
+                part_of_it = end, impulse, normal[after], depth[after]
+                self.contacts.take(row, contact[:, taken], *(one[taken] for one in part_of_it))
 
     def _take_samples(self, times: Array, ticks: Array, values: Array) -> None:
         """Take the samples up to the last state; those between two states are interpolated.

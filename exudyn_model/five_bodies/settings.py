@@ -71,11 +71,11 @@ def choose_settings(parameters: Parameters) -> Settings:
     integration, interval = parameters.integration, parameters.sample_interval
     # An interval that is a whole number of steps must not get one more from round-off
     per_sample = max(1, math.ceil(interval / integration.step * (1 - 1e-12)))
-    # Smooth contacts: where two iterations do not suffice, the third gets a new Jacobian, with which two
-    # suffice for another twenty steps; without, every step would take three, and each is an evaluation of all
-    # forces and joints. Stiff ones with kinks (two corners at once, the pin's friction): a Jacobian from one
-    # side of a kink misleads on the other, where an old one from free flight converges, slowly, as the
-    # masses over the square of the step outweigh the contact. Then Exudyn's own default
+    # Smooth contacts: where three iterations do not suffice, the fourth gets a new Jacobian, which takes as
+    # long as ten of them and serves some twenty steps. Stiff ones with kinks (two corners at once, the pin's
+    # friction): a Jacobian from one side of a kink misleads on the other, where an old one from free flight
+    # converges, slowly, as the masses over the square of the step outweigh the contact. Then Exudyn's own
+    # default
     smooth = parameters.journal is None and _law(parameters) in ("", "hertz-corners")
     return Settings(
         method=integration.method,
@@ -85,7 +85,7 @@ def choose_settings(parameters: Parameters) -> Settings:
         per_state=_ticks_between_states(parameters, per_sample),
         fixed=not parameters.contacts,
         tolerance=_newton_tolerance(parameters, interval / per_sample),
-        uses=1 if smooth else 8,
+        uses=2 if smooth else 8,
         # On an elastic foundation a slider rests some 1e-9 m deep: over 1e-7, contact would pass for flight
         difference=1e-8 if _law(parameters) == "foundation" else 1e-7,
     )

@@ -7,6 +7,7 @@ from typing import Any
 
 import exudyn as exu
 import numpy as np
+from numpy.typing import NDArray
 
 from exudyn_model.five_bodies.balance import constraints, correct_start
 from exudyn_model.five_bodies.contact_forces import ANGLE, PER_BODY
@@ -24,11 +25,8 @@ from exudyn_model.linkage import assemble
 from exudyn_model.parameters import Parameters
 from exudyn_model.run import PROGRESS_INTERVAL, Outcome, Run
 
+Array = NDArray[np.float64]
 Progress = Callable[[float], None]
-
-# Ticks of a step in which the linkage hardly moves, and how many iterations of a longer one may use an old
-# Jacobian
-_SHORT, _USES_IN_LONG = 4, 2
 
 
 def run_five_bodies(parameters: Parameters, progress: Progress | None) -> Run:
@@ -121,6 +119,7 @@ class Solution:
         self._rejected, self._last_call = 0, time.monotonic()
         self._duration = settings.samples * settings.sample_interval
         self._dynamic: Any = None
+        self._views: list[Array] = []
 
     def run(self) -> Outcome:
         """Integrate from t = 0."""
@@ -149,6 +148,8 @@ class Solution:
             mbs.SetPostNewtonUserFunction(0)
         if self._interruption is not None:
             raise self._interruption
+        if [view.ctypes.data for view in self._views] != [view.ctypes.data for view in self._vectors()]:
+            raise AssertionError("Exudyn has moved its coordinates")
         self._recorder.observe()
         if status == "success" and self._has_spun():
             status, remedy = "newton-failed", "reduce solver.exudyn.step: it is far longer than a contact"
@@ -180,38 +181,34 @@ class Solution:
             return False
         return True
 
-    def _vectors(self) -> tuple[Any, Any]:
-        return self._data.GetODE2Coordinates(copy=False), self._data.GetODE2Coordinates_t(copy=False)
+    def _vectors(self) -> list[Array]:
+        """Return Exudyn's own memory of coordinates, their rates and the multipliers."""
+        data = self._data
+        vectors = data.GetODE2Coordinates, data.GetODE2Coordinates_t, data.GetAECoordinates
+        return [vector(copy=False) for vector in vectors]
 
     def _begin(self) -> None:
-        self._dynamic = self._model.mbs.sys["dynamicSolver"]
-        self._require_consistent_start()
+        self._dynamic, self._views = self._model.mbs.sys["dynamicSolver"], self._vectors()
+        q, v, multipliers = self._views
+        self._require_consistent_start(q, v)
         if self._settings.index2:  # other methods damp what is wrong with the initial accelerations
-            q, v = self._vectors()
-            multipliers = self._data.GetAECoordinates(copy=False)
-            correct_start(self._model.system, q, v, self._data.GetODE2Coordinates_tt(copy=False), multipliers)
+            acceleration = self._data.GetODE2Coordinates_tt(copy=False)
+            correct_start(self._model.system, q, v, acceleration, multipliers)
+        self._recorder.begin(q, v, multipliers)
 
     def _accept(self) -> None:
-        choice, recorder = self._choice, self._recorder
-        if choice.at_required_state:
-            recorder.follow(*self._vectors(), self._data.GetAECoordinates(copy=False))
-        ticks = recorder.accept()
-        if choice.at_sample and self._progress is not None:
-            self._report(self._progress)
+        choice = self._choice
         before = choice.ticks
-        choice.choose(ticks)
+        choice.choose(self._recorder.accept())
+        if self._progress is not None and time.monotonic() - self._last_call > PROGRESS_INTERVAL:
+            self._last_call = time.monotonic()
+            self._progress(choice.time / self._duration)
         if not self._settings.fixed:
             self._accepted = False
             if choice.ticks != before:
                 self._set_step()
 
-    def _report(self, progress: Progress) -> None:
-        if time.monotonic() - self._last_call > PROGRESS_INTERVAL:
-            self._last_call = time.monotonic()
-            progress(self._choice.time / self._duration)
-
-    def _require_consistent_start(self) -> None:
-        q, v = self._vectors()
+    def _require_consistent_start(self, q: Array, v: Array) -> None:
         with np.errstate(over="ignore"):
             found = constraints(self._model.system, np.zeros(1), q[:, None], v[:, None])
         # Lengths are near 1 m: round-off of a few operations is some 1e-16
@@ -234,10 +231,6 @@ class Solution:
         dynamic, settings, ticks = self._dynamic, self._settings, self._choice.ticks
         dynamic.it.currentStepSize = ticks * settings.tick
         dynamic.it.currentTime = self._choice.time
-        # In long steps, in which the linkage moves on, two iterations seldom suffice; a third with the old
-        # Jacobian takes less time than a new one
-        uses = settings.uses if ticks <= _SHORT else max(settings.uses, _USES_IN_LONG)
-        dynamic.newton.maxModifiedNewtonIterations = uses
         # Its error in positions, over the step, is one of velocities
         dynamic.newton.absoluteTolerance = settings.tolerance * min(ticks, 1.0)
         if settings.index2:

@@ -216,8 +216,8 @@ class Model:
         Its contacts.
     contacts : ndarray, shape (n, columns)
         Their memory: see ``memory``.
-    step : ndarray, shape (2,)
-        Of the step in progress: see ``parts``.
+    step : ndarray, shape (3,)
+        Of the step in progress: see ``contact_forces``.
     """
 
     mbs: Any
@@ -267,7 +267,7 @@ def build(system: System, step: float) -> Model:
         mbs.AddObject(
             CoordinateConstraint(markerNumbers=[fixed, marker], offset=offset, velocityLevel=is_drive)
         )
-    contacts, current = new_contacts(len(system.contact_names)), np.array([step, 0.0])
+    contacts, current = new_contacts(len(system.contact_names)), np.array([step, 0.0, step])
     parts = _parts(system, contacts, current)
     for part in parts:
         # An object without mass on the bodies' nodes, which only adds the contact force

@@ -14,10 +14,10 @@ References
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import CLOSED, IMPACT_SPEED, LEFT, NAME, RATE, SHARED, SPEED_FLOOR, START
+from exudyn_model.columns import CLOSED, END, IMPACT_SPEED, NAME, RATE, SHARED, SPEED_FLOOR, START
 from exudyn_model.corners import CORNER_COUNT, UPPER
 from exudyn_model.kernels import kernel
-from exudyn_model.memory import ROUNDED, end_contact
+from exudyn_model.memory import ROUNDED
 from exudyn_model.tree.motion import ACCELERATION, DISTANCE, PIN_ROW, ROWS, SPEED
 
 Array = NDArray[np.float64]
@@ -137,15 +137,15 @@ def close(row: int, contacts: Array, time: float, law: Array) -> None:
 
 
 @kernel
-def separate(row: int, contacts: Array, time: float, law: Array, events: Array, count: int) -> int:
-    """Open a contact at ``time`` (s) and end it, unless it goes on in the other corner; count events."""
-    contacts[row, CLOSED], contacts[row, LEFT] = 0.0, time
+def separate(row: int, contacts: Array, time: float, law: Array) -> None:
+    """Open a contact at ``time`` (s) and end it, unless it goes on in the other corner."""
+    contacts[row, CLOSED], contacts[row, END] = 0.0, time
     if law[SHARED] > 0.0:
         other = contacts[(row + UPPER) % CORNER_COUNT]
         if other[CLOSED] > 0.0:
-            return count
-        row, time = row % UPPER, max(time, other[LEFT])
-    return end_contact(row, contacts[row], time, 0.0, events, count)
+            return
+        row, time = row % UPPER, max(time, other[END])
+    contacts[row, IMPACT_SPEED], contacts[row, END] = 0.0, time
 
 
 @kernel
@@ -212,17 +212,11 @@ def accepted_fraction(
 
 @kernel
 def switch(
-    row: int,
-    start: float,
-    end: float,
-    before: Array,
-    after: Array,
-    law: Array,
-    contacts: Array,
-    events: Array,
-    count: int,
-) -> tuple[bool, int]:
+    row: int, start: float, end: float, before: Array, after: Array, law: Array, contacts: Array
+) -> bool:
     """End the contact of a row that has opened in an accepted step, or begin one that touches at its end.
+
+    Return whether there is one.
 
     Parameters
     ----------
@@ -233,24 +227,16 @@ def switch(
         Distances at both ends of the step.
     law : ndarray
     contacts : ndarray, shape (5, columns)
-    events : ndarray
-    count : int
-
-    Returns
-    -------
-    switched : bool
-    count : int
     """
     gap, rate, switched = after[row, DISTANCE], after[row, SPEED], False
     contact = contacts[row]
     # What has just touched may still be open by round-off, but it approaches
     if contact[CLOSED] > 0.0 and (gap > ROUNDED or (gap >= -ROUNDED and rate > 0.0)):
         # In an accepted step a contact separates at one of the ends alone: see `accepted_fraction`
-        left = end if gap < -before[row, DISTANCE] else start
-        count = separate(row, contacts, left, law, events, count)
+        separate(row, contacts, end if gap < -before[row, DISTANCE] else start, law)
         switched = True
     contact[RATE] = rate
     if contact[CLOSED] == 0.0 and gap <= ROUNDED and rate < 0.0:
         close(row, contacts, end, law)
         switched = True
-    return switched, count
+    return switched

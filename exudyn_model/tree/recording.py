@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import CLOSED, IMPACT_SPEED, NAME, RATE, SHARED, SPEED_FLOOR
+from exudyn_model.columns import CLOSED, IMPACT_SPEED, NAME, RATE, SHARED, SPEED_FLOOR, START
 from exudyn_model.corners import CORNER_COUNT, CORNERS, UPPER
 from exudyn_model.kernels import machine_code
 from exudyn_model.laws import CornerMotion
@@ -87,7 +87,7 @@ class TreeRecorder:
         self.watch = Watch()
         self.extrema = Extrema(len(CHANNELS), period, samples * sample_interval)
         shared = tree.guide is not None and bool(tree.guide[SHARED])
-        self.contacts = Contacts(NAMES, tree.contacts, shared)
+        self.contacts = Contacts(NAMES, shared)
         self._tree, self._interval = tree, sample_interval
         self._samples, self._sample_count = np.full((len(CHANNELS), samples + 1), np.nan), 0
         self._log, self._count = np.zeros((_ROOM, STEP_COLUMNS)), 0
@@ -96,8 +96,7 @@ class TreeRecorder:
         room = np.zeros(WIDTH), np.zeros((2, 6)), self._log
         self._fixed = np.zeros((2, END_COLUMNS)), self._distances, *laws, tree.contacts, least, *room
         vector = np.zeros(2)
-        examples = 0.0, vector, vector, False, *self._fixed, 0, self.contacts.events, 0
-        self._judge = machine_code(judge, *examples)
+        self._judge = machine_code(judge, 0.0, vector, vector, False, *self._fixed, 0)
         self._room = np.zeros(END_COLUMNS), np.zeros((ROWS, 3)), tree.contacts.copy()
         points = self._log, np.zeros(1, dtype=np.int64), vector
         self._observe = machine_code(observe, *points, *laws, *self._room, np.zeros((1, WIDTH)))
@@ -105,7 +104,7 @@ class TreeRecorder:
     def begin(self, q: Array, v: Array) -> None:
         """Take the initial state (see :meth:`judge`): what is inside its wall is in contact from t = 0."""
         for _ in range(2):  # distances first; then the accelerations with what they say is in contact
-            self._judge(0.0, q, v, True, *self._fixed, 0, self.contacts.events, 0)
+            self._judge(0.0, q, v, True, *self._fixed, 0)
             self._start_contacts()
 
     def _start_contacts(self) -> None:
@@ -140,24 +139,22 @@ class TreeRecorder:
             1 if the step is accepted, else the fraction of it after which a contact begins or ends; nan if
             the coordinates are not finite.
         """
-        contacts = self.contacts
-        fraction, count = self._judge(
-            time, q, v, False, *self._fixed, self._count, contacts.events, contacts.count
-        )
+        fraction = self._judge(time, q, v, False, *self._fixed, self._count)
         if fraction >= 1.0:
             self.time = time
             self.steps += 1
             self._count += 1
             if self._count == _ROOM:
                 self.observe()
-            if count != contacts.count:
-                contacts.count = count
-                contacts.make_room()
         return fraction
 
     def observe(self, last: bool = False) -> None:
         """Observe the steps that wait for it; of a run that ends here samples up to 1e-10 s later, too."""
         count, self._count = self._count, 0
+        if last:  # also what begins in the last state
+            for row in np.flatnonzero(self._tree.contacts[:, IMPACT_SPEED]):
+                contact = self._tree.contacts[row, [IMPACT_SPEED, START, NAME]]
+                self.contacts.take(int(row), contact[:, None], np.full(1, np.inf), *np.zeros((3, 1)))
         if not count:
             if self.steps == 0:
                 self._observe_start()
@@ -168,9 +165,9 @@ class TreeRecorder:
         times = (starts[:, None] + _POINTS * (ends - starts)[:, None]).ravel()
         self.extrema.take(times, values[: len(CHANNELS)])
         self._take_vertices(starts, ends - starts, values)
-        memory = np.repeat(steps[:, ENDS:].T.reshape(3, ROWS, count).swapaxes(0, 1), len(_POINTS), axis=2)
+        memory = steps[:, ENDS:].T.reshape(4, ROWS, count).swapaxes(0, 1)
         self._take_contacts(starts, ends - starts, values, memory)
-        self._watch(times, values, memory)
+        self._watch(times, values, np.repeat(memory[:, :3], len(_POINTS), axis=2))
         until = ends[-1] + 1e-10 if last else np.nextafter(ends[-1], 0.0)
         number = min(int(until / self._interval * (1 + 1e-15)), self._samples.shape[1] - 1)
         wanted = np.arange(self._sample_count, number + 1) * self._interval
@@ -228,8 +225,8 @@ class TreeRecorder:
         """Take pulses, peaks, depths, and by Simpson's rule the impulses of the contacts."""
         count, points = len(starts), len(_POINTS)
         for row in range(ROWS):
-            speed, begun = (memory[row, k, ::points] for k in (0, 1))
-            closed = speed > 0.0
+            begun = memory[row, 1]
+            closed = memory[row, 0] > 0.0
             if not closed.any():
                 continue
             column = CONTACT + PER_CONTACT * row
@@ -239,8 +236,8 @@ class TreeRecorder:
                 normal, depth = normal + values[other + 1], np.maximum(depth, -values[other])
             normal, depth = normal.reshape(count, points), depth.reshape(count, points)
             impulse = steps * (normal @ _SIMPSON)
-            own = begun[closed], impulse[closed], normal.max(axis=1)[closed], depth.max(axis=1)[closed]
-            self.contacts.take(row, *own)
+            own = memory[row, 3], impulse, normal.max(axis=1), depth.max(axis=1)
+            self.contacts.take(row, memory[row, :3, closed].T, *(one[closed] for one in own))
             noted = np.zeros((count, points), dtype=bool)
             noted[:, -1] = closed
             noted[:, 1:-1] = (closed & (starts - begun < _FEW * steps))[:, None]

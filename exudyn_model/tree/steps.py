@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import IMPACT_SPEED, NAME, START
+from exudyn_model.columns import END, IMPACT_SPEED, NAME, START
 from exudyn_model.corners import CORNER_COUNT
 from exudyn_model.kernels import entry, kernel
 from exudyn_model.linkage import driven_rod4
@@ -27,9 +27,10 @@ from exudyn_model.tree.motion import (
 
 Array = NDArray[np.float64]
 
-# Of an accepted step: both ends, and impact speed, start and name of the contacts during the step
+# Of an accepted step: both ends, and of the contacts during the step impact speed, start, name, and end,
+# infinite where it goes on
 ENDS = 2 * END_COLUMNS
-STEP_COLUMNS = ENDS + 3 * ROWS
+STEP_COLUMNS = ENDS + 4 * ROWS
 
 
 @kernel
@@ -65,9 +66,7 @@ def judge(
     work: Array,
     steps: Array,
     count: int,
-    events: Array,
-    event_count: int,
-) -> tuple[float, int]:
+) -> float:
     """Accept the step to a state, or return where in it a contact first begins or ends.
 
     Parameters
@@ -95,22 +94,18 @@ def judge(
     steps : ndarray, shape (n, ``STEP_COLUMNS``)
         Row ``count`` is filled with an accepted step.
     count : int
-    events : ndarray
-        With room for a row of each contact from ``event_count`` on.
-    event_count : int
 
     Returns
     -------
     fraction : float
         1 if the step is accepted, else the fraction of it after which a contact begins or ends; nan if the
         coordinates are not finite.
-    event_count : int
     """
     total = 0.0
     for k in range(len(q)):
         total += q[k] + v[k]
     if not np.isfinite(total):
-        return np.nan, event_count
+        return np.nan
     start, end = ends[0], ends[1]
     end[TIME] = time
     if journal is None:
@@ -131,7 +126,7 @@ def judge(
             start[TIME], step, distances[0], distances[1], guide, journal, contacts, least, work
         )
         if fraction < 1.0:
-            return fraction, event_count
+            return fraction
         kept = steps[count]
         for k in range(END_COLUMNS):
             kept[k], kept[END_COLUMNS + k] = start[k], end[k]
@@ -140,15 +135,16 @@ def judge(
             kept[ENDS + 2 * ROWS + row] = contacts[row, NAME]
         if guide is not None:
             for row in range(CORNER_COUNT):
-                one, event_count = switch(
-                    row, start[TIME], time, distances[0], distances[1], guide, contacts, events, event_count
-                )
-                switched = switched or one
-        if journal is not None:
-            one, event_count = switch(
-                PIN_ROW, start[TIME], time, distances[0], distances[1], journal, contacts, events, event_count
-            )
-            switched = switched or one
+                if switch(row, start[TIME], time, distances[0], distances[1], guide, contacts):
+                    switched = True
+        if journal is not None and switch(
+            PIN_ROW, start[TIME], time, distances[0], distances[1], journal, contacts
+        ):
+            switched = True
+        for row in range(ROWS):
+            contact = contacts[row]
+            over = contact[IMPACT_SPEED] == 0.0 or contact[START] != kept[ENDS + ROWS + row]
+            kept[ENDS + 3 * ROWS + row] = contact[END] if over else np.inf
     if switched:  # what the contacts that go on make of the state: its right limit
         complete(end, linkage, guide, journal, contacts, values, distances[1])
     for k in range(END_COLUMNS):
@@ -156,7 +152,7 @@ def judge(
     for row in range(ROWS):
         for k in range(3):
             distances[0, row, k] = distances[1, row, k]
-    return 1.0, event_count
+    return 1.0
 
 
 @entry
