@@ -1,15 +1,21 @@
-"""Results of a run, of any formulation, before they are judged."""
+"""A run of any formulation: Exudyn's solver with what it calls, and results before they are judged."""
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+import exudyn as exu
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.tables import Contacts, Extrema
 from exudyn_model.watch import Watch
 
-# s between two calls of `progress`
+Array = NDArray[np.float64]
+Report = Callable[[float], None]
+
+# s between two reports of progress
 PROGRESS_INTERVAL = 0.1
 
 
@@ -30,7 +36,7 @@ class Recorded(Protocol):
     contacts: Contacts
     watch: Watch
 
-    def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
+    def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
         """Return sampled channels by name."""
 
     def event_table(self) -> dict[str, NDArray[Any]]:
@@ -58,3 +64,64 @@ class Run:
     recorder: Recorded
     outcome: Outcome
     constraints: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+
+class Progress:
+    """Report the finished fraction of a run of so many seconds, every ``PROGRESS_INTERVAL`` at most."""
+
+    def __init__(self, report: Report | None, duration: float) -> None:
+        self._report, self._duration, self._last = report, duration, time.monotonic()
+
+    def __call__(self, at: float) -> None:
+        """Say that the run has come to a time in s."""
+        if self._report is not None and time.monotonic() - self._last > PROGRESS_INTERVAL:
+            self._last = time.monotonic()
+            self._report(at / self._duration)
+
+    def finish(self) -> None:
+        """Say that the run has come to its end."""
+        if self._report is not None:
+            self._report(1.0)
+
+
+class StopError(Exception):
+    """Stop of a run from inside a user function; the argument is the run's status."""
+
+
+def state_vectors(mbs: Any) -> list[Array]:
+    """Return Exudyn's own memory of coordinates, rates and multipliers, if any: to ask takes 1 us each."""
+    data = mbs.systemData
+    vectors = data.GetODE2Coordinates, data.GetODE2Coordinates_t, data.GetAECoordinates
+    return [view for view in (vector(copy=False) for vector in vectors) if view.size]
+
+
+def solve(
+    mbs: Any,
+    settings: Any,
+    before_step: Callable[..., bool],
+    after_newton: Callable[..., Any] | None,
+    **options: Any,
+) -> str:
+    """Let Exudyn solve, with its pre-step and its post-Newton function.
+
+    Return "success", "solver-error", or the status of a ``StopError``. Any other exception of a user function
+    is raised as it is, a Ctrl-C too.
+    """
+    console = exu.config.printToConsole
+    exu.config.printToConsole = False
+    mbs.SetPreStepUserFunction(before_step)
+    if after_newton is not None:
+        mbs.SetPostNewtonUserFunction(after_newton)
+    try:
+        mbs.SolveDynamic(settings, **options)
+    except exu.SolverError:
+        return "solver-error"
+    except exu.ModelError as error:
+        if isinstance(error.__cause__, StopError):
+            return str(error.__cause__)
+        raise (error.__cause__ or error) from None
+    finally:
+        exu.config.printToConsole = console
+        mbs.SetPreStepUserFunction(0)
+        mbs.SetPostNewtonUserFunction(0)
+    return "success"

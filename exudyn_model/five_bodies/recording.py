@@ -134,7 +134,8 @@ class Recorder:
         time, wanted = choice.time, choice.allowed
         for part in self._model.parts:
             wanted = part.follow(time, wanted)
-        self._stamp[:] = time, choice.tick
+        stamp = self._stamp
+        stamp[0], stamp[1] = time, choice.tick
         np.concatenate(self._vectors, out=self._log[self._count])
         self._count += 1
         self.accepted += 1

@@ -15,7 +15,7 @@ not enough for a corner that starts 10 mm inside its wall, nor 512 for a slider 
 ROUND_OFF = 4e-15
 """Residual that is met, over the weight of all bodies: joints bear four times that, and each rounds by some
 1e-16 of it. At 150, 1000 and 3000 rpm 1e-15 is met and 3e-16 is not."""
-_MUCH = 4 * 32
+_MUCH = 4 * 40
 """Times the shortest step; four of the longest (``step_choice``), of which a sample shortens none by much."""
 
 
@@ -72,10 +72,11 @@ def choose_settings(parameters: Parameters) -> Settings:
     # An interval that is a whole number of steps must not get one more from round-off
     per_sample = max(1, math.ceil(interval / integration.step * (1 - 1e-12)))
     # Smooth contacts: where three iterations do not suffice, the fourth gets a new Jacobian, which takes as
-    # long as ten of them and serves some twenty steps. Stiff ones with kinks (two corners at once, the pin's
-    # friction): a Jacobian from one side of a kink misleads on the other, where an old one from free flight
-    # converges, slowly, as the masses over the square of the step outweigh the contact. Then Exudyn's own
-    # default
+    # long as ten of them and serves some twenty steps. With a new one sooner, of a step far longer than a
+    # contact, the iteration overshoots by revolutions of rod 4 and finds a root there. Stiff contacts with
+    # kinks (two corners at once, the pin's friction): a Jacobian from one side of a kink misleads on the
+    # other, where an old one from free flight converges, slowly, as the masses over the square of the step
+    # outweigh the contact. Then Exudyn's own default
     smooth = parameters.journal is None and _law(parameters) in ("", "hertz-corners")
     return Settings(
         method=integration.method,

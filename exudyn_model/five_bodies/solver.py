@@ -1,16 +1,11 @@
 """The solution of one run of five bodies by Exudyn's implicit integrators."""
 
-import math
-import time
-from collections.abc import Callable
 from typing import Any
 
-import exudyn as exu
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.five_bodies.balance import constraints, correct_start
-from exudyn_model.five_bodies.contact_forces import ANGLE, PER_BODY
 from exudyn_model.five_bodies.parts import JournalPart
 from exudyn_model.five_bodies.recording import Recorder
 from exudyn_model.five_bodies.settings import (
@@ -23,13 +18,12 @@ from exudyn_model.five_bodies.step_choice import LONGEST, LONGEST_INDEX2, StepCh
 from exudyn_model.five_bodies.system import Model, System, build, press
 from exudyn_model.linkage import assemble
 from exudyn_model.parameters import Parameters
-from exudyn_model.run import PROGRESS_INTERVAL, Outcome, Run
+from exudyn_model.run import Outcome, Progress, Report, Run, solve, state_vectors
 
 Array = NDArray[np.float64]
-Progress = Callable[[float], None]
 
 
-def run_five_bodies(parameters: Parameters, progress: Progress | None) -> Run:
+def run_five_bodies(parameters: Parameters, progress: Report | None) -> Run:
     """Run the formulation "full"; ``progress`` as for ``simulation.simulate``."""
     settings = choose_settings(parameters)
     recorder, choice, outcome = run_system(
@@ -57,7 +51,7 @@ def run_five_bodies(parameters: Parameters, progress: Progress | None) -> Run:
 
 
 def run_system(
-    system: System, settings: Settings, period: float, energy: bool, progress: Progress | None = None
+    system: System, settings: Settings, period: float, energy: bool, progress: Report | None = None
 ) -> tuple[Recorder, StepChoice, Outcome]:
     """Run a linkage of lists.
 
@@ -97,69 +91,45 @@ class Solution:
     settings : Settings
     choice : StepChoice
     recorder : Recorder
-    progress : callable or None
+    report : callable or None
     """
 
     def __init__(
-        self,
-        model: Model,
-        settings: Settings,
-        choice: StepChoice,
-        recorder: Recorder,
-        progress: Progress | None,
+        self, model: Model, settings: Settings, choice: StepChoice, recorder: Recorder, report: Report | None
     ) -> None:
-        self._model, self._settings, self._choice = model, settings, choice
-        self._recorder, self._progress = recorder, progress
-        self._data = model.mbs.systemData
+        self._model, self._settings, self._choice, self._recorder = model, settings, choice, recorder
+        self._progress = Progress(report, settings.samples * settings.sample_interval)
         self._settling = [part for part in model.parts if isinstance(part, JournalPart)]
-        self._interruption: BaseException | None = None
         # Whether Newton's method has converged in the present step, so that it is accepted; whether the step
         # is to be iterated once more from its start; fraction of the step to where a contact begins or ends
         self._accepted, self._again, self._fraction = True, False, 0.0
-        self._rejected, self._last_call = 0, time.monotonic()
-        self._duration = settings.samples * settings.sample_interval
+        self._rejected = 0
         self._dynamic: Any = None
-        self._views: list[Array] = []
+        self._vectors: list[Array] = []
 
     def run(self) -> Outcome:
         """Integrate from t = 0."""
-        mbs, status, remedy = self._model.mbs, "success", ""
-        mbs.SetPreStepUserFunction(self._before_step)
-        if not self._settings.fixed:
-            mbs.SetPostNewtonUserFunction(self._after_newton)
-        console = exu.config.printToConsole
-        exu.config.printToConsole = False
-        try:
-            mbs.SolveDynamic(exudyn_settings(self._settings))
-            if self._interruption is None:
-                self._before_step()  # the last state, which no further step starts from
-        except exu.SolverError:
+        mbs, recorder, remedy = self._model.mbs, self._recorder, ""
+        after_newton = None if self._settings.fixed else self._after_newton
+        status = solve(mbs, exudyn_settings(self._settings), self._before_step, after_newton)
+        if status == "success":
+            self._before_step()  # the last state, which no further step starts from
+        else:
             status = "newton-failed"
             remedy = (
                 "raise solver.exudyn.tolerance if below 1e-8, reduce solver.exudyn.step if above 2e-5 s; "
                 "where friction.coefficient is above 1, lower it"
             )
-        except exu.ModelError as error:
-            # Ctrl-C or a fault inside the contact force arrives as the cause; it is no outcome of the scene
-            raise (error.__cause__ or error) from None
-        finally:
-            exu.config.printToConsole = console
-            mbs.SetPreStepUserFunction(0)
-            mbs.SetPostNewtonUserFunction(0)
-        if self._interruption is not None:
-            raise self._interruption
-        if [view.ctypes.data for view in self._views] != [view.ctypes.data for view in self._vectors()]:
+        if [one.ctypes.data for one in self._vectors] != [one.ctypes.data for one in state_vectors(mbs)]:
             raise AssertionError("Exudyn has moved its coordinates")
-        self._recorder.observe()
-        if status == "success" and self._has_spun():
-            status, remedy = "newton-failed", "reduce solver.exudyn.step: it is far longer than a contact"
-        if not self._recorder.is_finite():
+        recorder.observe()
+        if not recorder.is_finite():
             status, remedy = "non-finite", "check the scene's masses and speeds"
-        if self._progress is not None and status == "success":
-            self._progress(1.0)
-        iterations = mbs.sys["dynamicSolver"].it
+        if status == "success":
+            self._progress.finish()
+        iterations = self._dynamic.it
         counters = {
-            "steps": self._recorder.accepted - 1,
+            "steps": recorder.accepted - 1,
             "rejected": self._rejected,
             "newton_iterations": iterations.newtonStepsCount,
             "jacobians": iterations.newtonJacobiCount,
@@ -167,53 +137,41 @@ class Solution:
         return Outcome(status, remedy, counters)
 
     def _before_step(self, *_: Any) -> bool:
-        """Exudyn's pre-step function: record the current state; False to stop."""
-        try:
-            if self._dynamic is None:
-                self._begin()
-            if self._accepted:
-                self._accept()
-            else:
-                self._try_again()
-        # Also a user's Ctrl-C: Exudyn would make it an error of its own
-        except BaseException as exception:
-            self._interruption = exception
-            return False
-        return True
-
-    def _vectors(self) -> list[Array]:
-        """Return Exudyn's own memory of coordinates, their rates and the multipliers."""
-        data = self._data
-        vectors = data.GetODE2Coordinates, data.GetODE2Coordinates_t, data.GetAECoordinates
-        return [vector(copy=False) for vector in vectors]
-
-    def _begin(self) -> None:
-        self._dynamic, self._views = self._model.mbs.sys["dynamicSolver"], self._vectors()
-        q, v, multipliers = self._views
-        self._require_consistent_start(q, v)
-        if self._settings.index2:  # other methods damp what is wrong with the initial accelerations
-            acceleration = self._data.GetODE2Coordinates_tt(copy=False)
-            correct_start(self._model.system, q, v, acceleration, multipliers)
-        self._recorder.begin(q, v, multipliers)
-
-    def _accept(self) -> None:
+        """Exudyn's pre-step function, called again after a rejected step: record where a step starts."""
+        if not self._accepted:
+            self._try_again()
+            return True
+        if self._dynamic is None:
+            self._begin()
         choice = self._choice
         before = choice.ticks
         choice.choose(self._recorder.accept())
-        if self._progress is not None and time.monotonic() - self._last_call > PROGRESS_INTERVAL:
-            self._last_call = time.monotonic()
-            self._progress(choice.time / self._duration)
+        self._progress(choice.time)
         if not self._settings.fixed:
             self._accepted = False
             if choice.ticks != before:
                 self._set_step()
+        return True
 
-    def _require_consistent_start(self, q: Array, v: Array) -> None:
+    def _begin(self) -> None:
+        """Take the start, whose accelerations Exudyn has found by now.
+
+        Raises
+        ------
+        AssertionError
+            If positions or velocities do not fit the joints.
+        """
+        mbs, system = self._model.mbs, self._model.system
+        self._dynamic, self._vectors = mbs.sys["dynamicSolver"], state_vectors(mbs)
+        q, v, multipliers = self._vectors
         with np.errstate(over="ignore"):
-            found = constraints(self._model.system, np.zeros(1), q[:, None], v[:, None])
+            found = constraints(system, np.zeros(1), q[:, None], v[:, None])
         # Lengths are near 1 m: round-off of a few operations is some 1e-16
         if not (found.position[0] <= 1e-13 and found.velocity[0] <= 1e-12 * (1 + np.max(np.abs(v)))):
             raise AssertionError("initial positions or velocities do not fit the joints")
+        if self._settings.index2:  # other methods damp what is wrong with the initial accelerations
+            correct_start(system, q, v, mbs.systemData.GetODE2Coordinates_tt(copy=False), multipliers)
+        self._recorder.begin(q, v, multipliers)
 
     def _try_again(self) -> None:
         """Shorten the step that was not accepted."""
@@ -252,16 +210,3 @@ class Solution:
                 return [2.0, 0.0]
         self._accepted, self._fraction = True, 0.0
         return [0.0, -1.0]
-
-    def _has_spun(self) -> bool:
-        """Return whether a slider, or what it is pinned to, is over half a revolution from its start.
-
-        No guide lets it be. In a step far longer than a contact the Newton iteration can overshoot by
-        thousands of revolutions and find a root there: an angle counts by its sine alone, and inertia
-        balances whatever the wall exerts. No later step brings it back.
-        """
-        system, start = self._model.system, exu.ConfigurationType.Initial
-        sliders = {one.body for one in system.sliders} | {one.body for one in system.guides}
-        held = sliders | {pin.first for pin in system.pins if pin.second in sliders}
-        turned = self._data.GetODE2Coordinates() - self._data.GetODE2Coordinates(configuration=start)
-        return any(abs(turned[PER_BODY * body + ANGLE]) > math.pi for body in held)

@@ -22,9 +22,9 @@ from exudyn_model.five_bodies.contact_forces import LENGTH, STAYS_OPEN
 from exudyn_model.five_bodies.following import PART
 from exudyn_model.five_bodies.system import Model
 
-# Ticks of the longest step: at 300 rpm its error in flight is a hundredth of that of contacts, at 50 ticks
-# a twentieth
-LONGEST = 32
+# Ticks of the longest step: at 300 rpm its error in flight is a fortieth of that of contacts, at 50 ticks a
+# fifteenth
+LONGEST = 40
 # With constraints at velocity level, where joints drift by what steps in flight add up to
 LONGEST_INDEX2 = 8
 # Before the first contact there is no other error: with 32 ticks the smallest change of mass or gravity that
