@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import exudyn as exu
 import numpy as np
@@ -28,19 +28,50 @@ class Outcome:
     counters: dict[str, int]
 
 
-class Recorded(Protocol):
-    """Results that the recorder of any formulation holds."""
+class Recorder:
+    """What is kept of a run, filled by the recorder of its formulation.
 
-    channels: tuple[str, ...]
-    extrema: Extrema
-    contacts: Contacts
-    watch: Watch
+    Parameters
+    ----------
+    channels, contacts : tuple of str
+        Names of all channels, and of the contacts' rows.
+    shared : bool
+        Whether sides remember their touches: see ``laws``.
+    samples : int
+        Besides the initial state.
+    period, duration : float
+        Of the crank's cycle and of the run, s.
+
+    Attributes
+    ----------
+    extrema, contacts, watch
+        See ``tables`` and ``watch``.
+    time : float
+        Of the last accepted state, s.
+    """
+
+    def __init__(
+        self, channels: tuple[str, ...], contacts: tuple[str, ...], shared: bool, samples: int, period: float,
+        duration: float,
+    ) -> None:  # fmt: skip
+        self.channels, self.time, self.watch = channels, 0.0, Watch()
+        self.extrema = Extrema(len(channels), period, duration)
+        self.contacts = Contacts(contacts, shared)
+        self._samples, self._sample_count = np.full((len(channels), samples + 1), np.nan), 0
+
+    def take_samples(self, values: Array) -> None:
+        """Take the next samples of the channels, shape (at least the channels, n)."""
+        end = self._sample_count + values.shape[1]
+        self._samples[:, self._sample_count : end] = values[: len(self.channels)]
+        self._sample_count = end
 
     def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
-        """Return sampled channels by name."""
+        """Return sampled channels by name, as far as the run came."""
+        return {name: self._samples[self.channels.index(name), : self._sample_count].copy() for name in names}
 
     def event_table(self) -> dict[str, NDArray[Any]]:
-        """Return the table of contacts."""
+        """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
+        return self.contacts.table(self.time)
 
 
 @dataclass(frozen=True)
@@ -53,7 +84,7 @@ class Run:
         As the provenance names it.
     settings : dict
         Beside those of the scene.
-    recorder : Recorded
+    recorder : Recorder
     outcome : Outcome
     constraints : dict
         Largest violation of each kind (m, rad; m/s, rad/s), and when (s); a tree has none.
@@ -61,7 +92,7 @@ class Run:
 
     formulation: str
     settings: dict[str, Any]
-    recorder: Recorded
+    recorder: Recorder
     outcome: Outcome
     constraints: dict[str, tuple[float, float]] = field(default_factory=dict)
 

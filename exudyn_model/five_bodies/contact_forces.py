@@ -11,6 +11,11 @@ shortest step (``step_choice``), inside of which alone a contact may begin or en
 
 In a longer step what was open at its start stays without force.
 
+Arguments of the kernels have the same names throughout: ``step``, shape (3,), the step in progress; ``law``;
+``contacts``, shape (4, columns), or ``contact``, the memory at the step's start (``low`` and ``up``: of the
+corners of a side); ``q``, ``v``: coordinates and rates (m, rad, s) of all bodies, or of a slider; ``ends``:
+see ``parts.JournalPart``.
+
 The journal's forces are of some kN and rod 2 is light: across the contact, friction changes its speed in a
 step of 1e-6 s by several times the speed over which Eq. 13 rises. Newton's method then goes from full
 friction of one direction to that of the other and back indefinitely. So the iteration keeps to one straight
@@ -99,17 +104,8 @@ def side_change(
 ) -> tuple[int, float, float]:
     """Return which end of a side touches first in a step or, of one in contact, leaves last; when; how fast.
 
-    Of two that touch at once, within the rounding of gaps, it is the lower one with the faster's speed.
-
-    Parameters
-    ----------
-    low, up : ndarray
-        Memory of the side's corners at the step's start.
-    lower, upper : CornerMotion
-        Their motions at its end: of an open side at least one is inside the wall, of one in contact none.
-    step : float
-        s.
-    law : ndarray
+    Of an open side at least one corner is inside the wall at the step's end, of one in contact none. Of two
+    that touch at once, within the rounding of gaps, it is the lower one with the faster's speed.
 
     Returns
     -------
@@ -157,14 +153,7 @@ def slider_force(
 ) -> tuple[float, float, float]:
     """Return the force of all corners on a slider: fx, fy (N) and the moment about its centre (N m).
 
-    Parameters
-    ----------
-    x, y, angle, vx, vy, omega : float
-        Of the slider from the guide's point, along the fixed axes: m, rad, s.
-    step : ndarray, shape (3,)
-    law : ndarray
-    contacts : ndarray, shape (4, columns)
-        Memory of its corners at the start of the step.
+    Its motion is counted from the guide's point, along the fixed axes: m, rad, s.
     """
     cx, cy, turned = law[ACROSS_X], law[ACROSS_Y], angle - law[DIRECTION]
     across, v_across, v_along = cx * x + cy * y, cx * vx + cy * vy, cx * vy - cy * vx
@@ -239,18 +228,7 @@ def triple(values: Array, body: float) -> Triple:
 def journal_force(
     q1: Triple, q2: Triple, v1: Triple, v2: Triple, step: Array, ends: Array, law: Array, contact: Array
 ) -> tuple[float, float, float, float, float, float]:
-    """Return force and moment on the journal's body, then on the bearing's (N, N m).
-
-    Parameters
-    ----------
-    q1, q2, v1, v2 : tuple of float
-        x, y, angle of both bodies (m, rad), and their rates.
-    step : ndarray, shape (3,)
-    ends, law : ndarray
-        See ``parts.JournalPart``.
-    contact : ndarray
-        Its memory at the start of the step.
-    """
+    """Return force and moment on the journal's body, then on the bearing's (N, N m)."""
     motion = journal_in_bearing(q1, v1, q2, v2, ends, law)
     speed = speed_in_step(contact, motion.gap, motion.rate, step, law)
     if speed == 0.0:
@@ -266,13 +244,6 @@ def settle(q: Array, v: Array, ends: Array, law: Array, contact: Array) -> bool:
     """Return whether the friction's piece fits the slip that Newton's method has come to; else take the next.
 
     One piece at a time: the force falls with the slip, so that the way from piece to piece has one direction.
-
-    Parameters
-    ----------
-    q, v : ndarray, shape (3 n,)
-        Of all bodies.
-    ends, law, contact : ndarray
-        As for :func:`journal_force`.
     """
     q1, q2, v1, v2 = triple(q, ends[0]), triple(q, ends[3]), triple(v, ends[0]), triple(v, ends[3])
     motion = journal_in_bearing(q1, v1, q2, v2, ends, law)

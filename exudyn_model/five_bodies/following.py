@@ -6,6 +6,8 @@ Memory: this is the only place where an impact speed is frozen or cleared. It de
 Foresight, which ``step_choice`` asks for: zeros of gaps and kinks of friction (Eq. 13) from the latest rates;
 ticks that resolve the oscillation of a normal force; touches and separations in a step, by the gaps' cubic
 Hermite interpolants.
+
+Arguments are those of ``contact_forces``; ``last``, shape (4, 7) or (7,), is what foresight keeps of a state.
 """
 
 import numpy as np
@@ -129,22 +131,10 @@ def update_side(
     contacts: Array,
     load: Array,
 ) -> None:
-    """Update the memory of a side with the accepted state at ``time`` (s).
+    """Update the memory of a side with the accepted state at ``time`` (s), and add its ``load``.
 
-    Parameters
-    ----------
-    time, step : float
-        s.
-    first : int
-        Row of the slider's first corner among all contacts.
-    side : int
-        Of the side's lower corner among its four.
-    lower, upper : CornerMotion
-    law : ndarray
-    contacts : ndarray, shape (4, columns)
-        Changed in place.
-    load : ndarray, shape (3,)
-        In the guide's frame; that of this side is added.
+    ``first`` is the row of the slider's first corner among all contacts, ``side`` that of the side's lower
+    corner among its four.
     """
     low, up, row = contacts[side], contacts[side + UPPER], first + side
     # Before the forces: what has left has none
@@ -181,25 +171,8 @@ def follow_slider(
 ) -> float:
     """Take an accepted state of a slider in its guide; return how many ticks the next step may take.
 
-    Parameters
-    ----------
-    time : float
-        s.
-    step : ndarray, shape (3,)
-        The one that has ended.
-    q, v : ndarray, shape (3,)
-        Coordinates of the slider from the guide's point (m, rad) and their rates.
-    longest : float
-        Ticks that the next step may take at most.
-    first : int
-        Row of its first corner among all contacts.
-    law : ndarray
-    contacts : ndarray, shape (4, columns)
-        Changed in place.
-    last : ndarray, shape (4, 7)
-        Changed in place.
-    load : ndarray, shape (3,)
-        Filled: fx, fy (N) and moment (N m) on the slider.
+    At most ``longest`` ticks. The memory of its corners, of which ``first`` is the row of the first one among
+    all contacts, and ``last`` are moved on; ``load`` is filled with fx, fy (N) and moment (N m).
     """
     cx, cy, turned, omega = law[ACROSS_X], law[ACROSS_Y], q[ANGLE] - law[DIRECTION], v[ANGLE]
     across, v_across, v_along = cx * q[X] + cy * q[Y], cx * v[X] + cy * v[Y], cx * v[Y] - cy * v[X]
@@ -285,14 +258,7 @@ def zero_within(contact: Array, gap: float, rate: float, step: float) -> float:
 def slider_change(q: Array, v: Array, step: Array, law: Array, contacts: Array) -> float:
     """Return the fraction of a step after which a corner's contact begins or ends; more than 1: none does.
 
-    Parameters
-    ----------
-    q, v : ndarray, shape (3,)
-        Coordinates of the slider at the step's end, and their rates.
-    step : ndarray, shape (3,)
-    law : ndarray
-    contacts : ndarray, shape (4, columns)
-        At the step's start.
+    ``q`` and ``v`` are those at the step's end, ``contacts`` is the memory at its start.
     """
     cx, cy, found = law[ACROSS_X], law[ACROSS_Y], _NEVER
     across, v_across, turned = cx * q[X] + cy * q[Y], cx * v[X] + cy * v[Y], q[ANGLE] - law[DIRECTION]
@@ -318,8 +284,7 @@ def follow_journal(
 ) -> float:
     """Take an accepted state of a journal in its bearing: as :func:`follow_slider`.
 
-    ``q`` and ``v``, shape (3 n,), are of all bodies, ``ends`` as in ``parts.JournalPart``; ``load``, shape
-    (6,), is on the journal's body, then on the bearing's.
+    ``load`` is on the journal's body, then on the bearing's.
     """
     q1, q2, v1, v2 = triple(q, ends[0]), triple(q, ends[3]), triple(v, ends[0]), triple(v, ends[3])
     motion = journal_in_bearing(q1, v1, q2, v2, ends, law)

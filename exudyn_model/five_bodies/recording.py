@@ -26,6 +26,7 @@ from exudyn_model.five_bodies.contact_forces import ANGLE, PER_BODY, Y
 from exudyn_model.five_bodies.parts import JournalPart, SliderPart
 from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.five_bodies.system import Model
+from exudyn_model.run import Recorder
 from exudyn_model.tables import (
     ACCELERATION,
     ACCELERATIONS,
@@ -36,12 +37,9 @@ from exudyn_model.tables import (
     PER_CONTACT,
     STATE,
     TO_RATE,
-    Contacts,
-    Extrema,
     corner_channels,
     turning_points,
 )
-from exudyn_model.watch import Watch
 
 Array = NDArray[np.float64]
 
@@ -50,7 +48,7 @@ CONSTRAINTS = ("position", "velocity")
 _ROOM = 2048
 
 
-class Recorder:
+class BodiesRecorder(Recorder):
     """Recorder of one run of five bodies.
 
     :meth:`accept` must be called once for each accepted state, the initial one included, before the step that
@@ -72,11 +70,8 @@ class Recorder:
     ----------
     accepted : int
         States so far.
-    extrema, contacts, watch
-        See ``tables`` and ``watch``.
     drift : dict
         Of each of ``CONSTRAINTS`` the largest violation so far (m, rad; m/s, rad/s), and when (s).
-    channels : tuple of str
     """
 
     def __init__(
@@ -85,17 +80,14 @@ class Recorder:
         system, names = model.system, model.system.contact_names
         journals = [f"{name}{n or ''}" for n in range(len(system.journals)) for name in JOURNAL]
         loads = [f"reaction_{journal.name}_{axis}" for journal in system.journals for axis in "xy"]
-        self.channels = (
+        channels = (
             *STATE, *ACCELERATIONS, *corner_channels(names), *journals, *system.multipliers, *loads,
             *(ENERGIES if energy else ()),
         )  # fmt: skip
-        self.accepted, self.watch = 0, Watch()
-        self.drift = dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
         shared = any(bool(part.law[SHARED]) for part in model.parts)
-        self.contacts = Contacts(names, shared)
-        self.extrema = Extrema(len(self.channels), period, duration)
+        super().__init__(channels, names, shared, samples, period, duration)
+        self.accepted, self.drift = 0, dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
         self._model, self._choice, self._energy = model, choice, energy
-        self._samples, self._sample_count = np.full((len(self.channels), samples + 1), np.nan), 0
         # Of each state: time and tick, coordinates, rates, multipliers, memory, loads of the contacts
         bodies = PER_BODY * len(system.bodies)
         sizes = [2, bodies, bodies, len(system.multipliers), model.contacts.size]
@@ -168,7 +160,7 @@ class Recorder:
             part.watch(self.watch, times, q, v, forces, own[:, [IMPACT_SPEED, START, NAME]])
         self._take_samples(times, ticks, values)
         self._log[0] = self._log[self._count - 1]
-        self._count = 1
+        self._count, self.time = 1, float(times[-1])
 
     def _values(
         self,
@@ -286,13 +278,12 @@ class Recorder:
         """
         last = int(ticks[-1] // self._choice.per_sample)
         wanted = np.arange(self._sample_count, last + 1) * self._choice.per_sample
-        self._sample_count += len(wanted)
         at = np.searchsorted(ticks, wanted)
         samples = values[:, at]
         between = np.flatnonzero(ticks[at] != wanted)
         if len(between):
             samples[:, between] = self._interpolate(times, values, at[between], wanted[between])
-        self._samples[:, self._sample_count - len(wanted) : self._sample_count] = samples
+        self.take_samples(samples)
 
     def _interpolate(self, times: Array, values: Array, at: NDArray[Any], wanted: NDArray[Any]) -> Array:
         before, after, step = values[:, at - 1], values[:, at], times[at] - times[at - 1]
@@ -317,11 +308,3 @@ class Recorder:
     def is_finite(self) -> bool:
         """Whether the last accepted state holds no infinity and no NaN."""
         return bool(np.all(np.isfinite(self._log[max(self._count - 1, 0)])))
-
-    def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
-        """Return sampled channels by name, as far as the run came."""
-        return {name: self._samples[self.channels.index(name), : self._sample_count].copy() for name in names}
-
-    def event_table(self) -> dict[str, NDArray[Any]]:
-        """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
-        return self.contacts.table(float(self._log[max(self._count - 1, 0), 0]))

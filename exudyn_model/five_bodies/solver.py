@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from exudyn_model.five_bodies.balance import constraints, correct_start
 from exudyn_model.five_bodies.parts import JournalPart
-from exudyn_model.five_bodies.recording import Recorder
+from exudyn_model.five_bodies.recording import BodiesRecorder
 from exudyn_model.five_bodies.settings import (
     SPECTRAL_RADIUS,
     Settings,
@@ -52,7 +52,7 @@ def run_five_bodies(parameters: Parameters, progress: Report | None) -> Run:
 
 def run_system(
     system: System, settings: Settings, period: float, energy: bool, progress: Report | None = None
-) -> tuple[Recorder, StepChoice, Outcome]:
+) -> tuple[BodiesRecorder, StepChoice, Outcome]:
     """Run a linkage of lists.
 
     Parameters
@@ -75,7 +75,7 @@ def run_system(
     longest = 1 if settings.fixed else LONGEST_INDEX2 if settings.index2 else LONGEST
     choice = StepChoice(model, settings.tick, settings.per_sample, settings.per_state, longest)
     duration = settings.samples * settings.sample_interval
-    recorder = Recorder(model, choice, settings.samples, period, duration, energy)
+    recorder = BodiesRecorder(model, choice, settings.samples, period, duration, energy)
     return recorder, choice, Solution(model, settings, choice, recorder, progress).run()
 
 
@@ -90,12 +90,17 @@ class Solution:
     model : Model
     settings : Settings
     choice : StepChoice
-    recorder : Recorder
+    recorder : BodiesRecorder
     report : callable or None
     """
 
     def __init__(
-        self, model: Model, settings: Settings, choice: StepChoice, recorder: Recorder, report: Report | None
+        self,
+        model: Model,
+        settings: Settings,
+        choice: StepChoice,
+        recorder: BodiesRecorder,
+        report: Report | None,
     ) -> None:
         self._model, self._settings, self._choice, self._recorder = model, settings, choice, recorder
         self._progress = Progress(report, settings.samples * settings.sample_interval)

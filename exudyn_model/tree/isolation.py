@@ -1,6 +1,6 @@
 """Where in a step of a tree a contact begins or ends: isolated for certain, so that the step ends there.
 
-Over a step the distance of a contact (``motion.evaluate``) is the quintic Hermite polynomial through both
+Over a step the distance of a contact (``motion``) is the quintic Hermite polynomial through both
 ends. A polynomial lies between the least and the greatest of its Bernstein coefficients [1]_: if none is
 negative, neither is the polynomial, however often it turns. Most steps are settled by that; else the step is
 searched from its start on, in parts short enough to be settled each.
@@ -74,11 +74,7 @@ def first_change(coefficients: Array, found: Array) -> float:
 
     Not necessarily the first one in the step: the step up to there is tried again, and searched again. 0 if
     the distance was zero from the start on until it passed; nan if a shorter step is needed to be sure.
-
-    Parameters
-    ----------
-    coefficients, found : ndarray, shape (6,)
-        Of the distance; room for those of a part.
+    ``coefficients``, shape (6,), are of the distance, ``found`` is room for those of a part.
     """
     low, width, high = 0.0, 1.0, 1.0
     passed = coefficients[_DEGREE] < -ROUNDED
@@ -167,19 +163,8 @@ def accepted_fraction(
 
     A contact that touches sooner than ``least`` after the start touches *at* the start: its impact speed is
     frozen here, and the step is to be tried again with it. At separation the force is 0 already but has a
-    kink, across which no interpolation is accurate.
-
-    Parameters
-    ----------
-    start, step, least : float
-        s.
-    before, after : ndarray, shape (5, 3)
-        Distances at both ends of the step.
-    guide, journal : ndarray or None
-        Laws.
-    contacts : ndarray, shape (5, columns)
-    work : ndarray, shape (2, 6)
-        Room.
+    kink, across which no interpolation is accurate. ``before`` and ``after`` are the distances at both ends
+    of the step, ``work``, shape (2, 6), is room.
     """
     first = 1.0
     for row in range(0 if guide is not None else CORNER_COUNT, ROWS if journal is not None else CORNER_COUNT):
@@ -216,17 +201,7 @@ def switch(
 ) -> bool:
     """End the contact of a row that has opened in an accepted step, or begin one that touches at its end.
 
-    Return whether there is one.
-
-    Parameters
-    ----------
-    row : int
-    start, end : float
-        Of the step, s.
-    before, after : ndarray, shape (5, 3)
-        Distances at both ends of the step.
-    law : ndarray
-    contacts : ndarray, shape (5, columns)
+    Return whether there is one. ``before`` and ``after`` are the distances at both ends of the step.
     """
     gap, rate, switched = after[row, DISTANCE], after[row, SPEED], False
     contact = contacts[row]

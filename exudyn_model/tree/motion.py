@@ -3,7 +3,14 @@
 What drives a tree is a function of time: joint C where the crank pin is ideal, else the journal. Rod 2 and
 rocker are not free where the crank pin is ideal, nor is the slider's angle where the slider is.
 
-A joint that is ideal has ``None`` for its law: numba compiles what is needed for the other one alone.
+Arguments of the kernels have the same names throughout, times and steps are in s:
+
+- ``linkage``, ``guide``, ``journal``: constants of linkage and contacts. A joint that is ideal has ``None``
+  for its law: numba compiles what is needed for the other one alone.
+- ``contacts``, shape (5, columns): memory of the corners, then of the journal, whether there or not.
+- ``values``, shape (``WIDTH``,): of a state, filled; see below.
+- ``distances``, shape (5, 3): from touching, filled. Of each corner its gap (m), of the journal
+  (c^2 - e^2) / (2 c), equal to its gap near 0 and smooth at e = 0; with first and second derivative.
 
 Steps end where a contact begins or ends: inside of one, what is in contact keeps its frozen impact speed, and
 what was open stays without force, even where a trial state lies behind the wall. The motion of a trial step
@@ -61,7 +68,7 @@ ROWS = CORNER_COUNT + 1
 JOURNAL_E = CONTACT + PER_CONTACT * ROWS
 ANGLES = JOURNAL_E + 2
 WIDTH = ANGLES + 4
-# Of each contact: its distance from touching (see `evaluate`), first and second derivative
+# Of each contact
 DISTANCE, SPEED, ACCELERATION = range(3)
 
 
@@ -107,19 +114,8 @@ def contact_loads(
 ) -> Loads:
     """Return the loads of the contacts in progress: those with a frozen impact speed.
 
-    Parameters
-    ----------
-    time : float
-        s.
-    state : State
-    tip : TipMotion
-        Of joint C; its acceleration is not read.
-    linkage : ndarray
-    guide, journal : ndarray or None
-        Laws.
-    contacts : ndarray, shape (5, columns)
-    values : ndarray, shape (``WIDTH``,) or (0,)
-        The slider's motion, the contacts and e are filled in.
+    Of joint C, ``tip``, the acceleration is not read. If there are ``values``, the slider's motion, the
+    contacts and e are filled in.
     """
     fill = len(values) > 0
     fx, fy, moment, pin_x, pin_y, pin_moment = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -271,23 +267,7 @@ def evaluate(
     values: Array,
     distances: Array,
 ) -> tuple[float, float, float, float]:
-    """Fill all values of a state, and return the angular accelerations of its four angles (rad/s^2).
-
-    Parameters
-    ----------
-    time : float
-        s.
-    state : State
-    linkage : ndarray
-    guide, journal : ndarray or None
-        Laws.
-    contacts : ndarray, shape (5, columns)
-    values : ndarray, shape (``WIDTH``,)
-        Filled.
-    distances : ndarray, shape (5, 3)
-        Filled: of each corner its gap (m), of the journal (c^2 - e^2) / (2 c), equal to its gap near 0 and
-        smooth at e = 0; first and second derivative.
-    """
+    """Fill values and distances of a state; return the angular accelerations of its angles (rad/s^2)."""
     alpha2, alpha3, alpha4, alpha5 = 0.0, 0.0, 0.0, 0.0
     if journal is None:
         tip = driven_tip(time, linkage)

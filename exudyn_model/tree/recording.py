@@ -5,8 +5,6 @@ by quintic Hermite polynomials, at the samples' times and at ``_POINTS`` for ext
 Whatever is kept follows from such a state by balance of forces.
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,6 +23,8 @@ from exudyn_model.linkage import (
     ROD2_LENGTH,
 )
 from exudyn_model.memory import ROUNDED, ROUNDED_SPEED, start_side
+from exudyn_model.parameters import Parameters
+from exudyn_model.run import Recorder
 from exudyn_model.tables import (
     ACCELERATIONS,
     CONTACT,
@@ -32,14 +32,11 @@ from exudyn_model.tables import (
     PER_CONTACT,
     PIN,
     STATE,
-    Contacts,
-    Extrema,
     corner_channels,
 )
 from exudyn_model.tree.building import Tree
 from exudyn_model.tree.motion import ANGLES, END_COLUMNS, JOURNAL_E, PIN_ROW, ROWS, WIDTH
 from exudyn_model.tree.steps import ENDS, STEP_COLUMNS, judge, observe
-from exudyn_model.watch import Watch
 
 Array = NDArray[np.float64]
 
@@ -56,18 +53,13 @@ _FEW = 20
 _ROOM = 2048
 
 
-class TreeRecorder:
+class TreeRecorder(Recorder):
     """Recorder of one run of a tree, which also judges its steps.
 
     Parameters
     ----------
     tree : Tree
-    sample_interval : float
-        s.
-    samples : int
-        Besides the initial state.
-    period : float
-        Of the crank, s.
+    parameters : Parameters
     least : float
         Shortest step that ends where a contact begins or ends, s.
 
@@ -75,21 +67,14 @@ class TreeRecorder:
     ----------
     steps : int
         Accepted so far.
-    time : float
-        Of the last accepted state, s.
-    extrema, contacts, watch
-        See ``tables`` and ``watch``.
-    channels : tuple of str
     """
 
-    def __init__(self, tree: Tree, sample_interval: float, samples: int, period: float, least: float) -> None:
-        self.steps, self.time, self.channels = 0, 0.0, CHANNELS
-        self.watch = Watch()
-        self.extrema = Extrema(len(CHANNELS), period, samples * sample_interval)
+    def __init__(self, tree: Tree, parameters: Parameters, least: float) -> None:
         shared = tree.guide is not None and bool(tree.guide[SHARED])
-        self.contacts = Contacts(NAMES, shared)
-        self._tree, self._interval = tree, sample_interval
-        self._samples, self._sample_count = np.full((len(CHANNELS), samples + 1), np.nan), 0
+        period, duration = parameters.mechanism.period, parameters.duration
+        super().__init__(CHANNELS, NAMES, shared, parameters.samples, period, duration)
+        self.steps = 0
+        self._tree, self._interval, self._last_sample = tree, parameters.sample_interval, parameters.samples
         self._log, self._count = np.zeros((_ROOM, STEP_COLUMNS)), 0
         self._distances = np.zeros((2, ROWS, 3))
         laws = tree.linkage, tree.guide, tree.journal
@@ -169,14 +154,11 @@ class TreeRecorder:
         self._take_contacts(starts, ends - starts, values, memory)
         self._watch(times, values, np.repeat(memory[:, :3], len(_POINTS), axis=2))
         until = ends[-1] + 1e-10 if last else np.nextafter(ends[-1], 0.0)
-        number = min(int(until / self._interval * (1 + 1e-15)), self._samples.shape[1] - 1)
+        number = min(int(until / self._interval * (1 + 1e-15)), self._last_sample)
         wanted = np.arange(self._sample_count, number + 1) * self._interval
         wanted = wanted[wanted <= until]
         at = np.clip(np.searchsorted(starts, wanted, side="right") - 1, 0, count - 1)
-        samples = self._values(at, (wanted - starts[at]) / (ends - starts)[at])
-        columns = slice(self._sample_count, self._sample_count + len(wanted))
-        self._samples[:, columns] = samples[: len(CHANNELS)]
-        self._sample_count += len(wanted)
+        self.take_samples(self._values(at, (wanted - starts[at]) / (ends - starts)[at]))
 
     def _observe_start(self) -> None:
         """Observe a run without a step: its initial state alone."""
@@ -185,10 +167,9 @@ class TreeRecorder:
         self._log[0, :ENDS] = np.concatenate([ends[0], ends[0]])
         self._log[0, END_COLUMNS] = 1.0  # a time that is not that of its start
         self._log[0, ENDS : ENDS + ROWS] = self._tree.contacts[:, IMPACT_SPEED]
-        channels = self._values(np.zeros(1, dtype=np.int64), np.zeros(1))[: len(CHANNELS)]
-        self._samples[:, :1] = channels
-        self._sample_count = 1
-        self.extrema.take(np.zeros(1), channels)
+        values = self._values(np.zeros(1, dtype=np.int64), np.zeros(1))
+        self.take_samples(values)
+        self.extrema.take(np.zeros(1), values[: len(CHANNELS)])
 
     def _at_points(self, count: int) -> Array:
         """Return all values at ``_POINTS`` of each step, shape (``WIDTH``, steps times points)."""
@@ -263,11 +244,3 @@ class TreeRecorder:
             rate = 1j * (w1 * arm1 + w2 * arm2 - w3 * arm3)
             motion = np.array([apart.real, apart.imag, rate.real, rate.imag, np.full(len(times), w1), w2])
             self.watch.take_journal(PIN_ROW, times, motion, forces[PIN_ROW], memory[PIN_ROW], tree.journal)
-
-    def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
-        """Return sampled channels by name, as far as the run came."""
-        return {name: self._samples[CHANNELS.index(name), : self._sample_count].copy() for name in names}
-
-    def event_table(self) -> dict[str, NDArray[Any]]:
-        """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
-        return self.contacts.table(self.time)

@@ -151,9 +151,7 @@ def run_tree(parameters: Parameters, report: Report | None) -> Run:
     duration, integration = parameters.duration, parameters.integration
     tree, least = build_tree(parameters, assemble(parameters)), least_step(duration)
     mbs = tree.mbs
-    recorder = TreeRecorder(
-        tree, parameters.sample_interval, parameters.samples, parameters.mechanism.period, least
-    )
+    recorder = TreeRecorder(tree, parameters, least)
     q, v = vectors = state_vectors(mbs)
     recorder.begin(q, v)
     steps = _Steps(recorder, q, v, parameters, least, report)

@@ -67,7 +67,10 @@ def judge(
     steps: Array,
     count: int,
 ) -> float:
-    """Accept the step to a state, or return where in it a contact first begins or ends.
+    """Accept the step to a state, or return the fraction of it after which a contact begins or ends.
+
+    Not a number if the coordinates are not finite. Of an accepted step, returned as 1, row ``count`` of
+    ``steps`` is filled, the memory of the contacts and the first of the ``ends`` are moved on.
 
     Parameters
     ----------
@@ -77,29 +80,12 @@ def judge(
         Coordinates of the tree and their rates: see ``building``.
     is_start : bool
         Whether this is the initial state, to which no step leads.
-    ends : ndarray, shape (2, 13)
-        Of the step: see ``motion``. The first one moves on with an accepted step.
-    distances : ndarray, shape (2, 5, 3)
-        At both ends.
-    linkage : ndarray
-    guide, journal : ndarray or None
-        Laws.
-    contacts : ndarray, shape (5, columns)
-        Changed in place.
+    ends, distances : ndarray, shape (2, 13) and (2, 5, 3)
+        Of the step at both ends: see ``motion``.
     least : float
         Shortest step that ends where a contact begins or ends, s.
-    values : ndarray, shape (``motion.WIDTH``,)
-    work : ndarray, shape (2, 6)
+    values, work : ndarray, shape (``motion.WIDTH``,) and (2, 6)
         Room.
-    steps : ndarray, shape (n, ``STEP_COLUMNS``)
-        Row ``count`` is filled with an accepted step.
-    count : int
-
-    Returns
-    -------
-    fraction : float
-        1 if the step is accepted, else the fraction of it after which a contact begins or ends; nan if the
-        coordinates are not finite.
     """
     total = 0.0
     for k in range(len(q)):
@@ -168,22 +154,10 @@ def observe(
     contacts: Array,
     values: Array,
 ) -> None:
-    """Fill all values of states inside of accepted steps.
+    """Fill all values of states inside of accepted steps, each in a row of ``values``.
 
-    Parameters
-    ----------
-    steps : ndarray, shape (steps, ``STEP_COLUMNS``)
-    number : ndarray of int, shape (n,)
-        Of the step of each state.
-    fraction : ndarray, shape (n,)
-        Of the step, at which the state is.
-    linkage : ndarray
-    guide, journal : ndarray or None
-        Laws.
-    here, distances, contacts : ndarray
-        Room of shape (13,), (5, 3) and (5, columns).
-    values : ndarray, shape (n, ``motion.WIDTH``)
-        Filled.
+    They are at the ``fraction`` of the step of a ``number``, shape (n,) each; ``here``, ``distances`` and
+    ``contacts`` are room.
     """
     for k in range(len(number)):
         step = steps[number[k]]
