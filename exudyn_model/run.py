@@ -9,8 +9,8 @@ import exudyn as exu
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.invariants import Watch
 from exudyn_model.tables import Contacts, Extrema
-from exudyn_model.watch import Watch
 
 Array = NDArray[np.float64]
 Report = Callable[[float], None]
@@ -45,7 +45,7 @@ class Recorder:
     Attributes
     ----------
     extrema, contacts, watch
-        See ``tables`` and ``watch``.
+        See ``tables`` and ``invariants``.
     time : float
         Of the last accepted state, s.
     """
@@ -76,24 +76,13 @@ class Recorder:
 
 @dataclass(frozen=True)
 class Run:
-    """A run of any formulation.
+    """A run of any formulation."""
 
-    Attributes
-    ----------
-    formulation : str
-        As the provenance names it.
-    settings : dict
-        Beside those of the scene.
-    recorder : Recorder
-    outcome : Outcome
-    constraints : dict
-        Largest violation of each kind (m, rad; m/s, rad/s), and when (s); a tree has none.
-    """
-
-    formulation: str
-    settings: dict[str, Any]
+    formulation: str  # As the provenance names it
+    settings: dict[str, Any]  # Beside those of the scene
     recorder: Recorder
     outcome: Outcome
+    # Largest violation of each kind (m, rad; m/s, rad/s), and when (s); a tree has none
     constraints: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 

@@ -39,11 +39,10 @@ from exudyn_model.columns import (
     SHARED,
     SPEED_FLOOR,
 )
-from exudyn_model.corners import UPPER, corner_load, corner_motion
-from exudyn_model.friction import friction_in_regime, slip_regime
+from exudyn_model.corners import UPPER, corner_motion, side_load
 from exudyn_model.journal import JournalMotion, bearing_load, journal_forces, journal_motion
 from exudyn_model.kernels import entry, kernel
-from exudyn_model.laws import CornerMotion, side_forces
+from exudyn_model.laws import CornerMotion, friction_in_regime, side_forces, slip_regime
 from exudyn_model.memory import ROUNDED
 
 Array = NDArray[np.float64]
@@ -172,10 +171,8 @@ def slider_force(
                 lower_speed = speed_in_step(low, lower.gap, lower.rate, step, law)
                 upper_speed = speed_in_step(up, upper.gap, upper.rate, step, law)
             forces = side_forces(lower, upper, lower_speed, upper_speed, law)
-            first = corner_load(side, forces.lower, forces.lower_friction, lower)
-            second = corner_load(side + UPPER, forces.upper, forces.upper_friction, upper)
-            fx, fy = fx + first[0] + second[0], fy + first[1] + second[1]
-            moment += first[2] + second[2]
+            load = side_load(side, forces, lower, upper)
+            fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
     return cx * fx - cy * fy, cy * fx + cx * fy, moment
 
 

@@ -38,7 +38,7 @@ from exudyn_model.columns import (
     STORED,
     TRANSITION_SPEED,
 )
-from exudyn_model.corners import CORNER_COUNT, UPPER, corner_load, corner_motion
+from exudyn_model.corners import CORNER_COUNT, UPPER, corner_motion, side_load
 from exudyn_model.five_bodies.contact_forces import (
     ANGLE,
     LENGTH,
@@ -149,11 +149,10 @@ def update_side(
     remember(low, lower.gap, lower.rate, lower_slip, forces.lower, forces.lower_friction)
     remember(up, upper.gap, upper.rate, upper_slip, forces.upper, forces.upper_friction)
     low[STORED], low[DAMPING_POWER], low[FRICTION_POWER] = forces.stored, forces.damping, forces.friction
-    first_load = corner_load(side, forces.lower, forces.lower_friction, lower)
-    second_load = corner_load(side + UPPER, forces.upper, forces.upper_friction, upper)
-    load[X] += first_load[0] + second_load[0]
-    load[Y] += first_load[1] + second_load[1]
-    load[ANGLE] += first_load[2] + second_load[2]
+    fx, fy, moment = side_load(side, forces, lower, upper)
+    load[X] += fx
+    load[Y] += fy
+    load[ANGLE] += moment
 
 
 @entry

@@ -31,10 +31,10 @@ from exudyn_model.five_bodies.contact_forces import (
     settle,
     slider_force,
 )
-from exudyn_model.friction import slip_regime
+from exudyn_model.invariants import Watch
 from exudyn_model.kernels import machine_code
+from exudyn_model.laws import slip_regime
 from exudyn_model.memory import start_side
-from exudyn_model.watch import Watch
 
 Array = NDArray[np.float64]
 # (mbs, t, object number, coordinates, velocities) -> generalized forces

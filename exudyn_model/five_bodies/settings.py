@@ -21,38 +21,17 @@ _MUCH = 4 * 40
 
 @dataclass(frozen=True)
 class Settings:
-    """What the solution of a run is asked for.
+    """What the solution of a run is asked for."""
 
-    Attributes
-    ----------
-    method : str
-        "generalized-alpha" or "trapezoidal-index2".
-    sample_interval : float
-        s.
-    samples : int
-        Besides the one at t = 0.
-    per_sample : int
-        Ticks, the steps in a contact, in one sample interval.
-    per_state : int
-        Ticks between states that there have to be.
-    fixed : bool
-        Whether all steps are one tick: nothing has clearance.
-    tolerance : float
-        Of the Newton iteration, in N and m alike (index 2: and m/s).
-    uses : int
-        Newton iterations of a step that may use an old Jacobian before each gets a new one.
-    difference : float
-        Of a coordinate, at least 1e-2 m or rad: over which Exudyn differentiates forces for its Jacobian.
-    """
-
-    method: str
-    sample_interval: float
-    samples: int
-    per_sample: int
-    per_state: int
-    fixed: bool
-    tolerance: float
-    uses: int
+    method: str  # "generalized-alpha" or "trapezoidal-index2"
+    sample_interval: float  # s
+    samples: int  # besides the one at t = 0
+    per_sample: int  # Ticks, the steps in a contact, in one sample interval
+    per_state: int  # Ticks between states that there have to be
+    fixed: bool  # Whether all steps are one tick: nothing has clearance
+    tolerance: float  # Of the Newton iteration, in N and m alike (index 2: and m/s)
+    uses: int  # Newton iterations of a step that may use an old Jacobian before each gets a new one
+    # Of a coordinate, at least 1e-2 m or rad: over which Exudyn differentiates forces for its Jacobian
     difference: float
 
     @property

@@ -61,50 +61,26 @@ ForceUserFunction = Callable[[Any, float, int, list[float], list[float]], tuple[
 
 @dataclass(frozen=True)
 class Tree:
-    """A tree assembled in Exudyn, with what its forces read.
-
-    Attributes
-    ----------
-    mbs : exudyn.MainSystem
-    container : exudyn.SystemContainer
-        Owner of ``mbs``; held so that it outlives it.
-    linkage : ndarray
-    guide, journal : ndarray or None
-        Laws.
-    contacts : ndarray, shape (5, columns)
-        Memory: of the corners, then of the journal, whether there or not.
-    """
+    """A tree assembled in Exudyn, with what its forces read."""
 
     mbs: Any
-    container: Any
+    container: Any  # Owner of ``mbs``; held so that it outlives it
     linkage: Array
+    # Laws
     guide: Array | None
     journal: Array | None
-    contacts: Array
+    contacts: Array  # Memory: of the corners, then of the journal, whether there or not
 
 
 @dataclass(frozen=True)
 class Link:
-    """One link of a tree; its frame sits in the joint that carries it.
+    """One link of a tree; its frame sits in the joint that carries it."""
 
-    Attributes
-    ----------
-    body : int
-        Of ``linkage``.
-    parent : int
-        Place in the tree of the link that carries it; -1: the tree's base.
-    joint : tuple of float
-        Place of the joint in the parent's frame, or on the base, m.
-    centre : float
-        Centre of mass along the link, m.
-    mass, inertia : float
-        kg; about the centre of mass, kg m^2.
-    """
-
-    body: int
-    parent: int
-    joint: tuple[float, float]
-    centre: float
+    body: int  # Of ``linkage``
+    parent: int  # Place in the tree of the link that carries it; -1: the tree's base
+    joint: tuple[float, float]  # Place of the joint in the parent's frame, or on the base, m
+    centre: float  # Centre of mass along the link, m
+    # kg; about the centre of mass, kg m^2
     mass: float
     inertia: float
 

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.columns import CLEARANCE, IMPACT_SPEED
-from exudyn_model.corners import ACROSS, CORNER_COUNT, UPPER, corner_load, corner_motion
+from exudyn_model.corners import ACROSS, CORNER_COUNT, UPPER, corner_motion, side_load
 from exudyn_model.journal import bearing_load, journal_forces, journal_motion
 from exudyn_model.kernels import kernel
 from exudyn_model.laws import side_forces
@@ -102,6 +102,13 @@ class Loads(NamedTuple):
 
 
 @kernel
+def note_contact(row: int, gap: float, normal: float, friction: float, values: Array) -> None:
+    """Fill in gap (m), normal force and friction (N) of a contact."""
+    column = CONTACT + PER_CONTACT * row
+    values[column], values[column + 1], values[column + 2] = gap, normal, friction
+
+
+@kernel
 def contact_loads(
     time: float,
     state: State,
@@ -137,15 +144,11 @@ def contact_loads(
             lower = corner_motion(side, x, angle, vx, vy, omega, guide)
             upper = corner_motion(side + UPPER, x, angle, vx, vy, omega, guide)
             forces = side_forces(lower, upper, lower_speed, upper_speed, guide)
-            for end in range(2):
-                number, motion = side + UPPER * end, lower if end == 0 else upper
-                normal = forces.lower if end == 0 else forces.upper
-                friction = forces.lower_friction if end == 0 else forces.upper_friction
-                load = corner_load(number, normal, friction, motion)
-                fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
-                if fill:
-                    column = CONTACT + PER_CONTACT * number
-                    values[column], values[column + 1], values[column + 2] = motion.gap, normal, friction
+            load = side_load(side, forces, lower, upper)
+            fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
+            if fill:
+                note_contact(side, lower.gap, forces.lower, forces.lower_friction, values)
+                note_contact(side + UPPER, upper.gap, forces.upper, forces.upper_friction, values)
     if journal is not None:
         w1, w2, w3 = linkage[CRANK_SPEED], state.w2, state.w3
         angle1 = linkage[CRANK_ANGLE] + w1 * time
@@ -166,8 +169,7 @@ def contact_loads(
             normal, friction, pin, -share * rod_x, -share * rod_y, journal
         )
         if fill:
-            column = CONTACT + PER_CONTACT * PIN_ROW
-            values[column], values[column + 1], values[column + 2] = pin.gap, normal, friction
+            note_contact(PIN_ROW, pin.gap, normal, friction, values)
             values[JOURNAL_E], values[JOURNAL_E + 1] = ex, ey
     return Loads(along_x, along_y, fx, fy, moment, pin_x, pin_y, pin_moment)
 

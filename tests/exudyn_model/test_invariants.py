@@ -152,7 +152,7 @@ FAULTS = [
     ),
     ("laws.py", "return max(force, 0.0)", "return force"),
     (
-        "friction.py",
+        "laws.py",
         "force: float = -law[FRICTION_COEFFICIENT] * min(",
         "force: float = law[FRICTION_COEFFICIENT] * min(",
     ),
