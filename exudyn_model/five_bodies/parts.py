@@ -83,9 +83,8 @@ class SliderPart:
         force, state = machine_code(slider_force, *(0.0,) * 6, *self._state), self._state
 
         def user_function(
-            mbs: Any, t: float, number: int, q: list[float], v: list[float]
+            _mbs: Any, _t: float, _number: int, q: list[float], v: list[float]
         ) -> tuple[float, ...]:
-            del mbs, t, number
             # Exudyn passes lists, which numba would copy element by element: scalars are 7 us faster a call
             (x, y, angle), (vx, vy, omega) = q, v
             return force(x, y, angle, vx, vy, omega, *state)
@@ -162,9 +161,8 @@ class JournalPart:
         state = self._state
 
         def user_function(
-            mbs: Any, t: float, number: int, q: list[float], v: list[float]
+            _mbs: Any, _t: float, _number: int, q: list[float], v: list[float]
         ) -> tuple[float, ...]:
-            del mbs, t, number
             (x1, y1, angle1, x2, y2, angle2), (vx1, vy1, w1, vx2, vy2, w2) = q, v
             return force((x1, y1, angle1), (x2, y2, angle2), (vx1, vy1, w1), (vx2, vy2, w2), *state)
 

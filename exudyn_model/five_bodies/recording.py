@@ -24,6 +24,7 @@ from exudyn_model.corners import CORNER_COUNT, UPPER
 from exudyn_model.five_bodies.balance import Constraints, accelerations, constraints
 from exudyn_model.five_bodies.contact_forces import ANGLE, PER_BODY, Y
 from exudyn_model.five_bodies.parts import JournalPart, SliderPart
+from exudyn_model.five_bodies.settings import Settings
 from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.five_bodies.system import Model
 from exudyn_model.run import Recorder
@@ -59,12 +60,7 @@ class BodiesRecorder(Recorder):
     model : Model
     choice : StepChoice
         Tells the time of the state to accept.
-    samples : int
-        Besides the initial state.
-    period, duration : float
-        Of the crank's cycle and of the run, s.
-    energy : bool
-        Whether the energies are recorded.
+    settings : Settings
 
     Attributes
     ----------
@@ -74,20 +70,18 @@ class BodiesRecorder(Recorder):
         Of each of ``CONSTRAINTS`` the largest violation so far (m, rad; m/s, rad/s), and when (s).
     """
 
-    def __init__(
-        self, model: Model, choice: StepChoice, samples: int, period: float, duration: float, energy: bool
-    ) -> None:
+    def __init__(self, model: Model, choice: StepChoice, settings: Settings) -> None:
         system, names = model.system, model.system.contact_names
         journals = [f"{name}{n or ''}" for n in range(len(system.journals)) for name in JOURNAL]
         loads = [f"reaction_{journal.name}_{axis}" for journal in system.journals for axis in "xy"]
         channels = (
             *STATE, *ACCELERATIONS, *corner_channels(names), *journals, *system.multipliers, *loads,
-            *(ENERGIES if energy else ()),
+            *(ENERGIES if settings.energy else ()),
         )  # fmt: skip
         shared = any(bool(part.law[SHARED]) for part in model.parts)
-        super().__init__(channels, names, shared, samples, period, duration)
+        super().__init__(channels, names, shared, settings.samples, settings.period, settings.duration)
         self.accepted, self.drift = 0, dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
-        self._model, self._choice, self._energy = model, choice, energy
+        self._model, self._choice, self._settings = model, choice, settings
         # Of each state: time and tick, coordinates, rates, multipliers, memory, loads of the contacts
         bodies = PER_BODY * len(system.bodies)
         sizes = [2, bodies, bodies, len(system.multipliers), model.contacts.size]
@@ -150,7 +144,7 @@ class BodiesRecorder(Recorder):
         parts = [self._log[: self._count, columns].T.copy() for columns in self._columns]
         (times, ticks), q, v, multipliers, memory = parts[:5]
         memory = memory.reshape(-1, MEMORY_COLUMNS, len(times))
-        required = np.flatnonzero(ticks % self._choice.per_state == 0)
+        required = np.flatnonzero(ticks % self._settings.per_state == 0)
         values = self._values(times, q, v, multipliers, memory, parts[5:], required)
         self.extrema.take(times[new:], values[:, new:])
         self._take_turning_points(times, ticks, values)
@@ -193,7 +187,7 @@ class BodiesRecorder(Recorder):
         rest = [part.eccentricity(q) for part in journals]
         of_journals = [load for part, load in zip(parts, loads, strict=True) if isinstance(part, JournalPart)]
         rest += [-multipliers, *(load[PER_BODY : PER_BODY + ANGLE] for load in of_journals)]
-        if self._energy:
+        if self._settings.energy:
             rest.append(self._energies(times, q, v, multipliers, memory))
         values[end:] = np.concatenate(rest)
         return values
@@ -276,8 +270,8 @@ class BodiesRecorder(Recorder):
         order, as that of the method, but the angular acceleration of a body in a guide: that follows from the
         corners' forces.
         """
-        last = int(ticks[-1] // self._choice.per_sample)
-        wanted = np.arange(self._sample_count, last + 1) * self._choice.per_sample
+        last = int(ticks[-1] // self._settings.per_sample)
+        wanted = np.arange(self._sample_count, last + 1) * self._settings.per_sample
         at = np.searchsorted(ticks, wanted)
         samples = values[:, at]
         between = np.flatnonzero(ticks[at] != wanted)

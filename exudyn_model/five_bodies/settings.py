@@ -26,6 +26,8 @@ class Settings:
     method: str  # "generalized-alpha" or "trapezoidal-index2"
     sample_interval: float  # s
     samples: int  # besides the one at t = 0
+    period: float  # Of the cycles by which extrema are kept, s
+    energy: bool  # Whether the energies are recorded
     per_sample: int  # Ticks, the steps in a contact, in one sample interval
     per_state: int  # Ticks between states that there have to be
     fixed: bool  # Whether all steps are one tick: nothing has clearance
@@ -33,6 +35,11 @@ class Settings:
     uses: int  # Newton iterations of a step that may use an old Jacobian before each gets a new one
     # Of a coordinate, at least 1e-2 m or rad: over which Exudyn differentiates forces for its Jacobian
     difference: float
+
+    @property
+    def duration(self) -> float:
+        """Time of the last sample, s."""
+        return self.samples * self.sample_interval
 
     @property
     def tick(self) -> float:
@@ -61,6 +68,8 @@ def choose_settings(parameters: Parameters) -> Settings:
         method=integration.method,
         sample_interval=interval,
         samples=parameters.samples,
+        period=parameters.mechanism.period,
+        energy=integration.energy,
         per_sample=per_sample,
         per_state=_ticks_between_states(parameters, per_sample),
         fixed=not parameters.contacts,
@@ -127,7 +136,7 @@ def exudyn_settings(settings: Settings) -> Any:
     values.solution.sensors.active = False
     integration = values.timeIntegration
     integration.verboseMode = 0
-    integration.endTime = settings.samples * settings.sample_interval
+    integration.endTime = settings.duration
     integration.numberOfSteps = settings.samples * settings.per_sample
     # A step is tried again only where `solver` asks for it or Newton's method fails, with the length that
     # `solver` sets; never lengthened by Exudyn's own choice

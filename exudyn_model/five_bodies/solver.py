@@ -14,7 +14,7 @@ from exudyn_model.five_bodies.settings import (
     choose_settings,
     exudyn_settings,
 )
-from exudyn_model.five_bodies.step_choice import LONGEST, LONGEST_INDEX2, StepChoice
+from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.five_bodies.system import Model, System, build, press
 from exudyn_model.linkage import assemble
 from exudyn_model.parameters import Parameters
@@ -26,13 +26,8 @@ Array = NDArray[np.float64]
 def run_five_bodies(parameters: Parameters, progress: Report | None) -> Run:
     """Run the formulation "full"; ``progress`` as for ``simulation.simulate``."""
     settings = choose_settings(parameters)
-    recorder, choice, outcome = run_system(
-        press(parameters, assemble(parameters)),
-        settings,
-        parameters.mechanism.period,
-        parameters.integration.energy,
-        progress,
-    )
+    system = press(parameters, assemble(parameters))
+    recorder, choice, outcome = run_system(system, settings, progress)
     if outcome.status == "newton-failed" and any(
         one.impact_speed == "current" for one in parameters.contacts
     ):
@@ -51,32 +46,19 @@ def run_five_bodies(parameters: Parameters, progress: Report | None) -> Run:
 
 
 def run_system(
-    system: System, settings: Settings, period: float, energy: bool, progress: Report | None = None
+    system: System, settings: Settings, report: Report | None = None
 ) -> tuple[BodiesRecorder, StepChoice, Outcome]:
-    """Run a linkage of lists.
-
-    Parameters
-    ----------
-    system : System
-        At positions and with velocities that fit its joints.
-    settings : Settings
-    period : float
-        Of the cycles by which extrema are kept, s.
-    energy : bool
-        Whether the energies are recorded.
-    progress : callable, optional
+    """Run a linkage of lists, at positions and with velocities that fit its joints.
 
     Raises
     ------
     AssertionError
-        If positions or velocities do not fit the joints: Exudyn would accept them without a word.
+        If they do not: Exudyn would accept them without a word.
     """
     model = build(system, settings.tick)
-    longest = 1 if settings.fixed else LONGEST_INDEX2 if settings.index2 else LONGEST
-    choice = StepChoice(model, settings.tick, settings.per_sample, settings.per_state, longest)
-    duration = settings.samples * settings.sample_interval
-    recorder = BodiesRecorder(model, choice, settings.samples, period, duration, energy)
-    return recorder, choice, Solution(model, settings, choice, recorder, progress).run()
+    choice = StepChoice(model, settings)
+    recorder = BodiesRecorder(model, choice, settings)
+    return recorder, choice, Solution(model, settings, choice, recorder, report).run()
 
 
 class Solution:
@@ -103,7 +85,7 @@ class Solution:
         report: Report | None,
     ) -> None:
         self._model, self._settings, self._choice, self._recorder = model, settings, choice, recorder
-        self._progress = Progress(report, settings.samples * settings.sample_interval)
+        self._progress = Progress(report, settings.duration)
         self._settling = [part for part in model.parts if isinstance(part, JournalPart)]
         # Whether Newton's method has converged in the present step, so that it is accepted; whether the step
         # is to be iterated once more from its start; fraction of the step to where a contact begins or ends

@@ -20,6 +20,7 @@ kink of friction its iterates go round as long as friction can stop the slip sev
 from exudyn_model.columns import CLOSED
 from exudyn_model.five_bodies.contact_forces import LENGTH, STAYS_OPEN
 from exudyn_model.five_bodies.following import PART
+from exudyn_model.five_bodies.settings import Settings
 from exudyn_model.five_bodies.system import Model
 
 # Ticks of the longest step: at 300 rpm its error in flight is a fortieth of that of contacts, at 50 ticks a
@@ -41,12 +42,7 @@ class StepChoice:
     ----------
     model : Model
         The length of each step is entered there for the contacts.
-    size : float
-        The tick, s.
-    per_sample, per_state : int
-        Ticks in a sample interval; between states that there have to be, a multiple of it.
-    longest : int
-        Ticks of the longest step; 1: fixed steps.
+    settings : Settings
 
     Attributes
     ----------
@@ -58,9 +54,10 @@ class StepChoice:
         Ticks of the longest step so far.
     """
 
-    def __init__(self, model: Model, size: float, per_sample: int, per_state: int, longest: int) -> None:
+    def __init__(self, model: Model, settings: Settings) -> None:
         self.ticks, self.tick, self.time, self.longest_taken = 0.0, 0.0, 0.0, 1.0
-        self.size, self.per_sample, self.per_state, self.longest = size, per_sample, per_state, longest
+        self.size, self._per_state = settings.tick, settings.per_state
+        self._longest = 1 if settings.fixed else LONGEST_INDEX2 if settings.index2 else LONGEST
         self._step, self._contacts, self._touched = model.step, model.contacts, False
 
     @property
@@ -68,7 +65,7 @@ class StepChoice:
         """Ticks that the next step may take at most, whatever the contacts say."""
         if not self._touched:
             self._touched = bool(self._contacts[:, CLOSED].any())
-        longest = self.longest if self._touched else min(self.longest, LONGEST_BEFORE_CONTACT)
+        longest = self._longest if self._touched else min(self._longest, LONGEST_BEFORE_CONTACT)
         return min(_GROWTH * self.ticks, longest)
 
     def choose(self, wanted: float) -> None:
@@ -78,7 +75,7 @@ class StepChoice:
             self._take(min(2.0 * self.ticks, 1.0 - self.tick % 1.0))
         else:
             # Equal parts up to the next state that there has to be
-            left = self.per_state - self.tick % self.per_state
+            left = self._per_state - self.tick % self._per_state
             self._take(-(-left // -(-left // max(wanted // 1.0, 1.0))))
 
     def shorten(self, fraction: float) -> None:

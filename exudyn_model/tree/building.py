@@ -252,21 +252,17 @@ def _user_function(
     if journal is None:
         moments = machine_code(slider_tree_moments, *(0.0,) * 5, linkage, guide, contacts)
 
-        def on_slider_tree(
-            mbs: Any, t: float, number: int, q: list[float], v: list[float]
-        ) -> tuple[float, ...]:
-            del mbs, number
+        def on_rotors(_mbs: Any, t: float, _number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
             (ahead, theta5), (ahead_rate, w5) = q, v
             return moments(t, ahead, theta5, ahead_rate, w5, linkage, guide, contacts)
 
-        return on_slider_tree
+        return on_rotors
     known = linkage, guide, journal, contacts
     chain_moments = machine_code(rocker_tree_moments, 0.0, (0.0,) * 4, (0.0,) * 4, *known)
 
-    def on_rocker_tree(mbs: Any, t: float, number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
-        del mbs, number
+    def on_chain(_mbs: Any, t: float, _number: int, q: list[float], v: list[float]) -> tuple[float, ...]:
         if guide is None:
             return chain_moments(t, (*q, 0.0), (*v, 0.0), *known)[:3]
         return chain_moments(t, tuple(q), tuple(v), *known)
 
-    return on_rocker_tree
+    return on_chain

@@ -259,17 +259,18 @@ def chain_accelerations(
 
 
 @kernel
-def evaluate(
-    time: float,
-    state: State,
+def complete(
+    end: Array,
     linkage: Array,
     guide: Array | None,
     journal: Array | None,
     contacts: Array,
     values: Array,
     distances: Array,
-) -> tuple[float, float, float, float]:
-    """Fill values and distances of a state; return the angular accelerations of its angles (rad/s^2)."""
+) -> None:
+    """Fill in the angular accelerations of an end of a step by balance of forces, values and distances."""
+    time = end[TIME]
+    state = State(end[1], end[2], end[3], end[4], end[5], end[6], end[7], end[8])
     alpha2, alpha3, alpha4, alpha5 = 0.0, 0.0, 0.0, 0.0
     if journal is None:
         tip = driven_tip(time, linkage)
@@ -302,7 +303,7 @@ def evaluate(
     # What the watch of a journal reads
     values[ANGLES], values[ANGLES + 1] = state.theta2, state.theta3
     values[ANGLES + 2], values[ANGLES + 3] = state.w2, state.w3
-    return alpha2, alpha3, alpha4, alpha5
+    end[SECOND], end[SECOND + 1], end[SECOND + 2], end[SECOND + 3] = alpha2, alpha3, alpha4, alpha5
 
 
 @kernel
@@ -316,7 +317,7 @@ def _journal_distance(
     values: Array,
     distances: Array,
 ) -> None:
-    """Fill the distance of the journal: see :func:`evaluate`; ``values`` holds its gap and e."""
+    """Fill the distance of the journal: see :func:`complete`; ``values`` holds its gap and e."""
     ex, ey, clearance = values[JOURNAL_E], values[JOURNAL_E + 1], journal[CLEARANCE]
     w1, w2, w3 = linkage[CRANK_SPEED], state.w2, state.w3
     # Of A, of B about H and of A' about B: e = A - H - HB + A'B

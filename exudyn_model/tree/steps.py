@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from exudyn_model.columns import END, IMPACT_SPEED, NAME, START
 from exudyn_model.corners import CORNER_COUNT
-from exudyn_model.kernels import entry, kernel
+from exudyn_model.kernels import entry
 from exudyn_model.linkage import driven_rod4
 from exudyn_model.tree.isolation import accepted_fraction, switch
 from exudyn_model.tree.motion import (
@@ -16,12 +16,10 @@ from exudyn_model.tree.motion import (
     ROD2,
     ROD4,
     ROWS,
-    SECOND,
     SLIDER,
     THETA,
     TIME,
-    State,
-    evaluate,
+    complete,
     interpolate,
 )
 
@@ -31,22 +29,6 @@ Array = NDArray[np.float64]
 # infinite where it goes on
 ENDS = 2 * END_COLUMNS
 STEP_COLUMNS = ENDS + 4 * ROWS
-
-
-@kernel
-def complete(
-    end: Array,
-    linkage: Array,
-    guide: Array | None,
-    journal: Array | None,
-    contacts: Array,
-    values: Array,
-    distances: Array,
-) -> None:
-    """Fill in the angular accelerations of an end of a step by balance of forces, and its distances."""
-    state = State(end[1], end[2], end[3], end[4], end[5], end[6], end[7], end[8])
-    found = evaluate(end[TIME], state, linkage, guide, journal, contacts, values, distances)
-    end[SECOND], end[SECOND + 1], end[SECOND + 2], end[SECOND + 3] = found
 
 
 @entry
