@@ -42,6 +42,6 @@ LAW_COLUMNS = 19
     STORED,  # energy of the contact, or of the side in the row of its lower corner; dissipated powers
     DAMPING_POWER,
     FRICTION_POWER,
-    REGIME,  # of a journal's friction in an iteration: see `friction.slip_regime`
+    REGIME,  # of a journal's friction in an iteration: see `laws.slip_regime`
 ) = range(14)
 MEMORY_COLUMNS = 14
