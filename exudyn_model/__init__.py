@@ -8,14 +8,13 @@ table numbers are those of Zuo et al., Lubricants 2025, 13(6), 246; the equation
 | Fig. 4, Tables 1, 2 | a scene's numbers, and the solver's settings | `parameters` |
 | Eq. 16, rows 1-8; t = 0 | driven four-bar in closed form, initial state | `linkage` |
 | Eqs. 1-6 | corners, walls, gaps | `corners` |
-| Eqs. 7-11 | the laws of a side of the slider | `laws` |
-| Eqs. 12-13 | modified Coulomb friction | `friction` |
+| Eqs. 7-13 | the laws of a side of the slider, modified Coulomb friction | `laws` |
 | Figs. 7, 8 | clearance at the crank pin A | `journal` |
 | - | memory of the contacts: impact speeds, and what their table says | `memory` |
 | Eqs. 14-21 | bodies with joints, from lists, implicit | `five_bodies` |
 | Eqs. 14-21, reduced | what the drive leaves free, explicit | `tree` |
 | - | channels, extrema by cycle, contacts and their pulses | `tables` |
-| - | what no correct run can show | `watch`, judged by `invariants` |
+| - | what no correct run can show | `invariants` |
 
 The way of a run: `simulation` > `solver` of one formulation > its `recording`, which keeps what its kernels
 fill of each accepted state. Kernels read plain arrays (`columns`); `kernels` compiles them and keeps their

@@ -38,14 +38,10 @@ LAW_COLUMNS = 19
     IMPACT_SPEED,  # 0: no contact is in progress
     START,
     NAME,  # row whose name the contact in progress bears in the table of contacts
-    LEFT,  # when it last opened
+    END,  # of the last contact, or when a corner of a side in contact last came out
     STORED,  # energy of the contact, or of the side in the row of its lower corner; dissipated powers
     DAMPING_POWER,
     FRICTION_POWER,
-    REGIME,  # of a journal's friction in an iteration: see `friction.slip_regime`
+    REGIME,  # of a journal's friction in an iteration: see `laws.slip_regime`
 ) = range(14)
 MEMORY_COLUMNS = 14
-
-# ---- The table of contacts, before the forces' totals are added: see `tables.Tables`
-(EVENT_ROW, EVENT_NAME, EVENT_START, EVENT_END, EVENT_SPEED, EVENT_REST) = range(6)
-EVENT_COLUMNS = 6

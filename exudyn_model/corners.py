@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from exudyn_model.columns import CLEARANCE, HALF_LENGTH, HALF_WIDTH
 from exudyn_model.kernels import kernel
-from exudyn_model.laws import CornerMotion
+from exudyn_model.laws import CornerMotion, SideForces
 
 CORNERS = ("ll", "lr", "ul", "ur")
 """Lower/upper along the guide (y), left/right across it (x); the rows of the contacts."""
@@ -43,3 +43,13 @@ def corner_load(
     """Return fx, fy (N) and the moment about the slider's centre (N m) of a corner's force and friction."""
     inward = -ACROSS[number] * normal
     return inward, friction, motion.arm_x * friction - motion.arm_y * inward
+
+
+@kernel
+def side_load(
+    side: int, forces: SideForces, lower: CornerMotion, upper: CornerMotion
+) -> tuple[float, float, float]:
+    """Return fx, fy (N) and the moment about the slider's centre (N m) of the forces of a side."""
+    x1, y1, moment1 = corner_load(side, forces.lower, forces.lower_friction, lower)
+    x2, y2, moment2 = corner_load(side + UPPER, forces.upper, forces.upper_friction, upper)
+    return x1 + x2, y1 + y2, moment1 + moment2

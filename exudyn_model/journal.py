@@ -12,32 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.columns import BEARING_RADIUS, CLEARANCE, EXPONENT, STIFFNESS
-from exudyn_model.friction import friction_force
 from exudyn_model.kernels import kernel
-from exudyn_model.laws import damped
+from exudyn_model.laws import damped, friction_force
 
 
 class JournalMotion(NamedTuple):
-    """Motion of a journal in its bearing.
+    """Motion of a journal in its bearing."""
 
-    Attributes
-    ----------
-    gap, rate : float
-        Gap (m), positive where it is open, and its rate (m/s).
-    slip : float
-        Velocity (m/s) along t of the journal's material relative to the bearing's, where they touch.
-    nx, ny : float
-        The unit vector n.
-    distance : float
-        |e|, m.
-    """
-
+    # Gap (m), positive where it is open, and its rate (m/s)
     gap: float
     rate: float
+    # Velocity (m/s) along t of the journal's material relative to the bearing's, where they touch
     slip: float
+    # The unit vector n
     nx: float
     ny: float
-    distance: float
+    distance: float  # |e|, m
 
 
 @kernel

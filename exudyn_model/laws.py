@@ -1,4 +1,6 @@
-"""The contact law of a side of the slider: depths and rates of both corners in, forces and energies out.
+"""Contact laws: of a side of the slider, and modified Coulomb friction (Eqs. 12, 13) of any contact.
+
+Of a side depths and rates of both corners go in, forces and energies come out.
 
 Three laws, by their number in ``LAWS``; each is one branch of :func:`side_forces`, and ``REMEMBERED_BY_SIDE``
 names those where it is the side that remembers its touch:
@@ -24,12 +26,14 @@ from exudyn_model.columns import (
     CURRENT,
     DAMPING,
     EXPONENT,
+    FRICTION_COEFFICIENT,
     LAW,
     SIDE_STIFFNESS,
     SPEED_FLOOR,
+    STATIC_SPEED,
     STIFFNESS,
+    TRANSITION_SPEED,
 )
-from exudyn_model.friction import friction_force
 from exudyn_model.kernels import kernel
 
 LAWS = ("hertz-corners", "paper-switching", "foundation")
@@ -38,50 +42,31 @@ REMEMBERED_BY_SIDE = ("foundation",)
 
 
 class CornerMotion(NamedTuple):
-    """Motion of one corner against its wall.
+    """Motion of one corner against its wall."""
 
-    Attributes
-    ----------
-    gap, rate : float
-        Gap (m), positive where it is open, and its rate (m/s).
-    slip : float
-        Speed of the corner along the guide, m/s.
-    arm_x, arm_y : float
-        From the slider's centre to the corner, m.
-    """
-
+    # Gap (m), positive where it is open, and its rate (m/s)
     gap: float
     rate: float
-    slip: float
+    slip: float  # Speed of the corner along the guide, m/s
+    # From the slider's centre to the corner, m
     arm_x: float
     arm_y: float
 
 
 class SideForces(NamedTuple):
-    """What a side does at a moment.
+    """What a side does at a moment."""
 
-    Attributes
-    ----------
-    lower, upper : float
-        Normal forces in the corners, at least 0, N.
-    lower_friction, upper_friction : float
-        Along the guide, N.
-    stored : float
-        Energy, J.
-    damping, friction : float
-        Dissipated powers, W.
-    slip : float
-        Where the friction of a side as a whole acts, m/s; else not a number.
-    """
-
+    # Normal forces in the corners, at least 0, N
     lower: float
     upper: float
+    # Along the guide, N
     lower_friction: float
     upper_friction: float
-    stored: float
+    stored: float  # Energy, J
+    # Dissipated powers, W
     damping: float
     friction: float
-    slip: float
+    slip: float  # Where the friction of a side as a whole acts, m/s; else not a number
 
 
 @kernel
@@ -94,6 +79,33 @@ def damped(elastic: float, depth_rate: float, impact_speed: float, law: NDArray[
         impact_speed = np.sqrt(depth_rate * depth_rate + law[SPEED_FLOOR] * law[SPEED_FLOOR])
     force: float = elastic * (1.0 + law[DAMPING] * depth_rate / impact_speed)
     return max(force, 0.0)
+
+
+@kernel
+def friction_force(normal: float, slip: float, law: NDArray[np.float64]) -> float:
+    """Eqs. 12, 13: friction (N) against the slip (m/s); zero below the static speed."""
+    ramp = (abs(slip) - law[STATIC_SPEED]) / (law[TRANSITION_SPEED] - law[STATIC_SPEED])
+    force: float = -law[FRICTION_COEFFICIENT] * min(max(ramp, 0.0), 1.0) * normal * np.sign(slip)
+    return force
+
+
+@kernel
+def slip_regime(slip: float, law: NDArray[np.float64]) -> float:
+    """Return the straight piece of Eq. 13: 0 none, 1 rising, 2 full friction; with the slip's sign."""
+    piece = 2.0 if abs(slip) >= law[TRANSITION_SPEED] else 1.0 if abs(slip) >= law[STATIC_SPEED] else 0.0
+    return piece if slip >= 0.0 else -piece
+
+
+@kernel
+def friction_in_regime(normal: float, slip: float, regime: float, law: NDArray[np.float64]) -> float:
+    """Extend one piece of :func:`friction_force` (N), named as by :func:`slip_regime`, to any slip."""
+    if regime == 0.0:
+        return 0.0
+    sign, ramp = np.sign(regime), 1.0
+    if abs(regime) == 1.0:
+        ramp = (sign * slip - law[STATIC_SPEED]) / (law[TRANSITION_SPEED] - law[STATIC_SPEED])
+    force: float = -law[FRICTION_COEFFICIENT] * ramp * normal * sign
+    return force
 
 
 @kernel

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.kernels import kernel
+from exudyn_model.kernels import entry, kernel
 from exudyn_model.parameters import Mechanism, Parameters
 
 CRANK, ROD2, ROCKER, ROD4, SLIDER = range(5)
@@ -26,6 +26,8 @@ CRANK, ROD2, ROCKER, ROD4, SLIDER = range(5)
     ROD4_CENTROID,
     ROD4_MASS,
     ROD4_INERTIA,
+    CARRIED_MOMENT,  # about C of rod 4 and of the slider as a point, of first and second order
+    CARRIED_INERTIA,
     SLIDER_MASS,
     SLIDER_INERTIA,
     GRAVITY,
@@ -33,26 +35,29 @@ CRANK, ROD2, ROCKER, ROD4, SLIDER = range(5)
     PIVOT_X,
     PIVOT_Y,
     ROCKER_BRANCH,
+    SLIDER_BRANCH,
     CRANK_ANGLE,
     CRANK_SPEED,
-) = range(22)
+) = range(25)
 
 # Crank positions tried in one cycle: 0.1 degrees apart, where the linkage hardly changes
 _POSITIONS = 3600
 
 
 def linkage_array(mechanism: Mechanism) -> NDArray[np.float64]:
-    """Collect the constants above, shape (22,)."""
+    """Collect the constants above, shape (25,)."""
     rod2, rocker, rod4, slider = mechanism.rod2, mechanism.rocker, mechanism.rod4, mechanism.slider
+    carried_moment = rod4.mass * rod4.centroid + slider.mass * rod4.length
+    carried_inertia = rod4.inertia + rod4.mass * rod4.centroid**2 + slider.mass * rod4.length**2
     return np.array(
         [
             mechanism.crank.length,
             *(rod2.length, rod2.centroid, rod2.mass, rod2.inertia),
             *(rocker.centroid, rocker.length, rocker.mass, rocker.inertia),
-            *(rod4.length, rod4.centroid, rod4.mass, rod4.inertia),
+            *(rod4.length, rod4.centroid, rod4.mass, rod4.inertia, carried_moment, carried_inertia),
             *(slider.mass, slider.inertia),
             *(mechanism.gravity, mechanism.guide_x, *mechanism.rocker_pivot),
-            *(mechanism.rocker_branch, mechanism.crank_angle, mechanism.omega),
+            *(mechanism.rocker_branch, mechanism.slider_branch, mechanism.crank_angle, mechanism.omega),
         ],
         dtype=np.float64,
     )
@@ -109,6 +114,21 @@ def carried_tip(theta3: float, w3: float, alpha3: float, linkage: NDArray[np.flo
         -alpha3 * y - w3 * w3 * x,
         alpha3 * x - w3 * w3 * y,
     )
+
+
+@entry
+def driven_rod4(time: float, linkage: NDArray[np.float64]) -> tuple[TipMotion, float, float, float]:
+    """Return the motion of joint C behind an ideal crank pin, and that of rod 4 behind an ideal slider.
+
+    Its angle, angular velocity and acceleration (rad, s), with the slider on the guide's centre line, at a
+    time in s.
+    """
+    tip, length = driven_tip(time, linkage), linkage[ROD4_LENGTH]
+    cosine = (linkage[GUIDE_X] - tip.x) / length
+    angle = linkage[SLIDER_BRANCH] * np.arccos(cosine)
+    sine = np.sin(angle)
+    rate = tip.vx / (length * sine)
+    return tip, angle, rate, (tip.ax / length - cosine * rate * rate) / sine
 
 
 class InitialState(NamedTuple):

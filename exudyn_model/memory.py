@@ -19,12 +19,6 @@ from exudyn_model.columns import (
     CURRENT,
     DAMPING,
     DIRECTION,
-    EVENT_END,
-    EVENT_NAME,
-    EVENT_REST,
-    EVENT_ROW,
-    EVENT_SPEED,
-    EVENT_START,
     EXPONENT,
     FRICTION_COEFFICIENT,
     HALF_LENGTH,
@@ -38,13 +32,11 @@ from exudyn_model.columns import (
     SHARED,
     SIDE_STIFFNESS,
     SPEED_FLOOR,
-    START,
     STATIC_SPEED,
     STIFFNESS,
     TRANSITION_SPEED,
 )
 from exudyn_model.corners import UPPER
-from exudyn_model.kernels import kernel
 from exudyn_model.laws import LAWS, REMEMBERED_BY_SIDE, CornerMotion, foundation_normals
 from exudyn_model.parameters import Contact
 
@@ -91,26 +83,6 @@ def law_array(
 def new_contacts(rows: int) -> NDArray[np.float64]:
     """Return the memory of so many contacts before the first state, shape (rows, columns)."""
     return np.zeros((rows, MEMORY_COLUMNS))
-
-
-@kernel
-def end_contact(
-    row: float,
-    contact: NDArray[np.float64],
-    time: float,
-    rest: float,
-    events: NDArray[np.float64],
-    count: int,
-) -> int:
-    """End the contact that a row remembers at ``time`` (s), and write it down; return the count of events.
-
-    ``rest`` is what the impulse (N s) has of the step in which it ends.
-    """
-    event = events[count]
-    event[EVENT_ROW], event[EVENT_NAME], event[EVENT_REST] = row, contact[NAME], rest
-    event[EVENT_START], event[EVENT_END], event[EVENT_SPEED] = contact[START], time, contact[IMPACT_SPEED]
-    contact[IMPACT_SPEED] = 0.0
-    return count + 1
 
 
 def start_side(

@@ -14,18 +14,12 @@ from exudyn_model.laws import LAWS
 
 @dataclass(frozen=True)
 class Rod:
-    """A rigid rod; its frame sits in the centroid, x along the rod, away from the first pin.
+    """A rigid rod; its frame sits in the centroid, x along the rod, away from the first pin."""
 
-    Attributes
-    ----------
-    length, centroid : float
-        Distances of the second pin and of the centroid from the first pin, m.
-    mass, inertia : float
-        kg; about the centroid, kg m^2.
-    """
-
+    # Distances of the second pin and of the centroid from the first pin, m
     length: float
     centroid: float
+    # kg; about the centroid, kg m^2
     mass: float
     inertia: float
 
@@ -47,41 +41,24 @@ class Slider:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """The linkage of Fig. 4 and its drive.
+    """The linkage of Fig. 4 and its drive."""
 
-    Attributes
-    ----------
-    crank, rod2, rocker, rod4 : Rod
-        Bodies 1 to 4. Rod 2 is pinned to the centroid of the rocker.
-    slider : Slider
-        Body 5.
-    rocker_pivot : tuple of float
-        Frame pivot H of the rocker, m; the crank's pivot is the origin.
-    guide_x, reference_offset : float
-        Centre line of the guide; from there the line of an ideal slider, m.
-    crank_angle : float
-        At t = 0, rad.
-    rocker_branch, slider_branch : int
-        +1 where joint B lies to the left of the line from the crank's tip to H; where rod 4 points up.
-    gravity : float
-        Along -y, m/s^2.
-    omega : float
-        Angular speed of the crank, counter-clockwise positive, rad/s.
-    """
-
+    # Bodies 1 to 4. Rod 2 is pinned to the centroid of the rocker.
     crank: Rod
     rod2: Rod
     rocker: Rod
     rod4: Rod
-    slider: Slider
-    rocker_pivot: tuple[float, float]
+    slider: Slider  # Body 5
+    rocker_pivot: tuple[float, float]  # Frame pivot H of the rocker, m; the crank's pivot is the origin
+    # Centre line of the guide; from there the line of an ideal slider, m
     guide_x: float
     reference_offset: float
-    crank_angle: float
+    crank_angle: float  # At t = 0, rad
+    # +1 where joint B lies to the left of the line from the crank's tip to H; where rod 4 points up
     rocker_branch: int
     slider_branch: int
-    gravity: float
-    omega: float
+    gravity: float  # Along -y, m/s^2
+    omega: float  # Angular speed of the crank, counter-clockwise positive, rad/s
 
     @property
     def period(self) -> float:
@@ -101,74 +78,35 @@ class Initial:
 
 @dataclass(frozen=True)
 class Contact:
-    """Contact of a point after Eqs. 9-13, and what a side of the slider or a journal adds.
+    """Contact of a point after Eqs. 9-13, and what a side of the slider or a journal adds."""
 
-    Attributes
-    ----------
-    clearance : float
-        m.
-    stiffness : float
-        K of Eq. 10, N/m^1.5 (used as it is with any exponent).
-    exponent : float
-        n of Eq. 9.
-    damping : float
-        C = 3 (1 - c_e^2) / 4 of Eq. 11.
-    impact_speed : str
-        What the damping refers to: "frozen" at the touch, or "current".
-    impact_speed_floor : float
-        Least speed of impact that is used, m/s.
-    friction : float
-        c_f of Eq. 12.
-    static_speed, transition_speed : float
-        v0 and v1 of Eq. 13, m/s.
-    law : str
-        Of the two corners of a side of the slider, one of ``LAWS``.
-    side_stiffness : float
-        K_s of Eq. 8, N/m; of a side of the slider.
-    journal_radius : float
-        Of the crank pin's journal, m.
-    """
-
-    clearance: float
-    stiffness: float
-    exponent: float
-    damping: float
-    impact_speed: str
-    impact_speed_floor: float
-    friction: float
+    clearance: float  # m
+    stiffness: float  # K of Eq. 10, N/m^1.5 (used as it is with any exponent)
+    exponent: float  # n of Eq. 9
+    damping: float  # C = 3 (1 - c_e^2) / 4 of Eq. 11
+    impact_speed: str  # What the damping refers to: "frozen" at the touch, or "current"
+    impact_speed_floor: float  # Least speed of impact that is used, m/s
+    friction: float  # c_f of Eq. 12
+    # v0 and v1 of Eq. 13, m/s
     static_speed: float
     transition_speed: float
-    law: str = LAWS[0]
-    side_stiffness: float = 0.0
-    journal_radius: float = 0.0
+    law: str = LAWS[0]  # Of the two corners of a side of the slider, one of ``LAWS``
+    side_stiffness: float = 0.0  # K_s of Eq. 8, N/m; of a side of the slider
+    journal_radius: float = 0.0  # Of the crank pin's journal, m
 
 
 @dataclass(frozen=True)
 class Integration:
-    """Time integration and output.
+    """Time integration and output."""
 
-    Attributes
-    ----------
-    formulation : str
-        "full": five bodies; "tree": what the drive leaves free.
-    method : str
-        "generalized-alpha" or "trapezoidal-index2"; "dopri5" for "tree".
-    step : float
-        Step in a contact, "tree": largest step, s.
-    tolerance : float
-        Of the Newton iteration, absolute (see ``five_bodies.settings``); "tree": of a step's error, rad and
-        rad/s.
-    samples_per_cycle : int
-        Samples in one crank cycle.
-    accelerations, corners, joints, energy : bool
-        Groups of channels asked for.
-    """
-
-    formulation: str
-    method: str
-    step: float
+    formulation: str  # "full": five bodies; "tree": what the drive leaves free
+    method: str  # "generalized-alpha" or "trapezoidal-index2"; "dopri5" for "tree"
+    step: float  # Step in a contact, "tree": largest step, s
+    # Of the Newton iteration, absolute (see ``five_bodies.settings``); "tree": of a step's error, rad and
+    # rad/s
     tolerance: float
-    samples_per_cycle: int
+    samples_per_cycle: int  # Samples in one crank cycle
+    # Groups of channels asked for
     accelerations: bool
     corners: bool
     joints: bool

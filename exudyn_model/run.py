@@ -1,15 +1,21 @@
-"""Results of a run, of any formulation, before they are judged."""
+"""A run of any formulation: Exudyn's solver with what it calls, and results before they are judged."""
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
+import exudyn as exu
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.invariants import Watch
 from exudyn_model.tables import Contacts, Extrema
-from exudyn_model.watch import Watch
 
-# s between two calls of `progress`
+Array = NDArray[np.float64]
+Report = Callable[[float], None]
+
+# s between two reports of progress
 PROGRESS_INTERVAL = 0.1
 
 
@@ -22,39 +28,120 @@ class Outcome:
     counters: dict[str, int]
 
 
-class Recorded(Protocol):
-    """Results that the recorder of any formulation holds."""
+class Recorder:
+    """What is kept of a run, filled by the recorder of its formulation.
 
-    channels: tuple[str, ...]
-    extrema: Extrema
-    contacts: Contacts
-    watch: Watch
+    Parameters
+    ----------
+    channels, contacts : tuple of str
+        Names of all channels, and of the contacts' rows.
+    shared : bool
+        Whether sides remember their touches: see ``laws``.
+    samples : int
+        Besides the initial state.
+    period, duration : float
+        Of the crank's cycle and of the run, s.
 
-    def columns(self, names: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
-        """Return sampled channels by name."""
+    Attributes
+    ----------
+    extrema, contacts, watch
+        See ``tables`` and ``invariants``.
+    time : float
+        Of the last accepted state, s.
+    """
+
+    def __init__(
+        self, channels: tuple[str, ...], contacts: tuple[str, ...], shared: bool, samples: int, period: float,
+        duration: float,
+    ) -> None:  # fmt: skip
+        self.channels, self.time, self.watch = channels, 0.0, Watch()
+        self.extrema = Extrema(len(channels), period, duration)
+        self.contacts = Contacts(contacts, shared)
+        self._samples, self._sample_count = np.full((len(channels), samples + 1), np.nan), 0
+
+    def take_samples(self, values: Array) -> None:
+        """Take the next samples of the channels, shape (at least the channels, n)."""
+        end = self._sample_count + values.shape[1]
+        self._samples[:, self._sample_count : end] = values[: len(self.channels)]
+        self._sample_count = end
+
+    def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
+        """Return sampled channels by name, as far as the run came."""
+        return {name: self._samples[self.channels.index(name), : self._sample_count].copy() for name in names}
 
     def event_table(self) -> dict[str, NDArray[Any]]:
-        """Return the table of contacts."""
+        """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
+        return self.contacts.table(self.time)
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run of any formulation.
+    """A run of any formulation."""
 
-    Attributes
-    ----------
-    formulation : str
-        As the provenance names it.
-    settings : dict
-        Beside those of the scene.
-    recorder : Recorded
-    outcome : Outcome
-    constraints : dict
-        Largest violation of each kind (m, rad; m/s, rad/s), and when (s); a tree has none.
-    """
-
-    formulation: str
-    settings: dict[str, Any]
-    recorder: Recorded
+    formulation: str  # As the provenance names it
+    settings: dict[str, Any]  # Beside those of the scene
+    recorder: Recorder
     outcome: Outcome
+    # Largest violation of each kind (m, rad; m/s, rad/s), and when (s); a tree has none
     constraints: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+
+class Progress:
+    """Report the finished fraction of a run of so many seconds, every ``PROGRESS_INTERVAL`` at most."""
+
+    def __init__(self, report: Report | None, duration: float) -> None:
+        self._report, self._duration, self._last = report, duration, time.monotonic()
+
+    def __call__(self, at: float) -> None:
+        """Say that the run has come to a time in s."""
+        if self._report is not None and time.monotonic() - self._last > PROGRESS_INTERVAL:
+            self._last = time.monotonic()
+            self._report(at / self._duration)
+
+    def finish(self) -> None:
+        """Say that the run has come to its end."""
+        if self._report is not None:
+            self._report(1.0)
+
+
+class StopError(Exception):
+    """Stop of a run from inside a user function; the argument is the run's status."""
+
+
+def state_vectors(mbs: Any) -> list[Array]:
+    """Return Exudyn's own memory of coordinates, rates and multipliers, if any: to ask takes 1 us each."""
+    data = mbs.systemData
+    vectors = data.GetODE2Coordinates, data.GetODE2Coordinates_t, data.GetAECoordinates
+    return [view for view in (vector(copy=False) for vector in vectors) if view.size]
+
+
+def solve(
+    mbs: Any,
+    settings: Any,
+    before_step: Callable[..., bool],
+    after_newton: Callable[..., Any] | None,
+    **options: Any,
+) -> str:
+    """Let Exudyn solve, with its pre-step and its post-Newton function.
+
+    Return "success", "solver-error", or the status of a ``StopError``. Any other exception of a user function
+    is raised as it is, a Ctrl-C too.
+    """
+    console = exu.config.printToConsole
+    exu.config.printToConsole = False
+    mbs.SetPreStepUserFunction(before_step)
+    if after_newton is not None:
+        mbs.SetPostNewtonUserFunction(after_newton)
+    try:
+        mbs.SolveDynamic(settings, **options)
+    except exu.SolverError:
+        return "solver-error"
+    except exu.ModelError as error:
+        if isinstance(error.__cause__, StopError):
+            return str(error.__cause__)
+        raise (error.__cause__ or error) from None
+    finally:
+        exu.config.printToConsole = console
+        mbs.SetPreStepUserFunction(0)
+        mbs.SetPostNewtonUserFunction(0)
+    return "success"

@@ -10,18 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import (
-    EVENT_COLUMNS,
-    EVENT_END,
-    EVENT_NAME,
-    EVENT_REST,
-    EVENT_ROW,
-    EVENT_SPEED,
-    EVENT_START,
-    IMPACT_SPEED,
-    NAME,
-    START,
-)
 from exudyn_model.corners import CORNERS, UPPER
 
 Array = NDArray[np.float64]
@@ -120,58 +108,57 @@ class Extrema:
 
 
 class Contacts:
-    """Totals, table and pulses of the contacts of a run.
+    """Table and pulses of the contacts of a run.
 
     Parameters
     ----------
     names : tuple of str
         Of the rows of the memory.
-    memory : ndarray, shape (n, columns)
     shared : bool
         Whether sides remember their touches: see ``laws``.
-
-    Attributes
-    ----------
-    events : ndarray, shape (n, columns)
-        What the kernels write down; with room for a row of each contact from ``count`` on, after
-        :meth:`make_room`.
     """
 
-    def __init__(self, names: tuple[str, ...], memory: Array, shared: bool) -> None:
-        self.names, self.shared, self._memory = names, shared, memory
-        self.events, self.count = np.zeros((64, EVENT_COLUMNS)), 0
-        # By row and start of a contact: impulse, peak and depth so far
-        self._totals: dict[tuple[int, float], list[float]] = {}
+    def __init__(self, names: tuple[str, ...], shared: bool) -> None:
+        self.names, self.shared = names, shared
+        # By row and start: name's row, impact speed, end, impulse, peak and depth so far
+        self._found: dict[tuple[int, float], list[float]] = {}
         self._pulses: list[list[Array]] = [[] for _ in names]
         self._noted = [0 for _ in names]
 
-    def make_room(self) -> None:
-        """Make room for another row of each contact."""
-        if self.count + len(self.names) > len(self.events):
-            self.events = np.concatenate([self.events, np.zeros_like(self.events)])
-
-    def take(self, row: int, starts: Array, impulses: Array, peaks: Array, depths: Array) -> None:
-        """Add to the contacts that a row remembers, shape (n,) each, in order of time.
+    def take(
+        self, row: int, memory: Array, ends: Array, impulses: Array, peaks: Array, depths: Array
+    ) -> None:
+        """Take states or steps in contact of a row, in order of time, shape (n,) each.
 
         Parameters
         ----------
         row : int
-        starts : ndarray
-            By which the contact is known, s.
+        memory : ndarray, shape (3, n)
+            Impact speed (m/s), start (s) by which the contact is known, and name.
+        ends : ndarray
+            When the contact ended, s; infinite where it goes on.
         impulses, peaks, depths : ndarray
             N s, N, m.
         """
-        if not len(starts):
+        if not len(ends):
             return
+        speeds, starts, names = memory
         first = np.flatnonzero(np.append(True, starts[1:] != starts[:-1]))
         parts = (
+            np.minimum.reduceat(ends, first),
             np.add.reduceat(impulses, first),
             np.maximum.reduceat(peaks, first),
             np.maximum.reduceat(depths, first),
         )
-        for start, impulse, peak, depth in zip(starts[first], *parts, strict=True):
-            total = self._totals.setdefault((row, float(start)), [0.0, 0.0, 0.0])
-            total[:] = total[0] + impulse, max(total[1], peak), max(total[2], depth)
+        for at, end, impulse, peak, depth in zip(first, *parts, strict=True):
+            new = [names[at], speeds[at], np.inf, 0.0, 0.0, 0.0]
+            contact = self._found.setdefault((row, starts[at]), new)
+            contact[2:] = (
+                min(contact[2], end),
+                contact[3] + impulse,
+                max(contact[4], peak),
+                max(contact[5], depth),
+            )
 
     def note(self, row: int, times: Array, forces: Array) -> None:
         """Note the normal forces (N) of the contacts that a row remembers, at times in s."""
@@ -182,26 +169,16 @@ class Contacts:
 
     def table(self, now: float) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts until ``now`` (s) ends there."""
-        rows = list(self.events[: self.count])
-        for row, contact in enumerate(self._memory):
-            if contact[IMPACT_SPEED] > 0.0:
-                event = np.zeros(EVENT_COLUMNS)
-                event[[EVENT_ROW, EVENT_NAME]] = row, contact[NAME]
-                event[[EVENT_START, EVENT_END, EVENT_SPEED]] = contact[START], now, contact[IMPACT_SPEED]
-                rows.append(event)
-        events = np.array(rows).reshape(-1, EVENT_COLUMNS)
-        events = events[np.lexsort((events[:, EVENT_NAME], events[:, EVENT_START]))]
-        none = [0.0, 0.0, 0.0]
-        keys = zip(events[:, EVENT_ROW].astype(int).tolist(), events[:, EVENT_START].tolist(), strict=True)
-        totals = np.array([self._totals.get(key, none) for key in keys]).reshape(-1, 3)
+        rows = sorted((start, *contact) for (_, start), contact in self._found.items())
+        start, name, speed, end, impulse, peak, depth = np.array(rows).reshape(-1, 7).T
         return {
-            "corner": np.array(self.names, dtype=str)[events[:, EVENT_NAME].astype(int)],
-            "start": events[:, EVENT_START],
-            "end": events[:, EVENT_END],
-            "normal_speed": events[:, EVENT_SPEED],
-            "impulse": totals[:, 0] + events[:, EVENT_REST],
-            "peak_force": totals[:, 1],
-            "largest_depth": totals[:, 2],
+            "corner": np.array(self.names, dtype=str)[name.astype(int)],
+            "start": start,
+            "end": np.where(np.isinf(end), now, end),
+            "normal_speed": speed,
+            "impulse": impulse,
+            "peak_force": peak,
+            "largest_depth": depth,
         }
 
     def pulses(self, table: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

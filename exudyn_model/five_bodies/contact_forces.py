@@ -11,6 +11,11 @@ shortest step (``step_choice``), inside of which alone a contact may begin or en
 
 In a longer step what was open at its start stays without force.
 
+Arguments of the kernels have the same names throughout: ``step``, shape (3,), the step in progress; ``law``;
+``contacts``, shape (4, columns), or ``contact``, the memory at the step's start (``low`` and ``up``: of the
+corners of a side); ``q``, ``v``: coordinates and rates (m, rad, s) of all bodies, or of a slider; ``ends``:
+see ``parts.JournalPart``.
+
 The journal's forces are of some kN and rod 2 is light: across the contact, friction changes its speed in a
 step of 1e-6 s by several times the speed over which Eq. 13 rises. Newton's method then goes from full
 friction of one direction to that of the other and back indefinitely. So the iteration keeps to one straight
@@ -34,11 +39,10 @@ from exudyn_model.columns import (
     SHARED,
     SPEED_FLOOR,
 )
-from exudyn_model.corners import UPPER, corner_load, corner_motion
-from exudyn_model.friction import friction_in_regime, slip_regime
+from exudyn_model.corners import UPPER, corner_motion, side_load
 from exudyn_model.journal import JournalMotion, bearing_load, journal_forces, journal_motion
 from exudyn_model.kernels import entry, kernel
-from exudyn_model.laws import CornerMotion, side_forces
+from exudyn_model.laws import CornerMotion, friction_in_regime, side_forces, slip_regime
 from exudyn_model.memory import ROUNDED
 
 Array = NDArray[np.float64]
@@ -48,8 +52,9 @@ Triple = tuple[float, float, float]
 X, Y, ANGLE = range(3)
 PER_BODY = 3
 FRAME = -1
-# Of the step in progress: see `parts.Part`
-LENGTH, STAYS_OPEN = range(2)
+# Of the step in progress: its length (s), whether what is open at its start stays without force (1), and the
+# length of the shortest step (s)
+LENGTH, STAYS_OPEN, TICK = range(3)
 
 
 @kernel
@@ -98,17 +103,8 @@ def side_change(
 ) -> tuple[int, float, float]:
     """Return which end of a side touches first in a step or, of one in contact, leaves last; when; how fast.
 
-    Of two that touch at once, within the rounding of gaps, it is the lower one with the faster's speed.
-
-    Parameters
-    ----------
-    low, up : ndarray
-        Memory of the side's corners at the step's start.
-    lower, upper : CornerMotion
-        Their motions at its end: of an open side at least one is inside the wall, of one in contact none.
-    step : float
-        s.
-    law : ndarray
+    Of an open side at least one corner is inside the wall at the step's end, of one in contact none. Of two
+    that touch at once, within the rounding of gaps, it is the lower one with the faster's speed.
 
     Returns
     -------
@@ -156,14 +152,7 @@ def slider_force(
 ) -> tuple[float, float, float]:
     """Return the force of all corners on a slider: fx, fy (N) and the moment about its centre (N m).
 
-    Parameters
-    ----------
-    x, y, angle, vx, vy, omega : float
-        Of the slider from the guide's point, along the fixed axes: m, rad, s.
-    step : ndarray, shape (2,)
-    law : ndarray
-    contacts : ndarray, shape (4, columns)
-        Memory of its corners at the start of the step.
+    Its motion is counted from the guide's point, along the fixed axes: m, rad, s.
     """
     cx, cy, turned = law[ACROSS_X], law[ACROSS_Y], angle - law[DIRECTION]
     across, v_across, v_along = cx * x + cy * y, cx * vx + cy * vy, cx * vy - cy * vx
@@ -182,10 +171,8 @@ def slider_force(
                 lower_speed = speed_in_step(low, lower.gap, lower.rate, step, law)
                 upper_speed = speed_in_step(up, upper.gap, upper.rate, step, law)
             forces = side_forces(lower, upper, lower_speed, upper_speed, law)
-            first = corner_load(side, forces.lower, forces.lower_friction, lower)
-            second = corner_load(side + UPPER, forces.upper, forces.upper_friction, upper)
-            fx, fy = fx + first[0] + second[0], fy + first[1] + second[1]
-            moment += first[2] + second[2]
+            load = side_load(side, forces, lower, upper)
+            fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
     return cx * fx - cy * fy, cy * fx + cx * fy, moment
 
 
@@ -238,18 +225,7 @@ def triple(values: Array, body: float) -> Triple:
 def journal_force(
     q1: Triple, q2: Triple, v1: Triple, v2: Triple, step: Array, ends: Array, law: Array, contact: Array
 ) -> tuple[float, float, float, float, float, float]:
-    """Return force and moment on the journal's body, then on the bearing's (N, N m).
-
-    Parameters
-    ----------
-    q1, q2, v1, v2 : tuple of float
-        x, y, angle of both bodies (m, rad), and their rates.
-    step : ndarray, shape (2,)
-    ends, law : ndarray
-        See ``parts.JournalPart``.
-    contact : ndarray
-        Its memory at the start of the step.
-    """
+    """Return force and moment on the journal's body, then on the bearing's (N, N m)."""
     motion = journal_in_bearing(q1, v1, q2, v2, ends, law)
     speed = speed_in_step(contact, motion.gap, motion.rate, step, law)
     if speed == 0.0:
@@ -265,13 +241,6 @@ def settle(q: Array, v: Array, ends: Array, law: Array, contact: Array) -> bool:
     """Return whether the friction's piece fits the slip that Newton's method has come to; else take the next.
 
     One piece at a time: the force falls with the slip, so that the way from piece to piece has one direction.
-
-    Parameters
-    ----------
-    q, v : ndarray, shape (3 n,)
-        Of all bodies.
-    ends, law, contact : ndarray
-        As for :func:`journal_force`.
     """
     q1, q2, v1, v2 = triple(q, ends[0]), triple(q, ends[3]), triple(v, ends[0]), triple(v, ends[3])
     motion = journal_in_bearing(q1, v1, q2, v2, ends, law)

@@ -6,6 +6,8 @@ Memory: this is the only place where an impact speed is frozen or cleared. It de
 Foresight, which ``step_choice`` asks for: zeros of gaps and kinks of friction (Eq. 13) from the latest rates;
 ticks that resolve the oscillation of a normal force; touches and separations in a step, by the gaps' cubic
 Hermite interpolants.
+
+Arguments are those of ``contact_forces``; ``last``, shape (4, 7) or (7,), is what foresight keeps of a state.
 """
 
 import numpy as np
@@ -17,6 +19,7 @@ from exudyn_model.columns import (
     CLOSED,
     DAMPING_POWER,
     DIRECTION,
+    END,
     EXPONENT,
     FRICTION,
     FRICTION_POWER,
@@ -35,10 +38,11 @@ from exudyn_model.columns import (
     STORED,
     TRANSITION_SPEED,
 )
-from exudyn_model.corners import CORNER_COUNT, UPPER, corner_load, corner_motion
+from exudyn_model.corners import CORNER_COUNT, UPPER, corner_motion, side_load
 from exudyn_model.five_bodies.contact_forces import (
     ANGLE,
     LENGTH,
+    TICK,
     X,
     Y,
     crossing,
@@ -51,7 +55,6 @@ from exudyn_model.five_bodies.contact_forces import (
 from exudyn_model.journal import journal_forces
 from exudyn_model.kernels import entry, kernel
 from exudyn_model.laws import FOUNDATION, CornerMotion, side_forces
-from exudyn_model.memory import end_contact
 
 Array = NDArray[np.float64]
 
@@ -72,25 +75,17 @@ BEFORE_COLUMNS = 7
 
 @kernel
 def update_alone(
-    time: float,
-    step: float,
-    row: int,
-    gap: float,
-    rate: float,
-    contact: Array,
-    law: Array,
-    events: Array,
-    count: int,
-) -> int:
+    time: float, step: float, row: int, gap: float, rate: float, contact: Array, law: Array
+) -> None:
     """Begin the contact of a point that closes in the step to ``time`` (s), end one that opens."""
     if (contact[IMPACT_SPEED] > 0.0) == (gap < 0.0):
-        return count
+        return
     at, speed = touch(contact, gap, rate, step, law)
     now = time - (1.0 - at) * step
     if gap < 0.0:
         contact[IMPACT_SPEED], contact[START], contact[NAME] = speed, now, row
-        return count
-    return end_contact(row, contact, now, 0.5 * contact[NORMAL] * at * step, events, count)
+    else:
+        contact[IMPACT_SPEED], contact[END] = 0.0, now
 
 
 @kernel
@@ -103,19 +98,17 @@ def update_shared(
     low: Array,
     up: Array,
     law: Array,
-    events: Array,
-    count: int,
-) -> int:
+) -> None:
     """Begin or end the contact of a side that remembers; ``row`` is that of its lower corner."""
     is_open = lower.gap >= 0.0 and upper.gap >= 0.0
     if (low[IMPACT_SPEED] > 0.0) != is_open:
-        return count
+        return
     end, at, speed = side_change(low, up, lower, upper, step, law)
     now = time - (1.0 - at) * step
     if is_open:
-        return end_contact(row, low, now, 0.5 * (low[NORMAL] + up[NORMAL]) * at * step, events, count)
-    low[IMPACT_SPEED], low[START], low[NAME] = speed, now, row + UPPER * end
-    return count
+        low[IMPACT_SPEED], low[END] = 0.0, now
+    else:
+        low[IMPACT_SPEED], low[START], low[NAME] = speed, now, row + UPPER * end
 
 
 @kernel
@@ -137,47 +130,29 @@ def update_side(
     law: Array,
     contacts: Array,
     load: Array,
-    events: Array,
-    count: int,
-) -> int:
-    """Update the memory of a side with the accepted state at ``time`` (s); return the count of events.
+) -> None:
+    """Update the memory of a side with the accepted state at ``time`` (s), and add its ``load``.
 
-    Parameters
-    ----------
-    time, step : float
-        s.
-    first : int
-        Row of the slider's first corner among all contacts.
-    side : int
-        Of the side's lower corner among its four.
-    lower, upper : CornerMotion
-    law : ndarray
-    contacts : ndarray, shape (4, columns)
-        Changed in place.
-    load : ndarray, shape (3,)
-        In the guide's frame; that of this side is added.
-    events : ndarray
-    count : int
+    ``first`` is the row of the slider's first corner among all contacts, ``side`` that of the side's lower
+    corner among its four.
     """
     low, up, row = contacts[side], contacts[side + UPPER], first + side
     # Before the forces: what has left has none
     if time > 0.0 and law[SHARED] > 0.0:
-        count = update_shared(time, step, row, lower, upper, low, up, law, events, count)
+        update_shared(time, step, row, lower, upper, low, up, law)
     elif time > 0.0:
-        count = update_alone(time, step, row, lower.gap, lower.rate, low, law, events, count)
-        count = update_alone(time, step, row + UPPER, upper.gap, upper.rate, up, law, events, count)
+        update_alone(time, step, row, lower.gap, lower.rate, low, law)
+        update_alone(time, step, row + UPPER, upper.gap, upper.rate, up, law)
     forces = side_forces(lower, upper, low[IMPACT_SPEED], up[IMPACT_SPEED], law)
     whole = not np.isnan(forces.slip)
     lower_slip, upper_slip = (forces.slip, forces.slip) if whole else (lower.slip, upper.slip)
     remember(low, lower.gap, lower.rate, lower_slip, forces.lower, forces.lower_friction)
     remember(up, upper.gap, upper.rate, upper_slip, forces.upper, forces.upper_friction)
     low[STORED], low[DAMPING_POWER], low[FRICTION_POWER] = forces.stored, forces.damping, forces.friction
-    first_load = corner_load(side, forces.lower, forces.lower_friction, lower)
-    second_load = corner_load(side + UPPER, forces.upper, forces.upper_friction, upper)
-    load[X] += first_load[0] + second_load[0]
-    load[Y] += first_load[1] + second_load[1]
-    load[ANGLE] += first_load[2] + second_load[2]
-    return count
+    fx, fy, moment = side_load(side, forces, lower, upper)
+    load[X] += fx
+    load[Y] += fy
+    load[ANGLE] += moment
 
 
 @entry
@@ -186,46 +161,17 @@ def follow_slider(
     step: Array,
     q: Array,
     v: Array,
-    tick: float,
     longest: float,
     first: int,
     law: Array,
     contacts: Array,
     last: Array,
     load: Array,
-    events: Array,
-    count: int,
-) -> tuple[int, float]:
-    """Take an accepted state of a slider in its guide.
+) -> float:
+    """Take an accepted state of a slider in its guide; return how many ticks the next step may take.
 
-    Parameters
-    ----------
-    time : float
-        s.
-    step : ndarray, shape (2,)
-        The one that has ended.
-    q, v : ndarray, shape (3,)
-        Coordinates of the slider from the guide's point (m, rad) and their rates.
-    tick, longest : float
-        Shortest step (s), and how many of them the next one may be at most.
-    first : int
-        Row of its first corner among all contacts.
-    law : ndarray
-    contacts : ndarray, shape (4, columns)
-        Changed in place.
-    last : ndarray, shape (4, 7)
-        Changed in place.
-    load : ndarray, shape (3,)
-        Filled: fx, fy (N) and moment (N m) on the slider.
-    events : ndarray
-        With room for four rows from ``count`` on.
-    count : int
-
-    Returns
-    -------
-    count : int
-    ticks : float
-        That the next step may take.
+    At most ``longest`` ticks. The memory of its corners, of which ``first`` is the row of the first one among
+    all contacts, and ``last`` are moved on; ``load`` is filled with fx, fy (N) and moment (N m).
     """
     cx, cy, turned, omega = law[ACROSS_X], law[ACROSS_Y], q[ANGLE] - law[DIRECTION], v[ANGLE]
     across, v_across, v_along = cx * q[X] + cy * q[Y], cx * v[X] + cy * v[Y], cx * v[Y] - cy * v[X]
@@ -233,17 +179,16 @@ def follow_slider(
     for side in range(2):
         lower = corner_motion(side, across, turned, v_across, v_along, omega, law)
         upper = corner_motion(side + UPPER, across, turned, v_across, v_along, omega, law)
-        count = update_side(time, step[LENGTH], first, side, lower, upper, law, contacts, load, events, count)
+        update_side(time, step[LENGTH], first, side, lower, upper, law, contacts, load)
     load[X], load[Y] = cx * load[X] - cy * load[Y], cy * load[X] + cx * load[Y]
     for number in range(CORNER_COUNT):
-        ticks = allowed_ticks(time, step[LENGTH], tick, contacts[number], last[number], law)
-        longest = min(longest, ticks)
-    return count, longest
+        longest = min(longest, allowed_ticks(time, step, contacts[number], last[number], law))
+    return longest
 
 
 @kernel
-def allowed_ticks(time: float, step: float, tick: float, contact: Array, last: Array, law: Array) -> float:
-    """Return how many ticks (s) a contact lets the next step take, after one of ``step`` (s) to ``time`` (s).
+def allowed_ticks(time: float, step_taken: Array, contact: Array, last: Array, law: Array) -> float:
+    """Return how many ticks a contact lets the next step take after one that ends at ``time`` (s).
 
     A part of the time to a zero of its gap, foreseen from gap, rate and acceleration, and to a kink of its
     friction (Eq. 13). Inside a contact also what resolves the oscillation of the normal force: one by
@@ -251,6 +196,8 @@ def allowed_ticks(time: float, step: float, tick: float, contact: Array, last: A
     error of a step is that of N'' times the square of its length.
     """
     acceleration, slip_rate, closed = 0.0, 0.0, contact[CLOSED] > 0.0
+    step: float = step_taken[LENGTH]
+    tick: float = step_taken[TICK]
     if time > 0.0:
         acceleration, slip_rate = (contact[RATE] - last[_RATE]) / step, (contact[SLIP] - last[_SLIP]) / step
         normal_rate = (contact[NORMAL] - last[_NORMAL]) / step
@@ -310,14 +257,7 @@ def zero_within(contact: Array, gap: float, rate: float, step: float) -> float:
 def slider_change(q: Array, v: Array, step: Array, law: Array, contacts: Array) -> float:
     """Return the fraction of a step after which a corner's contact begins or ends; more than 1: none does.
 
-    Parameters
-    ----------
-    q, v : ndarray, shape (3,)
-        Coordinates of the slider at the step's end, and their rates.
-    step : ndarray, shape (2,)
-    law : ndarray
-    contacts : ndarray, shape (4, columns)
-        At the step's start.
+    ``q`` and ``v`` are those at the step's end, ``contacts`` is the memory at its start.
     """
     cx, cy, found = law[ACROSS_X], law[ACROSS_Y], _NEVER
     across, v_across, turned = cx * q[X] + cy * q[Y], cx * v[X] + cy * v[Y], q[ANGLE] - law[DIRECTION]
@@ -333,7 +273,6 @@ def follow_journal(
     step: Array,
     q: Array,
     v: Array,
-    tick: float,
     longest: float,
     row: int,
     ends: Array,
@@ -341,18 +280,15 @@ def follow_journal(
     contact: Array,
     last: Array,
     load: Array,
-    events: Array,
-    count: int,
-) -> tuple[int, float]:
+) -> float:
     """Take an accepted state of a journal in its bearing: as :func:`follow_slider`.
 
-    ``q`` and ``v``, shape (3 n,), are of all bodies, ``ends`` as in ``parts.JournalPart``; ``load``, shape
-    (6,), is on the journal's body, then on the bearing's.
+    ``load`` is on the journal's body, then on the bearing's.
     """
     q1, q2, v1, v2 = triple(q, ends[0]), triple(q, ends[3]), triple(v, ends[0]), triple(v, ends[3])
     motion = journal_in_bearing(q1, v1, q2, v2, ends, law)
     if time > 0.0:
-        count = update_alone(time, step[LENGTH], row, motion.gap, motion.rate, contact, law, events, count)
+        update_alone(time, step[LENGTH], row, motion.gap, motion.rate, contact, law)
     normal, elastic, friction = journal_forces(motion, contact[IMPACT_SPEED], law)
     remember(contact, motion.gap, motion.rate, motion.slip, normal, friction)
     contact[STORED] = elastic * max(-motion.gap, 0.0) / (law[EXPONENT] + 1.0)
@@ -361,9 +297,9 @@ def follow_journal(
     gx, gy, moment1, moment2 = journal_loads(normal, friction, motion, q1, q2, ends, law)
     load[0], load[1], load[2] = -gx, -gy, moment1
     load[3], load[4], load[5] = gx, gy, moment2
-    ticks = allowed_ticks(time, step[LENGTH], tick, contact, last, law)
+    ticks = allowed_ticks(time, step, contact, last, law)
     # Its friction reverses within a step: see `contact_forces`
-    return count, 1.0 if contact[CLOSED] > 0.0 else min(longest, ticks)
+    return 1.0 if contact[CLOSED] > 0.0 else min(longest, ticks)
 
 
 @entry

@@ -1,7 +1,6 @@
 """The contacts of a linkage as Exudyn and the recorder see them: forces in trial states, accepted states.
 
-Each reads the length of the step in progress (s), and whether what is open at its start stays without force
-(1), from an array that it shares with ``step_choice``.
+Each reads of the step in progress what ``step_choice`` enters in an array that they share.
 """
 
 from collections.abc import Callable
@@ -32,16 +31,14 @@ from exudyn_model.five_bodies.contact_forces import (
     settle,
     slider_force,
 )
-from exudyn_model.friction import slip_regime
+from exudyn_model.invariants import Watch
 from exudyn_model.kernels import machine_code
+from exudyn_model.laws import slip_regime
 from exudyn_model.memory import start_side
-from exudyn_model.watch import Watch
 
 Array = NDArray[np.float64]
 # (mbs, t, object number, coordinates, velocities) -> generalized forces
 ForceUserFunction = Callable[[Any, float, int, list[float], list[float]], tuple[float, ...]]
-
-_EVENTS = np.zeros((1, 1))
 
 
 class SliderPart:
@@ -55,7 +52,7 @@ class SliderPart:
     law : ndarray
     contacts : ndarray, shape (n, columns)
         Memory of all contacts.
-    step : ndarray, shape (2,)
+    step : ndarray, shape (3,)
 
     Attributes
     ----------
@@ -80,17 +77,14 @@ class SliderPart:
         vectors = self._q, self._v
         self.force = self._user_function()
         self._change = machine_code(following.slider_change, *vectors, *self._state)
-        self._follow = machine_code(
-            following.follow_slider, 0.0, step, *vectors, 0.0, 0.0, *self._fixed, _EVENTS, 0
-        )
+        self._follow = machine_code(following.follow_slider, 0.0, step, *vectors, 0.0, *self._fixed)
 
     def _user_function(self) -> ForceUserFunction:
         force, state = machine_code(slider_force, *(0.0,) * 6, *self._state), self._state
 
         def user_function(
-            mbs: Any, t: float, number: int, q: list[float], v: list[float]
+            _mbs: Any, _t: float, _number: int, q: list[float], v: list[float]
         ) -> tuple[float, ...]:
-            del mbs, t, number
             # Exudyn passes lists, which numba would copy element by element: scalars are 7 us faster a call
             (x, y, angle), (vx, vy, omega) = q, v
             return force(x, y, angle, vx, vy, omega, *state)
@@ -111,11 +105,9 @@ class SliderPart:
             start_side(side, corners[side], corners[side + UPPER], self._contacts, self.law)
         self._contacts[:, NAME] += self.rows.start
 
-    def follow(
-        self, time: float, tick: float, longest: float, events: Array, count: int
-    ) -> tuple[int, float]:
+    def follow(self, time: float, longest: float) -> float:
         """Take the accepted state at ``time`` (s): see ``following.follow_slider``."""
-        return self._follow(time, self._step, self._q, self._v, tick, longest, *self._fixed, events, count)
+        return self._follow(time, self._step, self._q, self._v, longest, *self._fixed)
 
     def change(self) -> float:
         """Return the fraction of the step after which a contact begins or ends; more than 1: none does."""
@@ -162,18 +154,15 @@ class JournalPart:
         self.force = self._user_function()
         self._change = machine_code(following.journal_change, *vectors, *self._state)
         self._settle, self._known = machine_code(settle, *vectors, *known), known
-        self._follow = machine_code(
-            following.follow_journal, 0.0, step, *vectors, 0.0, 0.0, *self._fixed, _EVENTS, 0
-        )
+        self._follow = machine_code(following.follow_journal, 0.0, step, *vectors, 0.0, *self._fixed)
 
     def _user_function(self) -> ForceUserFunction:
         force = machine_code(journal_force, *((0.0,) * PER_BODY,) * 4, *self._state)
         state = self._state
 
         def user_function(
-            mbs: Any, t: float, number: int, q: list[float], v: list[float]
+            _mbs: Any, _t: float, _number: int, q: list[float], v: list[float]
         ) -> tuple[float, ...]:
-            del mbs, t, number
             (x1, y1, angle1, x2, y2, angle2), (vx1, vy1, w1, vx2, vy2, w2) = q, v
             return force((x1, y1, angle1), (x2, y2, angle2), (vx1, vy1, w1), (vx2, vy2, w2), *state)
 
@@ -194,11 +183,9 @@ class JournalPart:
         slip = nx * vy - ny * vx + w1 * (radius - distance) - w2 * radius
         self._contact[REGIME] = cast(Any, slip_regime).py_func(slip, self.law)
 
-    def follow(
-        self, time: float, tick: float, longest: float, events: Array, count: int
-    ) -> tuple[int, float]:
+    def follow(self, time: float, longest: float) -> float:
         """Take the accepted state at ``time`` (s): see ``following.follow_journal``."""
-        return self._follow(time, self._step, self._q, self._v, tick, longest, *self._fixed, events, count)
+        return self._follow(time, self._step, self._q, self._v, longest, *self._fixed)
 
     def change(self) -> float:
         """Return the fraction of the step after which the contact begins or ends; more than 1: none."""

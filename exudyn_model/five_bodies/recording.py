@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from exudyn_model.columns import (
     DAMPING_POWER,
+    END,
     FRICTION,
     FRICTION_POWER,
     GAP,
@@ -23,8 +24,10 @@ from exudyn_model.corners import CORNER_COUNT, UPPER
 from exudyn_model.five_bodies.balance import Constraints, accelerations, constraints
 from exudyn_model.five_bodies.contact_forces import ANGLE, PER_BODY, Y
 from exudyn_model.five_bodies.parts import JournalPart, SliderPart
+from exudyn_model.five_bodies.settings import Settings
 from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.five_bodies.system import Model
+from exudyn_model.run import Recorder
 from exudyn_model.tables import (
     ACCELERATION,
     ACCELERATIONS,
@@ -35,12 +38,9 @@ from exudyn_model.tables import (
     PER_CONTACT,
     STATE,
     TO_RATE,
-    Contacts,
-    Extrema,
     corner_channels,
     turning_points,
 )
-from exudyn_model.watch import Watch
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ CONSTRAINTS = ("position", "velocity")
 _ROOM = 2048
 
 
-class Recorder:
+class BodiesRecorder(Recorder):
     """Recorder of one run of five bodies.
 
     :meth:`accept` must be called once for each accepted state, the initial one included, before the step that
@@ -60,41 +60,28 @@ class Recorder:
     model : Model
     choice : StepChoice
         Tells the time of the state to accept.
-    samples : int
-        Besides the initial state.
-    period, duration : float
-        Of the crank's cycle and of the run, s.
-    energy : bool
-        Whether the energies are recorded.
+    settings : Settings
 
     Attributes
     ----------
     accepted : int
         States so far.
-    extrema, contacts, watch
-        See ``tables`` and ``watch``.
     drift : dict
         Of each of ``CONSTRAINTS`` the largest violation so far (m, rad; m/s, rad/s), and when (s).
-    channels : tuple of str
     """
 
-    def __init__(
-        self, model: Model, choice: StepChoice, samples: int, period: float, duration: float, energy: bool
-    ) -> None:
+    def __init__(self, model: Model, choice: StepChoice, settings: Settings) -> None:
         system, names = model.system, model.system.contact_names
         journals = [f"{name}{n or ''}" for n in range(len(system.journals)) for name in JOURNAL]
         loads = [f"reaction_{journal.name}_{axis}" for journal in system.journals for axis in "xy"]
-        self.channels = (
+        channels = (
             *STATE, *ACCELERATIONS, *corner_channels(names), *journals, *system.multipliers, *loads,
-            *(ENERGIES if energy else ()),
+            *(ENERGIES if settings.energy else ()),
         )  # fmt: skip
-        self.accepted, self.watch = 0, Watch()
-        self.drift = dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
         shared = any(bool(part.law[SHARED]) for part in model.parts)
-        self.contacts = Contacts(names, model.contacts, shared)
-        self.extrema = Extrema(len(self.channels), period, duration)
-        self._model, self._choice, self._energy = model, choice, energy
-        self._samples, self._sample_count = np.full((len(self.channels), samples + 1), np.nan), 0
+        super().__init__(channels, names, shared, settings.samples, settings.period, settings.duration)
+        self.accepted, self.drift = 0, dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
+        self._model, self._choice, self._settings = model, choice, settings
         # Of each state: time and tick, coordinates, rates, multipliers, memory, loads of the contacts
         bodies = PER_BODY * len(system.bodies)
         sizes = [2, bodies, bodies, len(system.multipliers), model.contacts.size]
@@ -103,17 +90,15 @@ class Recorder:
         self._log = np.zeros((_ROOM, ends[-1]))
         self._columns = [slice(*pair) for pair in pairwise(ends)]
         self._count = 0
-        self._followed: tuple[int, ...] = ()
         self._stamp = np.zeros(2)
         self._vectors: tuple[Array, ...] = ()
         # Works of drive, damping and friction up to the last state; of height and stored at t = 0
         self._works, self._initial = np.zeros(3), (0.0, 0.0)
 
-    def follow(self, q: Array, v: Array, multipliers: Array) -> None:
+    def begin(self, q: Array, v: Array, multipliers: Array) -> None:
         """Take the states to come from Exudyn's own vectors, which it fills anew in every step.
 
-        To ask for them takes longer than to read them: at the states that there have to be is often enough to
-        notice if they moved.
+        To ask for them takes longer than to read them.
 
         Parameters
         ----------
@@ -121,32 +106,20 @@ class Recorder:
             Coordinates and their rates.
         multipliers : ndarray
             Those of Exudyn's constraints, in the order of ``System.multipliers``.
-
-        Raises
-        ------
-        AssertionError
-            If these are not the vectors of the last call.
         """
-        places = tuple(vector.ctypes.data for vector in (q, v, multipliers))
-        if self._followed:
-            if places != self._followed:
-                raise AssertionError("Exudyn has moved its state")
-            return
-        self._followed = places
-        self._vectors = self._stamp, q, v, multipliers, self._model.contacts.reshape(-1)
-        self._vectors += tuple(part.load for part in self._model.parts)
-        for part in self._model.parts:
+        parts = self._model.parts
+        loads = [part.load for part in parts]
+        self._vectors = self._stamp, q, v, multipliers, self._model.contacts.reshape(-1), *loads
+        for part in parts:
             part.attach(q, v)
             part.start()
 
     def accept(self) -> float:
         """Take the next state; return how many ticks the next step may take."""
-        choice, contacts = self._choice, self.contacts
-        time, wanted, count = choice.time, choice.allowed, contacts.count
+        choice = self._choice
+        time, wanted = choice.time, choice.allowed
         for part in self._model.parts:
-            contacts.count, wanted = part.follow(time, choice.size, wanted, contacts.events, contacts.count)
-        if contacts.count != count:
-            contacts.make_room()
+            wanted = part.follow(time, wanted)
         stamp = self._stamp
         stamp[0], stamp[1] = time, choice.tick
         np.concatenate(self._vectors, out=self._log[self._count])
@@ -171,7 +144,7 @@ class Recorder:
         parts = [self._log[: self._count, columns].T.copy() for columns in self._columns]
         (times, ticks), q, v, multipliers, memory = parts[:5]
         memory = memory.reshape(-1, MEMORY_COLUMNS, len(times))
-        required = np.flatnonzero(ticks % self._choice.per_state == 0)
+        required = np.flatnonzero(ticks % self._settings.per_state == 0)
         values = self._values(times, q, v, multipliers, memory, parts[5:], required)
         self.extrema.take(times[new:], values[:, new:])
         self._take_turning_points(times, ticks, values)
@@ -181,7 +154,7 @@ class Recorder:
             part.watch(self.watch, times, q, v, forces, own[:, [IMPACT_SPEED, START, NAME]])
         self._take_samples(times, ticks, values)
         self._log[0] = self._log[self._count - 1]
-        self._count = 1
+        self._count, self.time = 1, float(times[-1])
 
     def _values(
         self,
@@ -214,7 +187,7 @@ class Recorder:
         rest = [part.eccentricity(q) for part in journals]
         of_journals = [load for part, load in zip(parts, loads, strict=True) if isinstance(part, JournalPart)]
         rest += [-multipliers, *(load[PER_BODY : PER_BODY + ANGLE] for load in of_journals)]
-        if self._energy:
+        if self._settings.energy:
             rest.append(self._energies(times, q, v, multipliers, memory))
         values[end:] = np.concatenate(rest)
         return values
@@ -265,23 +238,29 @@ class Recorder:
             self.extrema.take_inside(channels, times[long] + fraction * step, turning)
 
     def _take_contacts(self, times: Array, memory: Array, new: int) -> None:
-        """Take the normal forces of contacts: pulses, and by the trapezoidal rule the impulses."""
+        """Take the contacts by the steps to each new state: pulses, and by the trapezoidal rule impulses."""
+        after = np.arange(new, len(times))
+        before = np.maximum(after - 1, 0)  # to the state at t = 0 leads a step of no length
         for part in self._model.parts:
             shared = isinstance(part, SliderPart) and bool(part.law[SHARED])
             count = UPPER if shared else len(memory[part.rows])
             for row in range(part.rows.start, part.rows.start + count):
-                normal, depth, speed, start = memory[row, [NORMAL, GAP, IMPACT_SPEED, START]]
+                contact, normal, depth = memory[row, [IMPACT_SPEED, START, NAME]], *memory[row, [NORMAL, GAP]]
                 depth = -depth
                 if shared:  # the contact of a side, which its lower corner remembers
                     normal = normal + memory[row + UPPER, NORMAL]
                     depth = np.maximum(depth, -memory[row + UPPER, GAP])
-                same = (speed[:-1] > 0.0) & (start[:-1] == start[1:])
-                before = np.where(same, normal[:-1], 0.0)
-                width = times[1:] - np.maximum(start[1:], times[:-1])
-                impulse = np.append(0.0, 0.5 * (before + normal[1:]) * width)
-                closed = np.flatnonzero(speed[new:] > 0.0) + new
-                self.contacts.take(row, start[closed], impulse[closed], normal[closed], depth[closed])
-                self.contacts.note(row, times[closed], normal[closed])
+                closed = contact[0] > 0.0
+                self.contacts.note(row, times[after][closed[after]], normal[after][closed[after]])
+                over = closed[before] & ~closed[after]
+                contact = np.where(over, contact[:, before], contact[:, after])
+                end = np.where(over, memory[row, END][after], np.inf)
+                start = np.maximum(contact[1], times[before])
+                first = np.where(contact[1] <= times[before], normal[before], 0.0)
+                impulse = 0.5 * (first + normal[after]) * (np.minimum(end, times[after]) - start)
+                taken = contact[0] > 0.0
+                part_of_it = end, impulse, normal[after], depth[after]
+                self.contacts.take(row, contact[:, taken], *(one[taken] for one in part_of_it))
 
     def _take_samples(self, times: Array, ticks: Array, values: Array) -> None:
         """Take the samples up to the last state; those between two states are interpolated.
@@ -291,15 +270,14 @@ class Recorder:
         order, as that of the method, but the angular acceleration of a body in a guide: that follows from the
         corners' forces.
         """
-        last = int(ticks[-1] // self._choice.per_sample)
-        wanted = np.arange(self._sample_count, last + 1) * self._choice.per_sample
-        self._sample_count += len(wanted)
+        last = int(ticks[-1] // self._settings.per_sample)
+        wanted = np.arange(self._sample_count, last + 1) * self._settings.per_sample
         at = np.searchsorted(ticks, wanted)
         samples = values[:, at]
         between = np.flatnonzero(ticks[at] != wanted)
         if len(between):
             samples[:, between] = self._interpolate(times, values, at[between], wanted[between])
-        self._samples[:, self._sample_count - len(wanted) : self._sample_count] = samples
+        self.take_samples(samples)
 
     def _interpolate(self, times: Array, values: Array, at: NDArray[Any], wanted: NDArray[Any]) -> Array:
         before, after, step = values[:, at - 1], values[:, at], times[at] - times[at - 1]
@@ -324,11 +302,3 @@ class Recorder:
     def is_finite(self) -> bool:
         """Whether the last accepted state holds no infinity and no NaN."""
         return bool(np.all(np.isfinite(self._log[max(self._count - 1, 0)])))
-
-    def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
-        """Return sampled channels by name, as far as the run came."""
-        return {name: self._samples[self.channels.index(name), : self._sample_count].copy() for name in names}
-
-    def event_table(self) -> dict[str, NDArray[Any]]:
-        """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
-        return self.contacts.table(float(self._log[max(self._count - 1, 0), 0]))

@@ -15,45 +15,31 @@ not enough for a corner that starts 10 mm inside its wall, nor 512 for a slider 
 ROUND_OFF = 4e-15
 """Residual that is met, over the weight of all bodies: joints bear four times that, and each rounds by some
 1e-16 of it. At 150, 1000 and 3000 rpm 1e-15 is met and 3e-16 is not."""
-_MUCH = 4 * 32
+_MUCH = 4 * 40
 """Times the shortest step; four of the longest (``step_choice``), of which a sample shortens none by much."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What the solution of a run is asked for.
+    """What the solution of a run is asked for."""
 
-    Attributes
-    ----------
-    method : str
-        "generalized-alpha" or "trapezoidal-index2".
-    sample_interval : float
-        s.
-    samples : int
-        Besides the one at t = 0.
-    per_sample : int
-        Ticks, the steps in a contact, in one sample interval.
-    per_state : int
-        Ticks between states that there have to be.
-    fixed : bool
-        Whether all steps are one tick: nothing has clearance.
-    tolerance : float
-        Of the Newton iteration, in N and m alike (index 2: and m/s).
-    uses : int
-        Newton iterations of a step that may use an old Jacobian before each gets a new one.
-    difference : float
-        Of a coordinate, at least 1e-2 m or rad: over which Exudyn differentiates forces for its Jacobian.
-    """
-
-    method: str
-    sample_interval: float
-    samples: int
-    per_sample: int
-    per_state: int
-    fixed: bool
-    tolerance: float
-    uses: int
+    method: str  # "generalized-alpha" or "trapezoidal-index2"
+    sample_interval: float  # s
+    samples: int  # besides the one at t = 0
+    period: float  # Of the cycles by which extrema are kept, s
+    energy: bool  # Whether the energies are recorded
+    per_sample: int  # Ticks, the steps in a contact, in one sample interval
+    per_state: int  # Ticks between states that there have to be
+    fixed: bool  # Whether all steps are one tick: nothing has clearance
+    tolerance: float  # Of the Newton iteration, in N and m alike (index 2: and m/s)
+    uses: int  # Newton iterations of a step that may use an old Jacobian before each gets a new one
+    # Of a coordinate, at least 1e-2 m or rad: over which Exudyn differentiates forces for its Jacobian
     difference: float
+
+    @property
+    def duration(self) -> float:
+        """Time of the last sample, s."""
+        return self.samples * self.sample_interval
 
     @property
     def tick(self) -> float:
@@ -71,21 +57,24 @@ def choose_settings(parameters: Parameters) -> Settings:
     integration, interval = parameters.integration, parameters.sample_interval
     # An interval that is a whole number of steps must not get one more from round-off
     per_sample = max(1, math.ceil(interval / integration.step * (1 - 1e-12)))
-    # Smooth contacts: where two iterations do not suffice, the third gets a new Jacobian, with which two
-    # suffice for another twenty steps; without, every step would take three, and each is an evaluation of all
-    # forces and joints. Stiff ones with kinks (two corners at once, the pin's friction): a Jacobian from one
-    # side of a kink misleads on the other, where an old one from free flight converges, slowly, as the
-    # masses over the square of the step outweigh the contact. Then Exudyn's own default
+    # Smooth contacts: where three iterations do not suffice, the fourth gets a new Jacobian, which takes as
+    # long as ten of them and serves some twenty steps. With a new one sooner, of a step far longer than a
+    # contact, the iteration overshoots by revolutions of rod 4 and finds a root there. Stiff contacts with
+    # kinks (two corners at once, the pin's friction): a Jacobian from one side of a kink misleads on the
+    # other, where an old one from free flight converges, slowly, as the masses over the square of the step
+    # outweigh the contact. Then Exudyn's own default
     smooth = parameters.journal is None and _law(parameters) in ("", "hertz-corners")
     return Settings(
         method=integration.method,
         sample_interval=interval,
         samples=parameters.samples,
+        period=parameters.mechanism.period,
+        energy=integration.energy,
         per_sample=per_sample,
         per_state=_ticks_between_states(parameters, per_sample),
         fixed=not parameters.contacts,
         tolerance=_newton_tolerance(parameters, interval / per_sample),
-        uses=1 if smooth else 8,
+        uses=2 if smooth else 8,
         # On an elastic foundation a slider rests some 1e-9 m deep: over 1e-7, contact would pass for flight
         difference=1e-8 if _law(parameters) == "foundation" else 1e-7,
     )
@@ -147,7 +136,7 @@ def exudyn_settings(settings: Settings) -> Any:
     values.solution.sensors.active = False
     integration = values.timeIntegration
     integration.verboseMode = 0
-    integration.endTime = settings.samples * settings.sample_interval
+    integration.endTime = settings.duration
     integration.numberOfSteps = settings.samples * settings.per_sample
     # A step is tried again only where `solver` asks for it or Newton's method fails, with the length that
     # `solver` sets; never lengthened by Exudyn's own choice

@@ -1,46 +1,33 @@
 """The solution of one run of five bodies by Exudyn's implicit integrators."""
 
-import math
-import time
-from collections.abc import Callable
 from typing import Any
 
-import exudyn as exu
 import numpy as np
+from numpy.typing import NDArray
 
 from exudyn_model.five_bodies.balance import constraints, correct_start
-from exudyn_model.five_bodies.contact_forces import ANGLE, PER_BODY
 from exudyn_model.five_bodies.parts import JournalPart
-from exudyn_model.five_bodies.recording import Recorder
+from exudyn_model.five_bodies.recording import BodiesRecorder
 from exudyn_model.five_bodies.settings import (
     SPECTRAL_RADIUS,
     Settings,
     choose_settings,
     exudyn_settings,
 )
-from exudyn_model.five_bodies.step_choice import LONGEST, LONGEST_INDEX2, StepChoice
+from exudyn_model.five_bodies.step_choice import StepChoice
 from exudyn_model.five_bodies.system import Model, System, build, press
 from exudyn_model.linkage import assemble
 from exudyn_model.parameters import Parameters
-from exudyn_model.run import PROGRESS_INTERVAL, Outcome, Run
+from exudyn_model.run import Outcome, Progress, Report, Run, solve, state_vectors
 
-Progress = Callable[[float], None]
-
-# Ticks of a step in which the linkage hardly moves, and how many iterations of a longer one may use an old
-# Jacobian
-_SHORT, _USES_IN_LONG = 4, 2
+Array = NDArray[np.float64]
 
 
-def run_five_bodies(parameters: Parameters, progress: Progress | None) -> Run:
+def run_five_bodies(parameters: Parameters, progress: Report | None) -> Run:
     """Run the formulation "full"; ``progress`` as for ``simulation.simulate``."""
     settings = choose_settings(parameters)
-    recorder, choice, outcome = run_system(
-        press(parameters, assemble(parameters)),
-        settings,
-        parameters.mechanism.period,
-        parameters.integration.energy,
-        progress,
-    )
+    system = press(parameters, assemble(parameters))
+    recorder, choice, outcome = run_system(system, settings, progress)
     if outcome.status == "newton-failed" and any(
         one.impact_speed == "current" for one in parameters.contacts
     ):
@@ -59,32 +46,19 @@ def run_five_bodies(parameters: Parameters, progress: Progress | None) -> Run:
 
 
 def run_system(
-    system: System, settings: Settings, period: float, energy: bool, progress: Progress | None = None
-) -> tuple[Recorder, StepChoice, Outcome]:
-    """Run a linkage of lists.
-
-    Parameters
-    ----------
-    system : System
-        At positions and with velocities that fit its joints.
-    settings : Settings
-    period : float
-        Of the cycles by which extrema are kept, s.
-    energy : bool
-        Whether the energies are recorded.
-    progress : callable, optional
+    system: System, settings: Settings, report: Report | None = None
+) -> tuple[BodiesRecorder, StepChoice, Outcome]:
+    """Run a linkage of lists, at positions and with velocities that fit its joints.
 
     Raises
     ------
     AssertionError
-        If positions or velocities do not fit the joints: Exudyn would accept them without a word.
+        If they do not: Exudyn would accept them without a word.
     """
     model = build(system, settings.tick)
-    longest = 1 if settings.fixed else LONGEST_INDEX2 if settings.index2 else LONGEST
-    choice = StepChoice(model, settings.tick, settings.per_sample, settings.per_state, longest)
-    duration = settings.samples * settings.sample_interval
-    recorder = Recorder(model, choice, settings.samples, period, duration, energy)
-    return recorder, choice, Solution(model, settings, choice, recorder, progress).run()
+    choice = StepChoice(model, settings)
+    recorder = BodiesRecorder(model, choice, settings)
+    return recorder, choice, Solution(model, settings, choice, recorder, report).run()
 
 
 class Solution:
@@ -98,8 +72,8 @@ class Solution:
     model : Model
     settings : Settings
     choice : StepChoice
-    recorder : Recorder
-    progress : callable or None
+    recorder : BodiesRecorder
+    report : callable or None
     """
 
     def __init__(
@@ -107,58 +81,42 @@ class Solution:
         model: Model,
         settings: Settings,
         choice: StepChoice,
-        recorder: Recorder,
-        progress: Progress | None,
+        recorder: BodiesRecorder,
+        report: Report | None,
     ) -> None:
-        self._model, self._settings, self._choice = model, settings, choice
-        self._recorder, self._progress = recorder, progress
-        self._data = model.mbs.systemData
+        self._model, self._settings, self._choice, self._recorder = model, settings, choice, recorder
+        self._progress = Progress(report, settings.duration)
         self._settling = [part for part in model.parts if isinstance(part, JournalPart)]
-        self._interruption: BaseException | None = None
         # Whether Newton's method has converged in the present step, so that it is accepted; whether the step
         # is to be iterated once more from its start; fraction of the step to where a contact begins or ends
         self._accepted, self._again, self._fraction = True, False, 0.0
-        self._rejected, self._last_call = 0, time.monotonic()
-        self._duration = settings.samples * settings.sample_interval
+        self._rejected = 0
         self._dynamic: Any = None
+        self._vectors: list[Array] = []
 
     def run(self) -> Outcome:
         """Integrate from t = 0."""
-        mbs, status, remedy = self._model.mbs, "success", ""
-        mbs.SetPreStepUserFunction(self._before_step)
-        if not self._settings.fixed:
-            mbs.SetPostNewtonUserFunction(self._after_newton)
-        console = exu.config.printToConsole
-        exu.config.printToConsole = False
-        try:
-            mbs.SolveDynamic(exudyn_settings(self._settings))
-            if self._interruption is None:
-                self._before_step()  # the last state, which no further step starts from
-        except exu.SolverError:
+        mbs, recorder, remedy = self._model.mbs, self._recorder, ""
+        after_newton = None if self._settings.fixed else self._after_newton
+        status = solve(mbs, exudyn_settings(self._settings), self._before_step, after_newton)
+        if status == "success":
+            self._before_step()  # the last state, which no further step starts from
+        else:
             status = "newton-failed"
             remedy = (
                 "raise solver.exudyn.tolerance if below 1e-8, reduce solver.exudyn.step if above 2e-5 s; "
                 "where friction.coefficient is above 1, lower it"
             )
-        except exu.ModelError as error:
-            # Ctrl-C or a fault inside the contact force arrives as the cause; it is no outcome of the scene
-            raise (error.__cause__ or error) from None
-        finally:
-            exu.config.printToConsole = console
-            mbs.SetPreStepUserFunction(0)
-            mbs.SetPostNewtonUserFunction(0)
-        if self._interruption is not None:
-            raise self._interruption
-        self._recorder.observe()
-        if status == "success" and self._has_spun():
-            status, remedy = "newton-failed", "reduce solver.exudyn.step: it is far longer than a contact"
-        if not self._recorder.is_finite():
+        if [one.ctypes.data for one in self._vectors] != [one.ctypes.data for one in state_vectors(mbs)]:
+            raise AssertionError("Exudyn has moved its coordinates")
+        recorder.observe()
+        if not recorder.is_finite():
             status, remedy = "non-finite", "check the scene's masses and speeds"
-        if self._progress is not None and status == "success":
-            self._progress(1.0)
-        iterations = mbs.sys["dynamicSolver"].it
+        if status == "success":
+            self._progress.finish()
+        iterations = self._dynamic.it
         counters = {
-            "steps": self._recorder.accepted - 1,
+            "steps": recorder.accepted - 1,
             "rejected": self._rejected,
             "newton_iterations": iterations.newtonStepsCount,
             "jacobians": iterations.newtonJacobiCount,
@@ -166,57 +124,41 @@ class Solution:
         return Outcome(status, remedy, counters)
 
     def _before_step(self, *_: Any) -> bool:
-        """Exudyn's pre-step function: record the current state; False to stop."""
-        try:
-            if self._dynamic is None:
-                self._begin()
-            if self._accepted:
-                self._accept()
-            else:
-                self._try_again()
-        # Also a user's Ctrl-C: Exudyn would make it an error of its own
-        except BaseException as exception:
-            self._interruption = exception
-            return False
-        return True
-
-    def _vectors(self) -> tuple[Any, Any]:
-        return self._data.GetODE2Coordinates(copy=False), self._data.GetODE2Coordinates_t(copy=False)
-
-    def _begin(self) -> None:
-        self._dynamic = self._model.mbs.sys["dynamicSolver"]
-        self._require_consistent_start()
-        if self._settings.index2:  # other methods damp what is wrong with the initial accelerations
-            q, v = self._vectors()
-            multipliers = self._data.GetAECoordinates(copy=False)
-            correct_start(self._model.system, q, v, self._data.GetODE2Coordinates_tt(copy=False), multipliers)
-
-    def _accept(self) -> None:
-        choice, recorder = self._choice, self._recorder
-        if choice.at_required_state:
-            recorder.follow(*self._vectors(), self._data.GetAECoordinates(copy=False))
-        ticks = recorder.accept()
-        if choice.at_sample and self._progress is not None:
-            self._report(self._progress)
+        """Exudyn's pre-step function, called again after a rejected step: record where a step starts."""
+        if not self._accepted:
+            self._try_again()
+            return True
+        if self._dynamic is None:
+            self._begin()
+        choice = self._choice
         before = choice.ticks
-        choice.choose(ticks)
+        choice.choose(self._recorder.accept())
+        self._progress(choice.time)
         if not self._settings.fixed:
             self._accepted = False
             if choice.ticks != before:
                 self._set_step()
+        return True
 
-    def _report(self, progress: Progress) -> None:
-        if time.monotonic() - self._last_call > PROGRESS_INTERVAL:
-            self._last_call = time.monotonic()
-            progress(self._choice.time / self._duration)
+    def _begin(self) -> None:
+        """Take the start, whose accelerations Exudyn has found by now.
 
-    def _require_consistent_start(self) -> None:
-        q, v = self._vectors()
+        Raises
+        ------
+        AssertionError
+            If positions or velocities do not fit the joints.
+        """
+        mbs, system = self._model.mbs, self._model.system
+        self._dynamic, self._vectors = mbs.sys["dynamicSolver"], state_vectors(mbs)
+        q, v, multipliers = self._vectors
         with np.errstate(over="ignore"):
-            found = constraints(self._model.system, np.zeros(1), q[:, None], v[:, None])
+            found = constraints(system, np.zeros(1), q[:, None], v[:, None])
         # Lengths are near 1 m: round-off of a few operations is some 1e-16
         if not (found.position[0] <= 1e-13 and found.velocity[0] <= 1e-12 * (1 + np.max(np.abs(v)))):
             raise AssertionError("initial positions or velocities do not fit the joints")
+        if self._settings.index2:  # other methods damp what is wrong with the initial accelerations
+            correct_start(system, q, v, mbs.systemData.GetODE2Coordinates_tt(copy=False), multipliers)
+        self._recorder.begin(q, v, multipliers)
 
     def _try_again(self) -> None:
         """Shorten the step that was not accepted."""
@@ -234,10 +176,6 @@ class Solution:
         dynamic, settings, ticks = self._dynamic, self._settings, self._choice.ticks
         dynamic.it.currentStepSize = ticks * settings.tick
         dynamic.it.currentTime = self._choice.time
-        # In long steps, in which the linkage moves on, two iterations seldom suffice; a third with the old
-        # Jacobian takes less time than a new one
-        uses = settings.uses if ticks <= _SHORT else max(settings.uses, _USES_IN_LONG)
-        dynamic.newton.maxModifiedNewtonIterations = uses
         # Its error in positions, over the step, is one of velocities
         dynamic.newton.absoluteTolerance = settings.tolerance * min(ticks, 1.0)
         if settings.index2:
@@ -259,16 +197,3 @@ class Solution:
                 return [2.0, 0.0]
         self._accepted, self._fraction = True, 0.0
         return [0.0, -1.0]
-
-    def _has_spun(self) -> bool:
-        """Return whether a slider, or what it is pinned to, is over half a revolution from its start.
-
-        No guide lets it be. In a step far longer than a contact the Newton iteration can overshoot by
-        thousands of revolutions and find a root there: an angle counts by its sine alone, and inertia
-        balances whatever the wall exerts. No later step brings it back.
-        """
-        system, start = self._model.system, exu.ConfigurationType.Initial
-        sliders = {one.body for one in system.sliders} | {one.body for one in system.guides}
-        held = sliders | {pin.first for pin in system.pins if pin.second in sliders}
-        turned = self._data.GetODE2Coordinates() - self._data.GetODE2Coordinates(configuration=start)
-        return any(abs(turned[PER_BODY * body + ANGLE]) > math.pi for body in held)

@@ -20,11 +20,12 @@ kink of friction its iterates go round as long as friction can stop the slip sev
 from exudyn_model.columns import CLOSED
 from exudyn_model.five_bodies.contact_forces import LENGTH, STAYS_OPEN
 from exudyn_model.five_bodies.following import PART
+from exudyn_model.five_bodies.settings import Settings
 from exudyn_model.five_bodies.system import Model
 
-# Ticks of the longest step: at 300 rpm its error in flight is a hundredth of that of contacts, at 50 ticks
-# a twentieth
-LONGEST = 32
+# Ticks of the longest step: at 300 rpm its error in flight is a fortieth of that of contacts, at 50 ticks a
+# fifteenth
+LONGEST = 40
 # With constraints at velocity level, where joints drift by what steps in flight add up to
 LONGEST_INDEX2 = 8
 # Before the first contact there is no other error: with 32 ticks the smallest change of mass or gravity that
@@ -41,12 +42,7 @@ class StepChoice:
     ----------
     model : Model
         The length of each step is entered there for the contacts.
-    size : float
-        The tick, s.
-    per_sample, per_state : int
-        Ticks in a sample interval; between states that there have to be, a multiple of it.
-    longest : int
-        Ticks of the longest step; 1: fixed steps.
+    settings : Settings
 
     Attributes
     ----------
@@ -54,50 +50,42 @@ class StepChoice:
         Of the step, a whole number of them or a part of one; 0 before the first one.
     tick, time : float
         Of the step's end, in ticks and in s.
-    at_sample, at_required_state : bool
-        Whether the step ends at a sample; where there has to be a state.
     longest_taken : float
         Ticks of the longest step so far.
     """
 
-    def __init__(self, model: Model, size: float, per_sample: int, per_state: int, longest: int) -> None:
-        self.ticks, self.longest_taken = 0.0, 1.0
-        self.tick, self.time, self.at_sample, self.at_required_state = 0.0, 0.0, True, True
-        self.size, self.per_sample, self.longest = size, per_sample, longest
-        self.per_state, self._step, self._contacts = per_state, model.step, model.contacts
-        self._touched = False
+    def __init__(self, model: Model, settings: Settings) -> None:
+        self.ticks, self.tick, self.time, self.longest_taken = 0.0, 0.0, 0.0, 1.0
+        self.size, self._per_state = settings.tick, settings.per_state
+        self._longest = 1 if settings.fixed else LONGEST_INDEX2 if settings.index2 else LONGEST
+        self._step, self._contacts, self._touched = model.step, model.contacts, False
 
     @property
     def allowed(self) -> float:
         """Ticks that the next step may take at most, whatever the contacts say."""
-        self._touched = self._touched or bool(self._contacts[:, CLOSED].any())
-        longest = self.longest if self._touched else min(self.longest, LONGEST_BEFORE_CONTACT)
+        if not self._touched:
+            self._touched = bool(self._contacts[:, CLOSED].any())
+        longest = self._longest if self._touched else min(self._longest, LONGEST_BEFORE_CONTACT)
         return min(_GROWTH * self.ticks, longest)
 
     def choose(self, wanted: float) -> None:
         """Choose the step after the one that has been accepted: ``wanted`` ticks at most, at least one."""
         self.longest_taken = max(self.longest_taken, self.ticks)
         if self.tick % 1.0:
-            ticks = min(2.0 * self.ticks, 1.0 - self.tick % 1.0)
+            self._take(min(2.0 * self.ticks, 1.0 - self.tick % 1.0))
         else:
             # Equal parts up to the next state that there has to be
-            left = self.per_state - self.tick % self.per_state
-            ticks = -(-left // -(-left // max(wanted // 1.0, 1.0)))
-        self._take(ticks)
+            left = self._per_state - self.tick % self._per_state
+            self._take(-(-left // -(-left // max(wanted // 1.0, 1.0))))
 
     def shorten(self, fraction: float) -> None:
         """Replace the step by one that covers less than ``fraction`` of it; one of a tick or less by half."""
         self.tick -= self.ticks
-        if self.ticks > 1.0:
-            self._take(max(1.0, PART * fraction * self.ticks // 1.0))
-        else:
-            self._take(0.5 * self.ticks)
+        self._take(max(1.0, PART * fraction * self.ticks // 1.0) if self.ticks > 1.0 else 0.5 * self.ticks)
 
     def _take(self, ticks: float) -> None:
-        self.tick = tick = self.tick + ticks
-        self.time = tick * self.size
-        self.at_sample = tick % self.per_sample == 0
-        self.at_required_state = tick % self.per_state == 0
+        self.tick += ticks
+        self.time = self.tick * self.size
         if ticks != self.ticks:
             self.ticks = ticks
             self._step[LENGTH], self._step[STAYS_OPEN] = ticks * self.size, float(ticks > 1)

@@ -63,23 +63,12 @@ class Guide(NamedTuple):
 
 
 class SliderContact(NamedTuple):
-    """A rectangular body with clearance in a straight guide.
-
-    Attributes
-    ----------
-    body : int
-    point : tuple of float
-        Of the guide's centre line, m.
-    direction : float
-        Of the axis across the guide, rad; a body at this angle has its length along the guide.
-    width, length : float
-        Of the body, m.
-    contact : Contact
-    """
+    """A rectangular body with clearance in a straight guide."""
 
     body: int
-    point: tuple[float, float]
-    direction: float
+    point: tuple[float, float]  # Of the guide's centre line, m
+    direction: float  # Of the axis across the guide, rad; a body at this angle has its length along the guide
+    # Of the body, m
     width: float
     length: float
     contact: Contact
@@ -204,28 +193,14 @@ def press(parameters: Parameters, state: InitialState) -> System:
 
 @dataclass(frozen=True)
 class Model:
-    """A system assembled in Exudyn, with what its contact forces read.
-
-    Attributes
-    ----------
-    mbs : exudyn.MainSystem
-    container : exudyn.SystemContainer
-        Owner of ``mbs``; held so that it outlives it.
-    system : System
-    parts : list of Part
-        Its contacts.
-    contacts : ndarray, shape (n, columns)
-        Their memory: see ``memory``.
-    step : ndarray, shape (2,)
-        Of the step in progress: see ``parts``.
-    """
+    """A system assembled in Exudyn, with what its contact forces read."""
 
     mbs: Any
-    container: Any
+    container: Any  # Owner of ``mbs``; held so that it outlives it
     system: System
-    parts: list[Part]
-    contacts: Array
-    step: Array
+    parts: list[Part]  # Its contacts
+    contacts: Array  # Their memory: see ``memory``
+    step: Array  # Of the step in progress: see ``contact_forces``
 
 
 def build(system: System, step: float) -> Model:
@@ -267,7 +242,7 @@ def build(system: System, step: float) -> Model:
         mbs.AddObject(
             CoordinateConstraint(markerNumbers=[fixed, marker], offset=offset, velocityLevel=is_drive)
         )
-    contacts, current = new_contacts(len(system.contact_names)), np.array([step, 0.0])
+    contacts, current = new_contacts(len(system.contact_names)), np.array([step, 0.0, step])
     parts = _parts(system, contacts, current)
     for part in parts:
         # An object without mass on the bodies' nodes, which only adds the contact force

@@ -1,4 +1,4 @@
-"""What the drive leaves free, as a kinematic tree in explicit steps with error control: formulation "tree".
+"""What the drive leaves free, in explicit steps with error control: formulation "tree".
 
 Rod 4 and slider, or, where the crank pin has clearance, all bodies but the crank (``building``). Steps end
 where a contact begins or ends (``isolation``).

@@ -1,6 +1,6 @@
 """Where in a step of a tree a contact begins or ends: isolated for certain, so that the step ends there.
 
-Over a step the distance of a contact (``motion.evaluate``) is the quintic Hermite polynomial through both
+Over a step the distance of a contact (``motion``) is the quintic Hermite polynomial through both
 ends. A polynomial lies between the least and the greatest of its Bernstein coefficients [1]_: if none is
 negative, neither is the polynomial, however often it turns. Most steps are settled by that; else the step is
 searched from its start on, in parts short enough to be settled each.
@@ -14,10 +14,10 @@ References
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import CLOSED, IMPACT_SPEED, LEFT, NAME, RATE, SHARED, SPEED_FLOOR, START
+from exudyn_model.columns import CLOSED, END, IMPACT_SPEED, NAME, RATE, SHARED, SPEED_FLOOR, START
 from exudyn_model.corners import CORNER_COUNT, UPPER
 from exudyn_model.kernels import kernel
-from exudyn_model.memory import ROUNDED, end_contact
+from exudyn_model.memory import ROUNDED
 from exudyn_model.tree.motion import ACCELERATION, DISTANCE, PIN_ROW, ROWS, SPEED
 
 Array = NDArray[np.float64]
@@ -74,11 +74,7 @@ def first_change(coefficients: Array, found: Array) -> float:
 
     Not necessarily the first one in the step: the step up to there is tried again, and searched again. 0 if
     the distance was zero from the start on until it passed; nan if a shorter step is needed to be sure.
-
-    Parameters
-    ----------
-    coefficients, found : ndarray, shape (6,)
-        Of the distance; room for those of a part.
+    ``coefficients``, shape (6,), are of the distance, ``found`` is room for those of a part.
     """
     low, width, high = 0.0, 1.0, 1.0
     passed = coefficients[_DEGREE] < -ROUNDED
@@ -137,15 +133,15 @@ def close(row: int, contacts: Array, time: float, law: Array) -> None:
 
 
 @kernel
-def separate(row: int, contacts: Array, time: float, law: Array, events: Array, count: int) -> int:
-    """Open a contact at ``time`` (s) and end it, unless it goes on in the other corner; count events."""
-    contacts[row, CLOSED], contacts[row, LEFT] = 0.0, time
+def separate(row: int, contacts: Array, time: float, law: Array) -> None:
+    """Open a contact at ``time`` (s) and end it, unless it goes on in the other corner."""
+    contacts[row, CLOSED], contacts[row, END] = 0.0, time
     if law[SHARED] > 0.0:
         other = contacts[(row + UPPER) % CORNER_COUNT]
         if other[CLOSED] > 0.0:
-            return count
-        row, time = row % UPPER, max(time, other[LEFT])
-    return end_contact(row, contacts[row], time, 0.0, events, count)
+            return
+        row, time = row % UPPER, max(time, other[END])
+    contacts[row, IMPACT_SPEED], contacts[row, END] = 0.0, time
 
 
 @kernel
@@ -167,19 +163,8 @@ def accepted_fraction(
 
     A contact that touches sooner than ``least`` after the start touches *at* the start: its impact speed is
     frozen here, and the step is to be tried again with it. At separation the force is 0 already but has a
-    kink, across which no interpolation is accurate.
-
-    Parameters
-    ----------
-    start, step, least : float
-        s.
-    before, after : ndarray, shape (5, 3)
-        Distances at both ends of the step.
-    guide, journal : ndarray or None
-        Laws.
-    contacts : ndarray, shape (5, columns)
-    work : ndarray, shape (2, 6)
-        Room.
+    kink, across which no interpolation is accurate. ``before`` and ``after`` are the distances at both ends
+    of the step, ``work``, shape (2, 6), is room.
     """
     first = 1.0
     for row in range(0 if guide is not None else CORNER_COUNT, ROWS if journal is not None else CORNER_COUNT):
@@ -212,45 +197,21 @@ def accepted_fraction(
 
 @kernel
 def switch(
-    row: int,
-    start: float,
-    end: float,
-    before: Array,
-    after: Array,
-    law: Array,
-    contacts: Array,
-    events: Array,
-    count: int,
-) -> tuple[bool, int]:
+    row: int, start: float, end: float, before: Array, after: Array, law: Array, contacts: Array
+) -> bool:
     """End the contact of a row that has opened in an accepted step, or begin one that touches at its end.
 
-    Parameters
-    ----------
-    row : int
-    start, end : float
-        Of the step, s.
-    before, after : ndarray, shape (5, 3)
-        Distances at both ends of the step.
-    law : ndarray
-    contacts : ndarray, shape (5, columns)
-    events : ndarray
-    count : int
-
-    Returns
-    -------
-    switched : bool
-    count : int
+    Return whether there is one. ``before`` and ``after`` are the distances at both ends of the step.
     """
     gap, rate, switched = after[row, DISTANCE], after[row, SPEED], False
     contact = contacts[row]
     # What has just touched may still be open by round-off, but it approaches
     if contact[CLOSED] > 0.0 and (gap > ROUNDED or (gap >= -ROUNDED and rate > 0.0)):
         # In an accepted step a contact separates at one of the ends alone: see `accepted_fraction`
-        left = end if gap < -before[row, DISTANCE] else start
-        count = separate(row, contacts, left, law, events, count)
+        separate(row, contacts, end if gap < -before[row, DISTANCE] else start, law)
         switched = True
     contact[RATE] = rate
     if contact[CLOSED] == 0.0 and gap <= ROUNDED and rate < 0.0:
         close(row, contacts, end, law)
         switched = True
-    return switched, count
+    return switched

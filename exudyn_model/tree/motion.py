@@ -3,7 +3,14 @@
 What drives a tree is a function of time: joint C where the crank pin is ideal, else the journal. Rod 2 and
 rocker are not free where the crank pin is ideal, nor is the slider's angle where the slider is.
 
-A joint that is ideal has ``None`` for its law: numba compiles what is needed for the other one alone.
+Arguments of the kernels have the same names throughout, times and steps are in s:
+
+- ``linkage``, ``guide``, ``journal``: constants of linkage and contacts. A joint that is ideal has ``None``
+  for its law: numba compiles what is needed for the other one alone.
+- ``contacts``, shape (5, columns): memory of the corners, then of the journal, whether there or not.
+- ``values``, shape (``WIDTH``,): of a state, filled; see below.
+- ``distances``, shape (5, 3): from touching, filled. Of each corner its gap (m), of the journal
+  (c^2 - e^2) / (2 c), equal to its gap near 0 and smooth at e = 0; with first and second derivative.
 
 Steps end where a contact begins or ends: inside of one, what is in contact keeps its frozen impact speed, and
 what was open stays without force, even where a trial state lies behind the wall. The motion of a trial step
@@ -16,11 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.columns import CLEARANCE, IMPACT_SPEED
-from exudyn_model.corners import ACROSS, CORNER_COUNT, UPPER, corner_load, corner_motion
+from exudyn_model.corners import ACROSS, CORNER_COUNT, UPPER, corner_motion, side_load
 from exudyn_model.journal import bearing_load, journal_forces, journal_motion
 from exudyn_model.kernels import kernel
 from exudyn_model.laws import side_forces
 from exudyn_model.linkage import (
+    CARRIED_INERTIA,
+    CARRIED_MOMENT,
     CRANK_ANGLE,
     CRANK_LENGTH,
     CRANK_SPEED,
@@ -36,8 +45,6 @@ from exudyn_model.linkage import (
     ROD2_INERTIA,
     ROD2_LENGTH,
     ROD2_MASS,
-    ROD4_CENTROID,
-    ROD4_INERTIA,
     ROD4_LENGTH,
     ROD4_MASS,
     SLIDER_INERTIA,
@@ -61,7 +68,7 @@ ROWS = CORNER_COUNT + 1
 JOURNAL_E = CONTACT + PER_CONTACT * ROWS
 ANGLES = JOURNAL_E + 2
 WIDTH = ANGLES + 4
-# Of each contact: its distance from touching (see `evaluate`), first and second derivative
+# Of each contact
 DISTANCE, SPEED, ACCELERATION = range(3)
 
 
@@ -95,6 +102,13 @@ class Loads(NamedTuple):
 
 
 @kernel
+def note_contact(row: int, gap: float, normal: float, friction: float, values: Array) -> None:
+    """Fill in gap (m), normal force and friction (N) of a contact."""
+    column = CONTACT + PER_CONTACT * row
+    values[column], values[column + 1], values[column + 2] = gap, normal, friction
+
+
+@kernel
 def contact_loads(
     time: float,
     state: State,
@@ -107,19 +121,8 @@ def contact_loads(
 ) -> Loads:
     """Return the loads of the contacts in progress: those with a frozen impact speed.
 
-    Parameters
-    ----------
-    time : float
-        s.
-    state : State
-    tip : TipMotion
-        Of joint C; its acceleration is not read.
-    linkage : ndarray
-    guide, journal : ndarray or None
-        Laws.
-    contacts : ndarray, shape (5, columns)
-    values : ndarray, shape (``WIDTH``,) or (0,)
-        The slider's motion, the contacts and e are filled in.
+    Of joint C, ``tip``, the acceleration is not read. If there are ``values``, the slider's motion, the
+    contacts and e are filled in.
     """
     fill = len(values) > 0
     fx, fy, moment, pin_x, pin_y, pin_moment = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -141,15 +144,11 @@ def contact_loads(
             lower = corner_motion(side, x, angle, vx, vy, omega, guide)
             upper = corner_motion(side + UPPER, x, angle, vx, vy, omega, guide)
             forces = side_forces(lower, upper, lower_speed, upper_speed, guide)
-            for end in range(2):
-                number, motion = side + UPPER * end, lower if end == 0 else upper
-                normal = forces.lower if end == 0 else forces.upper
-                friction = forces.lower_friction if end == 0 else forces.upper_friction
-                load = corner_load(number, normal, friction, motion)
-                fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
-                if fill:
-                    column = CONTACT + PER_CONTACT * number
-                    values[column], values[column + 1], values[column + 2] = motion.gap, normal, friction
+            load = side_load(side, forces, lower, upper)
+            fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
+            if fill:
+                note_contact(side, lower.gap, forces.lower, forces.lower_friction, values)
+                note_contact(side + UPPER, upper.gap, forces.upper, forces.upper_friction, values)
     if journal is not None:
         w1, w2, w3 = linkage[CRANK_SPEED], state.w2, state.w3
         angle1 = linkage[CRANK_ANGLE] + w1 * time
@@ -170,32 +169,21 @@ def contact_loads(
             normal, friction, pin, -share * rod_x, -share * rod_y, journal
         )
         if fill:
-            column = CONTACT + PER_CONTACT * PIN_ROW
-            values[column], values[column + 1], values[column + 2] = pin.gap, normal, friction
+            note_contact(PIN_ROW, pin.gap, normal, friction, values)
             values[JOURNAL_E], values[JOURNAL_E + 1] = ex, ey
     return Loads(along_x, along_y, fx, fy, moment, pin_x, pin_y, pin_moment)
 
 
 @kernel
-def rod4_acceleration(angle: float, tip: TipMotion, fx: float, fy: float, linkage: Array) -> float:
-    """Return rod 4's angular acceleration (rad/s^2) behind an ideal crank pin.
+def rod4_moment(angle: float, tip: TipMotion, loads: Loads, linkage: Array) -> float:
+    """Return the moment (N m) about C of contacts, weights and inertial forces on rod 4 with the slider.
 
-    Rod 4 and the slider together rotate about C, which moves as the drive makes it; taking moments about C
-    leaves this as the only unknown.
+    Behind an ideal crank pin C moves as the drive makes it. ``angle`` is rod 4's, rad.
     """
-    cosine, sine, length, centroid = (
-        np.cos(angle),
-        np.sin(angle),
-        linkage[ROD4_LENGTH],
-        linkage[ROD4_CENTROID],
-    )
-    mass4, mass5 = linkage[ROD4_MASS], linkage[SLIDER_MASS]
-    first_moment = mass4 * centroid + mass5 * length
-    second_moment = linkage[ROD4_INERTIA] + mass4 * centroid**2 + mass5 * length**2
     # Across rod 4: the centripetal parts point along it and have no moment about C
-    across = -sine * tip.ax + cosine * (tip.ay + linkage[GRAVITY])
-    found: float = (length * (-sine * fx + cosine * fy) - first_moment * across) / second_moment
-    return found
+    across = -np.sin(angle) * tip.ax + np.cos(angle) * (tip.ay + linkage[GRAVITY])
+    moment: float = loads.along_x * loads.fy - loads.along_y * loads.fx - linkage[CARRIED_MOMENT] * across
+    return moment
 
 
 @kernel
@@ -217,7 +205,7 @@ def chain_accelerations(
         Force of the guide on an ideal slider along x, N; 0 on one with clearance.
     """
     to_b, length3, length4 = linkage[ROCKER_TO_B], linkage[ROCKER_LENGTH], linkage[ROD4_LENGTH]
-    centre2, centre4 = linkage[ROD2_LENGTH] - linkage[ROD2_CENTROID], linkage[ROD4_CENTROID]
+    centre2 = linkage[ROD2_LENGTH] - linkage[ROD2_CENTROID]
     m2, m3, m4, m5 = linkage[ROD2_MASS], linkage[ROCKER_MASS], linkage[ROD4_MASS], linkage[SLIDER_MASS]
     c2, s2 = np.cos(state.theta2), np.sin(state.theta2)
     c3, s3 = np.cos(state.theta3), np.sin(state.theta3)
@@ -225,12 +213,12 @@ def chain_accelerations(
     square2, square3, square4 = state.w2**2, state.w3**2, state.w4**2
     cos23, sin23 = c2 * c3 + s2 * s3, s3 * c2 - c3 * s2
     cos34, sin34 = c3 * c4 + s3 * s4, s4 * c3 - c4 * s3
-    first4, g = m4 * centre4 + m5 * length4, linkage[GRAVITY]
+    first4, g = linkage[CARRIED_MOMENT], linkage[GRAVITY]
 
     # Equations of rocker, rod 2 and rod 4: inertias of each and between them
     inertia3 = linkage[ROCKER_INERTIA] + (m3 + m2) * to_b**2 + (m4 + m5) * length3 * length3
     inertia2 = linkage[ROD2_INERTIA] + m2 * centre2**2
-    inertia4 = linkage[ROD4_INERTIA] + m4 * centre4**2 + m5 * length4**2
+    inertia4 = linkage[CARRIED_INERTIA]
     between23, between34 = -m2 * to_b * centre2 * cos23, length3 * first4 * cos34
     # What is accelerated towards the centres of rotation, by n . u of the other angle; weights; forces
     moment3 = (
@@ -271,38 +259,23 @@ def chain_accelerations(
 
 
 @kernel
-def evaluate(
-    time: float,
-    state: State,
+def complete(
+    end: Array,
     linkage: Array,
     guide: Array | None,
     journal: Array | None,
     contacts: Array,
     values: Array,
     distances: Array,
-) -> tuple[float, float, float, float]:
-    """Fill all values of a state, and return the angular accelerations of its four angles (rad/s^2).
-
-    Parameters
-    ----------
-    time : float
-        s.
-    state : State
-    linkage : ndarray
-    guide, journal : ndarray or None
-        Laws.
-    contacts : ndarray, shape (5, columns)
-    values : ndarray, shape (``WIDTH``,)
-        Filled.
-    distances : ndarray, shape (5, 3)
-        Filled: of each corner its gap (m), of the journal (c^2 - e^2) / (2 c), equal to its gap near 0 and
-        smooth at e = 0; first and second derivative.
-    """
+) -> None:
+    """Fill in the angular accelerations of an end of a step by balance of forces, values and distances."""
+    time = end[TIME]
+    state = State(end[1], end[2], end[3], end[4], end[5], end[6], end[7], end[8])
     alpha2, alpha3, alpha4, alpha5 = 0.0, 0.0, 0.0, 0.0
     if journal is None:
         tip = driven_tip(time, linkage)
         loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, values)
-        alpha4 = rod4_acceleration(state.theta4, tip, loads.fx, loads.fy, linkage)
+        alpha4 = rod4_moment(state.theta4, tip, loads, linkage) / linkage[CARRIED_INERTIA]
     else:
         tip = carried_tip(state.theta3, state.w3, 0.0, linkage)
         loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, values)
@@ -330,7 +303,7 @@ def evaluate(
     # What the watch of a journal reads
     values[ANGLES], values[ANGLES + 1] = state.theta2, state.theta3
     values[ANGLES + 2], values[ANGLES + 3] = state.w2, state.w3
-    return alpha2, alpha3, alpha4, alpha5
+    end[SECOND], end[SECOND + 1], end[SECOND + 2], end[SECOND + 3] = alpha2, alpha3, alpha4, alpha5
 
 
 @kernel
@@ -344,7 +317,7 @@ def _journal_distance(
     values: Array,
     distances: Array,
 ) -> None:
-    """Fill the distance of the journal: see :func:`evaluate`; ``values`` holds its gap and e."""
+    """Fill the distance of the journal: see :func:`complete`; ``values`` holds its gap and e."""
     ex, ey, clearance = values[JOURNAL_E], values[JOURNAL_E + 1], journal[CLEARANCE]
     w1, w2, w3 = linkage[CRANK_SPEED], state.w2, state.w3
     # Of A, of B about H and of A' about B: e = A - H - HB + A'B

@@ -5,12 +5,10 @@ by quintic Hermite polynomials, at the samples' times and at ``_POINTS`` for ext
 Whatever is kept follows from such a state by balance of forces.
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import CLOSED, IMPACT_SPEED, NAME, RATE, SHARED, SPEED_FLOOR
+from exudyn_model.columns import CLOSED, IMPACT_SPEED, NAME, RATE, SHARED, SPEED_FLOOR, START
 from exudyn_model.corners import CORNER_COUNT, CORNERS, UPPER
 from exudyn_model.kernels import machine_code
 from exudyn_model.laws import CornerMotion
@@ -25,6 +23,8 @@ from exudyn_model.linkage import (
     ROD2_LENGTH,
 )
 from exudyn_model.memory import ROUNDED, ROUNDED_SPEED, start_side
+from exudyn_model.parameters import Parameters
+from exudyn_model.run import Recorder
 from exudyn_model.tables import (
     ACCELERATIONS,
     CONTACT,
@@ -32,14 +32,11 @@ from exudyn_model.tables import (
     PER_CONTACT,
     PIN,
     STATE,
-    Contacts,
-    Extrema,
     corner_channels,
 )
 from exudyn_model.tree.building import Tree
 from exudyn_model.tree.motion import ANGLES, END_COLUMNS, JOURNAL_E, PIN_ROW, ROWS, WIDTH
 from exudyn_model.tree.steps import ENDS, STEP_COLUMNS, judge, observe
-from exudyn_model.watch import Watch
 
 Array = NDArray[np.float64]
 
@@ -56,18 +53,13 @@ _FEW = 20
 _ROOM = 2048
 
 
-class TreeRecorder:
+class TreeRecorder(Recorder):
     """Recorder of one run of a tree, which also judges its steps.
 
     Parameters
     ----------
     tree : Tree
-    sample_interval : float
-        s.
-    samples : int
-        Besides the initial state.
-    period : float
-        Of the crank, s.
+    parameters : Parameters
     least : float
         Shortest step that ends where a contact begins or ends, s.
 
@@ -75,29 +67,21 @@ class TreeRecorder:
     ----------
     steps : int
         Accepted so far.
-    time : float
-        Of the last accepted state, s.
-    extrema, contacts, watch
-        See ``tables`` and ``watch``.
-    channels : tuple of str
     """
 
-    def __init__(self, tree: Tree, sample_interval: float, samples: int, period: float, least: float) -> None:
-        self.steps, self.time, self.channels = 0, 0.0, CHANNELS
-        self.watch = Watch()
-        self.extrema = Extrema(len(CHANNELS), period, samples * sample_interval)
+    def __init__(self, tree: Tree, parameters: Parameters, least: float) -> None:
         shared = tree.guide is not None and bool(tree.guide[SHARED])
-        self.contacts = Contacts(NAMES, tree.contacts, shared)
-        self._tree, self._interval = tree, sample_interval
-        self._samples, self._sample_count = np.full((len(CHANNELS), samples + 1), np.nan), 0
+        period, duration = parameters.mechanism.period, parameters.duration
+        super().__init__(CHANNELS, NAMES, shared, parameters.samples, period, duration)
+        self.steps = 0
+        self._tree, self._interval, self._last_sample = tree, parameters.sample_interval, parameters.samples
         self._log, self._count = np.zeros((_ROOM, STEP_COLUMNS)), 0
         self._distances = np.zeros((2, ROWS, 3))
         laws = tree.linkage, tree.guide, tree.journal
         room = np.zeros(WIDTH), np.zeros((2, 6)), self._log
         self._fixed = np.zeros((2, END_COLUMNS)), self._distances, *laws, tree.contacts, least, *room
         vector = np.zeros(2)
-        examples = 0.0, vector, vector, False, *self._fixed, 0, self.contacts.events, 0
-        self._judge = machine_code(judge, *examples)
+        self._judge = machine_code(judge, 0.0, vector, vector, False, *self._fixed, 0)
         self._room = np.zeros(END_COLUMNS), np.zeros((ROWS, 3)), tree.contacts.copy()
         points = self._log, np.zeros(1, dtype=np.int64), vector
         self._observe = machine_code(observe, *points, *laws, *self._room, np.zeros((1, WIDTH)))
@@ -105,7 +89,7 @@ class TreeRecorder:
     def begin(self, q: Array, v: Array) -> None:
         """Take the initial state (see :meth:`judge`): what is inside its wall is in contact from t = 0."""
         for _ in range(2):  # distances first; then the accelerations with what they say is in contact
-            self._judge(0.0, q, v, True, *self._fixed, 0, self.contacts.events, 0)
+            self._judge(0.0, q, v, True, *self._fixed, 0)
             self._start_contacts()
 
     def _start_contacts(self) -> None:
@@ -140,24 +124,22 @@ class TreeRecorder:
             1 if the step is accepted, else the fraction of it after which a contact begins or ends; nan if
             the coordinates are not finite.
         """
-        contacts = self.contacts
-        fraction, count = self._judge(
-            time, q, v, False, *self._fixed, self._count, contacts.events, contacts.count
-        )
+        fraction = self._judge(time, q, v, False, *self._fixed, self._count)
         if fraction >= 1.0:
             self.time = time
             self.steps += 1
             self._count += 1
             if self._count == _ROOM:
                 self.observe()
-            if count != contacts.count:
-                contacts.count = count
-                contacts.make_room()
         return fraction
 
     def observe(self, last: bool = False) -> None:
         """Observe the steps that wait for it; of a run that ends here samples up to 1e-10 s later, too."""
         count, self._count = self._count, 0
+        if last:  # also what begins in the last state
+            for row in np.flatnonzero(self._tree.contacts[:, IMPACT_SPEED]):
+                contact = self._tree.contacts[row, [IMPACT_SPEED, START, NAME]]
+                self.contacts.take(int(row), contact[:, None], np.full(1, np.inf), *np.zeros((3, 1)))
         if not count:
             if self.steps == 0:
                 self._observe_start()
@@ -168,18 +150,15 @@ class TreeRecorder:
         times = (starts[:, None] + _POINTS * (ends - starts)[:, None]).ravel()
         self.extrema.take(times, values[: len(CHANNELS)])
         self._take_vertices(starts, ends - starts, values)
-        memory = np.repeat(steps[:, ENDS:].T.reshape(3, ROWS, count).swapaxes(0, 1), len(_POINTS), axis=2)
+        memory = steps[:, ENDS:].T.reshape(4, ROWS, count).swapaxes(0, 1)
         self._take_contacts(starts, ends - starts, values, memory)
-        self._watch(times, values, memory)
+        self._watch(times, values, np.repeat(memory[:, :3], len(_POINTS), axis=2))
         until = ends[-1] + 1e-10 if last else np.nextafter(ends[-1], 0.0)
-        number = min(int(until / self._interval * (1 + 1e-15)), self._samples.shape[1] - 1)
+        number = min(int(until / self._interval * (1 + 1e-15)), self._last_sample)
         wanted = np.arange(self._sample_count, number + 1) * self._interval
         wanted = wanted[wanted <= until]
         at = np.clip(np.searchsorted(starts, wanted, side="right") - 1, 0, count - 1)
-        samples = self._values(at, (wanted - starts[at]) / (ends - starts)[at])
-        columns = slice(self._sample_count, self._sample_count + len(wanted))
-        self._samples[:, columns] = samples[: len(CHANNELS)]
-        self._sample_count += len(wanted)
+        self.take_samples(self._values(at, (wanted - starts[at]) / (ends - starts)[at]))
 
     def _observe_start(self) -> None:
         """Observe a run without a step: its initial state alone."""
@@ -188,10 +167,9 @@ class TreeRecorder:
         self._log[0, :ENDS] = np.concatenate([ends[0], ends[0]])
         self._log[0, END_COLUMNS] = 1.0  # a time that is not that of its start
         self._log[0, ENDS : ENDS + ROWS] = self._tree.contacts[:, IMPACT_SPEED]
-        channels = self._values(np.zeros(1, dtype=np.int64), np.zeros(1))[: len(CHANNELS)]
-        self._samples[:, :1] = channels
-        self._sample_count = 1
-        self.extrema.take(np.zeros(1), channels)
+        values = self._values(np.zeros(1, dtype=np.int64), np.zeros(1))
+        self.take_samples(values)
+        self.extrema.take(np.zeros(1), values[: len(CHANNELS)])
 
     def _at_points(self, count: int) -> Array:
         """Return all values at ``_POINTS`` of each step, shape (``WIDTH``, steps times points)."""
@@ -228,8 +206,8 @@ class TreeRecorder:
         """Take pulses, peaks, depths, and by Simpson's rule the impulses of the contacts."""
         count, points = len(starts), len(_POINTS)
         for row in range(ROWS):
-            speed, begun = (memory[row, k, ::points] for k in (0, 1))
-            closed = speed > 0.0
+            begun = memory[row, 1]
+            closed = memory[row, 0] > 0.0
             if not closed.any():
                 continue
             column = CONTACT + PER_CONTACT * row
@@ -239,8 +217,8 @@ class TreeRecorder:
                 normal, depth = normal + values[other + 1], np.maximum(depth, -values[other])
             normal, depth = normal.reshape(count, points), depth.reshape(count, points)
             impulse = steps * (normal @ _SIMPSON)
-            own = begun[closed], impulse[closed], normal.max(axis=1)[closed], depth.max(axis=1)[closed]
-            self.contacts.take(row, *own)
+            own = memory[row, 3], impulse, normal.max(axis=1), depth.max(axis=1)
+            self.contacts.take(row, memory[row, :3, closed].T, *(one[closed] for one in own))
             noted = np.zeros((count, points), dtype=bool)
             noted[:, -1] = closed
             noted[:, 1:-1] = (closed & (starts - begun < _FEW * steps))[:, None]
@@ -266,11 +244,3 @@ class TreeRecorder:
             rate = 1j * (w1 * arm1 + w2 * arm2 - w3 * arm3)
             motion = np.array([apart.real, apart.imag, rate.real, rate.imag, np.full(len(times), w1), w2])
             self.watch.take_journal(PIN_ROW, times, motion, forces[PIN_ROW], memory[PIN_ROW], tree.journal)
-
-    def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
-        """Return sampled channels by name, as far as the run came."""
-        return {name: self._samples[CHANNELS.index(name), : self._sample_count].copy() for name in names}
-
-    def event_table(self) -> dict[str, NDArray[Any]]:
-        """Return the contacts sorted by start; one that lasts at the last accepted state ends there."""
-        return self.contacts.table(self.time)

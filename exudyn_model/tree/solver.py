@@ -1,8 +1,6 @@
 """Explicit integration of a tree with error control, in steps that end where a contact begins or ends."""
 
 import math
-import time
-from collections.abc import Callable
 from typing import Any
 
 import exudyn as exu
@@ -10,13 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.linkage import assemble
-from exudyn_model.parameters import Integration, Parameters
-from exudyn_model.run import PROGRESS_INTERVAL, Outcome, Run
+from exudyn_model.parameters import Parameters
+from exudyn_model.run import Outcome, Progress, Report, Run, StopError, solve, state_vectors
 from exudyn_model.tree.building import build_tree
 from exudyn_model.tree.recording import TreeRecorder
 
+Array = NDArray[np.float64]
+
 # Evaluations of the force in one trial of a step
 _STAGES = 7
+
+# Exudyn's post-Newton function returns this to go on
+_GO_ON = [0.0, -1.0]
 
 # Trials of one step whose error is too large, each shorter than the one before. At its shortest step Exudyn
 # tries the same one again without end
@@ -34,23 +37,6 @@ _REMEDIES = {
     "non-finite": "lower solver.exudyn.step if far above 1e-4 s, or check the scene's masses and speeds",
     "work-limit": "shorten drive.cycles to less than was reached, or raise solver.exudyn.tolerance",
 }
-
-
-def run_tree(parameters: Parameters, progress: Callable[[float], None] | None) -> Run:
-    """Run the formulation "tree"; ``progress`` as for ``simulation.simulate``."""
-    tree, least = build_tree(parameters, assemble(parameters)), least_step(parameters.duration)
-    recorder = TreeRecorder(
-        tree, parameters.sample_interval, parameters.samples, parameters.mechanism.period, least
-    )
-    outcome = solve(
-        tree.mbs, parameters.duration, parameters.cycles, parameters.integration, recorder, progress
-    )
-    name = "rod 4 and slider tree" if parameters.journal is None else "rocker, rods and slider tree"
-    return Run(name, {"least_step": least}, recorder, outcome)
-
-
-class _StopError(Exception):
-    """Stop of a run from inside a user function; the argument is the run's status."""
 
 
 def least_step(duration: float) -> float:
@@ -80,7 +66,7 @@ def settings(duration: float, tolerance: float, largest_step: float) -> Any:
     integration.automaticStepSize = True
     # The number of steps is Exudyn's way to give the largest one
     integration.numberOfSteps = math.ceil(duration / largest_step * (1 - 1e-12))
-    # Below what `solve` allows, so that the run stops there, and Exudyn does not repeat the step
+    # Below what `_Steps` allows, so that the run stops there, and Exudyn does not repeat the step
     integration.minimumStepSize = 0.5 * shortest_step(0.0, least_step(duration))
     integration.initialStepSize = min(1e-6, largest_step)
     # Absolute, in rad and rad/s: Exudyn multiplies its relative tolerance by the coordinate with its sign,
@@ -96,98 +82,95 @@ def settings(duration: float, tolerance: float, largest_step: float) -> Any:
     return values
 
 
-def _coordinates(mbs: Any) -> list[NDArray[np.float64]]:
-    """Return Exudyn's own memory of the coordinates and of their rates."""
-    data = mbs.systemData
-    return [data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)]
+class _Steps:
+    """What Exudyn calls before and after a trial of a step.
+
+    Parameters
+    ----------
+    recorder : TreeRecorder
+    q, v : ndarray
+        Exudyn's own memory of the coordinates and of their rates.
+    parameters : Parameters
+    least : float
+        See :func:`least_step`.
+    report : callable or None
+    """
+
+    def __init__(
+        self,
+        recorder: TreeRecorder,
+        q: Array,
+        v: Array,
+        parameters: Parameters,
+        least: float,
+        report: Report | None,
+    ) -> None:
+        self.located, self._trials = 0, 0
+        self.progress = Progress(report, parameters.duration)
+        self._recorder, self._q, self._v, self._least = recorder, q, v, least
+        self._last = parameters.duration - 1e-10  # Exudyn's own rule
+        self._most = STEPS_PER_CYCLE_LIMIT * max(1.0, parameters.cycles)
+
+    def before_trial(self, mbs: Any, t: float) -> bool:
+        """Exudyn's pre-step function; after a trial whose error is too large there is no other call."""
+        del mbs, t
+        self._trials += 1
+        if self._trials > _TRIALS:
+            raise StopError("step-too-small")
+        return True
+
+    def after_step(self, mbs: Any, t: float) -> list[float]:
+        """Exudyn's post-Newton function: [error above 1, wanted step], or [0, -1] to go on."""
+        del mbs
+        self._trials = 0
+        recorder = self._recorder
+        step = t - recorder.time
+        if step < shortest_step(t, self._least) and t < self._last:
+            raise StopError("step-too-small")
+        fraction = recorder.judge(t, self._q, self._v)
+        if recorder.steps + self.located >= self._most:
+            raise StopError("work-limit")
+        if fraction >= 1.0:
+            self.progress(t)
+            return _GO_ON
+        if math.isnan(fraction):
+            raise StopError("non-finite")
+        self.located += 1
+        # Exudyn shortens a step to three quarters at most; it would ignore a longer wish
+        return [2.0, min(fraction, 0.75) * step]
 
 
-def solve(
-    mbs: Any,
-    duration: float,
-    cycles: float,
-    integration: Integration,
-    recorder: TreeRecorder,
-    progress: Callable[[float], None] | None,
-) -> Outcome:
-    """Integrate ``mbs`` from t = 0 by Dormand and Prince's method of order 5(4).
+def run_tree(parameters: Parameters, report: Report | None) -> Run:
+    """Run the formulation "tree" by Dormand and Prince's method of order 5(4).
 
     Exudyn calls back after each step that its error control accepts. The recorder then looks for a contact
     that begins or ends inside the step; if it finds one, the step is taken back and tried again with the
     length up to there. Of a step that is taken back one thing alone is kept: that a contact began at its
-    very start (``isolation.accepted_fraction``).
+    very start (``isolation.accepted_fraction``). ``report`` is ``progress`` of ``simulation.simulate``.
     """
-    last_call = time.monotonic()
-    located, trials = 0, 0
-    least = least_step(duration)
-    most = STEPS_PER_CYCLE_LIMIT * max(1.0, cycles)
-
-    def before_trial(mbs: Any, t: float) -> bool:
-        """Exudyn's pre-step function; after a trial whose error is too large there is no other call."""
-        nonlocal trials
-        del mbs, t
-        trials += 1
-        if trials > _TRIALS:
-            raise _StopError("step-too-small")
-        return True
-
-    def after_step(mbs: Any, t: float) -> list[float]:
-        """Exudyn's post-Newton function: [error above 1, wanted step], or [0, -1] to go on."""
-        nonlocal last_call, located, trials
-        del mbs
-        trials = 0
-        step = t - recorder.time
-        if step < shortest_step(t, least) and t < duration - 1e-10:  # Exudyn's own rule
-            raise _StopError("step-too-small")
-        fraction = recorder.judge(t, q, v)
-        if recorder.steps + located >= most:
-            raise _StopError("work-limit")
-        if not fraction >= 1.0:
-            if math.isnan(fraction):
-                raise _StopError("non-finite")
-            located += 1
-            # Exudyn shortens a step to three quarters at most; it would ignore a longer wish
-            return [2.0, min(fraction, 0.75) * step]
-        if progress is not None and time.monotonic() - last_call > PROGRESS_INTERVAL:
-            last_call = time.monotonic()
-            progress(t / duration)
-        return go_on
-
-    go_on = [0.0, -1.0]
-    # Views, made once: to ask for them takes 1 us a step each
-    q, v = _coordinates(mbs)
+    duration, integration = parameters.duration, parameters.integration
+    tree, least = build_tree(parameters, assemble(parameters)), least_step(duration)
+    mbs = tree.mbs
+    recorder = TreeRecorder(tree, parameters, least)
+    q, v = vectors = state_vectors(mbs)
     recorder.begin(q, v)
-    mbs.SetPreStepUserFunction(before_trial)
-    mbs.SetPostNewtonUserFunction(after_step)
-    status = "success"
-    console = exu.config.printToConsole
-    exu.config.printToConsole = False
-    try:
-        mbs.SolveDynamic(
-            settings(duration, integration.tolerance, integration.step),
-            solverType=exu.DynamicSolverType.DOPRI5,
-        )
-    except exu.SolverError:
+    steps = _Steps(recorder, q, v, parameters, least, report)
+    exudyn_settings = settings(duration, integration.tolerance, integration.step)
+    method = exu.DynamicSolverType.DOPRI5
+    status = solve(mbs, exudyn_settings, steps.before_trial, steps.after_step, solverType=method)
+    if status == "solver-error":
         status = "step-too-small"
-    except exu.ModelError as error:
-        if not isinstance(error.__cause__, _StopError):
-            # Ctrl-C or a fault inside a user function arrives as the cause; it is no outcome of the scene
-            raise (error.__cause__ or error) from None
-        status = str(error.__cause__)
-    finally:
-        exu.config.printToConsole = console
-        mbs.SetPreStepUserFunction(0)
-        mbs.SetPostNewtonUserFunction(0)
-    if [view.ctypes.data for view in (q, v)] != [view.ctypes.data for view in _coordinates(mbs)]:
+    if [one.ctypes.data for one in vectors] != [one.ctypes.data for one in state_vectors(mbs)]:
         raise AssertionError("Exudyn has moved its coordinates")
     recorder.observe(last=True)
-    if progress is not None and status == "success":
-        progress(1.0)
+    if status == "success":
+        steps.progress.finish()
     rejected = mbs.sys["dynamicSolver"].it.rejectedAutomaticStepSizeSteps
     counters = {
         "steps": recorder.steps,
         "rejected": rejected,
-        "located": located,
-        "rhs": _STAGES * (recorder.steps + rejected + located),
+        "located": steps.located,
+        "rhs": _STAGES * (recorder.steps + rejected + steps.located),
     }
-    return Outcome(status, _REMEDIES[status], counters)
+    name = "rod 4 and slider tree" if parameters.journal is None else "rocker, rods and slider tree"
+    return Run(name, {"least_step": least}, recorder, Outcome(status, _REMEDIES[status], counters))

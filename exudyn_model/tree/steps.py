@@ -3,47 +3,32 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import IMPACT_SPEED, NAME, START
+from exudyn_model.columns import END, IMPACT_SPEED, NAME, START
 from exudyn_model.corners import CORNER_COUNT
-from exudyn_model.kernels import entry, kernel
+from exudyn_model.kernels import entry
+from exudyn_model.linkage import driven_rod4
 from exudyn_model.tree.isolation import accepted_fraction, switch
 from exudyn_model.tree.motion import (
     END_COLUMNS,
     PIN_ROW,
     RATE,
+    ROCKER,
     ROD2,
     ROD4,
     ROWS,
-    SECOND,
     SLIDER,
     THETA,
     TIME,
-    State,
-    evaluate,
+    complete,
     interpolate,
 )
 
 Array = NDArray[np.float64]
 
-# Of an accepted step: both ends, and impact speed, start and name of the contacts during the step
+# Of an accepted step: both ends, and of the contacts during the step impact speed, start, name, and end,
+# infinite where it goes on
 ENDS = 2 * END_COLUMNS
-STEP_COLUMNS = ENDS + 3 * ROWS
-
-
-@kernel
-def complete(
-    end: Array,
-    linkage: Array,
-    guide: Array | None,
-    journal: Array | None,
-    contacts: Array,
-    values: Array,
-    distances: Array,
-) -> None:
-    """Fill in the angular accelerations of an end of a step by balance of forces, and its distances."""
-    state = State(end[1], end[2], end[3], end[4], end[5], end[6], end[7], end[8])
-    found = evaluate(end[TIME], state, linkage, guide, journal, contacts, values, distances)
-    end[SECOND], end[SECOND + 1], end[SECOND + 2], end[SECOND + 3] = found
+STEP_COLUMNS = ENDS + 4 * ROWS
 
 
 @entry
@@ -63,10 +48,11 @@ def judge(
     work: Array,
     steps: Array,
     count: int,
-    events: Array,
-    event_count: int,
-) -> tuple[float, int]:
-    """Accept the step to a state, or return where in it a contact first begins or ends.
+) -> float:
+    """Accept the step to a state, or return the fraction of it after which a contact begins or ends.
+
+    Not a number if the coordinates are not finite. Of an accepted step, returned as 1, row ``count`` of
+    ``steps`` is filled, the memory of the contacts and the first of the ``ends`` are moved on.
 
     Parameters
     ----------
@@ -76,52 +62,30 @@ def judge(
         Coordinates of the tree and their rates: see ``building``.
     is_start : bool
         Whether this is the initial state, to which no step leads.
-    ends : ndarray, shape (2, 13)
-        Of the step: see ``motion``. The first one moves on with an accepted step.
-    distances : ndarray, shape (2, 5, 3)
-        At both ends.
-    linkage : ndarray
-    guide, journal : ndarray or None
-        Laws.
-    contacts : ndarray, shape (5, columns)
-        Changed in place.
+    ends, distances : ndarray, shape (2, 13) and (2, 5, 3)
+        Of the step at both ends: see ``motion``.
     least : float
         Shortest step that ends where a contact begins or ends, s.
-    values : ndarray, shape (``motion.WIDTH``,)
-    work : ndarray, shape (2, 6)
+    values, work : ndarray, shape (``motion.WIDTH``,) and (2, 6)
         Room.
-    steps : ndarray, shape (n, ``STEP_COLUMNS``)
-        Row ``count`` is filled with an accepted step.
-    count : int
-    events : ndarray
-        With room for a row of each contact from ``event_count`` on.
-    event_count : int
-
-    Returns
-    -------
-    fraction : float
-        1 if the step is accepted, else the fraction of it after which a contact begins or ends; nan if the
-        coordinates are not finite.
-    event_count : int
     """
     total = 0.0
     for k in range(len(q)):
         total += q[k] + v[k]
     if not np.isfinite(total):
-        return np.nan, event_count
+        return np.nan
     start, end = ends[0], ends[1]
     end[TIME] = time
-    rod4, carried, carried_rate = 0, 0.0, 0.0
-    if journal is not None:
-        rod4, carried, carried_rate = 2, q[0], v[0]
-        for column in range(2):
-            body = ROD2 + 1 - column  # the rocker, then rod 2
-            end[THETA + body] = q[0] + column * q[column]
-            end[RATE + body] = v[0] + column * v[column]
-    end[THETA + ROD4], end[RATE + ROD4] = carried + q[rod4], carried_rate + v[rod4]
-    if guide is not None:
-        end[THETA + SLIDER] = end[THETA + ROD4] + q[rod4 + 1]
-        end[RATE + SLIDER] = end[RATE + ROD4] + v[rod4 + 1]
+    if journal is None:
+        _, angle, rate, _ = driven_rod4(time, linkage)
+        end[THETA + ROD4], end[RATE + ROD4] = angle + q[0], rate + v[0]
+        end[THETA + SLIDER], end[RATE + SLIDER] = q[1], v[1]
+    else:
+        end[THETA + ROCKER], end[RATE + ROCKER] = q[0], v[0]
+        for body, number in ((ROD2, 1), (ROD4, 2)):
+            end[THETA + body], end[RATE + body] = q[0] + q[number], v[0] + v[number]
+        if guide is not None:
+            end[THETA + SLIDER], end[RATE + SLIDER] = end[THETA + ROD4] + q[3], end[RATE + ROD4] + v[3]
     complete(end, linkage, guide, journal, contacts, values, distances[1])
     switched = False
     if not is_start:
@@ -130,7 +94,7 @@ def judge(
             start[TIME], step, distances[0], distances[1], guide, journal, contacts, least, work
         )
         if fraction < 1.0:
-            return fraction, event_count
+            return fraction
         kept = steps[count]
         for k in range(END_COLUMNS):
             kept[k], kept[END_COLUMNS + k] = start[k], end[k]
@@ -139,15 +103,16 @@ def judge(
             kept[ENDS + 2 * ROWS + row] = contacts[row, NAME]
         if guide is not None:
             for row in range(CORNER_COUNT):
-                one, event_count = switch(
-                    row, start[TIME], time, distances[0], distances[1], guide, contacts, events, event_count
-                )
-                switched = switched or one
-        if journal is not None:
-            one, event_count = switch(
-                PIN_ROW, start[TIME], time, distances[0], distances[1], journal, contacts, events, event_count
-            )
-            switched = switched or one
+                if switch(row, start[TIME], time, distances[0], distances[1], guide, contacts):
+                    switched = True
+        if journal is not None and switch(
+            PIN_ROW, start[TIME], time, distances[0], distances[1], journal, contacts
+        ):
+            switched = True
+        for row in range(ROWS):
+            contact = contacts[row]
+            over = contact[IMPACT_SPEED] == 0.0 or contact[START] != kept[ENDS + ROWS + row]
+            kept[ENDS + 3 * ROWS + row] = contact[END] if over else np.inf
     if switched:  # what the contacts that go on make of the state: its right limit
         complete(end, linkage, guide, journal, contacts, values, distances[1])
     for k in range(END_COLUMNS):
@@ -155,7 +120,7 @@ def judge(
     for row in range(ROWS):
         for k in range(3):
             distances[0, row, k] = distances[1, row, k]
-    return 1.0, event_count
+    return 1.0
 
 
 @entry
@@ -171,22 +136,10 @@ def observe(
     contacts: Array,
     values: Array,
 ) -> None:
-    """Fill all values of states inside of accepted steps.
+    """Fill all values of states inside of accepted steps, each in a row of ``values``.
 
-    Parameters
-    ----------
-    steps : ndarray, shape (steps, ``STEP_COLUMNS``)
-    number : ndarray of int, shape (n,)
-        Of the step of each state.
-    fraction : ndarray, shape (n,)
-        Of the step, at which the state is.
-    linkage : ndarray
-    guide, journal : ndarray or None
-        Laws.
-    here, distances, contacts : ndarray
-        Room of shape (13,), (5, 3) and (5, columns).
-    values : ndarray, shape (n, ``motion.WIDTH``)
-        Filled.
+    They are at the ``fraction`` of the step of a ``number``, shape (n,) each; ``here``, ``distances`` and
+    ``contacts`` are room.
     """
     for k in range(len(number)):
         step = steps[number[k]]

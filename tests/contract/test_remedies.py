@@ -24,7 +24,8 @@ def run(model, changes):
     ("model", "changes", "status", "key", "tried"),
     [
         ("exudyn", TREE | {TOLERANCE: 1e-17}, "step-too-small", TOLERANCE, 1e-10),
-        ("exudyn", FULL | {STEP: 1e-3}, "newton-failed", STEP, 2e-5),
+        ("exudyn", FULL | {STEP: 1e-3}, "invariant-violated", STEP, 2e-5),
+        ("exudyn", FULL | {STEP: 1e-3, "contact.law": "paper-switching"}, "newton-failed", STEP, 2e-5),
     ],
 )
 def test_what_is_said_works(model, changes, status, key, tried):

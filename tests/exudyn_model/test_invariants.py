@@ -152,15 +152,15 @@ FAULTS = [
     ),
     ("laws.py", "return max(force, 0.0)", "return force"),
     (
-        "friction.py",
+        "laws.py",
         "force: float = -law[FRICTION_COEFFICIENT] * min(",
         "force: float = law[FRICTION_COEFFICIENT] * min(",
     ),
     ("tree/isolation.py", "gap <= ROUNDED and rate < 0.0:", "gap <= ROUNDED:"),
     (
-        "memory.py",
-        "contact[START], time, contact[IMPACT_SPEED]",
-        "contact[START], time + 0.1, contact[IMPACT_SPEED]",
+        "tables.py",
+        '"end": np.where(np.isinf(end), now, end)',
+        '"end": np.where(np.isinf(end), now, end + 0.1)',
     ),
 ]
 # The contact of a side ends as soon as the corner that it is named by leaves

@@ -51,8 +51,9 @@ def run(system, method="trapezoidal-index2", samples=200, energy=True):
     """Run a fifth of a revolution in steps of 5e-6 s in contacts."""
     interval = 0.2 / samples
     ticks = round(interval / 5e-6)
-    settings = Settings(method, interval, samples, ticks, ticks, not system.contacts, 1e-10, 1, 1e-7)
-    recorder, _, outcome = run_system(system, settings, 1.0, energy)
+    fixed = not system.contacts
+    settings = Settings(method, interval, samples, 1.0, energy, ticks, ticks, fixed, 1e-10, 1, 1e-7)
+    recorder, _, outcome = run_system(system, settings)
     assert outcome.status == "success", outcome.remedy
     return recorder
 

@@ -155,6 +155,7 @@ def test_mirrored_scene_gives_mirrored_motion(make_scene, mirrored):
         "initial.slider_omega": 0.2,
         "initial.slider_angle": 1e-4,
         "solver.exudyn.step": 4e-6,
+        "solver.exudyn.tolerance": 1e-8,
     }
     there = simulate(make_scene(common))
     rotated = {"initial.slider_omega": -0.2, "initial.slider_angle": -1e-4}

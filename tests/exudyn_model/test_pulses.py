@@ -121,7 +121,7 @@ def test_without_room_later_contacts_have_none_and_the_run_is_the_same(tree_scen
 
 
 def test_of_a_run_that_diverged_the_numbers_are_kept_and_nothing_after_a_contact():
-    contacts = tables.Contacts(CORNERS, np.zeros((4, 15)), shared=False)
+    contacts = tables.Contacts(CORNERS, shared=False)
     contacts.note(1, np.array([0.1, 0.2, 0.25, 0.3]), np.array([1.0, 2.0, 0.0, np.nan]))
     events = {
         "corner": np.array(["ul", "lr", "lr"]),

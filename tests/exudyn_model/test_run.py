@@ -143,8 +143,8 @@ def test_a_slider_that_starts_deep_in_its_wall_is_thrown_from_wall_to_wall(make_
     assert np.all(np.diff([speeds.max() for speeds in quarters]) < 0.0)
 
 
-def test_a_rod_that_the_newton_iteration_spins_is_no_success(make_scene):
-    """A linear wall and steps a hundred times as long as a contact: rod 4 ends 1e5 revolutions further."""
+def test_steps_far_longer_than_a_contact_are_no_success(make_scene):
+    """A linear wall and steps a hundred times as long: another Jacobian would spin rod 4 a thousand times."""
     step, way = 1e-3, 5e-5  # s, and m in a step
     result = simulate(
         make_scene(
@@ -166,10 +166,9 @@ def test_a_rod_that_the_newton_iteration_spins_is_no_success(make_scene):
             }
         )
     )
-    # All steps were taken, and nothing but the position tells: the slider is above the rocker's tip.
     assert result.provenance["counters"]["steps"] == 48
-    assert result.columns["slider_y"].max() > 0.5
-    assert result.status == "newton-failed"
+    assert np.ptp(result.columns["slider_y"]) < 0.01
+    assert result.status == "invariant-violated"
     assert "solver.exudyn.step" in result.remedy
 
 
@@ -187,8 +186,7 @@ def test_a_run_writes_nothing(make_scene, settings, tmp_path, monkeypatch, capfd
 
 
 def test_an_exception_of_the_caller_s_progress_arrives_unchanged(make_scene, settings, monkeypatch):
-    monkeypatch.setattr("exudyn_model.five_bodies.solver.PROGRESS_INTERVAL", 0.0)
-    monkeypatch.setattr("exudyn_model.tree.solver.PROGRESS_INTERVAL", 0.0)
+    monkeypatch.setattr("exudyn_model.run.PROGRESS_INTERVAL", 0.0)
 
     def stop(_):
         raise KeyboardInterrupt("enough")

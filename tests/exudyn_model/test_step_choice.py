@@ -152,13 +152,13 @@ def test_the_error_is_of_second_order_and_no_larger_than_that_of_fixed_steps(mak
 
 def test_extrema_between_states_are_interpolated(make_scene):
     """In flight, under gravity and the drive, against a state at each tick."""
-    scene = FULL | {"solver.exudyn.step": 4e-6}
-    result, fixed = simulate(make_scene(scene)), simulate(make_scene(scene | FIXED))
+    every = {"output.samples_per_cycle": 200_000}
+    result, fixed = simulate(make_scene(FULL)), simulate(make_scene(FULL | every))
     for name in ("slider_y", "slider_vy"):
         span = fixed.extrema[name]["max"] - fixed.extrema[name]["min"]
         for side in ("min", "max"):
             # Velocities of index 3 are wrong by 1e-7 of it in flight. Where the largest of states a step of
-            # 1.3e-4 s apart counted, it would be 1e-6
+            # 8e-5 s apart counted, it would be 4e-7
             assert result.extrema[name][side] == pytest.approx(fixed.extrema[name][side], abs=3e-7 * span)
 
 

@@ -21,8 +21,8 @@ from exudyn_model import columns
 from exudyn_model.columns import IMPACT_SPEED
 from exudyn_model.corners import corner_motion
 from exudyn_model.five_bodies.contact_forces import journal_force, slider_force
-from exudyn_model.friction import slip_regime
 from exudyn_model.journal import journal_motion
+from exudyn_model.laws import slip_regime
 from exudyn_model.memory import law_array, new_contacts
 
 STEP = 2e-6
