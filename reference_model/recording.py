@@ -56,8 +56,9 @@ _EARLY, _LATE = np.array([6, 5]), np.array([10, 9])
 """Stages from which it is looked how a force begins and ends in a step, the nearer first, ..."""
 _EARLY_SQUARES, _LATE_SQUARES = SHARES[_EARLY] ** 2, (1.0 - SHARES[_LATE]) ** 2
 """... and the squares of their shares of it."""
-_FLAT = 3.0e-6
-"""Of a force, by which it may seem to fall at a step's start or rise at its end, times such a square."""
+_FLAT = 2.0e-3
+"""Of what a force changes in the step, by which it may seem to fall at the start or rise at the end, times
+such a square: a share of 0.1 to 0.3 in the parabola's slope. What is missed all the same is 3e-5 of it."""
 PARTS = 5
 """Points of a step with a peak, evenly spaced, both ends included, that it is interpolated from."""
 _ROUNDS = 9
@@ -151,7 +152,7 @@ def find_peaks(law: Law, run: Run, peaks: NDArray[np.bool_]) -> bool:
                 normal_force(law, contacts[_EARLY[1]], k),
             )
             late, sooner = normal_force(law, contacts[_LATE[0]], k), normal_force(law, contacts[_LATE[1]], k)
-            flat = -_FLAT * max(first, last)
+            flat = -_FLAT * (abs(later - first) + abs(sooner - last) + abs(last - first))
             rises = (early - first) * _EARLY_SQUARES[1] - (later - first) * _EARLY_SQUARES[0] > flat
             falls = (late - last) * _LATE_SQUARES[1] - (sooner - last) * _LATE_SQUARES[0] > flat
             peaks[k, 1] = (rises and falls) or (turns and law.memoryless > 0.0)
