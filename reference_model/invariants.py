@@ -1,8 +1,8 @@
 """Whether a run kept what every correct run keeps: its invariants, their worst values and their bounds.
 
-The values are taken from the contacts' states at the ends of accepted steps (`reference_model.observation`),
-not from what located the events. How deep an open contact is inside its wall is taken from the samples too:
-within a step they show a contact that was stepped over. A run in which one is outside its bound gets the
+The values are taken from the contacts' states at the ends of accepted steps (`reference_model.recording`), not
+from what located the events. How deep an open contact is inside its wall is taken from all that is recorded
+within a step, too: that shows a contact that was stepped over. A run in which one is outside its bound gets the
 status `invariant-violated`.
 """
 

@@ -80,8 +80,8 @@ def instants(samples: int, cycles: float, period: float) -> Array:
 
 
 @inlined
-def note_worst(law: Law, run: Run, i: int, now: float) -> None:
-    """Note what no correct run shows at node `i`."""
+def note_worst(law: Law, run: Run, i: int, now: float, at_end: bool) -> None:
+    """Note what no correct run shows at node `i`; within a step of the depths of open contacts alone."""
     contacts, worst = run.nodes.contacts[i], run.worst
     for k in range(CONTACTS):
         normal = contacts[NORMAL + k]
@@ -94,9 +94,10 @@ def note_worst(law: Law, run: Run, i: int, now: float) -> None:
         # Where the wall pulls its friction drives, too: that is the same violation.
         driving = power if normal >= 0.0 else 0.0
         depth = -contacts[GAP + k] if run.modes[INSIDE + k] == 0.0 else 0.0
-        for what, value in enumerate((depth, normal, -normal, driving)):
-            if not value <= worst[what, 0]:
-                worst[what, 0], worst[what, 1], worst[what, 2] = value, now, k
+        values = (depth, normal, -normal, driving)
+        for what in range(WORST if at_end else 1):
+            if not values[what] <= worst[what, 0]:
+                worst[what, 0], worst[what, 1], worst[what, 2] = values[what], now, k
 
 
 @inlined
@@ -115,7 +116,7 @@ def note_forces(law: Law, run: Run, i: int) -> None:
 @inner
 def record(law: Law, run: Run, i: int, t: float, purpose: int) -> None:
     """Record node `i` at `t` (s, in the cycle)."""
-    row, nodes, bit = run.rows[run.counters[RECORDED]], run.nodes, CLOSED
+    row, nodes, bit, at_end = run.rows[run.counters[RECORDED]], run.nodes, CLOSED, purpose & STEP > 0
     for k in range(CONTACTS):
         if run.modes[MEMORY + k] > 0.0:
             purpose += bit
@@ -129,7 +130,7 @@ def record(law: Law, run: Run, i: int, t: float, purpose: int) -> None:
     for j in range(size):
         row[STATE_FROM + j], row[STATE_FROM + size + j] = nodes.y[i, j], nodes.dy[i, j]
     run.counters[RECORDED] += 1
-    note_worst(law, run, i, run.clock[3] + t)
+    note_worst(law, run, i, run.clock[3] + t, at_end)
     if purpose % CLOSED != SAMPLE:  # peaks must not depend on what is asked for
         note_forces(law, run, i)
 
