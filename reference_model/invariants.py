@@ -1,9 +1,9 @@
 """Whether a run kept what every correct run keeps: its invariants, their worst values and their bounds.
 
-The values are taken from the contacts' states at the ends of accepted steps (`reference_model.recording`), not
-from what located the events. How deep an open contact is inside its wall is taken from all that is recorded
-within a step, too: that shows a contact that was stepped over. A run in which one is outside its bound gets the
-status `invariant-violated`.
+The values are taken from the contacts' states at the ends of accepted steps (`reference_model.recording`),
+not from what located the events. How deep an open contact is inside its wall is taken from all that is
+recorded within a step, too: that shows a contact that was stepped over. A run in which one is outside its
+bound gets the status `invariant-violated`.
 """
 
 from typing import Any, NamedTuple
@@ -76,7 +76,7 @@ def check(
     p
         Parameters of the run.
     worst
-        By name, as of `Observation.worst`; what is missing is zero.
+        By name, as `Observation.worst` returns it; what is missing is zero.
     events
         Rows of the contacts, shape (n, COLUMNS).
     drift

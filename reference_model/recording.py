@@ -52,10 +52,10 @@ OPEN_DEPTH, FORCE, PULL, DRIVING = range(4)
 """What no correct run shows (`reference_model.invariants`), and the largest force; m, N, N, W."""
 WORST = 4
 
-_EARLY, _LATE = np.array([6, 5]), np.array([10, 9])
+_EARLY, _LATER, _LATE, _SOONER = 6, 5, 10, 9
 """Stages from which it is looked how a force begins and ends in a step, the nearer first, ..."""
-_EARLY_SQUARES, _LATE_SQUARES = SHARES[_EARLY] ** 2, (1.0 - SHARES[_LATE]) ** 2
-"""... and the squares of their shares of it."""
+_SQUARES = np.append(SHARES[[_EARLY, _LATER]], 1.0 - SHARES[[_LATE, _SOONER]]) ** 2
+"""... and the squares of their shares of it, from its start or its end."""
 _FLAT = 2.0e-3
 """Of what a force changes in the step, by which it may seem to fall at the start or rise at the end, times
 such a square: a share of 0.1 to 0.3 in the parabola's slope. What is missed all the same is 3e-5 of it."""
@@ -148,14 +148,11 @@ def find_peaks(law: Law, run: Run, peaks: NDArray[np.bool_]) -> bool:
         peaks[k, 0], peaks[k, 1] = modes[INSIDE + k] > 0.0 and turns, False
         if modes[MEMORY + k] > 0.0:
             first, last = normal_force(law, contacts[0], k), normal_force(law, contacts[END], k)
-            early, later = (
-                normal_force(law, contacts[_EARLY[0]], k),
-                normal_force(law, contacts[_EARLY[1]], k),
-            )
-            late, sooner = normal_force(law, contacts[_LATE[0]], k), normal_force(law, contacts[_LATE[1]], k)
+            early, later = normal_force(law, contacts[_EARLY], k), normal_force(law, contacts[_LATER], k)
+            late, sooner = normal_force(law, contacts[_LATE], k), normal_force(law, contacts[_SOONER], k)
             flat = -_FLAT * (abs(later - first) + abs(sooner - last) + abs(last - first))
-            rises = (early - first) * _EARLY_SQUARES[1] - (later - first) * _EARLY_SQUARES[0] > flat
-            falls = (late - last) * _LATE_SQUARES[1] - (sooner - last) * _LATE_SQUARES[0] > flat
+            rises = (early - first) * _SQUARES[1] - (later - first) * _SQUARES[0] > flat
+            falls = (late - last) * _SQUARES[3] - (sooner - last) * _SQUARES[2] > flat
             peaks[k, 1] = (rises and falls) or (turns and law.memoryless > 0.0)
         some = some or peaks[k, 0] or peaks[k, 1]
     return some
