@@ -17,8 +17,18 @@ from comparison.scene import Scene
 from reference_model import running
 from reference_model.compiled import kernel
 from reference_model.contact import CONTACTS, INSIDE, TAIL
-from reference_model.dop853 import NODES, STAGES, Work, dense, prepare_dense
-from reference_model.equations import Model, right_hand_side, tabulate
+from reference_model.dop853 import (
+    END,
+    FIRST_DENSE,
+    LAST_DENSE,
+    POINT,
+    STAGES,
+    Work,
+    dense,
+    evaluate_nodes,
+    prepare_dense,
+)
+from reference_model.equations import Model, tabulate
 from reference_model.events import EVENTS, PARTED, RECORDED, REJECTED, STEPS, SWITCHES, Run
 from reference_model.integrate import (
     CHATTER,
@@ -30,6 +40,7 @@ from reference_model.integrate import (
     new_run,
 )
 from reference_model.parameters import Law, Parameters, read_parameters
+from reference_model.tableau import SHARES as NODES
 
 COUPLING, SHARES = np.vstack([DOP853.A, DOP853.B]), np.append(DOP853.C, 1.0)
 """The weights of the method are the last row: the last stage is the derivative at the step's end."""
@@ -141,17 +152,18 @@ def gaps(g: Geometry, t: float, y: np.ndarray, out: np.ndarray) -> None:
 
 @kernel
 def follow(
-    model: Model, law: Law, g: Geometry, run: Run, work: Work, again: Work, period: float, t_end: float,
-    tolerance: float, max_step: float, limit: int, bound: float, found: np.ndarray,
+    model: Model, law: Law, g: Geometry, run: Run, work: Work, again: Run, f: np.ndarray, period: float,
+    t_end: float, tolerance: float, max_step: float, limit: int, bound: float, found: np.ndarray,
 ) -> int:  # fmt: skip
     """Integrate to `t_end` one attempt at a time, and look at POINTS points of every step that is accepted.
 
-    Returns why it stopped, as `advance` does. `again`: what steps are computed again in. `found` is written,
-    shape (3, 4).
+    Returns why it stopped, as `advance` does. `again` and `f`: what steps are computed again in. `found` is
+    written, shape (3, 4).
     """
-    size, free = run.y.size, run.y.size - TAIL
+    here, there = run.nodes.y, again.nodes.y
+    size, free = here.shape[1], here.shape[1] - TAIL
     advance(model, law, run, work, 0.0, t_end, tolerance, max_step, 100, limit)  # closes what starts inside
-    y0, state, gap, broken = run.y.copy(), np.empty(size), np.empty(CONTACTS), np.zeros(3)
+    gap, broken = np.empty(CONTACTS), np.zeros(3)
     modes = run.modes.copy()
     switched = run.counters[SWITCHES]
     found[:] = 0.0
@@ -169,7 +181,7 @@ def follow(
         if run.counters[SWITCHES] - switched > SWITCHES_AT_ONCE:
             return CHATTER
         steps, left = run.counters[STEPS], t_end - cycle
-        y0[:] = run.y
+        there[0] = here[0]
         modes[:] = run.modes
         # One attempt and no more, also where a mode ends at once and the next step has other modes.
         status = advance(model, law, run, work, left, left, tolerance, max_step, 100, attempts + 1)
@@ -177,34 +189,34 @@ def follow(
         if run.counters[STEPS] > steps:
             switched = run.counters[SWITCHES]
             for i in range(free):
-                if not abs(run.y[i]) < ASTRAY:
+                if not abs(here[0, i]) < ASTRAY:
                     return NOT_FINITE
             h = run.clock[0] - t
             for i in range(STAGES + 1):
                 for m in range(size):
                     s = 0.0
                     for j in range(i):
-                        s += COUPLING[i, j] * again.k[j, m]
-                    again.y1[m] = y0[m] + h * s
-                time = t + SHARES[i] * h
-                right_hand_side(
-                    model, law, time, -1, again.y1, modes, again.k[i], again.stages[i], again.slider
-                )
+                        s += COUPLING[i, j] * again.nodes.dy[j, m]
+                    there[POINT, m] = there[0, m] + h * s
+                evaluate_nodes(model, law, t + SHARES[i] * h, 0.0, POINT, POINT, modes, again.nodes)
+                again.nodes.dy[i] = again.nodes.dy[POINT]
+            there[END] = there[POINT]
             tabulate(model, t, h, NODES)
-            prepare_dense(model, law, t, h, y0, modes, again)
+            evaluate_nodes(model, law, t, h, FIRST_DENSE, LAST_DENSE, modes, again.nodes)
+            prepare_dense(h, there, again.nodes.dy, f)
             slack = 0.0
             for i in range(free // 2):
-                slack = max(slack, abs(again.y1[i] - run.y[i]))
+                slack = max(slack, abs(there[END, i] - here[0, i]))
                 # A rounding of the time times the speed, which in a run that gains energy has no bound.
-                moved = 4.0 * np.spacing(run.clock[0]) * abs(run.y[free // 2 + i])
+                moved = 4.0 * np.spacing(run.clock[0]) * abs(here[0, free // 2 + i])
                 allowed = REPRODUCED + REPRODUCED_SHARE * tolerance + moved
-                if not abs(again.y1[i] - run.y[i]) <= allowed or run.counters[STEPS] > steps + 1:
+                if not abs(there[END, i] - here[0, i]) <= allowed or run.counters[STEPS] > steps + 1:
                     return NOT_REPRODUCED
             broken[:] = 0.0
             for i in range(1, POINTS + 1):
                 share = i / POINTS
-                dense(y0, again.f, share, free, state)
-                gaps(g, t + share * h, state, gap)
+                dense(share, free, there, f)
+                gaps(g, t + share * h, there[POINT], gap)
                 for j in range(CONTACTS):
                     row, wrong = OUTSIDE, -gap[j]
                     # Where a side is one contact its second corner is located like its first.
@@ -248,12 +260,11 @@ def check(scene: Scene, bound: float, limit: int, judged: Scene | None = None) -
     p = read_parameters(scene.data)
     model, _ = running.formulation(p)
     y0, largest = running.start(p, model), p.period * running.LARGEST_STEP_PER_CYCLE
-    (run, work), (_, again) = (
-        new_run(y0, 1e-3 * largest, np.empty(0), 200, p.period / 1000) for _ in range(2)
-    )
+    never = np.array([[np.inf], [0.0]])
+    (run, work), (again, other) = (new_run(y0, 1e-3 * largest, never, 200) for _ in range(2))
     found = np.zeros((3, 4))
     status = follow(
-        model, p.law, geometry(judged or scene), run, work, again, p.period, p.period * p.cycles, p.tolerance,
-        largest, limit, bound, found,
+        model, p.law, geometry(judged or scene), run, work, again, other.f, p.period, p.period * p.cycles,
+        p.tolerance, largest, limit, bound, found,
     )  # fmt: skip
     return Followed(status, int(run.counters[STEPS]), found, run)

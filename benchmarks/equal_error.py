@@ -24,7 +24,7 @@ import numpy as np
 import exudyn_model
 import reference_model
 from comparison.scene import load_scene
-from reference_model import reading
+from reference_model import parameters
 
 SCENE = load_scene("150rpm-0.2mm", {"drive.cycles": 1.0, "output.groups": []})
 MINIMAL_TOLERANCES = 10.0 ** -np.arange(6.0, 13.6, 0.25)
@@ -111,7 +111,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5)
     options = parser.parse_args()
     # A scene ends at 1e-14. BDF may go on, to see where it ends itself.
-    reading.SMALLEST_TOLERANCE = 0.0
+    parameters.SMALLEST_TOLERANCE = 0.0
     exact = reference(EXACT)().columns["slider_x"]
     known = error_of(reference(CONFIRMED)(), exact)
     print(f"The exact solution, minimal at {EXACT:g}, is {known:.1e} m from minimal at {CONFIRMED:g}.")

@@ -16,8 +16,9 @@
 | - | what no correct run can show | `invariants` |
 
 The way of a run: `simulation` > `running` > `integrate` (steps, ended by events), which records rows
-(`recording`); `observation` makes channels, extrema, energies (`energy`) and reactions (`reactions`) of them,
-many at a time. Of the kernels (`compiled`) only those decorated as `kernel` may be called from Python.
+(`recording`) of the nodes of a step (`dop853`); `observation` makes channels, extrema, energies (`energy`)
+and reactions (`reactions`) of them, many at a time. Of the kernels (`compiled`) only those decorated as
+`kernel` may be called from Python.
 """
 
 from reference_model.results import Result

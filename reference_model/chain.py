@@ -77,7 +77,7 @@ def bearing(m: Mechanism, law: Law, t: float, rod2: Rod, rocker: Rod, contacts: 
     return nx, ny, Px, Py, x + Px, y + Py
 
 
-def motion(model: Chain, law: Law, t: float, y: Array, contacts: Array) -> None:
+def motion(model: Chain, law: Law, t: float, node: int, y: Array, contacts: Array) -> None:
     """Write gaps, rates and slips of a state."""
     m = model.mechanism
     rod2, rocker, rod4, angle, w5, _, _ = rods(model, y)
@@ -86,7 +86,7 @@ def motion(model: Chain, law: Law, t: float, y: Array, contacts: Array) -> None:
     bearing(m, law, t, rod2, rocker, contacts)
 
 
-def tabulate(model: Chain, t: float, h: float, nodes: Array) -> None:
+def tabulate(model: Chain, t: float, h: float, shares: Array) -> None:
     """Prepare nothing: of this motion nothing that takes long is a function of time alone."""
 
 

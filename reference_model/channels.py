@@ -75,14 +75,17 @@ class Extrema:
 
     def widen_channel(self, channel: int, times: Array, values: Array) -> None:
         """Take account of values of one channel at any times, both of shape (n,)."""
-        cycles = np.clip(times // self._period, 0, len(self.values) - 1)
-        for cycle in np.unique(cycles):
-            mine, row = cycles == cycle, self.values[int(cycle), channel]
-            lowest, highest = values[mine].argmin(), values[mine].argmax()
-            if values[mine][lowest] < row[0]:
-                row[:2] = values[mine][lowest], times[mine][lowest]
-            if values[mine][highest] > row[2]:
-                row[2:] = values[mine][highest], times[mine][highest]
+        if not times.size:
+            return
+        cycles = np.clip((times / self._period).astype(np.int64), 0, len(self.values) - 1)
+        for cycle in range(cycles.min(), cycles.max() + 1):
+            mine, row = np.flatnonzero(cycles == cycle), self.values[cycle, channel]
+            if mine.size:
+                lowest, highest = mine[values[mine].argmin()], mine[values[mine].argmax()]
+                if values[lowest] < row[0]:
+                    row[:2] = values[lowest], times[lowest]
+                if values[highest] > row[2]:
+                    row[2:] = values[highest], times[highest]
 
     def turn(self, times: Array, motion: Array) -> None:
         """Take account of where the slider's coordinates turn; `motion`, shape (6, n), at ascending times."""

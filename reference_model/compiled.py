@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+import numpy as np
 from platformdirs import user_cache_path
 
 F = TypeVar("F", bound=Callable[..., object])
@@ -157,10 +158,14 @@ def inner(function: F) -> F:
 
 
 def inlined(function: F) -> F:
-    """Compile such a function into the code of its callers, to which all constants are at hand."""
+    """Compile such a function into the code of its callers.
+
+    A call hands on every field of a NamedTuple by itself, every array as seven numbers: for a small function
+    that takes as long as what it does.
+    """
     return cast(F, numba.njit(forceinline=True, **ONLY_FROM_KERNELS)(function))
 
 
-def allocating(function: F) -> F:
-    """Compile a function that kernels and Python call, and that returns an array."""
-    return cast(F, numba.njit(error_model="numpy", no_cfunc_wrapper=True)(function))
+def constant(value: int) -> int:
+    """Return an integer to pass to kernels by name: numba compiles them once more for each of Python's."""
+    return cast(int, np.int64(value))

@@ -10,7 +10,7 @@ Within one mode the forces are smooth; `reference_model.events` finds where a mo
 
 import numpy as np
 
-from reference_model.compiled import allocating, inlined
+from reference_model.compiled import inlined
 from reference_model.friction import friction_force
 from reference_model.laws import damping_factor, is_damped, resultant_share, side_force, touches_as_one
 from reference_model.linkage import Array
@@ -23,8 +23,8 @@ JOURNAL = 4
 MEMORY, REGIME, CLIPPED, INSIDE = range(0, 4 * CONTACTS, CONTACTS)
 """Where each part of the modes begins, shape (MODES,): that of contact k stands k later."""
 MODES = 4 * CONTACTS
-GAP, RATE, SLIP, NORMAL, FRICTION, STORED = range(0, 6 * CONTACTS, CONTACTS)
-"""Where each part of the contact states begins, shape (STATES,): m, m/s, m/s, N, N, J; the gap is positive
+RATE, SLIP, GAP, NORMAL, FRICTION, STORED = range(0, 6 * CONTACTS, CONTACTS)
+"""Where each part of the contact states begins, shape (STATES,): m/s, m/s, m, N, N, J; the gap is positive
 when open."""
 STATES = 6 * CONTACTS
 
@@ -37,12 +37,10 @@ Pose = tuple[float, float, float, float, float, float]
 """x, y, angle of the slider and their rates; m, rad, m/s, rad/s."""
 
 
-@allocating
 def no_contacts() -> Array:
     """Return contact states of contacts that do not exist: open for ever."""
     contacts = np.zeros(STATES)
-    for k in range(CONTACTS):
-        contacts[GAP + k] = np.inf
+    contacts[GAP : GAP + CONTACTS] = np.inf
     return contacts
 
 

@@ -11,44 +11,57 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import inner
-from reference_model.contact import TAIL
-from reference_model.equations import Model, derivative, right_hand_side, tabulate
+from reference_model.compiled import constant, inlined, inner, kernel
+from reference_model.contact import TAIL, no_contacts
+from reference_model.equations import Model, derivative, tabulate
 from reference_model.linkage import Array
 from reference_model.parameters import Law
-from reference_model.tableau import A_EXTRA, C_EXTRA, E3, E5, STAGE_SHARES, A, D
+from reference_model.tableau import E3, E5, SHARES, A, D
 
+START, FIRST, END, FIRST_DENSE, LAST_DENSE, POINT = map(constant, (0, 1, 12, 13, 15, 16))
+"""Nodes of a step: its start, the stages from the first to the step's end, those that only the dense output
+needs, and any other point."""
 STAGES = 12
-"""Of the step; row 12 of the stage derivatives is that at its end, rows 13-15 serve the dense output."""
 ROWS = 16
-NODES = np.concatenate((STAGE_SHARES[1:], C_EXTRA, STAGE_SHARES[-1:]))
-"""Shares of a step: stages, its end, the dense output's stages. The last one is there twice, for a number
-that goes into the processor's vectors without a rest."""
+"""Stage derivatives that the dense output is made of."""
+NOW = np.zeros(1)
+"""Share of the only time that a single state needs."""
 VELOCITY_TIME = 1.0e-3
 """s; the error of a rate counts as the error of position that it makes in this time."""
 
 
-class Work(NamedTuple):
-    """What a step is computed in: arrays that are allocated once for a run."""
+class Nodes(NamedTuple):
+    """States at the nodes of a step, and the balance of forces in each of them."""
 
-    k: Array
-    """Stage derivatives, shape (ROWS, y.size): row 0 holds the derivative at the step's start."""
-    f: Array
-    """Coefficients of the dense output, shape (7, y.size)."""
-    y1: Array
-    """State at the step's end."""
-    stages: Array
-    """States of the contacts at the stages, the step's end last, (STAGES + 1, STATES); row 0 is free."""
-    slider: Array
-    """Motion of the slider at the step's end, (9,): x, y, angle, their rates and second derivatives."""
-    state: Array
-    """A state within the step, ..."""
-    rate: Array
-    """... its derivative, ..."""
+    y: Array
+    """State: coordinates, rates, impulses of the contacts (N s), works of drive, damping, friction (J);
+    shape (POINT + 1, size)."""
+    dy: Array
+    """Its derivative."""
     contacts: Array
-    """... the contacts in it, (STATES,), ..."""
-    aside: Array
-    """... and the slider, (9,)."""
+    """States of the contacts, shape (POINT + 1, STATES)."""
+    slider: Array
+    """x, y, angle of the slider, their rates and second derivatives, shape (POINT + 1, 9)."""
+
+
+def new_nodes(y0: Array) -> Nodes:
+    """Return the nodes of a run that starts with coordinates and rates `y0`."""
+    size, count = y0.size + TAIL, int(POINT) + 1
+    nodes = Nodes(
+        np.zeros((count, size)),
+        np.zeros((count, size)),
+        np.tile(no_contacts(), (count, 1)),
+        np.zeros((count, 9)),
+    )
+    nodes.y[0, : y0.size] = y0
+    return nodes
+
+
+class Work(NamedTuple):
+    """What else a step is computed in."""
+
+    f: Array
+    """Coefficients of the dense output, shape (7, size)."""
     values: Array
     """Margins along the step, shape (CONTACTS MARGINS, POINTS)."""
     scales: Array
@@ -56,32 +69,43 @@ class Work(NamedTuple):
     unsettled: NDArray[np.bool_]
     """Which margins the stages leave open, (CONTACTS MARGINS,)."""
     parts: Array
-    """Depth and force of each contact at parts of the step, shape (2 CONTACTS, PARTS)."""
+    """A depth or a force at parts of the step, (PARTS,)."""
     peaks: NDArray[np.bool_]
-    """Whether they peak within the step, (2 CONTACTS,)."""
-    interval: float
-    """Between marks, s."""
+    """Whether depth and force of each contact peak within the step, (CONTACTS, 2)."""
 
 
 @inner
-def take_step(model: Model, law: Law, t: float, h: float, y: Array, modes: Array, work: Work) -> None:
-    """Advance `y` by `h` (s) from `t` in frozen modes.
+def evaluate_nodes(
+    model: Model, law: Law, t: float, h: float, first: int, last: int, modes: Array, nodes: Nodes
+) -> None:
+    """Evaluate the nodes `first` to `last` of a step of `h` (s) from `t` in frozen modes.
 
-    Row 0 of the stage derivatives is given; written are their rows 1 to 12, the stages of the contacts, state
-    and slider at the step's end.
+    The states at START and POINT (there `t` is the time) are given, those of the others follow from the nodes
+    before them.
     """
-    k, y1, free = work.k, work.y1, y.size - TAIL
-    tabulate(model, t, h, NODES)
-    for i in range(1, STAGES + 1):
-        for m in range(free if i < STAGES else y.size):
-            total = 0.0
-            for j in range(i):
-                total += A[i, j] * k[j, m]
-            y1[m] = y[m] + h * total
-        derivative(model, law, t + STAGE_SHARES[i] * h, i - 1, y1, modes, k[i], work.stages[i], work.slider)
+    y, dy = nodes.y, nodes.dy
+    if first != FIRST_DENSE:  # else the step's own stages were prepared before, and these with them
+        tabulate(model, t, h, SHARES if first < last else NOW)
+    for i in range(first, last + 1):
+        if START < i < POINT:
+            for m in range(y.shape[1] if i == END else y.shape[1] - TAIL):
+                total = 0.0
+                for j in range(i):
+                    total += A[i, j] * dy[j, m]
+                y[i, m] = y[0, m] + h * total
+        node = i % POINT  # at POINT, which is as late as START, that one's
+        derivative(
+            model, law, t + SHARES[node] * h, node, y[i], modes, dy[i], nodes.contacts[i], nodes.slider[i]
+        )
 
 
-@inner
+@kernel
+def evaluate(model: Model, law: Law, t: float, node: int, modes: Array, nodes: Nodes) -> None:
+    """Evaluate the state at START or POINT at time `t` (s), for Python."""
+    evaluate_nodes(model, law, t, 0.0, node, node, modes, nodes)
+
+
+@inlined
 def error_norm(h: float, k: Array, free: int, tolerance: float) -> float:
     """Return the local error of a step in units of the tolerance (Hairer's combination of orders 5 and 3).
 
@@ -103,33 +127,23 @@ def error_norm(h: float, k: Array, free: int, tolerance: float) -> float:
     return abs(h) * e5 / math.sqrt(scale) if scale < math.inf else math.inf
 
 
-@inner
-def prepare_dense(model: Model, law: Law, t: float, h: float, y: Array, modes: Array, work: Work) -> None:
-    """Compute the dense output over [t, t + h], right after `take_step`; costs three evaluations."""
-    k, f = work.k, work.f
-    for i in range(3):
-        for m in range(y.size - TAIL):
-            total = 0.0
-            for j in range(STAGES + 1 + i):
-                total += A_EXTRA[i, j] * k[j, m]
-            work.state[m] = y[m] + h * total
-        node = STAGES + i
-        right_hand_side(
-            model, law, t + C_EXTRA[i] * h, node, work.state, modes, k[node + 1], work.contacts, work.aside
-        )
-    for m in range(y.size):
-        change = work.y1[m] - y[m]
-        f[0, m], f[1, m], f[2, m] = change, h * k[0, m] - change, 2.0 * change - h * (k[STAGES, m] + k[0, m])
+@inlined
+def prepare_dense(h: float, y: Array, dy: Array, f: Array) -> None:
+    """Write the coefficients `f` of the dense output of a step all nodes of which are evaluated."""
+    for m in range(y.shape[1]):
+        change = y[END, m] - y[0, m]
+        f[0, m], f[1, m] = change, h * dy[0, m] - change
+        f[2, m] = 2.0 * change - h * (dy[END, m] + dy[0, m])
         for i in range(4):
             total = 0.0
             for j in range(ROWS):
-                total += D[i, j] * k[j, m]
+                total += D[i, j] * dy[j, m]
             f[3 + i, m] = h * total
 
 
 @inner
-def dense(y: Array, f: Array, share: float, count: int, out: Array) -> None:
-    """Evaluate the first `count` states at the share in [0, 1] of the step that started in `y`."""
+def dense(share: float, count: int, y: Array, f: Array) -> None:
+    """Write the first `count` states at a share in [0, 1] of the step into row POINT of `y`."""
     rest = 1.0 - share
     for m in range(count):
         value = f[6, m] * share
@@ -138,4 +152,4 @@ def dense(y: Array, f: Array, share: float, count: int, out: Array) -> None:
         value = (value + f[3, m]) * rest
         value = (value + f[2, m]) * share
         value = (value + f[1, m]) * rest
-        out[m] = y[m] + (value + f[0, m]) * share
+        y[POINT, m] = y[0, m] + (value + f[0, m]) * share

@@ -12,7 +12,7 @@ import numba.extending
 
 from reference_model import chain, minimal, multiplier
 from reference_model.chain import Chain
-from reference_model.compiled import ONLY_FROM_KERNELS, inner, kernel
+from reference_model.compiled import ONLY_FROM_KERNELS
 from reference_model.linkage import Array
 from reference_model.minimal import Minimal
 from reference_model.multiplier import Linkage
@@ -23,18 +23,19 @@ Model = Minimal | Chain | Linkage
 _MODULES: dict[type, Any] = {Minimal: minimal, Chain: chain, Linkage: multiplier}
 
 
-def _overload(stub: Callable[..., Any], **more: bool) -> Callable[[F], F]:
-    options = {**ONLY_FROM_KERNELS, **more}
+def _overload(stub: Callable[..., Any]) -> Callable[[F], F]:
+    # Into the code of their callers, to which all constants are at hand.
+    options = {**ONLY_FROM_KERNELS, "forceinline": True}
     return cast(Callable[[F], F], numba.extending.overload(stub, jit_options=options, strict=False))
 
 
-def motion(model: Model, law: Law, t: float, y: Array, contacts: Array) -> None:
-    """Write gaps, rates and slips of a state's contacts, shape (STATES,)."""
+def tabulate(model: Model, t: float, h: float, shares: Array) -> None:
+    """Prepare what of the motion is a function of time alone, for all times t + shares h (s)."""
     raise NotImplementedError
 
 
-def tabulate(model: Model, t: float, h: float, nodes: Array) -> None:
-    """Prepare what of the motion is a function of time alone for all times t + nodes h (s)."""
+def motion(model: Model, law: Law, t: float, node: int, y: Array, contacts: Array) -> None:
+    """Write gaps, rates and slips of a state's contacts, shape (STATES,)."""
     raise NotImplementedError
 
 
@@ -49,7 +50,7 @@ def derivative(
     model, law, t
         Formulation, contacts, time (s).
     node
-        Which of the times last given to `tabulate` that is; -1: none.
+        Which of the times last given to `tabulate` that is.
     y
         State; only coordinates and rates matter.
     modes
@@ -64,33 +65,16 @@ def derivative(
     raise NotImplementedError
 
 
-@_overload(motion)
-def _motion(model, law, t, y, contacts) -> Any:  # type: ignore[no-untyped-def]
-    return _MODULES[model.instance_class].motion
-
-
 @_overload(tabulate)
-def _tabulate(model, t, h, nodes) -> Any:  # type: ignore[no-untyped-def]
+def _tabulate(model, t, h, shares) -> Any:  # type: ignore[no-untyped-def]
     return _MODULES[model.instance_class].tabulate
 
 
-@_overload(derivative, forceinline=True)
+@_overload(motion)
+def _motion(model, law, t, node, y, contacts) -> Any:  # type: ignore[no-untyped-def]
+    return _MODULES[model.instance_class].motion
+
+
+@_overload(derivative)
 def _derivative(*arguments: Any) -> Any:
     return _MODULES[arguments[0].instance_class].derivative
-
-
-@inner
-def right_hand_side(
-    model: Model, law: Law, t: float, node: int, y: Array, modes: Array, dy: Array, contacts: Array,
-    slider: Array,
-) -> None:  # fmt: skip
-    """Evaluate the equations of motion as `derivative` does, where its code need not be in the caller."""
-    derivative(model, law, t, node, y, modes, dy, contacts, slider)
-
-
-@kernel
-def evaluate(
-    model: Model, law: Law, t: float, y: Array, modes: Array, dy: Array, contacts: Array, slider: Array
-) -> None:
-    """Evaluate the equations of motion as `derivative` does, for Python."""
-    right_hand_side(model, law, t, -1, y, modes, dy, contacts, slider)

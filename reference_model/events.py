@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import inner
+from reference_model.compiled import inlined, inner
 from reference_model.contact import (
     CLIPPED,
     CONTACTS,
@@ -25,11 +25,10 @@ from reference_model.contact import (
     SLIP,
     TAIL,
     is_of_side,
-    normal_force,
     other_corner,
 )
-from reference_model.dop853 import STAGES, Work, dense
-from reference_model.equations import Model, motion
+from reference_model.dop853 import END, NOW, POINT, Nodes, Work, dense
+from reference_model.equations import Model, motion, tabulate
 from reference_model.friction import friction_regime, regime_bounds
 from reference_model.isolation import (
     BELOW,
@@ -54,11 +53,12 @@ DEEPEST = 2.0 * LOCATED
 MOST_INTERVALS = 1000
 """A margin that is still not settled then is nothing but rounding: its mode ends. Usual are 1 to 10."""
 
-STEPS, REJECTED, EVALUATIONS, SWITCHES, ENDED, EVENTS, RECORDED, SAMPLES, STARTED, PARTED = range(10)
-"""What `Run.counters` counts. ENDED: contacts since t = 0; EVENTS, RECORDED, PARTED: rows in the buffers."""
+STEPS, REJECTED, EVALUATIONS, SWITCHES, ENDED, EVENTS, RECORDED, INSTANT, STARTED, PARTED = range(10)
+"""What `Run.counters` counts. ENDED: contacts since t = 0; EVENTS, RECORDED, PARTED: rows in the
+buffers; INSTANT: which of `Run.instants` is next."""
 COUNTERS = 10
 EVENT_BUFFER, PART_BUFFER = 4096, 10_000
-CONTACT, START, END, SPEED, IMPULSE, PEAK, DEPTH, START_GAP, START_RATE = range(9)
+CONTACT, BEGIN, STOP, SPEED, IMPULSE, PEAK, DEPTH, START_GAP, START_RATE = range(9)
 """Columns of a contact's row: number, s, s, m/s, N s, N, m, and gap (m) and rate (m/s) at which it began."""
 COLUMNS = 9
 
@@ -73,12 +73,10 @@ class Run(NamedTuple):
     Rounding of a time far from zero would move the mechanism by its speed times that, and a corner that has
     just left its wall back into it.
     """
-    y: Array
-    """State: coordinates, rates, impulses of the contacts (N s), works of drive, damping, friction (J)."""
+    nodes: Nodes
+    """The state now is that at START."""
     modes: Array
     """(MODES,)."""
-    contacts: Array
-    """States of the contacts now, (STATES,)."""
     open_contacts: Array
     """(CONTACTS, COLUMNS): rows of the contacts that have not ended; IMPULSE holds that before the touch."""
     events: Array
@@ -89,31 +87,36 @@ class Run(NamedTuple):
     """(capacity, row): what is recorded (`reference_model.recording`), emptied by the caller."""
     accelerations: Array
     """(PART_BUFFER, 4): time (s) and accelerations of the slider at the parts of steps with a peak."""
-    times: Array
-    """(n,): when to sample, s, ascending."""
+    instants: Array
+    """(2, n): when to record a row, s since the start of the present cycle, ascending up to infinity; and
+    what for (`reference_model.recording`)."""
+    worst: Array
+    """(WORST, 3): what no correct run shows (`reference_model.invariants`): the largest value, when, s, and
+    of which contact."""
 
 
-@inner
+@inlined
 def first_end(model: Model, law: Law, t: float, h: float, run: Run, work: Work) -> tuple[float, int]:
     """Return share of the step and place of the margin that first turns negative; place NONE: there is none.
 
     Of the margins that `work.unsettled` names, in the step from `t` (s) of length `h` whose dense output is
     in `work`.
     """
-    modes, scales, values, contacts = run.modes, work.scales, work.values, work.contacts
+    modes, nodes, scales, values = run.modes, run.nodes, work.scales, work.values
     lo, width = 0.0, 1.0
     for interval in range(MOST_INTERVALS):
         hi = min(1.0, lo + width)
         for j in range(POINTS):
             x = lo + (hi - lo) * NODES[j]
-            if 0.0 < x < 1.0:
-                dense(run.y, work.f, x, run.y.size - TAIL, work.state)
-                motion(model, law, t + x * h, work.state, contacts)
-            at = run.contacts if x == 0.0 else (work.stages[STAGES] if x == 1.0 else contacts)
+            node = 0 if x == 0.0 else (END if x == 1.0 else POINT)
+            if node == POINT:
+                dense(x, nodes.y.shape[1] - TAIL, nodes.y, work.f)
+                tabulate(model, t + x * h, 0.0, NOW)
+                motion(model, law, t + x * h, 0, nodes.y[POINT], nodes.contacts[POINT])
             for place in range(CONTACTS * MARGINS):
                 if work.unsettled[place]:
                     k = place // MARGINS
-                    values[place, j] = margin(law, modes, k, place % MARGINS, at, scales[k])
+                    values[place, j] = margin(law, modes, k, place % MARGINS, nodes.contacts[node], scales[k])
         share, first, unclear = 2.0, NONE, NONE
         for place in range(CONTACTS * MARGINS):
             if work.unsettled[place]:
@@ -156,7 +159,7 @@ def touches_too(gap: float, rate: float, other_gap: float) -> bool:
     return rate < 0.0 and gap <= abs(other_gap) + ROUNDING
 
 
-@inner
+@inlined
 def next_regime(law: Law, regime: float, slip: float) -> float:
     """Return the neighbouring friction regime towards which the located speed `slip` leaves `regime`."""
     lower, upper = regime_bounds(law, regime)
@@ -166,36 +169,36 @@ def next_regime(law: Law, regime: float, slip: float) -> float:
 
 
 @inner
-def impulse(law: Law, k: int, y: Array) -> float:
+def impulse(law: Law, k: int, run: Run) -> float:
     """Return the impulse of a contact, or of its side, since t = 0, N s."""
-    tail = y.size - TAIL
-    total: float = y[tail + k]
+    y = run.nodes.y
+    tail = y.shape[1] - TAIL
+    total: float = y[0, tail + k]
     if is_of_side(law, k):
-        total += y[tail + other_corner(k)]
+        total += y[0, tail + other_corner(k)]
     return total
 
 
 @inner
-def start_contact(law: Law, k: int, t: float, rate: float, slip: float, contacts: Array, run: Run) -> None:
+def start_contact(law: Law, k: int, t: float, rate: float, slip: float, run: Run) -> None:
     """Freeze the impact speed of contact `k`, or of its side, and open its row of the event table."""
     speed = max(-rate, law.speed_floor)
     run.modes[INSIDE + k], run.modes[MEMORY + k] = 1.0, speed
     run.modes[REGIME + k] = friction_regime(law, slip)
     run.modes[CLIPPED + k] = 1.0 if speed - law.C * rate < 0.0 and law.memoryless == 0.0 else 0.0
-    row = run.open_contacts[k]
-    row[CONTACT], row[START], row[SPEED], row[IMPULSE] = k, t, speed, impulse(law, k, run.y)
-    row[PEAK], row[DEPTH], row[START_GAP], row[START_RATE] = 0.0, 0.0, contacts[GAP + k], contacts[RATE + k]
+    row, contacts = run.open_contacts[k], run.nodes.contacts
+    row[CONTACT], row[BEGIN], row[SPEED], row[IMPULSE] = k, t, speed, impulse(law, k, run)
+    row[PEAK], row[DEPTH] = 0.0, 0.0
+    row[START_GAP], row[START_RATE] = contacts[0, GAP + k], contacts[0, RATE + k]
 
 
 @inner
 def end_contact(law: Law, k: int, t: float, run: Run) -> None:
     """Write the event row of contact `k` and free it."""
     row = run.events[run.counters[EVENTS]]
-    for i in range(
-        COLUMNS
-    ):  # in a loop: for the same in one line numba compiles how to put its error into words
+    for i in range(COLUMNS):
         row[i] = run.open_contacts[k, i]
-    row[END], row[IMPULSE] = t, impulse(law, k, run.y) - row[IMPULSE]
+    row[STOP], row[IMPULSE] = t, impulse(law, k, run) - row[IMPULSE]
     run.counters[EVENTS] += 1
     run.counters[ENDED] += 1
     for i in range(k, MODES, CONTACTS):
@@ -203,9 +206,10 @@ def end_contact(law: Law, k: int, t: float, run: Run) -> None:
 
 
 @inner
-def enter(law: Law, k: int, t: float, contacts: Array, run: Run) -> None:
+def enter(law: Law, k: int, t: float, run: Run) -> None:
     """Let contact `k` close; of a side that is in contact already only the other corner goes in."""
     run.modes[INSIDE + k] = 1.0
+    contacts = run.nodes.contacts[0]
     rate, slip = contacts[RATE + k], contacts[SLIP + k]
     if is_of_side(law, k):
         m = other_corner(k)
@@ -214,16 +218,16 @@ def enter(law: Law, k: int, t: float, contacts: Array, run: Run) -> None:
         # Of two that touch at once the faster one is ahead from there on; which is located first is rounding.
         if touches_too(contacts[GAP + m], contacts[RATE + m], contacts[GAP + k]):
             rate = min(rate, contacts[RATE + m])
-    start_contact(law, k, t, rate, slip, contacts, run)
+    start_contact(law, k, t, rate, slip, run)
 
 
 @inner
-def leave(law: Law, k: int, t: float, contacts: Array, run: Run) -> None:
+def leave(law: Law, k: int, t: float, run: Run) -> None:
     """Let contact `k` open; of a side that still has the other corner inside only this one goes out."""
     run.modes[INSIDE + k] = 0.0
     if is_of_side(law, k):
         m = other_corner(k)
-        if contacts[GAP + m] < 0.0:
+        if run.nodes.contacts[0, GAP + m] < 0.0:
             run.modes[INSIDE + m] = 1.0
         if run.modes[INSIDE + m] > 0.0:
             return
@@ -232,32 +236,20 @@ def leave(law: Law, k: int, t: float, contacts: Array, run: Run) -> None:
     end_contact(law, k, t, run)
 
 
-@inner
-def switch(law: Law, t: float, place: int, contacts: Array, run: Run) -> None:
+@inlined
+def switch(law: Law, t: float, place: int, run: Run) -> None:
     """Change the mode whose margin ended at `t` (s); contacts that close at the same instant follow."""
-    k, number = place // MARGINS, place % MARGINS
+    k, number, contacts = place // MARGINS, place % MARGINS, run.nodes.contacts[0]
     run.counters[SWITCHES] += 1
     if number == GATE and run.modes[INSIDE + k] > 0.0:
-        leave(law, k, t, contacts, run)
+        leave(law, k, t, run)
     elif number == GATE:
         located = contacts[GAP + k]
-        enter(law, k, t, contacts, run)
+        enter(law, k, t, run)
         for m in range(CONTACTS):
             if run.modes[INSIDE + m] == 0.0 and touches_too(contacts[GAP + m], contacts[RATE + m], located):
-                enter(law, m, t, contacts, run)
+                enter(law, m, t, run)
     elif number == PULL:
         run.modes[CLIPPED + k] = 1.0 - run.modes[CLIPPED + k]
     else:
         run.modes[REGIME + k] = next_regime(law, run.modes[REGIME + k], contacts[SLIP + k])
-
-
-@inner
-def note_forces(law: Law, modes: Array, contacts: Array, open_contacts: Array) -> None:
-    """Update peak force and largest depth of the closed contacts."""
-    for k in range(CONTACTS):
-        if modes[MEMORY + k] > 0.0:
-            row = open_contacts[k]
-            row[PEAK] = max(row[PEAK], normal_force(law, contacts, k))
-            row[DEPTH] = max(row[DEPTH], -contacts[GAP + k])
-            if is_of_side(law, k):
-                row[DEPTH] = max(row[DEPTH], -contacts[GAP + other_corner(k)])

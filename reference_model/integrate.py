@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from reference_model.compiled import inner, kernel
+from reference_model.compiled import inlined, inner, kernel
 from reference_model.contact import (
     CLIPPED,
     CONTACTS,
@@ -23,30 +23,42 @@ from reference_model.contact import (
     STATES,
     TAIL,
     is_of_side,
-    no_contacts,
     other_corner,
     side_motion,
 )
-from reference_model.dop853 import ROWS, STAGES, Work, error_norm, prepare_dense, take_step
-from reference_model.equations import Model, right_hand_side
+from reference_model.dop853 import (
+    END,
+    FIRST,
+    FIRST_DENSE,
+    LAST_DENSE,
+    POINT,
+    STAGES,
+    START,
+    Work,
+    dense,
+    error_norm,
+    evaluate_nodes,
+    new_nodes,
+    prepare_dense,
+)
+from reference_model.equations import Model
 from reference_model.events import (
     COLUMNS,
     COUNTERS,
     EVALUATIONS,
     EVENT_BUFFER,
     EVENTS,
+    INSTANT,
     PART_BUFFER,
     PARTED,
     RECORDED,
     REJECTED,
     ROUNDING,
-    SAMPLES,
     STARTED,
     STEPS,
     SWITCHES,
     Run,
     first_end,
-    note_forces,
     start_contact,
     switch,
 )
@@ -54,7 +66,17 @@ from reference_model.isolation import POINTS
 from reference_model.linkage import Array
 from reference_model.margins import GATE, MARGINS, NONE, has_ended, unsettled
 from reference_model.parameters import Law
-from reference_model.recording import EXTREMUM, PARTS, SAMPLE, record, record_step, row_size
+from reference_model.recording import (
+    EXTREMUM,
+    PARTS,
+    SAMPLE,
+    STATE_FROM,
+    STEP,
+    WORST,
+    find_peaks,
+    record,
+    record_peaks,
+)
 
 REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT, CHATTER = range(6)
 """Why the kernel returned."""
@@ -99,7 +121,7 @@ def first_step_in_contact(law: Law, k: int, speed: float, contacts: Array, toler
     return min(_FIRST_SHARE * longest, _FIRST_ERROR * resolved)
 
 
-@inner
+@inlined
 def step_before_separation(law: Law, modes: Array, contacts: Array, h: float, tolerance: float) -> float:
     """Return the step to take instead of `h` (s) where a contact will open within it.
 
@@ -128,15 +150,14 @@ def nothing_touches(modes: Array) -> bool:
     return closed == 0.0
 
 
-@inner
-def begin(model: Model, law: Law, run: Run, work: Work) -> None:
-    """Close the contacts that start inside their wall, and record the start."""
-    contacts, dy, slider = run.contacts, work.k[0], work.slider
-    right_hand_side(model, law, 0.0, -1, run.y, run.modes, dy, contacts, slider)
+@inlined
+def begin(law: Law, run: Run) -> None:
+    """Close the contacts that start inside their wall."""
+    modes, contacts = run.modes, run.nodes.contacts[0]
     for k in range(CONTACTS):
         # What starts on its wall, but for rounding, is not inside it: it touches like any other.
         if contacts[GAP + k] < -ROUNDING:
-            run.modes[INSIDE + k] = 1.0
+            modes[INSIDE + k] = 1.0
             # Of a side that is inside with both corners the deeper one, or the lower, stands for the first.
             side = is_of_side(law, k)
             ahead = contacts[GAP + other_corner(k)] - contacts[GAP + k] if side else 1.0
@@ -144,7 +165,7 @@ def begin(model: Model, law: Law, run: Run, work: Work) -> None:
                 rate, slip = contacts[RATE + k], contacts[SLIP + k]
                 if side:
                     _, rate, slip = side_motion(law, contacts, k)
-                start_contact(law, k, 0.0, rate, slip, contacts, run)
+                start_contact(law, k, 0.0, rate, slip, run)
 
 
 @kernel
@@ -152,7 +173,7 @@ def advance(
     model: Model, law: Law, run: Run, work: Work, t_stop: float, t_end: float, tolerance: float, largest:
     float, room: int, limit: int,
 ) -> int:  # fmt: skip
-    """Integrate until `t_stop` is passed, never beyond `t_end`; there the last sample is taken if it is due.
+    """Integrate until `t_stop` is passed, never beyond `t_end`; what is there is the last sample.
 
     Parameters
     ----------
@@ -174,14 +195,14 @@ def advance(
     int
         REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT or CHATTER.
     """
-    y, modes, counters, size = run.y, run.modes, run.counters, run.y.size
+    nodes, modes, counters = run.nodes, run.modes, run.counters
+    y, dy, contacts, instants = nodes.y, nodes.dy, nodes.contacts, run.instants
     if counters[STARTED] == 0:
-        begin(model, law, run, work)
-    right_hand_side(model, law, run.clock[0], -1, y, modes, work.k[0], run.contacts, work.slider)
-    if counters[STARTED] == 0:
+        evaluate_nodes(model, law, 0.0, 0.0, START, START, modes, nodes)
+        begin(law, run)
+        evaluate_nodes(model, law, 0.0, 0.0, START, START, modes, nodes)
+        record(law, run, START, 0.0, EXTREMUM)
         counters[STARTED] = 1
-        note_forces(law, modes, run.contacts, run.open_contacts)  # a contact may be at its deepest here
-        record(run, 0.0, EXTREMUM, y, work.k[0], run.contacts, work.slider)
     t, h, status, switched = run.clock[0], run.clock[1], REACHED, counters[SWITCHES]
     while t < t_stop:
         full = counters[EVENTS] + CONTACTS > EVENT_BUFFER or counters[PARTED] + PARTS > PART_BUFFER
@@ -194,26 +215,27 @@ def advance(
         if counters[SWITCHES] - switched > SWITCHES_AT_ONCE:
             status = CHATTER
             break
-        h = step_before_separation(law, modes, run.contacts, h, tolerance)
+        h = step_before_separation(law, modes, contacts[0], h, tolerance)
         final = h >= t_end - t
         if final:
             h = t_end - t
         place, next_h, is_dense, error = NONE, h, False, 0.0
         for attempt in range(_LOCATIONS + 1):
             is_dense = False
-            take_step(model, law, t, h, y, modes, work)
+            evaluate_nodes(model, law, t, h, FIRST, END, modes, nodes)
             counters[EVALUATIONS] += STAGES
-            error = error_norm(h, work.k, size - TAIL, tolerance)
+            error = error_norm(h, dy, y.shape[1] - TAIL, tolerance)
             if not error <= 1.0 or attempt == _LOCATIONS:
                 break
             if attempt == 0:
                 factor = _GROW if error == 0.0 else min(_GROW, _SAFETY * math.pow(error, _EXPONENT))
                 next_h = min(largest, h * factor)
             # Also a step that was taken again: it errs less, and could meet what the longer one stepped over.
-            is_dense = unsettled(law, modes, h, run.contacts, work.stages, work.scales, work.unsettled)
+            is_dense = unsettled(law, modes, h, contacts, work.scales, work.unsettled)
             if not is_dense:
                 break
-            prepare_dense(model, law, t, h, y, modes, work)
+            evaluate_nodes(model, law, t, h, FIRST_DENSE, LAST_DENSE, modes, nodes)
+            prepare_dense(h, y, dy, work.f)
             counters[EVALUATIONS] += 3
             share, first = first_end(model, law, t, h, run, work)
             if first == NONE:
@@ -237,39 +259,54 @@ def advance(
             run.clock[2] = next_h
         if t + h > t:
             # Taken again, a step that is coarse for what it meets may end short of it: it goes on from there.
-            if place != NONE and not has_ended(law, modes, place, work.scales, work.stages[STAGES]):
+            if place != NONE and not has_ended(law, modes, place, work.scales, contacts[END]):
                 place, next_h = NONE, min(next_h, h)
             counters[STEPS] += 1
-            record_step(model, law, run, work, t, h, is_dense)
+            peak = find_peaks(law, run, work.peaks)
+            if not is_dense and (peak or instants[0, counters[INSTANT]] < t + h):
+                evaluate_nodes(model, law, t, h, FIRST_DENSE, LAST_DENSE, modes, nodes)
+                prepare_dense(h, y, dy, work.f)
+                counters[EVALUATIONS] += 3
+            # What is on a step's end belongs to the next step: the right limit at a jump.
+            while instants[0, counters[INSTANT]] < t + h:
+                now, purpose = instants[0, counters[INSTANT]], int(instants[1, counters[INSTANT]])
+                dense((now - t) / h, y.shape[1], y, work.f)
+                evaluate_nodes(model, law, now, 0.0, POINT, POINT, modes, nodes)
+                record(law, run, POINT, now, purpose)
+                counters[INSTANT] += 1
+            if peak:
+                record_peaks(model, law, run, work, t, h)
+            record(law, run, END, t + h, EXTREMUM + STEP)
             t = t_end if final else t + h
             switched = counters[SWITCHES]
-            for i in range(size):
-                y[i], work.k[0, i] = work.y1[i], work.k[STAGES, i]
+            for i in range(y.shape[1]):
+                y[0, i], dy[0, i] = y[END, i], dy[END, i]
             for i in range(STATES):
-                run.contacts[i] = work.stages[STAGES, i]
+                contacts[0, i] = contacts[END, i]
+            for i in range(9):
+                nodes.slider[0, i] = nodes.slider[END, i]
         h = next_h
         if place != NONE:
             contact = place // MARGINS
             was_free, had_touched = nothing_touches(modes), modes[MEMORY + contact] > 0.0
-            switch(law, run.clock[3] + t, place, run.contacts, run)
+            switch(law, run.clock[3] + t, place, run)
             if place % MARGINS == GATE:
                 speed = modes[MEMORY + contact]
                 if nothing_touches(modes) and not was_free:
                     h = max(h, run.clock[2])
                 elif speed > 0.0 and not had_touched:
-                    h = min(h, first_step_in_contact(law, contact, speed, run.contacts, tolerance))
-            right_hand_side(model, law, t, -1, y, modes, work.k[0], run.contacts, work.slider)
+                    h = min(h, first_step_in_contact(law, contact, speed, contacts[0], tolerance))
+            evaluate_nodes(model, law, t, 0.0, START, START, modes, nodes)
             counters[EVALUATIONS] += 1
     run.clock[0], run.clock[1] = t, h
-    now = run.clock[3] + t
-    last = counters[SAMPLES] == run.times.size - 1 and t >= t_end
-    if last and run.times[run.times.size - 1] - now <= 1e-12 * now:
-        record(run, t, SAMPLE, y, work.k[0], run.contacts, work.slider)
-        counters[SAMPLES] += 1
+    if t >= t_end:
+        record(law, run, START, t, SAMPLE)
     return status
 
 
-def new_run(y0: Array, first_step: float, times: Array, capacity: int, interval: float) -> tuple[Run, Work]:
+def new_run(
+    y0: Array, first_step: float, instants: Array, capacity: int, *, states: bool = True
+) -> tuple[Run, Work]:
     """Return a run at t = 0 from coordinates and rates `y0`, and what its steps are computed in.
 
     Parameters
@@ -278,41 +315,32 @@ def new_run(y0: Array, first_step: float, times: Array, capacity: int, interval:
         Coordinates and rates.
     first_step
         s.
-    times
-        When to sample, s.
+    instants
+        When to record, and what for (`recording.instants`).
     capacity
         Rows that are recorded until the caller empties the buffer.
-    interval
-        Between marks, s.
+    states
+        Whether they hold the states, too.
     """
     size = y0.size + TAIL
     run = Run(
         clock=np.array([0.0, first_step, first_step, 0.0]),
-        y=np.concatenate([y0, np.zeros(TAIL)]),
+        nodes=new_nodes(y0),
         modes=np.zeros(MODES),
-        contacts=no_contacts(),
         open_contacts=np.zeros((CONTACTS, COLUMNS)),
         events=np.empty((EVENT_BUFFER, COLUMNS)),
         counters=np.zeros(COUNTERS, dtype=np.int64),
-        rows=np.empty((capacity, row_size(size))),
+        rows=np.empty((capacity, STATE_FROM + (2 * size if states else 0))),
         accelerations=np.empty((PART_BUFFER, 4)),
-        times=times,
+        instants=instants,
+        worst=np.tile([0.0, 0.0, -1.0], (WORST, 1)),
     )
     work = Work(
-        k=np.zeros((ROWS, size)),
         f=np.empty((7, size)),
-        y1=np.empty(size),
-        stages=np.tile(no_contacts(), (STAGES + 1, 1)),
-        slider=np.empty(9),
-        state=np.empty(size),
-        rate=np.empty(size),
-        contacts=no_contacts(),
-        aside=np.empty(9),
         values=np.empty((CONTACTS * MARGINS, POINTS)),
         scales=np.ones(CONTACTS),
         unsettled=np.zeros(CONTACTS * MARGINS, dtype=np.bool_),
-        parts=np.empty((2 * CONTACTS, PARTS)),
-        peaks=np.zeros(2 * CONTACTS, dtype=np.bool_),
-        interval=interval,
+        parts=np.empty(PARTS),
+        peaks=np.zeros((CONTACTS, 2), dtype=np.bool_),
     )
     return run, work

@@ -1,9 +1,9 @@
 """Whether a run kept what every correct run keeps: its invariants, their worst values and their bounds.
 
-The values are taken from the contacts' states at the ends of accepted steps (`reference_model.observation`),
-not from what located the events. How deep an open contact is inside its wall is taken from the samples too:
-within a step they show a contact that was stepped over. A run in which one is outside its bound gets the
-status `invariant-violated`.
+The values are taken from the contacts' states at the ends of accepted steps (`reference_model.recording`),
+not from what located the events. How deep an open contact is inside its wall is taken from all that is
+recorded within a step, too: that shows a contact that was stepped over. A run in which one is outside its
+bound gets the status `invariant-violated`.
 """
 
 from typing import Any, NamedTuple
@@ -12,7 +12,7 @@ import numpy as np
 
 from reference_model.contact import JOURNAL
 from reference_model.dop853 import VELOCITY_TIME
-from reference_model.events import CONTACT, END, PEAK, START, START_GAP, START_RATE
+from reference_model.events import BEGIN, CONTACT, PEAK, START_GAP, START_RATE, STOP
 from reference_model.linkage import Array
 from reference_model.margins import LOCATED, LOCATED_SPEED
 from reference_model.parameters import CORNERS, FOUNDATION, PAPER_SWITCHING, Parameters
@@ -76,7 +76,7 @@ def check(
     p
         Parameters of the run.
     worst
-        By name, as of `Observation.worst`; what is missing is zero.
+        By name, as `Observation.worst` returns it; what is missing is zero.
     events
         Rows of the contacts, shape (n, COLUMNS).
     drift
@@ -95,7 +95,7 @@ def check(
     pull = force * max(law.C * excess, 10.0 * LOCATED_SPEED) / law.speed_floor
     if law.law == PAPER_SWITCHING:  # its surface contact lasts until a corner is located outside: Eq. 8
         pull += 0.5 * law.Ks * depth
-    begun = events[events[:, START] > 0.0]  # what is inside at t = 0 may leave
+    begun = events[events[:, BEGIN] > 0.0]  # what is inside at t = 0 may leave
     worst = worst | {
         "start-gap": _largest(np.abs(begun[:, START_GAP]), begun),
         "leaving-start": _largest(begun[:, START_RATE], begun),
@@ -129,7 +129,7 @@ def _largest(values: Array, events: Array) -> Worst:
     if not values.size or not values.max() > 0.0:
         return 0.0, 0.0, -1
     at = int(values.argmax())
-    return float(values[at]), float(events[at, START]), int(events[at, CONTACT])
+    return float(values[at]), float(events[at, BEGIN]), int(events[at, CONTACT])
 
 
 def _acceleration(p: Parameters, force: float) -> float:
@@ -144,8 +144,8 @@ def _overlap(events: Array, duration: float, of_sides: bool) -> Invariant:
     """Return by how much contacts of one corner, or of one side, overlap, s."""
     number = events[:, CONTACT]
     place = np.where(of_sides & (number < JOURNAL), number % 2, number)
-    order = np.lexsort((events[:, START], place))
-    start, end = events[order, START], events[order, END]
+    order = np.lexsort((events[:, BEGIN], place))
+    start, end = events[order, BEGIN], events[order, STOP]
     both = np.where(np.diff(place[order]) == 0, end[:-1] - start[1:], 0.0)
     # Times add up to the duration by rounding.
     bound = 4.0 * float(np.spacing(duration))

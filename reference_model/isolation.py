@@ -11,7 +11,7 @@ from math import comb
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from reference_model.compiled import inner
+from reference_model.compiled import inlined, inner
 from reference_model.linkage import Array
 
 DEGREE = 8
@@ -36,7 +36,7 @@ _WEIGHTS = (-1.0) ** _POWERS * np.where(_POWERS % DEGREE == 0, 0.5, 1.0)
 _TO_LAST = np.linalg.inv(chebyshev.chebvander(2.0 * NODES - 1.0, DEGREE))[-2:]
 
 
-@inner
+@inlined
 def classify(values: Array, starting: bool, resolution: float) -> int:
     """Return SETTLED, CROSSES, BELOW or UNCLEAR.
 
@@ -81,7 +81,7 @@ def classify(values: Array, starting: bool, resolution: float) -> int:
     return UNCLEAR
 
 
-@inner
+@inlined
 def dips(values: Array, depth: float) -> bool:
     """Return whether a function at `NODES` is anywhere more than `depth` below zero."""
     least = 0.0
@@ -118,7 +118,7 @@ def interpolated(values: Array, x: float) -> float:
     return above / below
 
 
-@inner
+@inlined
 def crossing(values: Array, resolution: float) -> float:
     """Return the share of the interval at which a function that `classify` says CROSSES is zero.
 

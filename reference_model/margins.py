@@ -41,11 +41,11 @@ from reference_model.contact import (
     other_corner,
     side_motion,
 )
-from reference_model.dop853 import STAGES
+from reference_model.dop853 import END
 from reference_model.friction import regime_bounds
 from reference_model.linkage import Array
 from reference_model.parameters import Law
-from reference_model.tableau import STAGE_SHARES
+from reference_model.tableau import SHARES
 
 GATE, PULL, LOWER, UPPER = range(4)
 MARGINS = 4
@@ -63,7 +63,7 @@ SECOND_CORNER = 1.0e-12
 _FIRST, _LAST = 4, 10
 """The interior stages whose states are accurate to the fourth order or better."""
 _SAFETY = 2.0
-_X = STAGE_SHARES[_FIRST : _LAST + 1]
+_X = SHARES[_FIRST : _LAST + 1]
 _HERMITE = np.stack(
     [(1.0 + 2.0 * _X) * (1.0 - _X) ** 2, _X * (1.0 - _X) ** 2, _X**2 * (3.0 - 2.0 * _X), _X**2 * (_X - 1.0)]
 )
@@ -137,54 +137,50 @@ def pull_scale(law: Law, contacts: Array, k: int) -> float:
 
 
 @inlined
-def gap_is_settled(law: Law, modes: Array, k: int, h: float, before: Array, stages: Array) -> bool:
+def gap_is_settled(law: Law, modes: Array, k: int, h: float, contacts: Array) -> bool:
     """Return whether the gap of contact `k` certainly keeps its sign within a step of `h` (s)."""
     sign = -1.0 if modes[INSIDE + k] > 0.0 else 1.0
-    gap0, gap1 = before[GAP + k], stages[STAGES, GAP + k]
+    gap0, gap1 = contacts[0, GAP + k], contacts[END, GAP + k]
     p0, p1 = sign * smooth_gap(law, k, gap0), sign * smooth_gap(law, k, gap1)
-    d0 = sign * h * smooth_rate(law, k, gap0, before[RATE + k])
-    d1 = sign * h * smooth_rate(law, k, gap1, stages[STAGES, RATE + k])
+    d0 = sign * h * smooth_rate(law, k, gap0, contacts[0, RATE + k])
+    d1 = sign * h * smooth_rate(law, k, gap1, contacts[END, RATE + k])
     # The quartic's Bernstein coefficients but for the middle one, which the error lowers.
     if p0 < -LOCATED or p1 < -LOCATED or p0 + 0.25 * d0 <= 0.0 or p1 - 0.25 * d1 <= 0.0:
         return False
     error = 0.0
     for i in range(_X.size):
         cubic = _HERMITE[0, i] * p0 + _HERMITE[1, i] * d0 + _HERMITE[2, i] * p1 + _HERMITE[3, i] * d1
-        away = abs(sign * smooth_gap(law, k, stages[_FIRST + i, GAP + k]) - cubic) * _CUBIC_WEIGHT[i]
+        away = abs(sign * smooth_gap(law, k, contacts[_FIRST + i, GAP + k]) - cubic) * _CUBIC_WEIGHT[i]
         error = max(error, away)
     return 0.5 * (p0 + p1) + (d0 - d1) / 6.0 > _SAFETY * error * 16.0 / 6.0
 
 
-@inner
-def speed_is_settled(
-    law: Law, modes: Array, k: int, number: int, scale: float, before: Array, stages: Array
-) -> bool:
+@inlined
+def speed_is_settled(law: Law, modes: Array, k: int, number: int, scale: float, contacts: Array) -> bool:
     """Return whether one of the other margins certainly stays positive within a step."""
-    p0 = margin(law, modes, k, number, before, scale)
+    p0 = margin(law, modes, k, number, contacts[0], scale)
     if p0 == math.inf:
         return True
-    p1 = margin(law, modes, k, number, stages[STAGES], scale)
+    p1 = margin(law, modes, k, number, contacts[END], scale)
     if p0 < -LOCATED_SPEED or p1 < -LOCATED_SPEED:
         return False
     error = 0.0
     for i in range(_X.size):
-        p = margin(law, modes, k, number, stages[_FIRST + i], scale)
+        p = margin(law, modes, k, number, contacts[_FIRST + i], scale)
         error = max(error, abs(p - (1.0 - _X[i]) * p0 - _X[i] * p1) * _LINEAR_WEIGHT[i])
     return 0.5 * (p0 + p1) > _SAFETY * error * 2.0
 
 
-@inner
+@inlined
 def unsettled(
-    law: Law, modes: Array, h: float, before: Array, stages: Array, scales: Array, open_: NDArray[np.bool_]
+    law: Law, modes: Array, h: float, contacts: Array, scales: Array, open_: NDArray[np.bool_]
 ) -> bool:
     """Return whether it is not certain that all modes last throughout a step of `h` (s).
 
     Parameters
     ----------
-    law, modes, h, before
-        Contacts, their modes, step, the contacts' states at its start, shape (STATES,).
-    stages
-        Those at its stages, the end last, shape (STAGES + 1, STATES).
+    law, modes, h, contacts
+        Contacts, their modes, step, the contacts' states at its nodes.
     scales
         Written, shape (CONTACTS,): `pull_scale` of each contact.
     open_
@@ -194,14 +190,14 @@ def unsettled(
     for k in range(CONTACTS):
         for number in range(MARGINS):
             open_[MARGINS * k + number] = False
-        if before[GAP + k] == np.inf:  # a contact that the formulation does not have
+        if contacts[0, GAP + k] == np.inf:  # a contact that the formulation does not have
             continue
-        if not gap_is_settled(law, modes, k, h, before, stages):
+        if not gap_is_settled(law, modes, k, h, contacts):
             open_[MARGINS * k] = found = True
         if modes[MEMORY + k] > 0.0:
-            scales[k] = pull_scale(law, before, k)
+            scales[k] = pull_scale(law, contacts[0], k)
             for number in range(PULL, MARGINS):
-                if not speed_is_settled(law, modes, k, number, scales[k], before, stages):
+                if not speed_is_settled(law, modes, k, number, scales[k], contacts):
                     open_[MARGINS * k + number] = found = True
     return found
 

@@ -37,13 +37,6 @@ class Minimal(NamedTuple):
 
 
 @inlined
-def rocker_tip(m: Mechanism, t: float) -> Tip:
-    """Return the motion of C at time `t` (s)."""
-    c1, s1 = cos_sin(m.theta0 + m.omega * t)
-    return tip_from_crank(m, c1, s1)
-
-
-@inlined
 def tip_from_crank(m: Mechanism, c1: float, s1: float) -> Tip:
     """Return the motion of C from cosine and sine of the crank's angle."""
     _, _, c3, s3, _, w3, _, a3 = four_bar(m, c1, s1)
@@ -51,18 +44,18 @@ def tip_from_crank(m: Mechanism, c1: float, s1: float) -> Tip:
     return m.Hx + x, m.Hy + y, -w3 * y, w3 * x, -a3 * y - w3 * w3 * x, a3 * x - w3 * w3 * y
 
 
-def tabulate(model: Minimal, t: float, h: float, nodes: Array) -> None:
-    """Write the tip at all times t + nodes h (s), the same to the last bit as `rocker_tip`.
+def tabulate(model: Minimal, t: float, h: float, shares: Array) -> None:
+    """Write the tip at all times t + shares h (s).
 
-    The processor takes four of them at once: half of what a step costs. For that the rows stand by
+    The processor takes four of them at once: a quarter of what a step costs. For that the rows stand by
     themselves, and the compiler knows no length.
     """
     m, table = model.mechanism, model.table
     cosine, sine, Cx, Cy = table[0], table[1], table[2], table[3]
     vCx, vCy, aCx, aCy = table[4], table[5], table[6], table[7]
-    for i in range(nodes.size):
-        cosine[i], sine[i] = cos_sin(m.theta0 + m.omega * (t + nodes[i] * h))
-    for i in range(nodes.size):
+    for i in range(shares.size):
+        cosine[i], sine[i] = cos_sin(m.theta0 + m.omega * (t + shares[i] * h))
+    for i in range(shares.size):
         Cx[i], Cy[i], vCx[i], vCy[i], aCx[i], aCy[i] = tip_from_crank(m, cosine[i], sine[i])
 
 
@@ -75,9 +68,15 @@ def slider_pose(m: Mechanism, tip: Tip, y: Array) -> tuple[Pose, float, float]:
     return (Cx + m.L4 * c4, Cy + m.L4 * s4, y[1], vx, vy, y[3]), c4, s4
 
 
-def motion(model: Minimal, law: Law, t: float, y: Array, contacts: Array) -> None:
+@inlined
+def tip_at(table: Array, node: int) -> Tip:
+    """Return the motion of C at a node."""
+    return table[2, node], table[3, node], table[4, node], table[5, node], table[6, node], table[7, node]
+
+
+def motion(model: Minimal, law: Law, t: float, node: int, y: Array, contacts: Array) -> None:
     """Write gaps, rates and slips of a state."""
-    pose, _, _ = slider_pose(model.mechanism, rocker_tip(model.mechanism, t), y)
+    pose, _, _ = slider_pose(model.mechanism, tip_at(model.table, node), y)
     corner_motion(law, pose, contacts)
 
 
@@ -89,11 +88,7 @@ def derivative(
 
     The drive's power is that of the pin C on rod 4: of the bodies before it the motion is prescribed.
     """
-    m, table = model.mechanism, model.table
-    if node >= 0:
-        tip = table[2, node], table[3, node], table[4, node], table[5, node], table[6, node], table[7, node]
-    else:
-        tip = rocker_tip(m, t)
+    m, tip = model.mechanism, tip_at(model.table, node)
     _, _, vCx, vCy, aCx, aCy = tip
     pose, c4, s4 = slider_pose(m, tip, y)
     Fx, Fy, M, damping, friction = slider_forces(law, pose, modes, contacts)

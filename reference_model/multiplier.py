@@ -283,14 +283,14 @@ def solve(model: Linkage, t: float, q: Array, v: Array, acceleration: Array) -> 
         acceleration[k] = force / mass[k]
 
 
-def motion(model: Linkage, law: Law, t: float, y: Array, contacts: Array) -> None:
+def motion(model: Linkage, law: Law, t: float, node: int, y: Array, contacts: Array) -> None:
     """Write gaps, rates and slips of a state."""
     if model.clearance:
         x, w = 3 * model.slider, model.masses.size + 3 * model.slider
         corner_motion(law, (y[x], y[x + 1], y[x + 2], y[w], y[w + 1], y[w + 2]), contacts)
 
 
-def tabulate(model: Linkage, t: float, h: float, nodes: Array) -> None:
+def tabulate(model: Linkage, t: float, h: float, shares: Array) -> None:
     """Prepare nothing: of this motion nothing is a function of time alone."""
 
 

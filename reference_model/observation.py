@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from reference_model.chain import Chain, journal_centre, journal_reaction
 from reference_model.channels import ACCELERATIONS, CORNER_CHANNELS, JOURNAL_CHANNELS, MOTION, Extrema
-from reference_model.contact import CONTACTS, FRICTION, GAP, JOURNAL, NORMAL, RATE, SLIP, STORED, TAIL, WORKS
+from reference_model.contact import CONTACTS, FRICTION, GAP, JOURNAL, NORMAL, STORED, TAIL, WORKS
 from reference_model.energy import ENERGIES, balance, kinetic_energy
 from reference_model.equations import Model
+from reference_model.events import Run
 from reference_model.linkage import (
     Array,
     Mechanism,
@@ -21,15 +22,18 @@ from reference_model.linkage import (
 )
 from reference_model.minimal import Minimal
 from reference_model.multiplier import Linkage, drift
-from reference_model.parameters import FOUNDATION, Law
+from reference_model.parameters import FOUNDATION, Parameters
 from reference_model.reactions import REACTIONS, reactions
 from reference_model.recording import (
+    CLOSED,
     CONTACTS_FROM,
     CYCLE,
+    DRIVING,
     EXTREMUM,
-    INSIDE_FROM,
-    MEMORY_FROM,
+    FORCE,
+    OPEN_DEPTH,
     PARTS,
+    PULL,
     PURPOSE,
     SAMPLE,
     SLIDER_FROM,
@@ -37,6 +41,7 @@ from reference_model.recording import (
     STEP,
     TIME,
 )
+from reference_model.results import begun_cycles
 
 
 def all_bodies(model: Model, m: Mechanism, times: Array, y: Array, dy: Array) -> Array:
@@ -58,61 +63,67 @@ def all_bodies(model: Model, m: Mechanism, times: Array, y: Array, dy: Array) ->
     return bodies_from_rods(m, times, (rod2, rocker, turning(*turns[2])), turns[3])
 
 
+def needs_bodies(names: list[str]) -> bool:
+    """Return whether the channels follow from the motion of all bodies."""
+    return not set(names).isdisjoint((JOURNAL_CHANNELS[0], REACTIONS[0], ENERGIES[0]))
+
+
 class Observation:
     """What is made of a run's rows.
 
     Parameters
     ----------
-    model, m, law
-        Formulation, mechanism, contacts.
+    model, p
+        Formulation and parameters.
     names
         Channels to sample.
-    times
-        Of the samples, s.
-    cycles, period
-        Begun crank cycles, and how long each takes, s.
+    run
+        The run, before its first step.
+    samples
+        Their number.
     """
 
-    def __init__(
-        self, model: Model, m: Mechanism, law: Law, names: list[str], times: Array, cycles: int, period: float
-    ) -> None:
-        self._model, self._m, self._law, self._names = model, m, law, names
-        self.samples = np.zeros((len(names), times.size))
+    def __init__(self, model: Model, p: Parameters, names: list[str], run: Run, samples: int) -> None:
+        self._model, self._p, self._m, self._law = model, p, p.mechanism, p.law
+        self._names, self._run = names, run
+        self.samples = np.zeros((len(names), samples))
         """(names, n)."""
         self.sampled = 0
-        self.extrema = Extrema(len(names), cycles, period)
+        self.extrema = Extrema(len(names), begun_cycles(p), p.period)
         self.drift: dict[str, float] | None = None
         """Largest violation of the constraints and when, m and m/s; None where there are none."""
         if isinstance(model, Linkage):
             self.drift = dict.fromkeys(("position", "position_time_s", "velocity", "velocity_time_s"), 0.0)
         self._forces: list[list[Array]] = [[] for _ in range(CONTACTS)]
-        self.worst: dict[str, tuple[float, float, int]] = {}
-        """Of what no correct run can show: the largest value, when (s), of which contact (-1: none)."""
-        self._start, self._last = np.empty((0, 0)), np.empty((7, 0))
-        self._flow = 0.0
+        self._last = np.empty((7, 0))
+        self._start = self._bodies(np.zeros(1), run.nodes.y[:1].T)
+        self._stored, self._flow = -1.0, float(kinetic_energy(self._m, self._start).sum())
+        self._imbalance = (0.0, 0.0, -1)
 
     def take(self, rows: Array, accelerations: Array) -> None:
         """Take account of rows, shape (n, row), and of accelerations at parts of steps, shape (m, 4)."""
         if not len(rows):
             return
         rows = np.ascontiguousarray(rows.T)  # from here on an entry of all rows, not a row, lies together
-        if not self._start.size:
-            self._start = rows[:, :1].copy()
-            self._flow = float(kinetic_energy(self._m, self._bodies(self._start)).sum())
+        if self._stored < 0.0:
+            self._stored = float(rows[CONTACTS_FROM + STORED :, 0][:CONTACTS].sum())
         self._widen_parts(accelerations)
         purpose, times = rows[PURPOSE].astype(np.int64), rows[TIME] + rows[CYCLE]
         values = self._channels(rows)
-        kept = values[:, (purpose & SAMPLE) > 0]
+        # The run's end is a sample by itself, also where rounding has the last one just before it.
+        kept = values[:, (purpose & SAMPLE) > 0][:, : self.samples.shape[1] - self.sampled]
         self.samples[:, self.sampled : self.sampled + kept.shape[1]] = kept
         self.sampled += kept.shape[1]
         self._widen(purpose, times, values)
-        self._note_worst(rows, purpose, times)
+        steps = (purpose & STEP) > 0
         for k in range(CONTACTS):
-            closed = ((purpose & STEP) > 0) & (rows[MEMORY_FROM + k] > 0.0)
-            force = rows[CONTACTS_FROM + NORMAL + k, closed]
-            if self._law.law == FOUNDATION and k != JOURNAL:
-                force = force + rows[CONTACTS_FROM + NORMAL + (k + 2) % 4, closed]
-            self._forces[k].append(np.stack([times[closed], force]))
+            closed = steps & ((purpose & (CLOSED << k)) > 0)
+            if closed.any():
+                force = rows[CONTACTS_FROM + NORMAL + k, closed]
+                if self._law.law == FOUNDATION and k != JOURNAL:
+                    force = force + rows[CONTACTS_FROM + NORMAL + (k + 2) % 4, closed]
+                self._forces[k].append(np.stack([times[closed], force]))
+        self._note_energy()
         if isinstance(self._model, Linkage) and self.drift is not None:
             self._note_drift(self._model, self.drift, rows, times)
 
@@ -141,38 +152,44 @@ class Observation:
         order = np.lexsort((times, rows))
         return {"row": rows[order], "time": times[order], "force": np.maximum(forces[order], 0.0)}
 
-    def _bodies(self, rows: Array) -> Array:
-        y, dy = np.split(rows[STATE_FROM:], 2)
-        return all_bodies(self._model, self._m, rows[TIME], y, dy)
+    def worst(self) -> dict[str, tuple[float, float, int]]:
+        """Return what no correct run can show: the largest value, when (s), of which contact (-1: none)."""
+        names = {"open-depth": OPEN_DEPTH, "force": FORCE, "pull": PULL, "driving-friction": DRIVING}
+        rows = self._run.worst.tolist()
+        found = {name: (rows[i][0], rows[i][1], int(rows[i][2])) for name, i in names.items()}
+        return found | {"energy": self._imbalance}
 
-    def _energies(self, rows: Array, bodies: Array) -> Array:
-        works = np.split(rows[STATE_FROM:], 2)[0][-WORKS:]
-        stored, at_start = (
-            each[CONTACTS_FROM + STORED : CONTACTS_FROM + STORED + CONTACTS].sum(0)
-            for each in (rows, self._start)
-        )
+    def _bodies(self, times: Array, y: Array, dy: Array | None = None) -> Array:
+        return all_bodies(self._model, self._m, times, y, np.zeros_like(y) if dy is None else dy)
+
+    def _energies(self, bodies: Array, stored: Array, works: Array) -> Array:
         driven = 3 if isinstance(self._model, Minimal) else 0
-        return balance(self._m, bodies, self._bodies(self._start), stored, float(at_start[0]), works, driven)
+        return balance(self._m, bodies, self._start, stored.sum(0), self._stored, works, driven)
 
     def _channels(self, rows: Array) -> Array:
         """Return the wanted channels, shape (names, n)."""
         names, found = (
             set(self._names),
-            dict(zip(MOTION + ACCELERATIONS, rows[SLIDER_FROM:CONTACTS_FROM], strict=True)),
+            dict(zip(MOTION + ACCELERATIONS, rows[SLIDER_FROM : SLIDER_FROM + 9], strict=True)),
         )
-        contacts = rows[CONTACTS_FROM:INSIDE_FROM]
+        contacts = rows[CONTACTS_FROM:STATE_FROM]
         if CORNER_CHANNELS[0] in names:
             for k in range(JOURNAL):
                 what = contacts[GAP + k], np.maximum(contacts[NORMAL + k], 0.0), contacts[FRICTION + k]
                 found |= zip(CORNER_CHANNELS[3 * k : 3 * k + 3], what, strict=True)
-        if names & {JOURNAL_CHANNELS[0], REACTIONS[0], ENERGIES[0]}:
-            bodies = self._bodies(rows)
+        if needs_bodies(self._names):
+            y, dy = np.split(rows[STATE_FROM:], 2)
+            bodies = self._bodies(rows[TIME], y, dy)
             if JOURNAL_CHANNELS[0] in names:
                 found |= zip(JOURNAL_CHANNELS, journal_centre(self._m, bodies), strict=True)
             if REACTIONS[0] in names:
                 found |= zip(REACTIONS, self._reactions(bodies, contacts), strict=True)
             if ENERGIES[0] in names:
-                found |= zip(ENERGIES, self._energies(rows, bodies), strict=True)
+                found |= zip(
+                    ENERGIES,
+                    self._energies(bodies, contacts[STORED : STORED + CONTACTS], y[-WORKS:]),
+                    strict=True,
+                )
         return np.stack([found[name] for name in self._names])
 
     def _reactions(self, bodies: Array, contacts: Array) -> Array:
@@ -201,56 +218,36 @@ class Observation:
 
     def _widen_parts(self, accelerations: Array) -> None:
         """Widen the extrema of accelerations by parabolas through three of the `PARTS` of a step."""
-        times, *parted = (column.reshape(-1, PARTS) for column in accelerations.T)
-        steps, h = np.arange(len(times)), (times[:, -1] - times[:, 0]) / (PARTS - 1)
-        for i, name in enumerate(ACCELERATIONS if len(times) and ACCELERATIONS[0] in self._names else ()):
-            for sign in (1.0, -1.0):
-                parts = sign * parted[i]
-                middle = np.clip(parts.argmax(1), 1, PARTS - 2)
-                before, top, after = (parts[steps, middle + by] for by in (-1, 0, 1))
-                rise, bend = 0.5 * (after - before), before - 2.0 * top + after
-                inside = np.abs(rise) < -bend
-                by = -rise[inside] / bend[inside]
-                peak = sign * (top[inside] + 0.5 * rise[inside] * by)
-                when = times[steps, middle][inside] + by * h[inside]
-                self.extrema.widen_channel(self._names.index(name), when, peak)
+        if not len(accelerations) or ACCELERATIONS[0] not in self._names:
+            return
+        parts = np.ascontiguousarray(accelerations.T).reshape(4, -1, PARTS)
+        times, parts, first = parts[0], parts[1:], self._names.index(ACCELERATIONS[0])
+        h = (times[:, -1] - times[:, 0]) / (PARTS - 1)
+        for values in (parts, -parts):
+            middle = np.clip(values.argmax(2), 1, PARTS - 2)[:, :, None]
+            before, top, after = (np.take_along_axis(parts, middle + by, 2)[:, :, 0] for by in (-1, 0, 1))
+            rise, bend = 0.5 * (after - before), before - 2.0 * top + after
+            inside = np.abs(rise) < np.abs(bend)
+            by = np.divide(-rise, bend, out=np.zeros_like(rise), where=inside)
+            when = np.take_along_axis(times[None], middle, 2)[:, :, 0] + by * h
+            peak = top + 0.5 * rise * by
+            for i in range(3):
+                self.extrema.widen_channel(first + i, when[i, inside[i]], peak[i, inside[i]])
 
-    def _note(self, name: str, value: Array, times: Array) -> None:
-        """Note the largest of values (contacts, n); nan counts."""
-        if value.size:
-            contact, at = np.unravel_index(np.argmax(np.where(np.isnan(value), np.inf, value)), value.shape)
-            worst, known = float(value[contact, at]), self.worst.get(name, (0.0, 0.0, -1))
-            if not worst <= known[0]:
-                self.worst[name] = worst, float(times[at]), int(contact)
-
-    def _note_worst(self, rows: Array, purpose: NDArray[np.int64], times: Array) -> None:
-        """Note what no correct run can show (`reference_model.invariants`)."""
-        seen = (purpose & (STEP | SAMPLE)) > 0
-        inside = rows[INSIDE_FROM : INSIDE_FROM + CONTACTS] > 0.0
-        gap, _, slip, normal, friction = (
-            rows[CONTACTS_FROM + part : CONTACTS_FROM + part + CONTACTS]
-            for part in (GAP, RATE, SLIP, NORMAL, FRICTION)
-        )
-        self._note("open-depth", np.where(inside, 0.0, -gap)[:, seen], times[seen])
-        steps = (purpose & STEP) > 0
-        self._note("force", normal[:, steps], times[steps])
-        self._note("pull", -normal[:, steps], times[steps])
-        # Where the wall pulls its friction drives, too: that is the same violation.
-        power = np.where(normal < 0.0, 0.0, friction * np.where(friction == 0.0, 0.0, slip))
-        if self._law.law == FOUNDATION:  # of a side
-            power[:2], power[2:4] = power[:2] + power[2:4], 0.0
-        self._note("driving-friction", power[:, steps], times[steps])
-        some = np.flatnonzero(steps)[-1:]
-        if some.size:
-            energies = self._energies(rows[:, some], self._bodies(rows[:, some]))[:, 0]
-            # Where nothing is lost the balance is no more accurate than what flows through it.
-            self._flow = max(self._flow, energies[4] + energies[5], energies[2], abs(energies[1]))
-            self._note("energy", np.array([[abs(energies[6]) / self._flow]]), times[some])
+    def _note_energy(self) -> None:
+        """Note the balance of energies now."""
+        nodes, t = self._run.nodes, self._run.clock[:1]
+        y, stored = nodes.y[:1].T, nodes.contacts[:1, STORED : STORED + CONTACTS].T
+        energies = self._energies(self._bodies(t, y), stored, y[-WORKS:])[:, 0]
+        # Where nothing is lost the balance is no more accurate than what flows through it.
+        self._flow = max(self._flow, energies[4] + energies[5], energies[2], abs(energies[1]))
+        share = float(abs(energies[6]) / self._flow)
+        if not share <= self._imbalance[0]:
+            self._imbalance = share, float(t[0] + self._run.clock[3]), -1
 
     def _note_drift(self, model: Linkage, drifted: dict[str, float], rows: Array, times: Array) -> None:
         found = np.empty((2, times.size))
-        states = np.split(rows[STATE_FROM:], 2)[0][:-TAIL]
-        drift(model, times, states, found)
+        drift(model, rows[TIME], np.split(rows[STATE_FROM:], 2)[0][:-TAIL], found)
         for row, name in zip(found, ("position", "velocity"), strict=True):
             if row.max() > drifted[name]:
                 drifted[name], drifted[f"{name}_time_s"] = float(row.max()), float(times[row.argmax()])

@@ -11,24 +11,25 @@ from reference_model import compiled, integrate
 from reference_model.chain import Chain
 from reference_model.channels import requested
 from reference_model.contact import CONTACTS, JOURNAL, MEMORY, TAIL
-from reference_model.dop853 import ROWS
+from reference_model.dop853 import POINT
 from reference_model.equations import Model
 from reference_model.events import (
+    BEGIN,
     COLUMNS,
     CONTACT,
     DEPTH,
-    END,
     ENDED,
     EVALUATIONS,
     EVENTS,
     IMPULSE,
+    INSTANT,
     PARTED,
     PEAK,
     RECORDED,
     REJECTED,
     SPEED,
-    START,
     STEPS,
+    STOP,
     SWITCHES,
     Run,
 )
@@ -37,16 +38,16 @@ from reference_model.linkage import (
     Array,
     bodies_from_rods,
     four_bar_rods,
-    ideal_motion,
     rod4_from_slider,
+    rod4_of_ideal_slider,
     turning,
 )
 from reference_model.minimal import TIP_ROWS, Minimal
 from reference_model.multiplier import Linkage, press
-from reference_model.observation import Observation
+from reference_model.observation import Observation, needs_bodies
 from reference_model.parameters import FOUNDATION, SCIPY_METHODS, Parameters
-from reference_model.recording import MARKS
-from reference_model.results import EVENT_COLUMNS, Result, begun_cycles, name_results
+from reference_model.recording import instants
+from reference_model.results import EVENT_COLUMNS, Result, name_results
 
 LARGEST_STEP_PER_CYCLE = 1.0 / 50.0
 """At loose tolerances flight would allow more, which hardly samples the motion's harmonics. No event depends
@@ -86,7 +87,9 @@ def formulation(p: Parameters) -> tuple[Model, str]:
         model = press(p.mechanism, ideal_slider=p.ideal_slider, baumgarte=(p.alpha, p.beta))
         return model, f"multiplier (15 coordinates, {model.rows} multipliers)"
     if p.ideal_pin:
-        return Minimal(p.mechanism, np.empty((TIP_ROWS, ROWS))), "minimal: rod 4 and slider (2 coordinates)"
+        return Minimal(
+            p.mechanism, np.empty((TIP_ROWS, int(POINT)))
+        ), "minimal: rod 4 and slider (2 coordinates)"
     if p.ideal_slider:
         return Chain(p.mechanism, True), "minimal: rod 2 and rocker (2 coordinates)"
     return Chain(p.mechanism, False), "minimal: rod 2, rocker, rod 4 and slider (4 coordinates)"
@@ -104,7 +107,10 @@ def start(p: Parameters, model: Model) -> Array:
         One line, where rod 4 does not reach.
     """
     m = p.mechanism
-    if not np.isfinite(ideal_motion(m, np.linspace(0.0, p.period, 1000))[3, 2]).all():
+    _, rocker = four_bar_rods(m, np.linspace(0.0, p.period, 1000))
+    with np.errstate(invalid="ignore"):
+        reached = np.isfinite(rod4_of_ideal_slider(m, rocker)[2])
+    if not reached.all():
         raise ValueError("mechanism: rod 4 is too short: it does not reach the guide all the way round")
     theta4, w4 = rod4_from_slider(m, *p.reach)
     if not math.isfinite(theta4):
@@ -141,17 +147,21 @@ class Compiled:
         self._p, self._model, self._state, self._work, self._t_end = p, model, state, work, t_end
         self._largest = p.period * LARGEST_STEP_PER_CYCLE
         self.settings = {"tolerance": p.tolerance, "largest_step_s": self._largest}
-        self._room = _room(p)
+        self._room, self._in_cycle = (
+            _room(p),
+            int(np.searchsorted(state.instants[0], p.period * (1.0 - 1e-9))),
+        )
         self._limit = limit
 
     def advance(self, t_stop: float) -> int:
         """Integrate until `t_stop` (s) is passed."""
-        clock = self._state.clock
-        # Where the crank's angle is not a coordinate time counts from the start of the cycle.
-        if not isinstance(self._model, Linkage):
-            passed = math.floor(clock[0] / self._p.period) * self._p.period
-            clock[0] -= passed
-            clock[3] += passed
+        clock, cycles = self._state.clock, math.floor(self._state.clock[0] / self._p.period)
+        clock[0] -= cycles * self._p.period
+        clock[3] += cycles * self._p.period
+        self._state.counters[INSTANT] -= cycles * self._in_cycle
+        if isinstance(self._model, Linkage):
+            turned = math.copysign(2.0 * math.pi * cycles, self._p.mechanism.omega)
+            self._state.nodes.y[0, 3 * self._model.driven + 2] -= turned
         return int(
             integrate.advance(
                 self._model, self._p.law, self._state, self._work, t_stop - clock[3], self._t_end - clock[3],
@@ -184,10 +194,15 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     """Run a scene, with samples at the times (s) and at most so many attempted steps and switches."""
     model, name = formulation(p)
     y0, names = start(p, model), requested(p)
+    schedule = instants(p.samples_per_cycle, p.cycles, p.period)
     state, work = integrate.new_run(
-        y0, 1e-3 * LARGEST_STEP_PER_CYCLE * p.period, times, ROWS_AT_ONCE + _room(p), p.period / MARKS
+        y0,
+        1e-3 * LARGEST_STEP_PER_CYCLE * p.period,
+        schedule,
+        ROWS_AT_ONCE + _room(p),
+        states=needs_bodies(names) or isinstance(model, Linkage),
     )
-    observation = Observation(model, p.mechanism, p.law, names, times, begun_cycles(p), p.period)
+    observation = Observation(model, p, names, state, times.size)
     events = [np.empty((0, COLUMNS))]
 
     def drain() -> None:
@@ -214,19 +229,19 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
         from reference_model.scipy_solvers import ScipySolver
 
         largest = p.period * LARGEST_STEP_PER_CYCLE
-        integrator = ScipySolver(p, model, state, work, float(times[-1]), largest, limit, drain, report)
+        integrator = ScipySolver(p, model, state, times, largest, limit, drain, report)
     else:
         integrator = Compiled(p, model, state, work, float(times[-1]), limit)
     in_cycle = 1 if progress is None else min(10, math.ceil(50.0 / p.cycles))
     code = _advance_to_end(p.period / in_cycle, integrator, state, drain, t_end, report)
     events.append(_not_ended(state, p.law.law == FOUNDATION))
     rows = np.concatenate(events)
-    rows = rows[np.argsort(rows[:, START], kind="stable")]
+    rows = rows[np.argsort(rows[:, BEGIN], kind="stable")]
     compiled.seal()
     numbers = rows[:, CONTACT].astype(int)
     table = {"corner": np.array(CONTACT_NAMES)[numbers]} | {
         column: rows[:, i].copy()
-        for column, i in zip(EVENT_COLUMNS, (START, END, SPEED, IMPULSE, PEAK, DEPTH), strict=True)
+        for column, i in zip(EVENT_COLUMNS, (BEGIN, STOP, SPEED, IMPULSE, PEAK, DEPTH), strict=True)
     }
     sampled = observation.sampled
     result = name_results(
@@ -240,7 +255,7 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     }
     if observation.drift is not None:
         provenance["constraints"] = observation.drift
-    found = check(p, observation.worst, rows, observation.drift)
+    found = check(p, observation.worst(), rows, observation.drift)
     provenance["invariants"] = as_mapping(found)
     status, remedy = ending(code, p)
     if status == "success" and (broken := violation(found)):
@@ -252,9 +267,9 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
 def _not_ended(state: Run, of_sides: bool) -> Array:
     """Return the rows of the contacts that are closed when the run ends."""
     closed = np.flatnonzero(state.modes[MEMORY : MEMORY + CONTACTS] > 0.0)
-    rows, impulses = state.open_contacts[closed].copy(), state.y[-TAIL:][:CONTACTS]
+    rows, impulses = state.open_contacts[closed].copy(), state.nodes.y[0, -TAIL:][:CONTACTS]
     sides = [(k + 2) % JOURNAL if of_sides and k != JOURNAL else k for k in closed]
-    rows[:, END] = state.clock[3] + state.clock[0]
+    rows[:, STOP] = state.clock[3] + state.clock[0]
     rows[:, IMPULSE] = impulses[closed] + np.where(sides == closed, 0.0, impulses[sides]) - rows[:, IMPULSE]
     state.counters[ENDED] += closed.size
     return rows

@@ -22,15 +22,15 @@ from scipy.optimize import minimize_scalar
 
 from reference_model import integrate
 from reference_model.compiled import kernel
-from reference_model.contact import CONTACTS, GAP, JOURNAL, MEMORY, NORMAL, TAIL, no_contacts
-from reference_model.dop853 import VELOCITY_TIME, Work
-from reference_model.equations import Model, evaluate, right_hand_side
-from reference_model.events import ENDED, RECORDED, SAMPLES, STEPS, SWITCHES, Run, note_forces, switch
+from reference_model.contact import CONTACTS, GAP, JOURNAL, MEMORY, NORMAL, TAIL
+from reference_model.dop853 import POINT, START, VELOCITY_TIME, evaluate, evaluate_nodes
+from reference_model.equations import Model
+from reference_model.events import ENDED, RECORDED, STEPS, SWITCHES, Run, switch
 from reference_model.integrate import first_step_in_contact
 from reference_model.linkage import Array
 from reference_model.margins import GATE, MARGINS, margin
 from reference_model.parameters import FOUNDATION, Law, Parameters
-from reference_model.recording import EXTREMUM, SAMPLE, STEP, record
+from reference_model.recording import EXTREMUM, MARKS, SAMPLE, STEP, record
 
 RTOL = 100.0 * float(np.finfo(np.float64).eps)
 """The smallest that scipy takes. The tolerance of a scene is absolute: that a coordinate is 0.55 m long makes
@@ -45,43 +45,30 @@ Newton."""
 
 
 @kernel
-def margins_in(
-    model: Model,
-    law: Law,
-    t: float,
-    y: Array,
-    run: Run,
-    dy: Array,
-    contacts: Array,
-    slider: Array,
-    out: Array,
-) -> None:
-    """Write all margins (CONTACTS MARGINS,); infinite those of contacts that do not exist."""
-    right_hand_side(model, law, t, -1, y, run.modes, dy, contacts, slider)
-    for place in range(out.size):
-        k = place // MARGINS
-        out[place] = (
-            margin(law, run.modes, k, place % MARGINS, contacts, 1.0)
-            if contacts[GAP + k] < math.inf
-            else math.inf
-        )
+def begin(law: Law, run: Run) -> None:
+    """Close the contacts that start inside their wall."""
+    integrate.begin(law, run)
 
 
 @kernel
-def record_states(
-    model: Model, law: Law, run: Run, times: Array, purposes: Array, states: Array, dy: Array, slider: Array
-) -> int:
-    """Record states, shape (n, size), at ascending times (s), as far as the buffer goes; return how many.
+def all_margins(law: Law, modes: Array, contacts: Array, out: Array) -> None:
+    """Write all margins (CONTACTS MARGINS,); infinite those of contacts that do not exist."""
+    for place in range(out.size):
+        k = place // MARGINS
+        exists = contacts[GAP + k] < math.inf
+        out[place] = margin(law, modes, k, place % MARGINS, contacts, 1.0) if exists else math.inf
 
-    Those at the ends of steps count for the peaks of the contacts, and where the run is.
-    """
+
+@kernel
+def record_states(model: Model, law: Law, run: Run, times: Array, purposes: Array, states: Array) -> int:
+    """Record states, shape (n, size), at ascending times (s), as far as the buffer goes; return how many."""
     for i in range(times.size):
         if run.counters[RECORDED] == run.rows.shape[0]:
             return i
-        right_hand_side(model, law, times[i], -1, states[i], run.modes, dy, run.contacts, slider)
-        record(run, times[i], purposes[i], states[i], dy, run.contacts, slider)
-        if purposes[i] != SAMPLE:
-            note_forces(law, run.modes, run.contacts, run.open_contacts)
+        for m in range(states.shape[1]):
+            run.nodes.y[POINT, m] = states[i, m]
+        evaluate_nodes(model, law, times[i], 0.0, POINT, POINT, run.modes, run.nodes)
+        record(law, run, POINT, times[i], purposes[i])
         if purposes[i] & STEP:
             run.counters[STEPS] += 1
     return times.size
@@ -91,30 +78,23 @@ def record_states(
 def change_mode(law: Law, t: float, place: int, run: Run, tolerance: float) -> float:
     """Change the mode whose margin ended; return the first step (s) that the force allows then."""
     had_touched = run.modes[MEMORY + place // MARGINS] > 0.0
-    switch(law, t, place, run.contacts, run)
+    switch(law, t, place, run)
     speed = run.modes[MEMORY + place // MARGINS]
     if place % MARGINS == GATE and speed > 0.0 and not had_touched:
-        return first_step_in_contact(law, place // MARGINS, speed, run.contacts, tolerance)
+        return first_step_in_contact(law, place // MARGINS, speed, run.nodes.contacts[0], tolerance)
     return math.inf
 
 
-@kernel
-def jacobian(
-    model: Model, law: Law, t: float, y: Array, run: Run, dy: Array, contacts: Array, slider: Array
-) -> Array:
+def jacobian(derivative: Callable[[float, Array], Array], t: float, y: Array) -> Array:
     """Return the derivative of dy/dt in frozen modes by differences, shape (size, size).
 
     The columns of the integrals behind the coordinates are zero: nothing depends on them.
     """
-    size, free = y.size, y.size - TAIL
-    moved, reference, out = y.copy(), np.empty(size), np.zeros((size, size))
-    right_hand_side(model, law, t, -1, y, run.modes, reference, contacts, slider)
+    out, reference, free = np.zeros((y.size, y.size)), derivative(t, y), y.size - TAIL
     for j in range(free):
-        moved[j] = y[j] + (_POSITION if 2 * j < free else _VELOCITY)
-        right_hand_side(model, law, t, -1, moved, run.modes, dy, contacts, slider)
-        for i in range(size):
-            out[i, j] = (dy[i] - reference[i]) / (moved[j] - y[j])
-        moved[j] = y[j]
+        moved = y.copy()
+        moved[j] += _POSITION if 2 * j < free else _VELOCITY
+        out[:, j] = (derivative(t, moved) - reference) / (moved[j] - y[j])
     return out
 
 
@@ -123,10 +103,10 @@ class ScipySolver:
 
     Parameters
     ----------
-    p, model, state, work
-        Parameters, formulation, the run, which is updated in place, and the compiled integrator's arrays.
-    t_end
-        s.
+    p, model, state
+        Parameters, formulation, the run, which is updated in place.
+    times
+        Of the samples, s.
     largest
         Longest step, s.
     limit
@@ -138,40 +118,34 @@ class ScipySolver:
     """
 
     def __init__(
-        self, p: Parameters, model: Model, state: Run, work: Work, t_end: float, largest: float, limit: int,
+        self, p: Parameters, model: Model, state: Run, times: Array, largest: float, limit: int,
         drain: Callable[[], None], report: Callable[[float], None],
     ) -> None:  # fmt: skip
-        self._p, self._model, self._run, self._work = p, model, state, work
-        self._t_end, self._drain, self._report = t_end, drain, report
+        self._p, self._model, self._run, self._times = p, model, state, times
+        self._t_end, self._drain, self._report = float(times[-1]), drain, report
         self._method = p.method.removeprefix("scipy-")
         self.name = f"scipy {self._method} with located events"
         self.settings = {"tolerance": p.tolerance, "largest_step_s": largest, "relative_tolerance": RTOL}
         self._first_step, self._last_step, self._largest = math.inf, largest, largest
-        size = state.y.size
+        size = state.nodes.y.shape[1]
         self._atol = np.full(size, _UNCONTROLLED)
         self._atol[: size - TAIL] = p.tolerance
         self._atol[(size - TAIL) // 2 : size - TAIL] /= VELOCITY_TIME
-        self._limit = limit
+        self._limit, self._sampled = limit, 0
         self._spent = np.zeros(3, dtype=np.int64)
-        self._dy, self._contacts, self._slider = np.empty(size), no_contacts(), np.empty(9)
-        self._margins, self._margins_at = np.empty(CONTACTS * MARGINS), math.nan
-        self._pass(0.0)  # begins the run
+        self._margins = np.empty(CONTACTS * MARGINS)
+        y0 = state.nodes.y[0].copy()
+        self._evaluate(0.0, y0, START)
+        begin(p.law, state)
+        record_states(model, p.law, state, np.zeros(1), np.array([EXTREMUM]), y0[None])
 
-    def _pass(self, t_end: float) -> None:
-        """Let the compiled integrator begin the run, or take its last sample at `t_end` (s)."""
-        run = self._run
-        integrate.advance(
-            self._model,
-            self._p.law,
-            run,
-            self._work,
-            0.0,
-            t_end if t_end else math.inf,
-            1.0,
-            1.0,
-            0,
-            self._limit,
-        )
+    def _evaluate(self, t: float, y: Array, node: int = POINT) -> Array:
+        """Evaluate a state at `t` (s); return the states of its contacts."""
+        nodes = self._run.nodes
+        nodes.y[node] = y
+        evaluate(self._model, self._p.law, t, node, self._run.modes, nodes)
+        contacts: Array = nodes.contacts[node]
+        return contacts
 
     @property
     def counters(self) -> dict[str, int]:
@@ -193,8 +167,12 @@ class ScipySolver:
         with np.errstate(invalid="ignore", over="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
             status = self._advance(t_stop)
-        if self._run.clock[0] >= self._t_end:
-            self._pass(self._run.clock[0])
+        run = self._run
+        if run.clock[0] >= self._t_end:
+            last = np.array([SAMPLE]), run.nodes.y[:1].copy()
+            if not record_states(self._model, self._p.law, run, run.clock[:1], *last):
+                self._drain()
+                record_states(self._model, self._p.law, run, run.clock[:1], *last)
         return status
 
     def _advance(self, t_stop: float) -> int:
@@ -218,7 +196,7 @@ class ScipySolver:
                 if solution.t[-1] > t:
                     switched = run.counters[SWITCHES]
                     self._record(solution)
-                    run.clock[0], run.y[:] = solution.t[-1], solution.y[:, -1]
+                    run.clock[0], run.nodes.y[0] = solution.t[-1], solution.y[:, -1]
                     last = solution.sol.interpolants[-1]  # all of the step, beyond the event too
                     self._last_step = float(last.t - last.t_old)
                 hits = [
@@ -229,8 +207,7 @@ class ScipySolver:
                     return integrate.STEP_LIMIT
             if ended is not None:
                 t = float(run.clock[0])
-                self._all_margins(t, run.y)
-                run.contacts[:] = self._contacts
+                self._evaluate(t, run.nodes.y[0], START)
                 touch = change_mode(self._p.law, t, ended, run, self._p.tolerance)
                 # Scipy's own choice tries the forces far ahead of it, where a corner may be deep inside the
                 # wall.
@@ -238,37 +215,37 @@ class ScipySolver:
         return integrate.REACHED
 
     def _all_margins(self, t: float, y: Array) -> Array:
-        margins_in(
-            self._model, self._p.law, t, y, self._run, self._dy, self._contacts, self._slider, self._margins
-        )
+        all_margins(self._p.law, self._run.modes, self._evaluate(t, y), self._margins)
         return self._margins
 
     def _already_ended(self, t: float) -> int | None:
         """Return the place of a margin that is further below zero than the tolerance, if any."""
-        margins, tolerance = self._all_margins(t, self._run.y), self._p.tolerance
+        margins, tolerance = self._all_margins(t, self._run.nodes.y[0]), self._p.tolerance
         limits = np.where(np.arange(margins.size) % MARGINS == GATE, tolerance, tolerance / VELOCITY_TIME)
         below = np.flatnonzero(margins < -limits)
         return int(below[0]) if below.size else None
 
     def _solve(self, t: float) -> Any:
         """Solve from `t` (s) to the end or to the first event, in the modes of now."""
-        run, p = self._run, self._p
-        self._places = [int(place) for place in np.flatnonzero(np.isfinite(self._all_margins(t, run.y)))]
+        run = self._run
+        self._places = [
+            int(place) for place in np.flatnonzero(np.isfinite(self._all_margins(t, run.nodes.y[0])))
+        ]
         steps, limit, latest = int(run.counters[STEPS]), math.inf, t
         # By time, at both ends of a step, from the states there: LSODA's dense output, on which scipy looks
         # for the zero, meets them only to within the tolerance.
         ends = {t: self._margins.copy()}
 
         def derivative(t: float, y: Array) -> Array:
-            dy = np.empty(y.size)
-            evaluate(self._model, p.law, t, y, run.modes, dy, self._contacts, self._slider)
+            self._evaluate(t, y)
+            dy: Array = run.nodes.dy[POINT].copy()
             return dy
 
         def left(t: float, y: Array) -> float:
             """Look at the end of a step, of which it is told first; its zero is the step too many."""
             nonlocal steps, limit, latest
             if t > latest:  # not where the zero is searched for
-                kept = {latest: ends[latest], t: self._all_margins(t, np.ascontiguousarray(y)).copy()}
+                kept = {latest: ends[latest], t: self._all_margins(t, y).copy()}
                 ends.clear()
                 ends.update(kept)
                 latest, steps = t, steps + 1
@@ -279,7 +256,7 @@ class ScipySolver:
 
         def of(place: int) -> Callable[[float, Array], float]:
             def value(t: float, y: Array) -> float:
-                margins = ends[t] if t in ends else self._all_margins(t, np.ascontiguousarray(y))
+                margins = ends[t] if t in ends else self._all_margins(t, y)
                 return float(margins[place])
 
             value.terminal, value.direction = True, -1.0  # type: ignore[attr-defined]
@@ -289,39 +266,33 @@ class ScipySolver:
         options: dict[str, Any] = {}
         if self._method != "DOP853":
             # Where it overflows Newton's method fails with any matrix, and the solver halves its step.
-            options["jac"] = lambda t, y: np.nan_to_num(
-                jacobian(self._model, p.law, t, y, run, self._dy, self._contacts, self._slider),
-                posinf=0.0,
-                neginf=0.0,
-            )
+            options["jac"] = lambda t, y: np.nan_to_num(jacobian(derivative, t, y), posinf=0.0, neginf=0.0)
         if math.isfinite(self._first_step):
             options["first_step"] = min(self._first_step, self._t_end - t)
         return solve_ivp(  # type: ignore[call-overload]
-            derivative, (t, self._t_end), run.y.copy(), self._method, dense_output=True, rtol=RTOL,
+            derivative, (t, self._t_end), run.nodes.y[0].copy(), self._method, dense_output=True, rtol=RTOL,
             atol=self._atol, max_step=self._largest, events=[left, *map(of, self._places)], **options,
         )  # fmt: skip
 
     def _record(self, solution: Any) -> None:
         """Record samples, marks, steps and the peaks of the contacts of one solution."""
         run, first, last = self._run, float(solution.t[0]), float(solution.t[-1])
-        interval, count = self._work.interval, int(run.counters[SAMPLES])
+        interval, count = self._p.period / MARKS, self._sampled
         # A sample on a solution's end belongs to the next one: the right limit at a jump.
-        samples = run.times[count : count + int(np.searchsorted(run.times[count:], last))]
+        samples = self._times[count : count + int(np.searchsorted(self._times[count:], last))]
         marks = interval * np.arange(math.ceil(first / interval), math.ceil(last / interval))
         peaks, ends = self._peaks(solution), solution.t[1:]
         inside = np.concatenate([samples, marks, peaks])
         times = np.concatenate([inside, ends])
         sizes = (samples.size, marks.size + peaks.size, ends.size)
         purposes = np.repeat([SAMPLE, EXTREMUM, EXTREMUM + STEP], sizes)
-        within = solution.sol(inside).T if inside.size else np.empty((0, run.y.size))
+        within = solution.sol(inside).T if inside.size else np.empty((0, run.nodes.y.shape[1]))
         states = np.concatenate([within, solution.y[:, 1:].T])
         order = np.argsort(times, kind="stable")
         times, purposes, states = times[order], purposes[order], np.ascontiguousarray(states[order])
-        run.counters[SAMPLES] += samples.size
+        self._sampled += samples.size
         while times.size:
-            done = record_states(
-                self._model, self._p.law, run, times, purposes, states, self._dy, self._slider
-            )
+            done = record_states(self._model, self._p.law, run, times, purposes, states)
             times, purposes, states = times[done:], purposes[done:], states[done:]
             if times.size:
                 self._drain()
@@ -331,19 +302,10 @@ class ScipySolver:
         peaks = []
 
         def of(t: float, k: int, row: int) -> float:
-            evaluate(
-                self._model,
-                self._p.law,
-                t,
-                solution.sol(t),
-                self._run.modes,
-                self._dy,
-                self._contacts,
-                self._slider,
-            )
+            contacts = self._evaluate(t, solution.sol(t))
             side = self._p.law.law == FOUNDATION and k != JOURNAL
-            force = self._contacts[NORMAL + k] + (self._contacts[NORMAL + (k + 2) % 4] if side else 0.0)
-            return float(-force if row == NORMAL else self._contacts[GAP + k])
+            force = contacts[NORMAL + k] + (contacts[NORMAL + (k + 2) % 4] if side else 0.0)
+            return float(-force if row == NORMAL else contacts[GAP + k])
 
         for k in np.flatnonzero(self._run.modes[MEMORY : MEMORY + CONTACTS] > 0.0).tolist():
             for row in (NORMAL, GAP):

@@ -8,8 +8,8 @@ import numpy as np
 from reference_model import contact, journal, multiplier
 from reference_model.chain import Chain
 from reference_model.compiled import kernel
-from reference_model.contact import CONTACTS, JOURNAL, TAIL, no_contacts
-from reference_model.equations import evaluate
+from reference_model.contact import CONTACTS, JOURNAL, no_contacts
+from reference_model.dop853 import POINT, evaluate, new_nodes
 from reference_model.minimal import TIP_ROWS, Minimal
 from reference_model.multiplier import press
 from reference_model.observation import all_bodies
@@ -17,7 +17,7 @@ from reference_model.parameters import Parameters
 
 MEMORY, REGIME, CLIPPED, INSIDE = range(4)
 """Rows of the modes, shape (4, CONTACTS)."""
-GAP, RATE, SLIP, NORMAL, FRICTION = range(5)
+RATE, SLIP, GAP, NORMAL, FRICTION = range(5)
 """Rows of the contact states, shape (6, CONTACTS)."""
 
 
@@ -71,7 +71,7 @@ class Bearing:
         tip = p.mechanism.L1 * np.exp(1j * (p.mechanism.theta0 + omega * time))
         e, v = complex(tip - centre), complex(1j * omega * tip - velocity)
         self._normal = _journal_motion(p.law, e, v, omega, w2, self._contacts)
-        self.gap, self.rate, self.slip = self._contacts.reshape(-1, CONTACTS)[: SLIP + 1, JOURNAL]
+        self.rate, self.slip, self.gap = self._contacts.reshape(-1, CONTACTS)[: GAP + 1, JOURNAL]
         self.point = centre + p.law.bearing_radius * complex(*self._normal)
 
     def force(self, modes: np.ndarray) -> tuple[complex, float]:
@@ -80,20 +80,27 @@ class Bearing:
         return complex(Gx, Gy), float(self._contacts.reshape(-1, CONTACTS)[NORMAL, JOURNAL])
 
 
+def in_state(
+    model: Any, p: Parameters, time: float, head: Any, modes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return states of the contacts, and motions of the slider (9,) and of all bodies (5, 9)."""
+    nodes = new_nodes(np.asarray(head, dtype=float))
+    evaluate(model, p.law, time, 0, modes, nodes)
+    bodies = all_bodies(model, p.mechanism, np.array([time]), nodes.y[:1].T, nodes.dy[:1].T)[:, :, 0]
+    return nodes.contacts[0], nodes.slider[0], bodies
+
+
 def by_formulation(
     p: Parameters, name: str, time: float, head: Any, modes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return states of the contacts and motion of all bodies (5, 9); name: slider, pin, both, multiplier."""
     model = {
-        "slider": lambda: Minimal(p.mechanism, np.empty((TIP_ROWS, 16))),
+        "slider": lambda: Minimal(p.mechanism, np.empty((TIP_ROWS, int(POINT)))),
         "pin": lambda: Chain(p.mechanism, True),
         "both": lambda: Chain(p.mechanism, False),
         "multiplier": lambda: press(p.mechanism, ideal_slider=False, baumgarte=(p.alpha, p.beta)),
     }[name]()
-    y = np.concatenate([head, np.zeros(TAIL)])
-    dy, contacts = np.zeros(y.size), no_contacts()
-    evaluate(model, p.law, time, y, all_modes(modes), dy, contacts, np.empty(9))
-    bodies = all_bodies(model, p.mechanism, np.array([time]), y[:, None], dy[:, None])[:, :, 0]
+    contacts, _, bodies = in_state(model, p, time, head, all_modes(modes))
     return contacts.reshape(-1, CONTACTS), bodies
 
 

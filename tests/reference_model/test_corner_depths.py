@@ -5,11 +5,11 @@ import corner_depth_steps as steps
 import corner_depths as depths
 import numpy as np
 import pytest
+from reference_states import in_state
 
 from comparison.scene import load_scene
 from reference_model import simulate
-from reference_model.contact import CONTACTS, GAP, MEMORY, MODES, TAIL, no_contacts
-from reference_model.equations import evaluate
+from reference_model.contact import CONTACTS, GAP, MEMORY, MODES
 from reference_model.parameters import read_parameters
 from reference_model.running import formulation, start
 
@@ -24,12 +24,10 @@ def test_gaps_are_those_of_the_equations_of_motion(variant) -> None:
     p = read_parameters(scene.data)
     model, _ = formulation(p)
     y0, g, own = start(p, model), steps.geometry(scene), np.empty(CONTACTS)
-    y, dy = np.zeros((2, y0.size + TAIL))
     rng = np.random.default_rng(1)
     for t in rng.uniform(0.0, 1e-3, 50):
-        y[: y0.size] = y0 + 1e-4 * rng.normal(size=y0.size)
-        contacts = no_contacts()
-        evaluate(model, p.law, t, y, np.zeros(MODES), dy, contacts, np.empty(9))
+        y = y0 + 1e-4 * rng.normal(size=y0.size)
+        contacts, _, _ = in_state(model, p, t, y, np.zeros(MODES))
         steps.gaps(g, t, y, own)
         np.testing.assert_allclose(own, contacts[GAP : GAP + CONTACTS], rtol=0.0, atol=2e-15)
         assert np.isfinite(own).any()

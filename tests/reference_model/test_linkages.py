@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from reference_states import in_state
 from scipy.integrate import solve_ivp
 
 from reference_model import integrate
 from reference_model.compiled import kernel
-from reference_model.contact import GAP, MEMORY, MODES, REGIME, SLIP, TAIL, no_contacts
-from reference_model.equations import evaluate
+from reference_model.contact import FRICTION, GAP, MEMORY, MODES, NORMAL, REGIME, SLIP, TAIL
+from reference_model.events import ENDED, RECORDED
 from reference_model.linkage import ideal_motion
 from reference_model.multiplier import FRAME, assemble, drift, press, solve_definite
 from reference_model.observation import all_bodies
@@ -103,12 +104,13 @@ def test_another_linkage_is_five_lists(scene) -> None:
         baumgarte=(10.0, 10.0),
     )  # fmt: skip
     end, times = 0.12, np.linspace(0.0, 0.12, 601)
-    run, work = integrate.new_run(slider_crank_start()[0], 1e-6, times, 20_000, 1e-3)
+    instants = np.array([[*times[:-1], np.inf], np.full(601, SAMPLE)])
+    run, work = integrate.new_run(slider_crank_start()[0], 1e-6, instants, 20_000)
     assert integrate.advance(model, law, run, work, end, end, 1e-12, 0.01, 1000, 10**6) == integrate.REACHED
-    rows = run.rows[: run.counters[6]]
+    rows = run.rows[: run.counters[RECORDED]]
     samples = rows[(rows[:, PURPOSE].astype(int) & SAMPLE) > 0]
     x, theta = slider_crank_by_hand(law, times)
-    assert run.counters[5] >= 4  # contacts that have ended
+    assert run.counters[ENDED] >= 4
     moved, turned = samples[: x.size, SLIDER_FROM], samples[: x.size, SLIDER_FROM + 2]
     np.testing.assert_allclose(samples[:, TIME], times, rtol=0, atol=1e-16)
     # Two solutions at 1e-12 and 1e-14, whose difference ten contacts magnify to 4e-12 m and 3e-10 rad.
@@ -170,10 +172,7 @@ def test_start_is_consistent(scene, changes) -> None:
 
 def evaluated(model, p, t, head, modes):
     """Return states of the contacts and motion of all bodies."""
-    y, contacts, slider = state_of(head), no_contacts(), np.empty(9)
-    dy = np.zeros(y.size)
-    evaluate(model, p.law, t, y, modes, dy, contacts, slider)
-    bodies = all_bodies(model, p.mechanism, np.array([t]), y[:, None], dy[:, None])[:, :, 0]
+    contacts, slider, bodies = in_state(model, p, t, head, modes)
     np.testing.assert_allclose(slider, bodies[4], rtol=1e-11, atol=1e-10)
     return contacts, bodies
 
@@ -200,7 +199,7 @@ def test_accelerations_and_reactions_of_minimal_and_multiplier_agree_from_the_sa
         _, others = evaluated(
             many, p, t, np.concatenate([bodies[:, :3].ravel(), bodies[:, 3:6].ravel()]), modes
         )
-        normal, friction = contacts[15:19], contacts[20:24]
+        normal, friction = contacts[NORMAL : NORMAL + 4], contacts[FRICTION : FRICTION + 4]
         touched += normal.any()
         # Gaps are differences of 0.55 m coordinates and round at some 1e-16 m; a force amplifies that by
         # 1.5 K sqrt(depth), an acceleration by the smallest effective inertia on top; 1e-11 of scale remains.

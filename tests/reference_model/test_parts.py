@@ -10,9 +10,20 @@ from hypothesis import strategies as st
 from reference_model import friction, isolation, tableau
 from reference_model.compiled import kernel
 from reference_model.contact import MODES, TAIL
-from reference_model.dop853 import ROWS, dense, error_norm, prepare_dense, take_step
-from reference_model.equations import right_hand_side
-from reference_model.integrate import new_run
+from reference_model.dop853 import (
+    END,
+    FIRST,
+    FIRST_DENSE,
+    LAST_DENSE,
+    POINT,
+    ROWS,
+    START,
+    dense,
+    error_norm,
+    evaluate_nodes,
+    new_nodes,
+    prepare_dense,
+)
 from reference_model.isolation import BELOW, CROSSES, NODES, RESOLUTION, SETTLED, UNCLEAR
 from reference_model.laws import damping_factor, side_force
 from reference_model.parameters import LAWS, read_parameters
@@ -50,11 +61,12 @@ def norm(h, k, free, tolerance):
 
 
 @kernel
-def stepped(model, law, t, h, y, modes, work, middle):
-    right_hand_side(model, law, t, -1, y, modes, work.k[0], work.contacts, work.slider)
-    take_step(model, law, t, h, y, modes, work)
-    prepare_dense(model, law, t, h, y, modes, work)
-    dense(y, work.f, 0.5, middle.size, middle)
+def stepped(model, law, t, h, modes, nodes, f):
+    evaluate_nodes(model, law, t, 0.0, START, START, modes, nodes)
+    evaluate_nodes(model, law, t, h, FIRST, END, modes, nodes)
+    evaluate_nodes(model, law, t, h, FIRST_DENSE, LAST_DENSE, modes, nodes)
+    prepare_dense(h, nodes.y, nodes.dy, f)
+    dense(0.5, nodes.y.shape[1], nodes.y, f)
 
 
 @pytest.fixture(params=LAWS)
@@ -154,7 +166,8 @@ def test_the_zero_of_the_interpolant_is_that_of_the_function(root, frequency, sc
 def test_coefficients_are_scipys_to_the_last_bit() -> None:
     from scipy.integrate._ivp import dop853_coefficients as theirs
 
-    np.testing.assert_array_equal(tableau.A[:, :12], np.vstack([theirs.A[:12, :12], theirs.B]))
+    np.testing.assert_array_equal(tableau.A[:13, :12], np.vstack([theirs.A[:12, :12], theirs.B]))
+    np.testing.assert_array_equal(tableau.A[13:], theirs.A[13:])
     np.testing.assert_array_equal(tableau.D, theirs.D)
 
 
@@ -174,11 +187,12 @@ def test_order_on_a_stretch_without_contacts(scene) -> None:
     model, _ = formulation(p)
 
     def flight(steps):
-        run, work = new_run(start(p, model), 1e-6, np.empty(0), 1, 1.0)
+        nodes = new_nodes(start(p, model))
+        f = np.empty((7, nodes.y.shape[1]))
         ends, middles, h = np.empty((steps, 4)), np.empty((steps, 4)), 0.2 / steps
         for i in range(steps):
-            stepped(model, p.law, i * h, h, run.y, np.zeros(MODES), work, middles[i])
-            run.y[:], ends[i] = work.y1, work.y1[:4]
+            stepped(model, p.law, i * h, h, np.zeros(MODES), nodes, f)
+            nodes.y[START], ends[i], middles[i] = nodes.y[END], nodes.y[END, :4], nodes.y[POINT, :4]
         return ends, middles
 
     exact, _ = flight(400)

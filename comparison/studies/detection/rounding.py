@@ -26,8 +26,8 @@ REARRANGED = (
         engine="reference_rearranged",
         model="reference",
         file="dop853.py",
-        old="            for j in range(i):\n                total += A[i, j]",
-        new="            for j in range(i - 1, -1, -1):\n                total += A[i, j]",
+        old="                for j in range(i):\n                    total += A[i, j]",
+        new="                for j in range(i - 1, -1, -1):\n                    total += A[i, j]",
     ),
     # The damped force as a sum of two forces: of every contact, in both formulations.
     Change(
