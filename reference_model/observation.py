@@ -115,9 +115,9 @@ class Observation:
         self.samples[:, self.sampled : self.sampled + kept.shape[1]] = kept
         self.sampled += kept.shape[1]
         self._widen(purpose, times, values)
-        steps = (purpose & STEP) > 0
+        noted = (purpose & (STEP | EXTREMUM)) > 0
         for k in range(CONTACTS):
-            closed = steps & ((purpose & (CLOSED << k)) > 0)
+            closed = noted & ((purpose & (CLOSED << k)) > 0)
             if closed.any():
                 force = rows[CONTACTS_FROM + NORMAL + k, closed]
                 if self._law.law == FOUNDATION and k != JOURNAL:
@@ -128,7 +128,7 @@ class Observation:
             self._note_drift(self._model, self.drift, rows, times)
 
     def pulses(self, events: dict[str, Array], numbers: Array) -> dict[str, Array]:
-        """Return the normal forces of the contacts at the ends of steps, by row of the event table.
+        """Return the normal forces of the contacts at the ends of steps and at peaks, by row of the event table.
 
         Parameters
         ----------
@@ -150,6 +150,8 @@ class Observation:
             return {"row": np.empty(0, dtype=np.int64), "time": np.empty(0), "force": np.empty(0)}
         rows, times, forces = (np.concatenate(part) for part in (row, time, force))
         order = np.lexsort((times, rows))
+        new = (np.diff(rows[order], prepend=-1) > 0) | (np.diff(times[order], prepend=-1.0) > 0.0)
+        order = order[new]
         return {"row": rows[order], "time": times[order], "force": np.maximum(forces[order], 0.0)}
 
     def worst(self) -> dict[str, tuple[float, float, int]]:

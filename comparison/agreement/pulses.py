@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
     from comparison.agreement.cross_check import Validation
 
 POINTS = 20
-"""Points of a drawn pulse at least."""
+"""Points of a drawn pulse at least; between fewer noted ones, the peak among them, a spline is drawn."""
+_NOTED = 5
 PEAK = 0.01
 """Relative distance of a drawn pulse's peak from that of the event table at most."""
 
@@ -67,12 +69,22 @@ def noted(table: Table) -> list[Pulse]:
     starts, peaks = (table.events[name].to_numpy(dtype=np.float64) for name in ("start", "peak_force"))
     edges = np.flatnonzero(np.diff(row, prepend=-1, append=-1)).tolist()
     pulses = [
-        Pulse(int(row[first]), time[first:stop] - starts[row[first]], force[first:stop])
+        _pulse(int(row[first]), time[first:stop] - starts[row[first]], force[first:stop])
         for first, stop in pairwise(edges)
+        if stop - first >= _NOTED
     ]
-    return [pulse for pulse in pulses if _is_drawn(pulse, float(peaks[pulse.row]))]
+    return [pulse for pulse in pulses if _has_peak(pulse, float(peaks[pulse.row]))]
 
 
-def _is_drawn(pulse: Pulse, peak: float) -> bool:
-    """Whether a pulse is resolved and, against errors of any kind, has the peak of its row in the events."""
-    return pulse.time.size >= POINTS and abs(float(pulse.force.max()) - peak) <= PEAK * peak > 0.0
+def _pulse(row: int, time: Array, force: Array) -> Pulse:
+    """Return a contact's force at the steps of the model; the few of a method of high order are joined."""
+    if time.size < POINTS:
+        parts = np.linspace(0.0, 1.0, -(-POINTS // (time.size - 1)), endpoint=False)
+        closer = np.append((time[:-1, None] + np.diff(time)[:, None] * parts).ravel(), time[-1])
+        time, force = closer, PchipInterpolator(time, force)(closer)
+    return Pulse(row, time, force)
+
+
+def _has_peak(pulse: Pulse, peak: float) -> bool:
+    """Whether a pulse has, against errors of any kind, the peak of its row in the events."""
+    return abs(float(pulse.force.max()) - peak) <= PEAK * peak > 0.0
