@@ -128,7 +128,7 @@ class Observation:
             self._note_drift(self._model, self.drift, rows, times)
 
     def pulses(self, events: dict[str, Array], numbers: Array) -> dict[str, Array]:
-        """Return the normal forces of the contacts at the ends of steps and at peaks, by row of the event table.
+        """Return the normal forces of the contacts at ends of steps and at peaks, by row of the event table.
 
         Parameters
         ----------

@@ -40,7 +40,8 @@ def pulse_columns(of: dict[str, object], row: int) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize(
-    ("count", "peak", "drawn"), [(30, 40.0, 1), (20, 40.3, 1), (19, 40.0, 0), (30, 40.5, 0), (30, 0.0, 0)]
+    ("count", "peak", "drawn"),
+    [(30, 40.0, 1), (20, 40.3, 1), (5, 40.0, 1), (4, 40.0, 0), (30, 40.5, 0), (30, 0.0, 0)],
 )
 def test_what_a_table_has_of_a_contact_is_drawn_with_enough_points_and_the_same_peak(
     events, count, peak, drawn
@@ -52,8 +53,12 @@ def test_what_a_table_has_of_a_contact_is_drawn_with_enough_points_and_the_same_
     assert [pulse.row for pulse in pulses] == [1] * drawn
     for pulse in pulses:
         # Differences of times of 0.02 s, rounded at 3.5e-18 s each
-        np.testing.assert_allclose(pulse.time, found["time"], rtol=0, atol=1e-17)
-        np.testing.assert_array_equal(pulse.force, found["force"])
+        np.testing.assert_allclose(
+            pulse.time[:: (pulse.time.size - 1) // (count - 1)], found["time"], rtol=0, atol=1e-17
+        )
+        np.testing.assert_array_equal(pulse.force[:: (pulse.time.size - 1) // (count - 1)], found["force"])
+        assert pulse.time.size >= POINTS
+        assert pulse.force.max() == max(found["force"])  # the spline is monotone between points
 
 
 @pytest.mark.parametrize(
