@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.interpolate import CubicHermiteSpline
 
-from comparison.tables.align import SAME_GRID, align
-from comparison.tables.resample import hermite, resample
+from comparison.tables.align import align, resample
 from comparison.tables.table import Table, TableError
+from comparison.tables.times import SAME_GRID, hermite
 
 NAMES = ["slider_x", "slider_vx", "slider_angle"]
 

@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.tables.check import LARGEST_NUMBER, check
-from comparison.tables.table import Table, TableError
+from comparison.tables.table import LARGEST_NUMBER, Table, TableError, check
 
 TIME = np.linspace(-0.5, 1.5, 21)
 CONTACT = {

@@ -1,7 +1,6 @@
 """Columns of a model's result: pandas' frames only where asked for, and the same files without."""
 
 import os
-import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -11,8 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.tables.check import check
-from comparison.tables.table import Table, TableError
+from comparison.tables.table import Table, TableError, check
 from comparison.tables.table_files import write
 
 ROOT = Path(__file__).parents[3]
@@ -52,29 +50,6 @@ def test_the_files_are_those_of_frames_byte_by_byte(tmp_path, value):
         assert (tmp_path / "columns" / name).read_bytes() == (tmp_path / "frames" / name).read_bytes()
 
 
-def test_a_frame_is_made_once_and_of_the_same_numbers():
-    made = result()
-    table = Table.from_result(made)
-    assert (table.names, table.channels) == (["time", "slider_x"], ["slider_x"])
-    np.testing.assert_array_equal(table.contacts["corner"], ["ll", "pin"])
-    pd.testing.assert_frame_equal(table.frame, framed(made).frame)
-    pd.testing.assert_frame_equal(table.events, framed(made).events)
-    assert table.frame is table.frame
-    table.frame["slider_x"] = 1.0  # from here on it is the frame that counts
-    np.testing.assert_array_equal(table.values("slider_x"), np.ones(50))
-
-
-def test_a_table_of_columns_survives_pickling_and_a_new_provenance():
-    table = Table.from_result(result())
-    for copied in (pickle.loads(pickle.dumps(table)), table.with_provenance({"a": 1})):  # noqa: S301
-        pd.testing.assert_frame_equal(copied.frame, table.frame)
-        pd.testing.assert_frame_equal(copied.events, table.events)
-    assert table.with_provenance({"a": 1}).provenance == {"a": 1}
-    assert table.provenance == {"status": "success", "remedy": ""}
-    with pytest.raises(AttributeError, match="no attribute 'frames'"):
-        _ = table.frames
-
-
 @pytest.mark.parametrize("name", ["columns", "events"])
 def test_columns_of_different_lengths_are_refused(name):
     made = result()
@@ -98,7 +73,7 @@ def test_what_is_no_array_of_doubles_is_a_frame_as_before(tmp_path):
 
 @pytest.mark.parametrize(
     ("scene", "unused"),
-    [("ideal", {"pandas", "numba", "scipy"}), ("150rpm-0.2mm", {"pandas", "scipy.linalg"})],
+    [("ideal", {"numba", "scipy"}), ("150rpm-0.2mm", {"scipy.linalg"})],
 )
 def test_a_run_imports_nothing_heavy_that_it_does_not_need(tmp_path, scene, unused):
     """Each takes longer than such a run."""

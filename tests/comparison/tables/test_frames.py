@@ -53,9 +53,9 @@ def test_a_small_parquet_file_of_too_many_numbers_is_refused_before_they_are_dec
     path = tmp_path / "own.parquet"
     pd.DataFrame({"time": np.zeros(100_000)}).to_parquet(path)
     assert path.stat().st_size < 8000
-    monkeypatch.setattr("comparison.tables.frames.LARGEST", 800_000)
+    monkeypatch.setattr("comparison.tables.table_files.LARGEST", 800_000)
     assert len(read(path).frame) == 100_000
-    monkeypatch.setattr("comparison.tables.frames.LARGEST", 799_999)
+    monkeypatch.setattr("comparison.tables.table_files.LARGEST", 799_999)
     monkeypatch.setattr("pandas.read_parquet", lambda *_, **__: pytest.fail("decoded"))
     with pytest.raises(TableError, match="holds more than 799999 bytes of numbers"):
         read(path)
@@ -65,7 +65,7 @@ def test_a_text_that_is_repeated_takes_no_memory_but_once(tmp_path):
     path = tmp_path / "own.parquet"
     note = pa.DictionaryArray.from_arrays(np.zeros(100_000, np.int32), ["a" * 100_000])  # 10 GB, repeated
     parquet.write_table(pa.table({"time": np.arange(1e5), "note": note}), path, store_schema=False)
-    frame = read_frame(path)
+    frame = read_frame(path, parquet=True)
     assert len(frame) == 100_000
     assert frame.memory_usage(deep=True).sum() < 10_000_000
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from comparison.tables.holes import Hole, holes, isolated
+from comparison.tables.times import Hole, holes, isolated
 
 EVEN = np.arange(201) * 0.01
 

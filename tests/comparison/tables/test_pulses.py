@@ -10,9 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.tables.check import check
-from comparison.tables.pulses import envelope, thinned
-from comparison.tables.table import Table, TableError
+from comparison.tables.result import thinned
+from comparison.tables.table import Table, TableError, check
 from comparison.tables.table_files import read, write
 
 
@@ -55,7 +54,10 @@ def test_a_contact_of_few_samples_keeps_them_all() -> None:
 @pytest.mark.parametrize("counts", [(33,), (399, 5, 399), (400,), (50_000, 30, 301, 400, 33)])
 def test_thinning_keeps_ends_and_extrema_of_equal_parts_and_of_a_long_contact_the_impact(counts) -> None:
     given = pulses(*counts)
-    kept = envelope(given["row"], given["force"])
+    kept_pulses = thinned(given)
+    kept = np.searchsorted(given["time"], kept_pulses["time"])
+    for name, column in kept_pulses.items():
+        np.testing.assert_array_equal(column, given[name][kept])
     assert np.all(np.diff(kept) > 0)
     for number, count in enumerate(counts):
         own = np.flatnonzero(given["row"] == number)
@@ -75,8 +77,8 @@ def test_thinning_keeps_ends_and_extrema_of_equal_parts_and_of_a_long_contact_th
 
 
 def test_of_equal_samples_one_is_kept() -> None:
-    assert envelope(np.zeros(320, np.int64), np.ones(320)).size == 17
-    assert envelope(np.zeros(0, np.int64), np.zeros(0)).size == 0
+    same = pulses(320) | {"force": np.ones(320)}
+    assert thinned(same)["row"].size == 17
 
 
 def test_a_table_has_the_thinned_pulses_of_a_result(table) -> None:
@@ -85,7 +87,7 @@ def test_a_table_has_the_thinned_pulses_of_a_result(table) -> None:
     assert (short, single) == (20, 1)
     # Two extrema of each of 16 parts; the ends, where they are none of them
     assert 32 <= long <= 34
-    copied = pickle.loads(pickle.dumps(table.with_provenance({})))  # noqa: S301
+    copied = pickle.loads(pickle.dumps(table))  # noqa: S301
     np.testing.assert_array_equal(copied.pulses["force"], table.pulses["force"])
     assert table.only(["slider_x"]).pulses is None
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from comparison.cli import main
-from comparison.tables.record import check_record
+from comparison.tables.result import check_record
 from comparison.tables.table import Table, TableError
 from comparison.tables.table_files import read, write
 

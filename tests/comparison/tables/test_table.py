@@ -15,8 +15,7 @@ from hypothesis.extra.numpy import arrays
 
 from comparison.files import FolderError, check_folder
 from comparison.tables.channels import expected
-from comparison.tables.check import check
-from comparison.tables.table import Table, TableError
+from comparison.tables.table import Table, TableError, check
 from comparison.tables.table_files import companions, read, write
 
 EVENTS = pd.DataFrame({"corner": ["ll", "ur"], "start": [0.0, 0.1], "end": [0.01, 0.2]})
@@ -95,7 +94,7 @@ def test_the_table_itself_is_written_last_and_nothing_is_left_of_a_failed_attemp
 
     path = write(make_table(), tmp_path / "run.csv")
     before = path.read_bytes()
-    monkeypatch.setattr("comparison.tables.table_files.write_numbers", full)
+    monkeypatch.setattr("comparison.tables.table_files.csv.write_csv", full)
     with pytest.raises(TableError, match=r"run\.csv: cannot be written: No space left on device"):
         write(make_table(stretch=1.0), path)
     assert path.read_bytes() == before

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from comparison.tables.time_shift import SAME_GRID, estimate
+from comparison.tables.times import SAME_GRID, estimate
 
 PERIOD = 0.4
 TIME = np.arange(2001) * (PERIOD / 1000)

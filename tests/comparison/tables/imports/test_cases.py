@@ -11,7 +11,7 @@ import pytest
 from foreign_tables import put, read_pair
 
 from comparison.cli import main
-from comparison.tables.imports.reading import read_tables
+from comparison.tables.foreign import read_tables
 
 CASES = Path(__file__).with_name("cases")
 

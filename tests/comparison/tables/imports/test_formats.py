@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from foreign_tables import put, read_pair
 
-from comparison.tables.imports.mapping import load_mapping
+from comparison.tables.mapping import load_mapping
 from comparison.tables.table import Table, TableError
 
 SAMPLES = Path(__file__).with_name("samples")

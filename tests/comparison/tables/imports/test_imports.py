@@ -10,9 +10,8 @@ import pandas as pd
 import pytest
 from foreign_tables import FRAME, ROWS, put, read_pair, text
 
-from comparison.tables.check import check
-from comparison.tables.imports.mapping import load_mapping
-from comparison.tables.table import Table, TableError
+from comparison.tables.mapping import load_mapping
+from comparison.tables.table import Table, TableError, check
 from comparison.tables.table_files import write
 
 
