@@ -11,8 +11,11 @@ import csv
 import re
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field
 from io import BytesIO
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -61,25 +64,41 @@ class Column:
 
 
 @dataclass(frozen=True)
-class TextTable:
-    """Columns of a text in the order of the file.
+class Source:
+    """Unconverted table of any program.
 
     Attributes
     ----------
+    path
+        Its file.
     columns
-        All but empty ones, and one that counts the rows, without a name.
+        In the order of the file, but for empty ones, and one that counts the rows, without a name.
+    others
+        Other contents of the file, which cannot be compared.
     nameless
         Whether the first column has no name and must be the time.
     degrees
         "yes" or "no" where the file says whether its angles are in degrees; else empty.
     plain
         Whether it is in the layout of this project's tables: one line of names with ``time``, commas.
+    events, extrema, record
+        Companions of a table of this project; None: there is no record of its origin.
     """
 
+    path: Path
     columns: list[Column]
-    nameless: bool
-    degrees: str
-    plain: bool
+    others: list[str] = field(default_factory=list)
+    nameless: bool = False
+    degrees: str = ""
+    plain: bool = False
+    events: pd.DataFrame | None = None
+    extrema: dict[str, Any] = field(default_factory=dict)
+    record: dict[str, Any] | None = None
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns."""
+        return [column.name for column in self.columns]
 
 
 def position(n: int) -> str:
@@ -104,13 +123,15 @@ def decoded(content: bytes) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def parse_text(text: str, separators: Sequence[str] = SEPARATORS, decimal: str | None = None) -> TextTable:
+def parse_text(
+    path: Path, text: str, separators: Sequence[str] = SEPARATORS, decimal: str | None = None
+) -> Source:
     """Read the columns of a text.
 
     Parameters
     ----------
-    text
-        With line feeds.
+    path, text
+        The file, and what it holds, with line feeds.
     separators
         That are tried, in this order.
     decimal
@@ -146,7 +167,8 @@ def parse_text(text: str, separators: Sequence[str] = SEPARATORS, decimal: str |
     if len(first_texts) == 1 and (row_of_text := first_texts.pop()):
         raise TableError(f"text after data row {row_of_text - 1}: save one block of columns per file")
     degrees = _DEGREES.search("\n".join(above))
-    return TextTable(
+    return Source(
+        path,
         columns,
         nameless=[made.name for made in columns[:1]] == [position(0)] and not any(map(is_time, names)),
         degrees=degrees[1].lower() if degrees else "",
@@ -253,14 +275,15 @@ def _rows(body: str, first: int, separator: str) -> tuple[str, str]:
     delimiter = separator
     if separator == SPACES:
         lines, delimiter = [re.sub(r"[ \t]+", " ", line.strip(" \t")) for line in lines], " "
+    reader = csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True)
     rows: list[str] = []
-    for line in lines:
-        try:  # by itself: a reader of all lines takes a quoted line end for a part of a field
-            fields = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True), [])
-        except csv.Error:
-            number = first + len(rows)
-            raise TableError(f"line {number}: a quotation mark is not closed in its field") from None
-        rows.append(_UNIT_SEPARATOR.join(fields))
+    with suppress(csv.Error):
+        for fields in reader:
+            if reader.line_num > len(rows) + 1:  # it takes a quoted line end for a part of a field
+                break
+            rows.append(_UNIT_SEPARATOR.join(fields))
+    if len(rows) < len(lines):
+        raise TableError(f"line {first + len(rows)}: a quotation mark is not closed in its field")
     return "\n".join(rows), _UNIT_SEPARATOR
 
 

@@ -17,8 +17,8 @@ import pandas as pd
 
 from comparison.tables.arrays import Array
 from comparison.tables.channels import Channel, channels
-from comparison.tables.dialect import Column, position
-from comparison.tables.formats import Source, open_source
+from comparison.tables.dialect import Column, Source, position
+from comparison.tables.formats import open_source
 from comparison.tables.mapping import (
     TIME,
     Mapping,

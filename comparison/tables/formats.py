@@ -14,16 +14,15 @@ import subprocess
 import sys
 import warnings
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
 
 import numpy as np
-import pandas as pd
 
 from comparison.files import check_size
-from comparison.tables.dialect import Column, column, decoded, parse_text
+from comparison.tables.dialect import Column, Source, column, decoded, parse_text
 from comparison.tables.heading import NUMBER
 from comparison.tables.table import TableError
 from comparison.tables.table_files import LARGEST, read_events, read_frame, read_record
@@ -45,41 +44,6 @@ _MEMORY = 4 * LARGEST
 """Bytes of address space to read it in: it is compressed, and may be small. The libraries take some of it."""
 
 
-@dataclass(frozen=True)
-class Source:
-    """Unconverted table of any program.
-
-    Attributes
-    ----------
-    path
-        Its file.
-    columns
-        In the order of the file.
-    others
-        Other contents of the file, which cannot be compared.
-    events, extrema, record
-        Companions of a table of this project; None: there is no record of its origin.
-    nameless
-        Whether the first column has no name and must be the time.
-    degrees
-        "yes" or "no" where the file says whether its angles are in degrees; else empty.
-    """
-
-    path: Path
-    columns: list[Column]
-    others: list[str] = field(default_factory=list)
-    events: pd.DataFrame | None = None
-    extrema: dict[str, Any] = field(default_factory=dict)
-    record: dict[str, Any] | None = None
-    nameless: bool = False
-    degrees: str = ""
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the columns."""
-        return [column.name for column in self.columns]
-
-
 def open_source(path: Path) -> Source:
     """Read a file.
 
@@ -89,26 +53,23 @@ def open_source(path: Path) -> Source:
         One line: file and rule, of a kind that is not read with what to do instead.
     """
     head = _head(path)
-    text = None
-    if head.startswith(b"PAR1"):
+    is_parquet = head.startswith(b"PAR1")
+    if is_parquet:
         frame = read_frame(path, parquet=True)
-        source = Source(path, [column(str(name), None, frame[name]) for name in frame])
+        columns = [column(str(name), None, frame[name]) for name in frame]
+        source = Source(path, columns, plain="time" in frame)
     else:
         try:
             if head.startswith(_MATLAB) or path.suffix.lower() == ".mat":
                 source = Source(path, *_vectors_of(path))
+            elif head.startswith(b"PK\x03\x04"):
+                source = parse_text(path, _sheet(path), ("\t",), ".")
             else:
-                is_workbook = head.startswith(b"PK\x03\x04")
-                text = parse_text(_sheet(path), ("\t",), ".") if is_workbook else parse_text(_text(path))
-                source = Source(path, text.columns, nameless=text.nameless, degrees=text.degrees)
+                source = parse_text(path, _text(path))
         except TableError as error:
             raise TableError(f"{path}: {error}") from error.__cause__
     source = replace(source, events=read_events(path))
-    if path.suffix.lower() == ".csv" and text is not None and text.plain:
-        ours = True
-    else:
-        ours = path.suffix.lower() == ".parquet" and head.startswith(b"PAR1") and "time" in source.names
-    if ours:
+    if source.plain and path.suffix.lower() == (".parquet" if is_parquet else ".csv"):
         extrema, record = read_record(path)
         source = replace(source, extrema=extrema, record=record)
     return source
@@ -219,28 +180,6 @@ def _vectors_of(path: Path) -> tuple[list[Column], list[str]]:
     return columns, others.tolist()
 
 
-def _load(path: str) -> dict[str, Any]:
-    """Return the variables of a file.
-
-    Raises
-    ------
-    TableError
-        If there are none for a reason to be told.
-    """
-    from scipy.io import loadmat
-
-    try:
-        content = loadmat(path, appendmat=False, squeeze_me=True)
-        # The lines of names need their full width.
-        return _trajectory(loadmat(path, appendmat=False)) if "Aclass" in content else content
-    except OSError as error:
-        if error.strerror is None:  # scipy's, for a truncated file
-            raise
-        raise TableError(error.strerror) from error
-    except NotImplementedError as error:
-        raise TableError("is of MATLAB's version 7.3 (HDF5): save it with the option -v7") from error
-
-
 def _trajectory(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return the variables of a result of Dymola or OpenModelica, with constants at all times.
 
@@ -297,19 +236,27 @@ def _kind(value: np.ndarray) -> str:
 
 def main() -> None:
     """Write the vectors of the given MATLAB file to standard output; any failure ends this process."""
+    from scipy.io import loadmat
+
     if resource is not None:
         _, hard = resource.getrlimit(resource.RLIMIT_AS)
         most = _MEMORY if hard == resource.RLIM_INFINITY else min(_MEMORY, hard)
         resource.setrlimit(resource.RLIMIT_AS, (most, hard))
-    vectors: dict[str, Any] = {}
-    others: list[str] = []
+    content: dict[str, Any] = {}
     refused = ""
     try:
-        vectors, others = _vectors(_load(sys.argv[1]))
-    except TableError as error:
-        refused = str(error)
-    packed = io.BytesIO()
+        content = loadmat(sys.argv[1], appendmat=False, squeeze_me=True)
+        if "Aclass" in content:  # the lines of names need their full width
+            content = _trajectory(loadmat(sys.argv[1], appendmat=False))
+    except OSError as error:
+        if error.strerror is None:  # scipy's, for a truncated file
+            raise
+        refused = error.strerror
+    except NotImplementedError:
+        refused = "is of MATLAB's version 7.3 (HDF5): save it with the option -v7"
+    vectors, others = _vectors(content)
     texts = (np.array(list(vectors), dtype=str), np.array(others, dtype=str), np.array(refused))
+    packed = io.BytesIO()
     np.savez(packed, *texts, *vectors.values())
     sys.stdout.buffer.write(packed.getvalue())
 

@@ -8,11 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from scipy.interpolate import CubicHermiteSpline
 
 from comparison.tables.align import align, resample
 from comparison.tables.table import Table, TableError
-from comparison.tables.times import SAME_GRID, hermite
+from comparison.tables.times import SAME_GRID
 
 NAMES = ["slider_x", "slider_vx", "slider_angle"]
 
@@ -93,19 +92,6 @@ def test_half_a_turn_remains_a_difference():
     turned.frame["slider_angle"] += 3.0
     aligned = align(wave(time), turned, NAMES)
     np.testing.assert_allclose(aligned.b["slider_angle"] - aligned.a["slider_angle"], 3.0, atol=1e-14)
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_the_cubic_is_that_of_scipy(seed):
-    rng = np.random.default_rng(seed)
-    time = np.cumsum(rng.uniform(0.1, 1.0, 12))
-    values, slopes = rng.normal(size=(2, 12))
-    at = np.sort(rng.uniform(time[0], time[-1], 30))
-    curve = CubicHermiteSpline(time, values, slopes)
-    value, slope = hermite(time, values, slopes, at)
-    # Numbers around 1, divided twice by intervals of at least 0.1.
-    np.testing.assert_allclose(value, curve(at), rtol=0, atol=1e-13)
-    np.testing.assert_allclose(slope, curve(at, 1), rtol=0, atol=1e-12)
 
 
 def contacts(*spans: tuple[str, float, float]) -> pd.DataFrame:
