@@ -20,6 +20,8 @@ def test_rows_taken_out_of_equidistant_times_are_counted(first, count):
     kept = np.delete(EVEN, np.arange(first, min(first + count, 200)))
     (hole,) = holes(kept)
     assert hole == Hole(EVEN[first - 1], kept[first], 201 - kept.size)
+    few_digits = np.round(np.arange(100) / 30, 4)  # steps of 0.0333 and 0.0334
+    assert holes(np.delete(few_digits, [40, 41])) == [Hole(1.3, 1.4, 2)]
 
 
 @pytest.mark.parametrize(
