@@ -217,12 +217,12 @@ def _vectors(content: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
         if len(structures) > 1 or set(fields) & set(variables):
             fields = {f"{name}.{key}": value for key, value in fields.items()}
         variables |= fields
-    kinds = {name: _kind(np.asarray(value)) for name, value in variables.items()}
-    vectors = {name: variables[name].astype(np.float64) for name, kind in kinds.items() if not kind}
-    return vectors, [f"{name} ({kind})" for name, kind in kinds.items() if kind]
+    others = {name: what for name, value in variables.items() if (what := _other(np.asarray(value)))}
+    vectors = {name: value.astype(np.float64) for name, value in variables.items() if name not in others}
+    return vectors, [f"{name} ({what})" for name, what in others.items()]
 
 
-def _kind(value: np.ndarray) -> str:
+def _other(value: np.ndarray) -> str:
     """Describe a variable that is not a real vector; empty for one that is."""
     if value.dtype.names is not None:
         return "structure"

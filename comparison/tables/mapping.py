@@ -227,7 +227,7 @@ def is_prose(unit: str) -> bool:
 
 
 def _common_unit(name: str, stated: Sequence[Stated]) -> str:
-    units = {None if of.unit is None or is_prose(of.unit) else of.unit: of.table for of in stated}
+    units = {None if s.unit is None or is_prose(s.unit) else s.unit: s.table for s in stated}
     if len(units) < 2:
         return next(iter(units), None) or ""
     (first, a), (second, b) = list(units.items())[:2]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -155,9 +155,11 @@ def check(
         if table.pulses is not None:
             _check_pulses(table.pulses, events)
         if table.cycle_extrema is not None:
-            _check_parts(check_cycle_extrema, table.cycle_extrema)
+            check_cycle_extrema(table.cycle_extrema)
     except TableError as error:
         raise TableError(f"{name}: {error}") from None
+    except ValueError as error:  # of the parts that a result may have
+        raise TableError(f"{name}: its {error}") from None
 
 
 def _check_names(table: Table, channels: Sequence[str]) -> None:
@@ -235,25 +237,18 @@ def _check_events(events: pd.DataFrame, time: Array) -> None:
 
 
 def _check_pulses(pulses: Columns, events: pd.DataFrame) -> None:
-    _check_parts(check_pulses, pulses)
+    check_pulses(pulses)
     row, time = pulses["row"], pulses["time"]
     start, end = _numbers(events["start"]), _numbers(events["end"])
     if (bad := np.flatnonzero((row < 0) | (row >= start.size))).size:
-        raise TableError(f"its pulses: row {row[bad[0]]} is none of {start.size} events")
+        raise ValueError(f"pulses: row {row[bad[0]]} is none of {start.size} events")
     slack = _LONGER * (end - start)[row]
     if (bad := np.flatnonzero((time < start[row] - slack) | (time > end[row] + slack))).size:
         contact = row[bad[0]]
-        raise TableError(
-            f"its pulses: {time[bad[0]]!s} s is outside contact {contact + 1}, "
+        raise ValueError(
+            f"pulses: {time[bad[0]]!s} s is outside contact {contact + 1}, "
             f"{start[contact]!s} to {end[contact]!s} s"
         )
-
-
-def _check_parts(checked: Callable[[Columns], None], columns: Columns) -> None:
-    try:
-        checked(columns)
-    except ValueError as error:
-        raise TableError(f"its {error}") from None
 
 
 def _numbers(column: pd.Series) -> Array:
