@@ -36,8 +36,7 @@ from comparison.execution.quality_checks import contact_warnings
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.align import align
 from comparison.tables.channels import expected
-from comparison.tables.check import check
-from comparison.tables.table import Table, TableError
+from comparison.tables.table import Table, TableError, check
 
 _BESIDES = ("crank", "own")  # groups of channels
 _FEW = 16  # samples; of fewer every fourth one tells nothing

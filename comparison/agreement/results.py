@@ -19,7 +19,7 @@ from comparison.reliability.difference import ReliabilityComparison
 from comparison.scene import Scene
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CONTACTS, Channel
-from comparison.tables.time_shift import Shift
+from comparison.tables.times import Shift
 
 _TIMES = ("", "once", "twice", "three times", "four times")
 SUSPICIOUS = 10.0

@@ -10,8 +10,8 @@ from comparison.accuracy.uncertainty import Runs
 from comparison.agreement.results import ChannelComparison
 from comparison.formatting import instant
 from comparison.tables.align import Aligned, continuous
-from comparison.tables.holes import holes, isolated
 from comparison.tables.table import Table, TableError
+from comparison.tables.times import holes, isolated
 
 
 def kinds(runs: Runs) -> Iterator[tuple[str, Table]]:

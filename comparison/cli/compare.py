@@ -79,9 +79,8 @@ def compare(
     from comparison.files import check_file, check_folder, write_json
     from comparison.report.text import EXIT_CODES, as_mapping, exit_code, shift_line
     from comparison.scene import command_line, load_scene
-    from comparison.tables.imports.conversion import AT_EVENTS
-    from comparison.tables.imports.mapping import load_mapping
-    from comparison.tables.imports.reading import read_tables
+    from comparison.tables.foreign import AT_EVENTS, read_tables
+    from comparison.tables.mapping import load_mapping
 
     if tolerance is not None and not 0 < tolerance < float("inf"):
         raise typer.BadParameter(f"--tolerance {tolerance:g} must be a positive number")

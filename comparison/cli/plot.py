@@ -117,7 +117,7 @@ def _read(paths: list[Path]) -> dict[str, Table]:
 
 def _check(tables: Mapping[str, Table], names: Sequence[str]) -> None:
     """Reject numbers that cannot be drawn; whether channels are missing is said by what draws them."""
-    from comparison.tables.check import check
+    from comparison.tables.table import check
 
     for label, table in tables.items():
         used = table.only([name for name in names if name != "time"])  # which is no channel

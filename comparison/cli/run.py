@@ -112,7 +112,7 @@ def _single(scene: Scene, model: str, accuracy: str | None, *, quiet: bool) -> T
     job = Job(scene, model)
     with progress(f"{scene.name} by {model}", quiet=quiet) as report:
         table = successful(run_uncached(job, report), job)
-    return table.with_provenance(table.provenance | record)
+    return replace(table, provenance=table.provenance | record)
 
 
 def _checked(

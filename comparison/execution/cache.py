@@ -28,8 +28,7 @@ from comparison.engines.registry import OWN
 from comparison.engines.source_hash import code_hash
 from comparison.files import FolderError, write_json
 from comparison.scene import Scene, digest
-from comparison.tables.check import check
-from comparison.tables.table import Table, TableError
+from comparison.tables.table import Table, TableError, check
 from comparison.tables.table_files import read, write
 
 KEEP_DAYS = 30

@@ -52,7 +52,7 @@ class Outcome:
     ----------
     status
         ``"success"``; ``"bad input"``: the model refuses the scene; ``"crashed"``: the process died or the
-        model raised what it should not; ``"unusable"``: the table fails `comparison.tables.check.check`; or
+        model raised what it should not; ``"unusable"``: the table fails `comparison.tables.table.check`; or
         the model's own status, such as ``"step-too-small"``.
     message
         One line; for a status of the model its remedy.

@@ -26,8 +26,8 @@ def steps_per_contact(table: Table) -> float:
     The median weighted by peak force: long contacts with little force do not offset short impacts.
     """
     step = table.provenance.get("settings", {}).get("step_used")
-    contacts = table.contacts
-    if step is None or contacts is None or not len(contacts["start"]):
+    contacts = table.events
+    if step is None or contacts is None or not len(contacts):
         return nan
     lengths = np.asarray(contacts["end"] - contacts["start"], dtype=np.float64)
     forces = np.asarray(contacts["peak_force"], dtype=np.float64)
@@ -51,10 +51,10 @@ def energy_share(table: Table) -> float:
 
 def contact_warnings(table: Table) -> list[str]:
     """Return a line if a measure of a contact is zero in every contact: the model does not record it."""
-    events = table.contacts
-    if not events or not (count := len(next(iter(events.values())))):
+    events = table.events
+    if events is None or not (count := len(events)):
         return []
-    zero = [name for name in _MEASURES if name in events and not events[name].any()]
+    zero = [name for name in _MEASURES if name in events and not events[name].to_numpy().any()]
     if not zero:
         return []
     return [f"{', '.join(zero)} of all its {count} contacts are zero: these are not recorded, it seems"]
@@ -82,7 +82,7 @@ def quality_warnings(table: Table) -> list[str]:
         )
     lines += contact_warnings(table)
     radius = table.provenance.get("scene", {}).get("contact", {}).get("corner_radius")
-    contacts = table.contacts
+    contacts = table.events
     if radius is not None and contacts is not None:
         depths = contacts["largest_depth"][contacts["corner"] != "pin"]
         depth = float(depths.max()) if depths.size else 0.0

@@ -17,9 +17,8 @@ from comparison.execution.worker_process import Share
 from comparison.execution.workers import Died, work
 from comparison.scene import Scene
 from comparison.tables.channels import expected
-from comparison.tables.check import check
 from comparison.tables.result import Result
-from comparison.tables.table import Table, TableError
+from comparison.tables.table import Table, TableError, check
 
 
 def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table:
@@ -170,4 +169,5 @@ def _outcome_of_scene(outcome: Outcome, scene: Scene) -> Outcome:
 
 def _of_scene(table: Table, scene: Scene) -> Table:
     """Record the complete scene, so that `sixbar compare` finds it beside the table."""
-    return table.with_provenance({**table.provenance, "scene_hash": scene.hash, "scene": scene.data})
+    provenance = {**table.provenance, "scene_hash": scene.hash, "scene": scene.data}
+    return replace(table, provenance=provenance)

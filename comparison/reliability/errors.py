@@ -9,9 +9,8 @@ import numpy as np
 
 from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
-from comparison.tables.resample import hermite
 from comparison.tables.table import Table, TableError
-from comparison.tables.time_shift import SAME_GRID
+from comparison.tables.times import SAME_GRID, hermite
 
 QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
 """Channels of the paper's displacement, velocity and acceleration of the slider, y up."""

@@ -1,17 +1,19 @@
-"""Alignment of two tables on a common time grid."""
+"""Two tables on one time grid: the coarser one's, at which the channels of the other are interpolated."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
 
 from comparison.formatting import instant
 from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import Channel
-from comparison.tables.resample import resample
+from comparison.tables.channels import CONTACTS, Channel, channels
 from comparison.tables.table import Table, TableError
-from comparison.tables.time_shift import SAME_GRID, Shift, estimate
+from comparison.tables.times import SAME_GRID, Shift, estimate, hermite
 
 
 @dataclass(frozen=True)
@@ -45,9 +47,9 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
     """Align two checked tables on a common time grid.
 
     Identical grids are used unchanged. Otherwise the grid is that of the table with the longer mean interval,
-    within the common span, and the other table is interpolated (`comparison.tables.resample`), piecewise
-    between its own contact events, or the other table's if it has none. Angles are unwrapped first, and
-    whole revolutions between the two are removed at every sample, as the table with more samples turns.
+    within the common span, and the other table is interpolated (`resample`), piecewise between its own
+    contact events, or the other table's if it has none. Angles are unwrapped first, and whole revolutions
+    between the two are removed at every sample, as the table with more samples turns.
 
     Parameters
     ----------
@@ -61,50 +63,42 @@ def align(a: Table, b: Table, names: list[str]) -> Aligned:
     TableError
         If the tables have fewer than two common times.
     """
-    known = a.known | b.known
-    columns_a = {name: continuous(a.values(name), known[name]) for name in names}
-    columns_b = {name: continuous(b.values(name), known[name]) for name in names}
-    time_a, time_b = a.time, b.time
+    known, tables = a.known | b.known, {"a": a, "b": b}
+    sides = {
+        side: {name: continuous(table.values(name), known[name]) for name in names}
+        for side, table in tables.items()
+    }
     unknown: dict[str, BoolArray] = {}
-    slack = SAME_GRID * min(_interval(time_a), _interval(time_b))
+    slack = SAME_GRID * min(_interval(a.time), _interval(b.time))
     # Late times round coarsely: two programs that count them differently are a few last digits apart.
-    slack = max(slack, 4 * float(np.spacing(np.abs(time_a).max())))
-    if time_a.size == time_b.size and np.abs(time_a - time_b).max() <= slack:
-        time, interpolated = time_a, ""
-    elif _is_coarser(time_a, time_b):
-        time, interpolated = _within(time_a, time_b), "b"
+    slack = max(slack, 4 * float(np.spacing(np.abs(a.time).max())))
+    if a.time.size == b.time.size and np.abs(a.time - b.time).max() <= slack:
+        time, fine = a.time, ""
     else:
-        time, interpolated = _within(time_b, time_a), "a"
-    if interpolated:
+        fine, coarse = ("b", "a") if _is_coarser(a.time, b.time) else ("a", "b")
+        finer, coarser = tables[fine], tables[coarse]
+        time = _within(coarser.time, finer.time)
         if time.size < 2:
-            ends = time_a[0], time_a[-1], time_b[0], time_b[-1]
+            ends = a.time[0], a.time[-1], b.time[0], b.time[-1]
             start_a, end_a, start_b, end_b = (instant(end, *ends) for end in ends)
             raise TableError(
                 f"the tables have {time.size} common times: {start_a} to {end_a} s against {start_b} to "
                 f"{end_b} s"
             )
+        events = coarser.events if finer.events is None else finer.events
+        sides[fine], unknown = resample(finer.time, sides[fine], time, events, known)
         # The table that provides the grid is only truncated, at its own samples.
-        if interpolated == "a":
-            columns_a, unknown = resample(
-                time_a, columns_a, time, b.events if a.events is None else a.events, known
-            )
-            columns_b = {name: np.interp(time, time_b, own) for name, own in columns_b.items()}
-        else:
-            columns_b, unknown = resample(
-                time_b, columns_b, time, a.events if b.events is None else b.events, known
-            )
-            columns_a = {name: np.interp(time, time_a, own) for name, own in columns_a.items()}
+        sides[coarse] = {name: np.interp(time, coarser.time, own) for name, own in sides[coarse].items()}
+    # The side with more samples tells how often an angle has turned.
+    turned, guide = ("a", "b") if fine == "b" else ("b", "a")
     for name in names:
         channel = known[name]
         if channel.angle:
-            revolutions = np.round((columns_a[name][0] - columns_b[name][0]) / channel.turn)
-            columns_b[name] = columns_b[name] + channel.turn * revolutions
-            if interpolated == "b":  # it has more samples to tell how often it has turned
-                columns_a[name] = turned(columns_a[name], columns_b[name], channel)
-            else:
-                columns_b[name] = turned(columns_b[name], columns_a[name], channel)
-    shift = estimate(time, columns_a, columns_b, known)
-    return Aligned(time, columns_a, columns_b, interpolated, unknown, shift)
+            revolutions = np.round((sides["a"][name][0] - sides["b"][name][0]) / channel.turn)
+            sides["b"][name] = sides["b"][name] + channel.turn * revolutions
+            sides[turned][name] = _turned(sides[turned][name], sides[guide][name], channel)
+    shift = estimate(time, sides["a"], sides["b"], known)
+    return Aligned(time, sides["a"], sides["b"], fine, unknown, shift)
 
 
 def unwound(table: Table, like: Table) -> Table:
@@ -117,14 +111,28 @@ def unwound(table: Table, like: Table) -> Table:
         channel = table.known.get(name)
         if channel is None or not channel.angle or name not in like.names:
             continue
-        columns = [of.columns[name] for of in (table, like)]
-        if not all(len(of) and of.dtype.kind in "fiu" and np.isfinite(of).all() for of in columns):
+        columns = [each.frame[name] for each in (table, like)]
+        if not all(len(c) and c.dtype.kind in "fiu" and np.isfinite(c).all() for c in columns):
             continue
         values = continuous(table.values(name), channel)
         values = values + channel.turn * np.round((like.values(name)[0] - values[0]) / channel.turn)
         if not np.array_equal(values, table.values(name)):
             changed[name] = values
     return replace(table, frame=table.frame.assign(**changed)) if changed else table
+
+
+def continuous(values: Array, channel: Channel) -> Array:
+    """Unwrap an angle; one without jumps, or that always turns so far in a step, is returned unchanged."""
+    steps = np.abs(np.diff(values))
+    if not channel.angle or steps.max() <= channel.turn / 2 or np.median(steps) > channel.turn / 2:
+        return values
+    return np.unwrap(values, period=channel.turn)
+
+
+def _turned(values: Array, towards: Array, channel: Channel) -> Array:
+    """Return an angle with whole revolutions added at each sample, so that it is close to another one."""
+    revolutions = np.round((towards - values) / channel.turn)
+    return values + channel.turn * revolutions if revolutions.any() else values
 
 
 def _interval(time: Array) -> float:
@@ -141,23 +149,99 @@ def _is_coarser(time: Array, other: Array) -> bool:
     return bool(time[ahead[0]] < other[ahead[0]]) if ahead.size else time.size > other.size
 
 
-def continuous(values: Array, channel: Channel) -> Array:
-    """Unwrap an angle; one without jumps, or that always turns so far in a step, is returned unchanged."""
-    steps = np.abs(np.diff(values))
-    if not channel.angle or steps.max() <= channel.turn / 2 or np.median(steps) > channel.turn / 2:
-        return values
-    return np.unwrap(values, period=channel.turn)
-
-
-def turned(values: Array, towards: Array, channel: Channel) -> Array:
-    """Return an angle with whole revolutions added at each sample, so that it is close to another one."""
-    revolutions = np.round((towards - values) / channel.turn)
-    return values + channel.turn * revolutions if channel.angle and revolutions.any() else values
-
-
 def _within(time: Array, other: Array) -> Array:
     """Return the times inside the other's span; an end outside by round-off is moved onto its end."""
     slack = SAME_GRID * _interval(time)
     inside = time[(time >= other[0] - slack) & (time <= other[-1] + slack)]
     clipped: Array = np.clip(inside, other[0], other[-1])
     return clipped
+
+
+def resample(
+    time: Array,
+    columns: dict[str, Array],
+    at: Array,
+    events: pd.DataFrame | None,
+    known: Mapping[str, Channel] | None = None,
+) -> tuple[dict[str, Array], dict[str, BoolArray]]:
+    """Interpolate channels.
+
+    Positions whose velocity is among the channels use the cubic Hermite polynomial of both (error of order
+    h^4), all other channels linear interpolation (h^2). Forces and accelerations jump at the start and end of
+    a contact, and interpolation across a jump would produce values that occur on neither side. Each interval
+    between two such instants is therefore interpolated separately, if it holds two samples, with linear
+    extrapolation to its ends. An instant itself belongs to the following interval.
+
+    Parameters
+    ----------
+    time, columns
+        Times, s, strictly increasing, and the channels at these; shape (n,), n >= 2.
+    at
+        Times of the interpolation, s, inside the span of ``time``, shape (m,).
+    events
+        Contacts with ``corner``, ``start`` and ``end``; None: unknown.
+    known
+        Definitions of the channels; None: those of the press.
+
+    Returns
+    -------
+    columns
+        Shape (m,) each.
+    unknown
+        Channel -> where no samples determine it, because its interval has fewer than two: shape (m,). The
+        values there, interpolated across the event, serve plotting only. Only channels with such instants.
+    """
+    known = channels() if known is None else known
+    pairs: dict[str, tuple[NDArray[np.intp], BoolArray] | None] = {"": None}  # by the contacts of an interval
+    sampled, unknown = {}, {}
+    for name, values in columns.items():
+        rate = known[name].rate if name in known else None
+        place = _jumps_with(known[name]) if name in known else ""
+        if place not in pairs:
+            edges = _edges(events, place, time)
+            pairs[place] = _determining(time, at, edges) if edges.size else None
+        if rate is not None and rate in columns:
+            sampled[name], _ = hermite(time, values, columns[rate], at)
+        elif (pair := pairs[place]) is None:
+            sampled[name] = np.interp(at, time, values)
+        else:
+            first, undetermined = pair
+            step = (values[first + 1] - values[first]) / (time[first + 1] - time[first])
+            line = values[first] + step * (at - time[first])
+            sampled[name] = np.where(at == time[-1], values[-1], line)
+            if undetermined.any():
+                unknown[name] = undetermined
+    return sampled, unknown
+
+
+def _jumps_with(channel: Channel) -> str:
+    """Return the contact at whose events a channel jumps, "all" for any contact, "" if it is continuous."""
+    if channel.name.startswith("corner_"):
+        _, corner, quantity = channel.name.split("_")
+        return corner if quantity in {"normal", "friction"} else ""
+    return "all" if channel.group in {"accelerations", "joints"} else ""
+
+
+def _edges(events: pd.DataFrame | None, place: str, time: Array) -> Array:
+    """Return the starts and ends of contacts inside the span, sorted, s."""
+    if events is None:
+        return np.empty(0)
+    places = list(CONTACTS) if place == "all" else [place]
+    edges = events.loc[events["corner"].isin(places), ["start", "end"]].to_numpy(np.float64).ravel()
+    return np.unique(edges[(edges > time[0]) & (edges <= time[-1])])
+
+
+def _determining(time: Array, at: Array, edges: Array) -> tuple[NDArray[np.intp], BoolArray]:
+    """Return the first of the two samples that determine each instant, and where there are none."""
+    own, wanted = (np.searchsorted(edges, instants, side="right") for instants in (time, at))
+    last = time.size - 2
+    here = np.clip(np.searchsorted(time, at, side="right") - 1, 0, last)
+    first = np.full(at.shape, -1, dtype=np.intp)
+    for offset in (0, -1, 1):  # the samples around, else the two before, else the two after
+        pair = np.clip(here + offset, 0, last)
+        fits = (first < 0) & (own[pair] == wanted) & (own[pair + 1] == wanted)
+        first[fits] = pair[fits]
+    outside: BoolArray = (first < 0) & (time[here] != at) & (at != time[-1])
+    # At a sample the value is known regardless of its neighbours.
+    first = np.where((time[here] == at) | (first < 0), here, first)
+    return first, outside

@@ -71,7 +71,7 @@ class Channel:
         value = {
             "clearance": clearance,
             "clearance of the pin": clearance,
-            "clearance*tan_beta": clearance * (1.0 if pin_clearance else _tan_beta()),
+            "clearance*tan_beta": clearance * (1.0 if pin_clearance else float(_file()["tan_beta"])),
             "clearance/length": clearance / float(scene["mechanism"]["slider"]["length"]),
         }[rule]
         period = 60.0 / abs(float(scene["drive"]["speed_rpm"]))
@@ -133,7 +133,3 @@ def expected(scene: Mapping[str, Any]) -> list[str]:
 @cache
 def _file() -> dict[str, Any]:
     return tomllib.loads(files("comparison.tables").joinpath("channels.toml").read_text("utf-8"))
-
-
-def _tan_beta() -> float:
-    return float(_file()["tan_beta"])

@@ -1,24 +1,33 @@
-"""What a model returns, and whether what it returned is that."""
+"""What a model returns, and whether its parts are that: one line says which is not.
+
+Pulses are the normal forces of the contacts in time, columns ``row`` (in the events), ``time`` (s) and
+``force`` (N), sorted by row and time; of a contact with many samples a table keeps the envelope.
+"""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from comparison.files import plain
-from comparison.tables.columns import check_cycle_extrema
-from comparison.tables.pulses import check_pulses
-from comparison.tables.record import check_record
+
+Columns = dict[str, NDArray[Any]]
+
+_PULSES = {"row": "iu", "time": "f", "force": "f"}
+_KEPT = 32  # samples of a contact; of one with more the envelope in half as many columns
+_LONG = 400  # samples from which on a contact's first _KEPT are kept too, and six times the columns
+_DEEPEST = 50
 
 
 class Result(Protocol):
     """Interface of a model's result; each model has its own class.
 
-    It may also have ``pulses``, a dict of arrays or None: see `comparison.tables.pulses`; and
-    ``cycle_extrema``, one as well: see `comparison.tables.table.Table`.
+    It may also have ``pulses`` and ``cycle_extrema``, dicts of arrays or None: see
+    `comparison.tables.table.Table`.
     """
 
     @property
@@ -35,34 +44,136 @@ class Result(Protocol):
     def remedy(self) -> str: ...  # noqa: D102
 
 
-_RESULT = {
-    "columns": dict, "events": dict, "extrema": dict, "provenance": dict, "status": str, "remedy": str
-}  # fmt: skip
-
-
 def check_result(result: Result) -> None:
-    """Reject what lacks an attribute of a `Result`, or whose record is none.
+    """Reject what lacks an attribute of a `Result`, or has a part that is not what it must be.
 
     Raises
     ------
     TypeError, ValueError
-        Which part of the result, and what it must be.
+        Which part, and what it must be.
     """
-    for name, kind in _RESULT.items():
+    required = dict.fromkeys(("columns", "events", "extrema", "provenance"), dict) | dict.fromkeys(
+        ("status", "remedy"), str
+    )
+    for name, kind in required.items():
         part = getattr(result, name, None)
         if not isinstance(part, kind):
             raise TypeError(f"result: {name} must be a {kind.__name__}, not {type(part).__name__}")
-    for name in ("pulses", "cycle_extrema"):
+    for name, check in (("pulses", check_pulses), ("cycle_extrema", check_cycle_extrema)):
         part = getattr(result, name, None)
         if part is not None and not isinstance(part, dict):
             raise TypeError(f"result: {name} must be a dict or None, not {type(part).__name__}")
-    if pulses := getattr(result, "pulses", None):
-        check_pulses(pulses)
-    if cycle_extrema := getattr(result, "cycle_extrema", None):
-        check_cycle_extrema(cycle_extrema)
-    record = {"extrema": result.extrema, "provenance": result.provenance}
+        if part:
+            check(part)
     try:
         check_record({**result.provenance, "extrema": result.extrema})
-        json.dumps(plain(record))
+        json.dumps(plain({"extrema": result.extrema, "provenance": result.provenance}))
     except (TypeError, ValueError) as error:
         raise ValueError(f"extrema or provenance: {error}") from error
+
+
+def check_cycle_extrema(columns: Mapping[str, Any]) -> None:
+    """Reject what are no columns of real numbers of one length.
+
+    Raises
+    ------
+    ValueError
+        What is wrong with which.
+    """
+    for name, column in columns.items():
+        if not isinstance(column, np.ndarray) or column.ndim != 1 or column.dtype.kind != "f":
+            raise ValueError(f"cycle_extrema: {name} must be an array of real numbers, shape (cycles,)")
+    if len({column.size for column in columns.values()}) > 1:
+        raise ValueError("cycle_extrema: columns differ in length")
+
+
+def check_pulses(pulses: Mapping[str, Any]) -> None:
+    """Reject what are no columns of pulses.
+
+    Raises
+    ------
+    ValueError
+        What is wrong with which.
+    """
+    for name, types in _PULSES.items():
+        column = pulses.get(name)
+        if not isinstance(column, np.ndarray) or column.ndim != 1 or column.dtype.kind not in types:
+            what = "integers" if name == "row" else "real numbers"
+            raise ValueError(f"pulses: {name} must be an array of {what}, shape (n,)")
+    if len({pulses[name].size for name in _PULSES}) > 1:
+        raise ValueError("pulses: row, time and force differ in length")
+    for name in ("time", "force"):
+        if (bad := np.flatnonzero(~np.isfinite(pulses[name]))).size:
+            raise ValueError(f"pulses: {name} is {pulses[name][bad[0]]} in sample {bad[0] + 1}")
+    step = np.diff(pulses["row"].astype(np.int64))
+    if (bad := np.flatnonzero((step < 0) | ((step == 0) & (np.diff(pulses["time"]) <= 0.0)))).size:
+        raise ValueError(f"pulses: not sorted by row and time at sample {bad[0] + 2}")
+
+
+def thinned(pulses: Mapping[str, NDArray[Any]]) -> Columns:
+    """Return the pulses with fewer samples of each long contact; they passed `check_pulses`.
+
+    All of a short contact are kept, else the ends and the extrema of equal parts, and of a long contact the
+    first samples as well: there its impact is.
+    """
+    row, force = pulses["row"].astype(np.int64), pulses["force"].astype(np.float64)
+    if not row.size:
+        return {name: pulses[name] for name in _PULSES}
+    begun = np.flatnonzero(np.diff(row, prepend=row[0] - 1))
+    counts = np.diff(begun, append=row.size)
+    parts = np.where(counts <= _KEPT, counts, np.where(counts < _LONG, _KEPT // 2, 3 * _KEPT))
+    count = np.repeat(counts, counts)
+    place = np.arange(row.size) - np.repeat(begun, counts)
+    part = place * np.repeat(parts, counts) // count
+    kept = (place == count - 1) | (place < np.where(count < _LONG, 1, _KEPT))
+    edges = np.flatnonzero((place == 0) | (np.diff(part, prepend=-1) != 0))
+    number = np.repeat(np.arange(edges.size), np.diff(edges, append=row.size))
+    for extreme in (np.minimum, np.maximum):
+        reached = np.flatnonzero(force == extreme.reduceat(force, edges)[number])
+        kept[reached[np.flatnonzero(np.diff(number[reached], prepend=-1))]] = True
+    return {"row": row[kept], "time": pulses["time"][kept].astype(np.float64), "force": force[kept]}
+
+
+def check_record(record: object) -> None:
+    """Reject what is no record of a run, such as the file of another program that has its name.
+
+    Entries that are read must have the expected type; all others may be anything.
+
+    Raises
+    ------
+    ValueError
+        Which entry is not what it must be.
+    """
+    if fault := next(_faults(record), ""):
+        raise ValueError(fault)
+
+
+def _faults(record: object) -> Iterator[str]:
+    if not isinstance(record, Mapping):
+        yield "must contain one JSON object"
+        return
+    if _is_deeper(record, _DEEPEST):
+        yield "is nested too deeply"
+    for name in ("settings", "counters", "constraints", "versions", "extrema"):
+        if record.get(name) is not None and not isinstance(record[name], Mapping):
+            yield f"{name} must be an object"
+    for channel, values in (record.get("extrema") or {}).items():
+        if not isinstance(values, Mapping) or not all(map(_is_number, values.values())):
+            yield f"extrema of {channel} must be an object of numbers"
+    if not _is_number(record.get("wall_time_s", 0.0)):
+        yield "wall_time_s must be a number"
+    scene = record.get("scene")
+    if isinstance(scene, Mapping) and not isinstance(scene.get("solver", {}), Mapping):
+        yield "scene.solver must be an object"
+
+
+def _is_number(value: object) -> bool:
+    """Whether a value is a number, or the null that replaces one that is not finite."""
+    return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
+
+
+def _is_deeper(value: object, left: int) -> bool:
+    if not isinstance(value, Mapping | list | tuple):
+        return False
+    parts = list(value.values()) if isinstance(value, Mapping) else value
+    return left == 0 or any(_is_deeper(part, left - 1) for part in parts)

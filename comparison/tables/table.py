@@ -1,23 +1,30 @@
-"""Result table of a run: its channels, events, extrema and provenance."""
+"""Result table of a run: its channels, events, extrema and provenance, and whether it can be compared."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
+import pandas as pd
 
-from comparison.tables.channels import Channel, channels, is_uncertainty
-from comparison.tables.columns import Columns, are_plain, framed
-from comparison.tables.pulses import thinned
-from comparison.tables.result import Result, check_result
+from comparison.formatting import instant
+from comparison.tables.arrays import Array
+from comparison.tables.channels import CONTACTS, Channel, channels, is_uncertainty
+from comparison.tables.result import (
+    Columns,
+    Result,
+    check_cycle_extrema,
+    check_pulses,
+    check_result,
+    thinned,
+)
 
-# Pandas is imported only where it is used: with pyarrow it takes longer than a short run.
-if TYPE_CHECKING:
-    import pandas as pd
+LARGEST_NUMBER = 1e30
+"""No quantity is larger in its unit. Its square does not overflow, nor does it in single precision."""
+_LONGER = 1e-3  # share of a contact's duration by which its pulse may be outside
+_EVENTS = ("corner", "start", "end", "normal_speed", "impulse", "peak_force", "largest_depth")
 
 
 class TableError(ValueError):
@@ -41,13 +48,13 @@ class Table:
     own
         Definitions of the channels that are not the press's, or have a scale of their own.
     pulses
-        Normal forces of the events in time (`comparison.tables.pulses`), or None where the source has none.
+        Normal forces of the events in time (`comparison.tables.result`), or None where the source has none.
     cycle_extrema
         The extrema of each crank cycle, such as ``slider_ay_time_of_min``, shape (cycles,); or None.
     """
 
     frame: pd.DataFrame
-    events: pd.DataFrame | None = field(default_factory=lambda: None)
+    events: pd.DataFrame | None = None
     extrema: dict[str, dict[str, float]] = field(default_factory=dict)
     provenance: dict[str, Any] = field(default_factory=dict)
     own: dict[str, Channel] = field(default_factory=dict)
@@ -63,35 +70,24 @@ class Table:
         TableError
             If it lacks attributes of a `Result`, or its columns differ in length.
         """
-        table = cls.__new__(cls)
         try:
             check_result(result)
-            vars(table).update(_held("frame", result.columns))
-            vars(table).update(_held("events", result.events) if result.events else {"events": None})
         except (TypeError, ValueError) as error:
             raise TableError(f"the model's {error}") from error
-        provenance = {**result.provenance, "status": result.status, "remedy": result.remedy}
-        vars(table).update(extrema=result.extrema, provenance=provenance, own={})
+        try:
+            frame = pd.DataFrame(result.columns)
+            events = pd.DataFrame(result.events) if result.events else None
+        except ValueError as error:
+            raise TableError(f"the model's columns are inconsistent: {error}") from error
         pulses = getattr(result, "pulses", None)
-        vars(table)["pulses"] = thinned(pulses) if pulses and pulses["row"].size else None
-        vars(table)["cycle_extrema"] = getattr(result, "cycle_extrema", None) or None
-        return table
-
-    if not TYPE_CHECKING:  # else any name would be an attribute
-
-        def __getattr__(self, name: str) -> Any:
-            """Make a frame of the model's columns where it is first asked for."""
-            columns = vars(self).get(_HELD.get(name, ""))
-            if columns is None:
-                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            vars(self)[name] = framed(columns)
-            return vars(self)[name]
-
-    def with_provenance(self, provenance: dict[str, Any]) -> Self:
-        """Return this table with another provenance; no frame is made for that."""
-        changed = copy(self)
-        vars(changed)["provenance"] = provenance
-        return changed
+        return cls(
+            frame,
+            events,
+            result.extrema,
+            {**result.provenance, "status": result.status, "remedy": result.remedy},
+            pulses=thinned(pulses) if pulses and pulses["row"].size else None,
+            cycle_extrema=getattr(result, "cycle_extrema", None) or None,
+        )
 
     @property
     def known(self) -> dict[str, Channel]:
@@ -99,35 +95,19 @@ class Table:
         return channels() | self.own
 
     @property
-    def time(self) -> NDArray[np.float64]:
+    def time(self) -> Array:
         """Time, s, shape (n,)."""
         return self.values("time")
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all columns."""
+        return [str(name) for name in self.frame]
 
     @property
     def channels(self) -> list[str]:
         """Column names without ``time`` and without the estimated errors of channels."""
         return [name for name in self.names if name != "time" and not is_uncertainty(name)]
-
-    @property
-    def names(self) -> list[str]:
-        """Names of all columns."""
-        return [str(name) for name in self.columns]
-
-    @property
-    def columns(self) -> pd.DataFrame | Columns:
-        """The frame if it is there, else the columns that it would be made of."""
-        held: pd.DataFrame | Columns = vars(self)["frame" if "frame" in vars(self) else _HELD["frame"]]
-        return held
-
-    @property
-    def contacts(self) -> dict[str, NDArray[Any]] | None:
-        """Columns of the events, shape (m,) each, or None where the source has no events."""
-        if "events" not in vars(self):
-            held: dict[str, NDArray[Any]] = vars(self)[_HELD["events"]]
-            return held
-        return (
-            None if self.events is None else {str(name): self.events[name].to_numpy() for name in self.events}
-        )
 
     def only(self, names: Sequence[str]) -> Self:
         """Return the time and these channels alone; those that it lacks are left out, and so are events."""
@@ -135,14 +115,148 @@ class Table:
         frame = self.frame[[name for name in wanted if name in self.frame]]
         return replace(self, frame=frame, events=None, pulses=None)
 
-    def values(self, channel: str) -> NDArray[np.float64]:
+    def values(self, channel: str) -> Array:
         """Return one column, shape (n,)."""
-        return np.asarray(self.columns[channel], dtype=np.float64)
+        return np.asarray(self.frame[channel], dtype=np.float64)
 
 
-_HELD = {"frame": "_frame_columns", "events": "_event_columns"}
-"""Attributes that are made of columns when they are first asked for, and the names of these columns."""
+def check(
+    table: Table, channels: Sequence[str], span: tuple[float, float] | None = None, *, name: str = "table"
+) -> None:
+    """Reject a table that does not permit a meaningful comparison.
+
+    Parameters
+    ----------
+    table
+        Table to check.
+    channels
+        Required channels (no others are allowed), in any order, without ``time``.
+    span
+        First and last time (s) that it must reach, within half a sample; None: any.
+    name
+        Name of the table in messages.
+
+    Raises
+    ------
+    TableError
+        With the channel and the first invalid row (data rows are counted from 1, without the header), or the
+        contact.
+    """
+    try:
+        _check_names(table, channels)
+        # All at once: a look at each column alone takes as long as a short run.
+        if not _are_sound(table.frame):
+            for channel in ("time", *channels):
+                _check_numbers(channel, table.frame[channel])
+        _check_time(table.time, span)
+        events = pd.DataFrame({"start": [], "end": []}) if table.events is None else table.events
+        if len(events):
+            _check_events(events, table.time)
+        if table.pulses is not None:
+            _check_pulses(table.pulses, events)
+        if table.cycle_extrema is not None:
+            check_cycle_extrema(table.cycle_extrema)
+    except TableError as error:
+        raise TableError(f"{name}: {error}") from None
+    except ValueError as error:  # of the parts that a result may have
+        raise TableError(f"{name}: its {error}") from None
 
 
-def _held(name: str, columns: Columns) -> dict[str, Any]:
-    return {_HELD[name]: dict(columns)} if are_plain(columns) else {name: framed(columns)}
+def _check_names(table: Table, channels: Sequence[str]) -> None:
+    missing = [channel for channel in ("time", *channels) if channel not in table.names]
+    unexpected = [channel for channel in table.channels if channel not in channels]
+    for names, fault in ((missing, "missing"), (unexpected, "unexpected")):
+        if names:
+            raise TableError(f"channel {names[0]} is {fault}{_and_more(names)}")
+
+
+def _are_sound(frame: pd.DataFrame) -> bool:
+    """Whether a frame holds nothing but numbers of a size that a quantity has."""
+    if any(kind.kind not in "fiu" for kind in frame.dtypes):
+        return False
+    return bool((np.abs(frame.to_numpy(dtype=np.float64)) <= LARGEST_NUMBER).all())  # not where one is nan
+
+
+def _check_numbers(channel: str, column: pd.Series) -> None:
+    values = _numbers(column)
+    bad = np.flatnonzero(~np.isfinite(values))
+    if column.dtype.kind not in "fiu":
+        row = int(bad[0]) if bad.size else 0
+        text = str(column.iloc[row]) if len(column) else ""
+        raise TableError(f"{channel} is not a number in data row {row + 1}: {text!r}")
+    if bad.size:
+        raise TableError(f"{channel} is {values[bad[0]]} in data row {bad[0] + 1} ({bad.size} such rows)")
+    if (large := np.flatnonzero(np.abs(values) > LARGEST_NUMBER)).size:
+        raise TableError(
+            f"{channel} = {values[large[0]]:g} in data row {large[0] + 1} must be at most "
+            f"{LARGEST_NUMBER:g} in size"
+        )
+
+
+def _check_time(time: Array, span: tuple[float, float] | None) -> None:
+    if time.size < 2:
+        raise TableError(f"{time.size} data rows; at least 2 are required")
+    steps = np.diff(time)
+    if (back := np.flatnonzero(steps <= 0)).size:
+        raise TableError(
+            f"time does not increase in data row {back[0] + 2}: "
+            f"{time[back[0]]!s} s, then {time[back[0] + 1]!s} s"
+        )
+    slack = 0.5 * float(np.median(steps))
+    if span is not None and (abs(time[0] - span[0]) > slack or abs(time[-1] - span[1]) > slack):
+        raise TableError(
+            f"truncated: it spans {instant(time[0], span[0])} to {instant(time[-1], span[1])} s "
+            f"and must span {instant(span[0], time[0])} to {instant(span[1], time[-1])} s"
+        )
+
+
+def _check_events(events: pd.DataFrame, time: Array) -> None:
+    if missing := [column for column in _EVENTS if column not in events]:
+        raise TableError(f"its events have no column {missing[0]}{_and_more(missing)}")
+    if unknown := [place for place in dict.fromkeys(events["corner"].tolist()) if place not in CONTACTS]:
+        raise TableError(f"contact at {unknown[0]!r}, which is none of {', '.join(CONTACTS)}")
+    for column in _EVENTS[1:]:
+        values = _numbers(events[column])
+        if (bad := np.flatnonzero(~np.isfinite(values))).size:
+            entry = events[column].iloc[bad[0]]
+            raise TableError(f"{column} of contact {bad[0] + 1} is not a number: {entry}")
+        if column not in ("start", "end") and (bad := np.flatnonzero(values < 0.0)).size:
+            raise TableError(f"{column} = {values[bad[0]]:g} of contact {bad[0] + 1} must be >= 0")
+    start, end = _numbers(events["start"]), _numbers(events["end"])
+    if (bad := np.flatnonzero(end < start)).size:
+        raise TableError(
+            f"contact {bad[0] + 1} ends at {end[bad[0]]!s} s, before its start at {start[bad[0]]!s} s"
+        )
+    slack = 0.5 * float(np.median(np.diff(time)))
+    if (bad := np.flatnonzero((start < time[0] - slack) | (end > time[-1] + slack))).size:
+        raise TableError(
+            f"contact {bad[0] + 1}, {instant(start[bad[0]], time[0])} to "
+            f"{instant(end[bad[0]], time[-1])} s, is outside the times of the table, "
+            f"{instant(time[0], start[bad[0]])} to {instant(time[-1], end[bad[0]])} s"
+        )
+
+
+def _check_pulses(pulses: Columns, events: pd.DataFrame) -> None:
+    check_pulses(pulses)
+    row, time = pulses["row"], pulses["time"]
+    start, end = _numbers(events["start"]), _numbers(events["end"])
+    if (bad := np.flatnonzero((row < 0) | (row >= start.size))).size:
+        raise ValueError(f"pulses: row {row[bad[0]]} is none of {start.size} events")
+    slack = _LONGER * (end - start)[row]
+    if (bad := np.flatnonzero((time < start[row] - slack) | (time > end[row] + slack))).size:
+        contact = row[bad[0]]
+        raise ValueError(
+            f"pulses: {time[bad[0]]!s} s is outside contact {contact + 1}, "
+            f"{start[contact]!s} to {end[contact]!s} s"
+        )
+
+
+def _numbers(column: pd.Series) -> Array:
+    """Return the values of a column, nan where one is not a number."""
+    if column.dtype.kind == "b":  # which pandas would count as 0 and 1
+        return np.full(len(column), np.nan)
+    return pd.to_numeric(column, errors="coerce").to_numpy(dtype=np.float64, na_value=np.nan)
+
+
+def _and_more(names: Sequence[str]) -> str:
+    return f" (and {len(names) - 1} more)" if len(names) > 1 else ""

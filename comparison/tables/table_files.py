@@ -7,26 +7,29 @@ each, ``run.json`` the provenance and the extrema of the whole run. A comparison
 
 from __future__ import annotations
 
+import errno
+import json
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from comparison.files import check_size, replacing_in, write_json
-from comparison.tables.columns import Columns, write_events, write_numbers
-from comparison.tables.record import read_record
+import pandas as pd
+import pyarrow as pa
+from pyarrow import csv, parquet
+
+from comparison.files import check_size, contents, replacing_in, write_json
+from comparison.tables.result import Columns, check_record
 from comparison.tables.table import Table, TableError
 
-# Pandas is imported only where it is used: with pyarrow it takes longer than a short run.
-if TYPE_CHECKING:
-    import pandas as pd
-
+LARGEST = 2_000_000_000
+"""Bytes of a table, as a file and as numbers in memory: more than a command can work on."""
 FORMATS = (".csv", ".parquet")
 
 
 def read(path: str | Path) -> Table:
-    """Read a table with its companion files; `comparison.tables.check` validates the contents.
+    """Read a table with its companion files; `comparison.tables.table.check` validates the contents.
 
     Raises
     ------
@@ -35,54 +38,40 @@ def read(path: str | Path) -> Table:
     """
     path = Path(path)
     check_format(path)
-    frame = read_frame(path)
-    beside = _beside(path)
-    extrema, record = read_provenance(path)
+    frame = read_frame(path, parquet=path.suffix.lower() == ".parquet")
+    extrema, record = read_record(path)
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
     frame.insert(0, "time", frame.pop("time"))
-    return Table(
-        frame,
-        read_events(path),
-        extrema,
-        record,
-        pulses=_numbers(beside["pulses"], whole=("row",)),
-        cycle_extrema=_numbers(beside["cycle_extrema"]),
-    )
+    beside = _beside(path)
+    pulses, by_cycle = _columns(beside["pulses"], "row"), _columns(beside["cycle_extrema"])
+    return Table(frame, read_events(path), extrema, record, pulses=pulses, cycle_extrema=by_cycle)
 
 
-def _numbers(path: Path, whole: Sequence[str] = ()) -> Columns | None:
-    """Read columns of real numbers, but for some of ``whole`` ones; None where there is no file."""
-    if not path.is_file():
-        return None
-    frame = read_frame(path)
-    # A force of whole numbers is no column of integers
-    real = [name for name in frame if name not in whole and frame[name].dtype.kind in "iu"]
-    return {str(name): column.to_numpy() for name, column in frame.astype(dict.fromkeys(real, float)).items()}
-
-
-def read_frame(path: Path, *, parquet: bool | None = None) -> pd.DataFrame:
-    """Read the columns of one file: Parquet (None: if its extension says so), else text as we write it.
+def read_frame(path: Path, *, parquet: bool = False) -> pd.DataFrame:
+    """Read the columns of one file: Parquet, or text as we write it.
 
     Raises
     ------
     TableError
         If it cannot be read.
     """
-    import pandas as pd
-
-    from comparison.tables.frames import LARGEST, named, read_parquet
-
     with _readable(path), warnings.catch_warnings():
         check_size(path, LARGEST)
-        if path.suffix.lower() == ".parquet" if parquet is None else parquet:
-            return read_parquet(path)
+        if parquet:
+            return _read_parquet(path)
         # Rows longer than the header: pandas would drop the excess, with a warning.
         warnings.simplefilter("error", pd.errors.ParserWarning)
         try:
-            return named(pd.read_csv(path, skipinitialspace=True, index_col=False, encoding="utf-8-sig"))
+            frame = pd.read_csv(path, skipinitialspace=True, index_col=False, encoding="utf-8-sig")
         except pd.errors.ParserWarning as warning:
             raise ValueError("its rows have more values than its header") from warning
+        if len(frame.columns) and str(frame.columns[-1]).strip().startswith("Unnamed: "):
+            frame = frame.iloc[:, :-1] if frame.iloc[:, -1].isna().all() else frame  # a last separator's
+        names = pd.Index([str(name).strip() for name in frame])
+        if not names.is_unique:
+            raise ValueError(f"column {names[names.duplicated()][0]!r} occurs twice")
+        return frame.set_axis(names, axis=1)
 
 
 def read_events(path: Path) -> pd.DataFrame | None:
@@ -97,16 +86,18 @@ def read_events(path: Path) -> pd.DataFrame | None:
     return read_frame(events) if events.is_file() else None
 
 
-def read_provenance(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Read the record beside a table: the extrema, and all else.
+def read_record(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Read the record beside a table: the extrema, and all else; both empty if there is none.
 
     Raises
     ------
     TableError
-        If it cannot be read.
+        If it cannot be read, or is not one JSON object with entries of the expected types.
     """
-    with _readable(_beside(path)["record"]):
-        record = read_record(_beside(path)["record"])
+    beside = _beside(path)["record"]
+    with _readable(beside):
+        record = json.loads(contents(beside)) if beside.is_file() else {}
+        check_record(record)
     return record.pop("extrema", None) or {}, record
 
 
@@ -124,21 +115,21 @@ def write(table: Table, path: str | Path) -> Path:
     """
     path = Path(path)
     check_format(path)
-    beside, held = _beside(path), _held(table)
+    beside = _beside(path)
     try:
         with replacing_in(path.parent) as part:
-            for name, columns in held.items():
+            if table.events is not None:
+                table.events.to_csv(part / beside["events"].name, index=False)
+            for name, columns in (("pulses", table.pulses), ("cycle_extrema", table.cycle_extrema)):
                 if columns is not None:
-                    write_beside = write_events if name == "events" else write_numbers
-                    write_beside(columns, part / beside[name].name)
+                    _write_csv(pd.DataFrame(columns), part / beside[name].name)
             write_json({**table.provenance, "extrema": table.extrema}, part / beside["record"].name)
             if path.suffix.lower() == ".csv":
-                write_numbers(table.columns, part / path.name)
+                _write_csv(table.frame, part / path.name)
             else:
                 table.frame.to_parquet(part / path.name, index=False)
-        for name, columns in held.items():
-            if columns is None:
-                beside[name].unlink(missing_ok=True)
+        for file in {*beside.values()} - {*companions(table, path)}:
+            file.unlink(missing_ok=True)
     except OSError as error:
         raise TableError(f"{path}: cannot be written: {error.strerror or error}") from error
     return path
@@ -146,8 +137,7 @@ def write(table: Table, path: str | Path) -> Path:
 
 def companions(table: Table, path: Path) -> list[Path]:
     """Return the files that `write` makes beside that of a table."""
-    missing = [name for name, columns in _held(table).items() if columns is None]
-    return [file for name, file in _beside(path).items() if name not in missing]
+    return [file for name, file in _beside(path).items() if getattr(table, name, path) is not None]
 
 
 def check_format(path: Path) -> None:
@@ -162,6 +152,33 @@ def check_format(path: Path) -> None:
         raise TableError(f"{path}: the name must end in {' or '.join(FORMATS)}")
 
 
+def _beside(path: Path) -> dict[str, Path]:
+    """Return the files of what a table has besides its channels, by its attribute, and of its record."""
+    ends = {"events": "events.csv", "pulses": "pulses.csv", "cycle_extrema": "extrema.csv", "record": "json"}
+    return {name: path.with_name(f"{path.stem}.{end}") for name, end in ends.items()}
+
+
+def _columns(path: Path, *whole: str) -> Columns | None:
+    """Read columns of real numbers, but for some of integers; None where there is no file."""
+    if not path.is_file():
+        return None
+    frame = read_frame(path)
+    # A force of whole numbers is no column of integers.
+    real = [name for name in frame if name not in whole and frame[name].dtype.kind in "iu"]
+    return {str(name): column.to_numpy() for name, column in frame.astype(dict.fromkeys(real, float)).items()}
+
+
+def _write_csv(frame: pd.DataFrame, path: Path) -> None:
+    """Write numbers by pyarrow, since all else takes longer than a run to compute them.
+
+    Not the header, which pyarrow would quote.
+    """
+    with path.open("wb") as file:
+        file.write(frame.iloc[:0].to_csv(index=False).encode())
+        rows = pa.Table.from_pandas(frame, preserve_index=False)
+        csv.write_csv(rows, file, csv.WriteOptions(include_header=False))
+
+
 @contextmanager
 def _readable(path: Path) -> Iterator[None]:
     """Convert errors of reading a file to one-line messages."""
@@ -169,22 +186,39 @@ def _readable(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise TableError(f"{path}: {error.strerror or error}") from error
+    except RecursionError as error:
+        raise TableError(f"{path}: cannot be read: is nested too deeply") from error
     # pandas' parser errors, pyarrow's, JSON's and UnicodeDecodeError are ValueErrors
     except ValueError as error:
         raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
 
 
-def _held(table: Table) -> dict[str, Columns | None]:
-    """Return what stands in files of its own, by the names of `_beside`."""
-    return {"events": table.contacts, "pulses": table.pulses, "cycle_extrema": table.cycle_extrema}
+def _read_parquet(path: Path) -> pd.DataFrame:
+    try:
+        frame: pd.DataFrame = pd.read_parquet(path, engine="pyarrow", read_dictionary=_texts(path))
+    except OSError:
+        raise
+    except Exception as error:  # pandas and pyarrow trust what a file says of itself
+        raise ValueError(f"is no readable Parquet file: {error}") from error
+    finally:
+        pa.default_memory_pool().release_unused()  # it retains the memory of decoding
+    if not frame.columns.is_unique:
+        raise ValueError("has two columns of one name")
+    return frame
 
 
-def _beside(path: Path) -> dict[str, Path]:
-    """Return the files of events, pulses, extrema by cycle, and provenance."""
-    ends = {
-        "events": ".events.csv",
-        "pulses": ".pulses.csv",
-        "cycle_extrema": ".extrema.csv",
-        "record": ".json",
-    }
-    return {name: path.with_name(path.stem + end) for name, end in ends.items()}
+def _texts(path: Path) -> list[str]:
+    """Return the columns of text, of which a small file may repeat a long one: they are read as a dictionary.
+
+    Raises
+    ------
+    OSError
+        If the file, which is compressed and may be small, holds too many numbers.
+    """
+    with parquet.ParquetFile(path) as file:
+        groups = [file.metadata.row_group(n) for n in range(file.metadata.num_row_groups)]
+    parts = [group.column(n) for group in groups for n in range(group.num_columns)]
+    numbers = 8 * sum(part.num_values for part in parts)
+    if max(numbers, sum(part.total_uncompressed_size for part in parts)) > LARGEST:
+        raise OSError(errno.EFBIG, f"holds more than {LARGEST} bytes of numbers", str(path))
+    return sorted({part.path_in_schema for part in parts if part.physical_type == "BYTE_ARRAY"})

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from comparison.tables.imports.mapping import Mapping
-from comparison.tables.imports.reading import read_tables
+from comparison.tables.foreign import read_tables
+from comparison.tables.mapping import Mapping
 from comparison.tables.table import Table
 
 TIME = np.arange(0, 11) / 1000

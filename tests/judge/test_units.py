@@ -15,8 +15,8 @@ from comparison.agreement.compare import compare
 from comparison.metrics import norms
 from comparison.tables.align import align
 from comparison.tables.channels import channels
-from comparison.tables.imports.mapping import load_mapping
-from comparison.tables.imports.reading import read_tables
+from comparison.tables.foreign import read_tables
+from comparison.tables.mapping import load_mapping
 from comparison.tables.table import Table
 
 FOREIGN = {

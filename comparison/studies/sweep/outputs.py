@@ -85,13 +85,13 @@ def _one(name: str, run: Table, ideal: Table | None, period: float) -> float | N
     if what == "steps":
         steps = run.provenance.get("counters", {}).get("steps")
         return None if steps is None else float(steps)
-    contacts = run.contacts
+    contacts = run.events
     if contacts is None:
         return None
     if what == "contacts":
-        return float(next(iter(contacts.values())).size)
+        return float(len(contacts))
     if what == "impulse":
-        return float(contacts["impulse"].sum())
+        return float(contacts["impulse"].to_numpy().sum())
     column = contacts[of]
     return float(column.max()) if column.size else 0.0
 

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.results import SceneComparison
 from comparison.tables.channels import channels
-from comparison.tables.imports.mapping import Quantity
-from comparison.tables.imports.own_channels import Stated, own_channel
+from comparison.tables.mapping import Quantity, Stated, own_channel
 from comparison.tables.table import Table, TableError
 
 N = 1001

@@ -13,8 +13,7 @@ from comparison.execution.ledger import LedgerError, read_rows
 from comparison.files import LARGEST_TEXT
 from comparison.scene.loading import LARGEST_FILE
 from comparison.studies.sweep.points import LARGEST_LIST
-from comparison.tables.frames import LARGEST
-from comparison.tables.table_files import write
+from comparison.tables.table_files import LARGEST, write
 
 SWEEP = ["study", "sweep", "ideal", "--list", "{path}"]
 COMPARE = ["compare", "{path}", "sound.csv"]

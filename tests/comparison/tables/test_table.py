@@ -1,196 +1,276 @@
-"""Tables come back bit for bit, and a bad one is refused by channel and row."""
+"""Tables, contacts, pulses and results that cannot be meant are refused, with the place and the rule."""
 
 from __future__ import annotations
 
-import json
+import os
+import pickle
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from comparison.files import FolderError, check_folder
 from comparison.tables.channels import expected
-from comparison.tables.check import check
-from comparison.tables.table import Table, TableError
-from comparison.tables.table_files import companions, read, write
+from comparison.tables.result import check_record, thinned
+from comparison.tables.table import LARGEST_NUMBER, Table, TableError, check
 
-EVENTS = pd.DataFrame({"corner": ["ll", "ur"], "start": [0.0, 0.1], "end": [0.01, 0.2]})
-
-
-@pytest.mark.parametrize("ending", ["csv", "parquet", "CSV"])
-def test_what_is_written_is_read_bit_for_bit(tmp_path, make_table, ending):
-    extrema = {"slider_x": {"min": -1.0, "time_of_min": 0.1, "max": 1.0, "time_of_max": 0.2}}
-    table = Table(make_table().frame, EVENTS, extrema, {"model": "reference", "status": "success"})
-    again = read(write(table, tmp_path / "deep" / f"run.{ending}"))
-    assert again.frame.columns.tolist() == table.frame.columns.tolist()
-    assert again.frame.to_numpy().tobytes() == table.frame.to_numpy().tobytes()
-    pd.testing.assert_frame_equal(again.events, EVENTS, check_exact=True)
-    assert (again.extrema, again.provenance) == (extrema, table.provenance)
-    names = {path.name for path in (tmp_path / "deep").iterdir()}
-    assert names == {f"run.{ending}", "run.events.csv", "run.json"}
+ROOT = Path(__file__).parents[3]
+TIME = np.linspace(-0.5, 1.5, 21)
+CONTACT = {
+    "corner": "ll", "start": 0.1, "end": 0.2, "normal_speed": 0.1, "impulse": 0.02, "peak_force": 40.0,
+    "largest_depth": 1e-6,
+}  # fmt: skip
 
 
-def test_extrema_by_cycle_are_kept_in_a_file_of_their_own(tmp_path, make_table):
-    by_cycle = {"slider_x_min": np.array([-1.0, -0.1 - 2e-17]), "slider_x_time_of_min": np.array([0.0, 0.4])}
-    table = replace(make_table(), cycle_extrema=by_cycle)
-    path = write(table, tmp_path / "run.csv")
-    assert companions(table, path) == [tmp_path / "run.extrema.csv", tmp_path / "run.json"]
-    for name, values in read(path).cycle_extrema.items():
-        assert values.tobytes() == by_cycle[name].tobytes()
-    write(make_table(), path)
-    assert not (tmp_path / "run.extrema.csv").exists()
-    assert read(path).cycle_extrema is None
+def table(changes: dict[str, object] | None = None, **columns) -> Table:
+    frame = pd.DataFrame({"time": TIME, "slider_x": np.sin(TIME)} | columns)
+    events = None if changes is None else pd.DataFrame([CONTACT, CONTACT | changes])
+    return Table(frame, events)
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("slider_x_min\nlow\n", "its cycle_extrema: slider_x_min must be an array of real numbers"),
-        ("slider_x_min\n1,2\n", "cannot be read"),
-    ],
-)
-def test_extrema_by_cycle_that_are_none_are_refused_in_one_line(tmp_path, make_table, text, reason):
-    path = write(make_table(), tmp_path / "run.csv")
-    (tmp_path / "run.extrema.csv").write_text(text)
-    with pytest.raises(TableError, match=reason):
-        check(read(path), make_table().channels, None, name="run.csv")
+def pulses(*counts: int) -> dict[str, np.ndarray]:
+    """Contacts from the times 1, 2, ... s on for 0.5 s, with so many samples each."""
+    force = np.random.default_rng(2).uniform(0.0, 40.0, sum(counts))
+    times = [1.0 + number + np.linspace(0.0, 0.5, count) for number, count in enumerate(counts)]
+    return {"row": np.repeat(np.arange(len(counts)), counts), "time": np.concatenate(times), "force": force}
 
 
-@pytest.mark.parametrize(
-    ("columns", "reason"),
-    [
-        ([1.0], "cycle_extrema must be a dict or None, not list"),
-        ({"slider_x_min": [1.0]}, "slider_x_min must be an array of real numbers"),
-        ({"a": np.zeros(2), "b": np.zeros(3)}, "columns differ in length"),
-    ],
-)
-def test_extrema_by_cycle_of_a_model_are_columns(columns, reason):
-    result = SimpleNamespace(
-        columns={"time": np.zeros(2)}, events={}, extrema={}, status="success", remedy="", provenance={}
-    )
-    Table.from_result(result)
-    result.cycle_extrema = columns
-    with pytest.raises(TableError, match=reason):
-        Table.from_result(result)
-
-
-@given(arrays(np.float64, 20, elements=st.floats(allow_nan=False, allow_infinity=False)))
-def test_any_double_survives_the_text_file(tmp_path_factory, values):
-    path = tmp_path_factory.mktemp("t") / "a.csv"
-    write(Table(pd.DataFrame({"time": np.arange(20.0), "slider_x": values})), path)
-    # -0.0 and 0.0 are one value.
-    assert np.array_equal(read(path).values("slider_x"), values)
-
-
-def test_the_table_itself_is_written_last_and_nothing_is_left_of_a_failed_attempt(
-    tmp_path, make_table, monkeypatch
-):
-    def full(*_args, **_kwargs):
-        raise OSError(28, "No space left on device")
-
-    path = write(make_table(), tmp_path / "run.csv")
-    before = path.read_bytes()
-    monkeypatch.setattr("comparison.tables.table_files.write_numbers", full)
-    with pytest.raises(TableError, match=r"run\.csv: cannot be written: No space left on device"):
-        write(make_table(stretch=1.0), path)
-    assert path.read_bytes() == before
-    assert {p.name for p in tmp_path.iterdir()} == {"run.csv", "run.json"}
-
-
-def test_json_beside_the_table_is_strict(tmp_path, make_table):
-    write(
-        Table(make_table().frame, None, {}, {"error": np.float64("nan"), "n": np.int64(3)}),
-        tmp_path / "a.csv",
-    )
-    text = (tmp_path / "a.json").read_text()
-    assert json.loads(text, parse_constant=lambda word: pytest.fail(word)) == {
-        "error": None,
-        "n": 3,
-        "extrema": {},
+def result(contacts: int = 0, **changed) -> SimpleNamespace:
+    """A model's result with contacts at the times of `pulses`."""
+    start = 1.0 + np.arange(contacts)
+    events = {"corner": np.array(["ll"] * contacts), "start": start, "end": start + 0.5} | {
+        name: np.ones(contacts) for name in ("normal_speed", "impulse", "peak_force", "largest_depth")
     }
+    parts = {
+        "columns": {"time": np.linspace(0.0, 10.0, 101), "slider_x": np.zeros(101)},
+        "events": events if contacts else {},
+        "extrema": {},
+        "provenance": {"model": "mine"},
+        "status": "success",
+        "remedy": "",
+    }
+    return SimpleNamespace(**(parts | changed))
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_a_number_that_is_not_finite_is_refused_with_channel_and_row(scene, make_table, value):
-    table = make_table()
-    table.frame.loc[16, "slider_vy"] = value
-    with pytest.raises(TableError, match=r"run: slider_vy is -?(nan|inf) in data row 17 \(1 such rows\)"):
-        check(table, expected(scene.data), name="run")
+# Channels and times
 
 
-def test_missing_and_unexpected_channels_are_refused(scene, make_table):
-    wanted = expected(scene.data)
-    lacking = Table(make_table().frame.drop(columns=["slider_ax", "corner_ul_gap"]))
-    with pytest.raises(TableError, match=r"run: channel slider_ax is missing \(and 1 more\)"):
-        check(lacking, wanted, name="run")
-    with pytest.raises(TableError, match="channel crank_torque is unexpected"):
-        check(make_table(crank_torque=0.0), wanted)
-
-
-@pytest.mark.parametrize("step", [0.0, -1e-9])
-def test_time_must_increase(scene, make_table, step):
-    table = make_table()
-    table.frame.loc[5, "time"] = table.frame.loc[4, "time"] + step
-    with pytest.raises(TableError, match="time does not increase in data row 6"):
-        check(table, expected(scene.data))
-
-
-def test_a_run_that_lacks_a_single_sample_at_either_end_is_truncated(scene, make_table):
+@pytest.mark.parametrize(
+    ("changed", "rule"),
+    [
+        (lambda f: f.assign(slider_vy=f.slider_vy.where(f.index != 16, np.nan)),
+         r"slider_vy is nan in data row 17 \(1 such rows\)"),
+        (lambda f: f.assign(slider_vy=f.slider_vy.where(f.index != 16, -np.inf)),
+         r"slider_vy is -inf in data row 17 \(1 such rows\)"),
+        (lambda f: f.drop(columns=["slider_ax", "corner_ul_gap"]),
+         r"channel slider_ax is missing \(and 1 more\)"),
+        (lambda f: f.assign(crank_torque=0.0), "channel crank_torque is unexpected"),
+        (lambda f: f.assign(time=f.time.where(f.index != 5, f.time[4])), "does not increase in data row 6"),
+        (lambda f: f.assign(time=f.time.where(f.index != 5, f.time[4] - 1e-9)), "increase in data row 6"),
+        (lambda f: f.iloc[:-1], r"truncated: it spans .* and must span 0 to 0\.8 s"),
+        (lambda f: f.iloc[1:], r"truncated: it spans .* and must span 0 to 0\.8 s"),
+        (lambda f: f.iloc[:1], "1 data rows; at least 2"),
+        (lambda f: f.assign(slider_x=f.time > 9), "slider_x is not a number in data row 1: 'False'"),
+        (lambda f: f.assign(slider_x="oops"), "slider_x is not a number in data row 1: 'oops'"),
+        (lambda f: f.assign(time=f.time * 1e32), r"time = \S+e\+30 in data row \d+ must be at most 1e\+30"),
+        (lambda f: f.assign(slider_x=-1.1e30), r"slider_x = -1.1e\+30 in data row 1 must be at most 1e\+30"),
+    ],
+)  # fmt: skip
+def test_a_table_that_cannot_be_compared_is_refused_by_channel_and_row(scene, make_table, changed, rule):
     wanted, span = expected(scene.data), (0.0, scene.duration)
     check(make_table(), wanted, span)
-    for part in (slice(None, -1), slice(1, None)):
-        with pytest.raises(TableError, match=r"truncated: it spans .* and must span 0 to 0\.8 s"):
-            check(Table(make_table().frame.iloc[part]), wanted, span)
-
-
-def test_a_single_row_is_no_table(scene, make_table):
-    with pytest.raises(TableError, match="1 data rows"):
-        check(Table(make_table().frame.iloc[:1]), expected(scene.data))
-
-
-def test_text_in_a_column_is_named(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("time,slider_x\n0,1\n1,oops\n2,3\n")
-    with pytest.raises(TableError, match="slider_x is not a number in data row 2: 'oops'"):
-        check(read(path), ["slider_x"])
-
-
-@pytest.mark.parametrize(
-    ("content", "rule"),
-    [
-        ("", "cannot be read"),
-        ("a,b\n1,2\n", "channel time is missing"),
-        ("time,slider_x\n0,1,2\n1,2,3\n", "more values than its header"),
-        ("time,slider_x\n0,1\n1,2,3\n", "cannot be read"),
-    ],
-)
-def test_files_that_are_no_tables(tmp_path, content, rule):
-    path = tmp_path / "a.csv"
-    path.write_text(content)
-    with pytest.raises(TableError, match=rule) as refused:
-        read(path)
+    with pytest.raises(TableError, match=f"^run: .*{rule}") as refused:
+        check(Table(changed(make_table().frame)), wanted, span, name="run")
     assert "\n" not in str(refused.value)
 
 
-def test_a_foreign_file_with_spaces_a_byte_order_mark_and_integers_is_read(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("slider_x, time\r\n1, 0\r\n2, 1\r\n", encoding="utf-8-sig")
-    table = read(path)
-    check(table, ["slider_x"])
-    assert table.frame.columns.tolist() == ["time", "slider_x"]
-    assert table.values("slider_x").dtype == np.float64
+def test_the_largest_number_has_a_square():
+    check(table(slider_x=np.full(21, LARGEST_NUMBER)), ["slider_x"])
+    assert np.isfinite(np.float32(LARGEST_NUMBER))
 
 
-def test_unknown_endings_missing_files_and_files_for_folders_are_refused(tmp_path, make_table):
-    with pytest.raises(TableError, match=r"must end in \.csv or \.parquet"):
-        write(make_table(), tmp_path / "a.txt")
-    with pytest.raises(TableError, match="No such file"):
-        read(tmp_path / "none.csv")
+# Contacts
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"start": 0.2},
+        {"start": -0.5, "end": 1.5},
+        {"end": 1.5 + 0.05},  # half a sample: that of its last sample
+        dict.fromkeys(["normal_speed", "impulse", "peak_force", "largest_depth"], 0.0),
+    ],
+)
+def test_contacts_of_a_run_are_accepted(changes):
+    check(table(changes), ["slider_x"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "reported"),
+    [
+        ({"corner": "top"}, "t: contact at 'top', which is none of ll, lr, ul, ur, pin"),
+        ({"end": 0.05}, "t: contact 2 ends at 0.05 s, before its start at 0.1 s"),
+        ({"impulse": -1e-9}, "t: impulse = -1e-09 of contact 2 must be >= 0"),
+        ({"normal_speed": -0.1}, "t: normal_speed = -0.1 of contact 2 must be >= 0"),
+        ({"peak_force": -1}, "t: peak_force = -1 of contact 2 must be >= 0"),
+        ({"largest_depth": -1e-6}, "t: largest_depth = -1e-06 of contact 2 must be >= 0"),
+        ({"start": 5.0, "end": 6.0}, "contact 2, 5 to 6 s, is outside the times of the table, -0.5 to 1.5 s"),
+        ({"end": 1.6}, "contact 2, 0.1 to 1.6 s, is outside"),
+        ({"start": -0.6}, "contact 2, -0.6 to 0.2 s, is outside"),
+        ({"impulse": np.inf}, "impulse of contact 2 is not a number: inf"),
+    ],
+)
+def test_contacts_that_cannot_be_meant_are_refused(changes, reported):
+    with pytest.raises(TableError) as refused:
+        check(table(changes), ["slider_x"], name="t")
+    assert reported in str(refused.value)
+
+
+def test_truth_values_and_a_missing_column_are_no_contacts():
+    contacts = table({})
+    contacts.events["impulse"] = [True, False]
+    with pytest.raises(TableError, match="impulse of contact 1 is not a number: True"):
+        check(contacts, ["slider_x"])
+    lacking = replace(contacts, events=contacts.events.drop(columns=["impulse", "end"]))
+    with pytest.raises(TableError, match=r"its events have no column end \(and 1 more\)"):
+        check(lacking, ["slider_x"])
+
+
+# Results of a model
+
+
+def test_a_table_holds_the_numbers_of_a_result_and_survives_pickling():
+    made = result(2, extrema={"slider_x": {"min": 0.0}}, cycle_extrema={"slider_x_min": np.zeros(2)})
+    whole = Table.from_result(made)
+    for each in (whole, pickle.loads(pickle.dumps(whole))):  # noqa: S301
+        assert (each.names, each.channels) == (["time", "slider_x"], ["slider_x"])
+        pd.testing.assert_frame_equal(each.frame, pd.DataFrame(made.columns))
+        pd.testing.assert_frame_equal(each.events, pd.DataFrame(made.events))
+        assert each.provenance == {"model": "mine", "status": "success", "remedy": ""}
+        assert (each.extrema, list(each.cycle_extrema)) == (made.extrema, ["slider_x_min"])
+    check(whole, ["slider_x"])
+    assert whole.only(["slider_y"]).names == ["time"]
+    assert Table.from_result(result()).events is None
+
+
+@pytest.mark.parametrize(
+    ("changed", "rule"),
+    [
+        ({"columns": None}, "result: columns must be a dict, not NoneType"),
+        ({"status": 0}, "result: status must be a str, not int"),
+        ({"columns": {"time": np.zeros(2), "slider_x": np.zeros(3)}}, "columns are inconsistent: "),
+        ({"events": {"corner": np.array(["ll"]), "start": np.zeros(3)}}, "columns are inconsistent: "),
+        ({"provenance": {"counters": 5}}, "extrema or provenance: counters must be an object"),
+        ({"provenance": {"model": object()}}, "extrema or provenance: "),
+        ({"cycle_extrema": [1.0]}, "result: cycle_extrema must be a dict or None, not list"),
+        ({"cycle_extrema": {"a": [1.0]}}, "cycle_extrema: a must be an array of real numbers"),
+        ({"cycle_extrema": {"a": np.zeros(2), "b": np.zeros(3)}}, "columns differ in length"),
+        ({"pulses": [1.0]}, "result: pulses must be a dict or None, not list"),
+        ({"pulses": pulses(3) | {"row": np.zeros(3)}}, "row must be an array of integers, shape (n,)"),
+        ({"pulses": pulses(3) | {"time": [1.0]}}, "pulses: time must be an array of real numbers"),
+        ({"pulses": pulses(3) | {"force": np.zeros((3, 1))}}, "force must be an array of real numbers"),
+        ({"pulses": pulses(3) | {"force": np.zeros(2)}}, "pulses: row, time and force differ in length"),
+        ({"pulses": pulses(3) | {"force": np.array([0, np.nan, 0])}}, "force is nan in sample 2"),
+        ({"pulses": pulses(3) | {"row": np.array([0, 1, 0])}}, "not sorted by row and time at sample"),
+        ({"pulses": pulses(3) | {"time": np.array([1.0, 1.1, 1.1])}}, "not sorted by row and time at sample"),
+    ],
+)  # fmt: skip
+def test_what_is_no_result_is_refused_in_one_line(changed, rule):
+    with pytest.raises(TableError) as refused:
+        Table.from_result(result(1, **changed))
+    assert str(refused.value).startswith("the model's ")
+    assert rule in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_mapping_of_the_model_is_a_record_as_well():
+    check_record({"extrema": {"slider_x": {"min": np.float64(1.0)}}})
+
+
+def test_a_folder_that_is_a_file_is_refused(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(FolderError, match="is not a folder"):
         check_folder(tmp_path / "file" / "deeper")
+
+
+@pytest.mark.parametrize(
+    ("scene", "unused"), [("ideal", {"numba", "scipy"}), ("150rpm-0.2mm", {"scipy.integrate"})]
+)
+def test_a_run_imports_nothing_heavy_that_it_does_not_need(tmp_path, scene, unused):
+    """Each takes longer than such a run."""
+    arguments = ["run", scene, "--model", "reference", "--out", str(tmp_path / "a.csv")]
+    arguments += ["--set", "drive.cycles=0.1"]
+    code = f"import sys; from comparison.cli import main; main({arguments}); print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert not unused & set(done.stdout.splitlines()[-1].split())
+    assert (tmp_path / "a.csv").is_file()
+
+
+# Pulses
+
+
+def test_a_contact_of_few_samples_keeps_them_all_and_of_equal_ones_one_is_kept():
+    given = pulses(32, 1, 2, 20)
+    kept = thinned(given)
+    assert list(kept) == ["row", "time", "force"]
+    for name, column in kept.items():
+        np.testing.assert_array_equal(column, given[name])
+    assert thinned(pulses(320) | {"force": np.ones(320)})["row"].size == 17
+
+
+@pytest.mark.parametrize("counts", [(33,), (399, 5, 399), (400,), (50_000, 30, 301, 400, 33)])
+def test_thinning_keeps_ends_and_extrema_of_equal_parts_and_of_a_long_contact_the_impact(counts):
+    given = pulses(*counts)
+    columns = thinned(given)
+    kept = np.searchsorted(given["time"], columns["time"])
+    for name, column in columns.items():
+        np.testing.assert_array_equal(column, given[name][kept])
+    for number, count in enumerate(counts):
+        own = np.flatnonzero(given["row"] == number)
+        force, places = given["force"][own], kept[columns["row"] == number] - own[0]
+        assert {0, count - 1, int(force.argmin()), int(force.argmax())} <= set(places.tolist())
+        if count <= 32:
+            assert places.size == count
+            continue
+        parts, first = (16, 1) if count < 400 else (96, 32)
+        assert places.size <= 2 * parts + first + 1
+        assert set(range(first)) <= set(places.tolist())
+        of_part = np.arange(count) * parts // count
+        for part in range(parts):
+            every, held = force[of_part == part], force[places[of_part[places] == part]]
+            assert (held.min(), held.max()) == (every.min(), every.max())
+
+
+def test_a_table_has_the_thinned_pulses_of_a_result():
+    long = Table.from_result(result(3, pulses=pulses(20, 50, 1)))
+    check(long, ["slider_x"])
+    for name, column in thinned(pulses(20, 50, 1)).items():
+        np.testing.assert_array_equal(long.pulses[name], column)
+    assert long.only(["slider_x"]).pulses is None
+    for none in (None, {}, {name: column[:0] for name, column in pulses(3).items()}):
+        assert Table.from_result(result(1, pulses=none)).pulses is None
+    with pytest.raises(TableError, match="row 0 is none of 0 events"):
+        check(replace(long, events=None), ["slider_x"])
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"row": np.array([0, 0, 1])}, "row 1 is none of 1 events"),
+        ({"row": np.array([-1, 0, 0])}, "row -1 is none of 1 events"),
+        ({"time": np.array([0.9, 1.1, 1.2])}, r"0\.9 s is outside contact 1, 1\.0 to 1\.5 s"),
+        ({"time": np.array([1.0, 1.1, 1.6])}, r"1\.6 s is outside contact 1, 1\.0 to 1\.5 s"),
+    ],
+)
+def test_pulses_of_no_contact_are_refused(changed, message):
+    with pytest.raises(TableError, match=f"run: its pulses: {message}"):
+        check(Table.from_result(result(1, pulses=pulses(3) | changed)), ["slider_x"], name="run")

@@ -1,4 +1,4 @@
-"""Names and units of columns, from the lines above the numbers."""
+"""Names and units of a text table's columns, from the lines above its numbers."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import csv
 import re
 from collections.abc import Iterable, Sequence
 
-from comparison.tables.imports.units import parse
 from comparison.tables.table import TableError
+from comparison.tables.units import parse, same_dimension
 
 SPACES = r"\s+"
 """Separator: any number of spaces and tabs."""
@@ -53,9 +53,9 @@ def is_below_time(row: Sequence[str], above: Sequence[str], separator: str) -> b
     Text may stand for the time as well, such as that of a clock.
     """
     return (len(row) > 1 and any(map(NUMBER.fullmatch, row))) and any(
-        is_time(_split(name)[0]) and (NUMBER.fullmatch(field) or parse(_bare(field) or "1") is None)
+        is_time(_name_and_unit(name)[0]) and (NUMBER.fullmatch(field) or parse(_bare(field) or "1") is None)
         for line in above
-        for names in _fitting([_split_names(line, separator)], row)
+        for names in _fitting([_words(line, separator)], row)
         for name, field in zip(names, row, strict=True)
     )
 
@@ -90,15 +90,15 @@ def names_and_units(
         return None
     below: list[str] = []
     for _, line in reversed(lines):
-        if names := next(filter(_has_time, _names(line, separator, row)), None):
-            place = next(n for n, name in enumerate(names) if _has_time([name]))
-            units = (_units(line, separator, row, place) for line in below)
+        if names := next(filter(_names_time, _ways(line, separator, row)), None):
+            place = next(n for n, name in enumerate(names) if _names_time([name]))
+            units = (_units(text, separator, row, place) for text in below)
             return _named(names, next(filter(None, units), []))
         if not is_comment(line) and not (all(map(is_comment, below)) and _units(line, separator, row, 0)):
             break
         below.append(line)
     number, line = lines[-1]
-    names = next(reversed(_names(line, separator, row)), None)
+    names = next(reversed(_ways(line, separator, row)), None)
     for n, text in lines if names is None else lines[-1:]:
         if not is_comment(text) and _may_be_row(split(text, separator), len(row)):
             raise TableError(f"line {n} begins like a row of numbers, but is none")
@@ -107,26 +107,26 @@ def names_and_units(
     if names is None:
         raise TableError(
             f"line {above[-1][0] + 1} holds {len(row)} numbers, but line {number} names "
-            f"{len(_split_names(line, separator))}: each column needs a name, or none does"
+            f"{len(_words(line, separator))}: each column needs a name, or none does"
         )
-    titles = next(reversed(_names(lines[-2][1], separator, row)), None) if len(lines) > 1 else None
+    titles = next(reversed(_ways(lines[-2][1], separator, row)), None) if len(lines) > 1 else None
     return _named(names, []) if titles is None or not _are_units(names) else _named(titles, names)
 
 
-def _split_names(line: str, separator: str) -> list[str]:
+def _words(line: str, separator: str) -> list[str]:
     line = line.lstrip(" " + COMMENT).rstrip(" ")
     return _WORD.findall(line) if separator == SPACES else split(line, separator)
 
 
-def _names(line: str, separator: str, row: Sequence[str]) -> list[list[str]]:
+def _ways(line: str, separator: str, row: Sequence[str]) -> list[list[str]]:
     """Return the ways to split a line into the names of all columns.
 
     The last one is as the numbers are separated; any other must give a name of the time.
     """
-    others = [_split_names(line, other) for other in SEPARATORS if other not in (separator, SPACES)]
+    others = [_words(line, other) for other in SEPARATORS if other not in (separator, SPACES)]
     aligned = re.split(r"\s{2,}|\t", line.lstrip(" " + COMMENT).rstrip())
     others.append([field.strip('"') for field in aligned])
-    return [*filter(_has_time, _fitting(others, row)), *_fitting([_split_names(line, separator)], row)]
+    return [*filter(_names_time, _fitting(others, row)), *_fitting([_words(line, separator)], row)]
 
 
 def _units(line: str, separator: str, row: Sequence[str], time: int) -> list[str]:
@@ -135,11 +135,9 @@ def _units(line: str, separator: str, row: Sequence[str], time: int) -> list[str
     A comment with as many words as there are columns need not hold units.
     """
     text = line.lstrip(" " + COMMENT).rstrip(" ")
-    ways = _fitting([split(text, separator), *_names(line, separator, row)], row)
-    seconds = parse("s")
+    ways = _fitting([split(text, separator), *_ways(line, separator, row)], row)
     for way in ways:
-        unit = parse(_bare(way[time]) or "")
-        if _are_units(way) or (unit is not None and seconds is not None and unit.powers == seconds.powers):
+        if _are_units(way) or same_dimension(parse(_bare(way[time]) or ""), parse("s")):
             return way
     return [] if is_comment(line) or not ways or NUMBER.fullmatch(ways[0][time]) else ways[0]
 
@@ -167,13 +165,13 @@ def _may_be_row(fields: Sequence[str], count: int) -> bool:
     )
 
 
-def _has_time(fields: Sequence[str]) -> bool:
-    return any(is_time(_split(field)[0]) for field in fields)
+def _names_time(fields: Sequence[str]) -> bool:
+    return any(is_time(_name_and_unit(field)[0]) for field in fields)
 
 
 def _named(names: Sequence[str], units: Sequence[str]) -> tuple[list[str], list[str | None]]:
     """Return names and units; brackets that tell apart what has one name are part of the name."""
-    parts = [_split(field) for field in names]
+    parts = [_name_and_unit(field) for field in names]
     bare = [name for name, _ in parts]
     for n, (name, unit) in enumerate(parts):
         if bare.count(name) > 1 and unit is not None and (parse(unit) is None or unit.isdigit()):
@@ -187,21 +185,21 @@ def _named(names: Sequence[str], units: Sequence[str]) -> tuple[list[str], list[
 
 def _bare(field: str) -> str | None:
     """Return a unit without its brackets; None for an empty field."""
-    found = re.fullmatch(r"\[(.*)\]|\((.*)\)", field)
-    return (found[1] or found[2] or "" if found else field).strip() or None
+    inside = re.fullmatch(r"\[(.*)\]|\((.*)\)", field)
+    return (inside[1] or inside[2] or "" if inside else field).strip() or None
 
 
-def _split(field: str) -> tuple[str, str | None]:
+def _name_and_unit(field: str) -> tuple[str, str | None]:
     """Return name and unit of ``x [mm]``, ``x(mm)`` or ``x``; ``r[1]`` and ``der(x)`` are names."""
     field = re.sub(r'^"([^"]*)"$', r"\1", field)
-    found = _WITH_BRACKETS.fullmatch(field)
-    if found is None:
+    parts = _WITH_BRACKETS.fullmatch(field)
+    if parts is None:
         return field.strip('"'), None
-    text = (found["square"] or found["round"] or "").strip()
-    index = text.isdigit() or found["name"].endswith("der")
-    if not found["space"] and (index or parse(text) is None):
+    text = (parts["square"] or parts["round"] or "").strip()
+    index = text.isdigit() or parts["name"].endswith("der")
+    if not parts["space"] and (index or parse(text) is None):
         return field.strip('"'), None
-    return found["name"].strip('"'), text or None
+    return parts["name"].strip('"'), text or None
 
 
 def _are_units(fields: Sequence[str]) -> bool:

@@ -20,10 +20,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparison.files import check_size
 from comparison.tables.arrays import Array
-from comparison.tables.frames import LARGEST
-from comparison.tables.imports.heading import (
+from comparison.tables.heading import (
     COMMENT,
     EXPONENT,
     NUMBER,
@@ -74,28 +72,28 @@ class Source:
     path
         Its file.
     columns
-        In the order of the file.
+        In the order of the file, but for empty ones, and one that counts the rows, without a name.
     others
         Other contents of the file, which cannot be compared.
-    events, extrema, record
-        Companions of a table of this project; None: there is no record of its origin.
     nameless
         Whether the first column has no name and must be the time.
     degrees
         "yes" or "no" where the file says whether its angles are in degrees; else empty.
     plain
         Whether it is in the layout of this project's tables: one line of names with ``time``, commas.
+    events, extrema, record
+        Companions of a table of this project; None: there is no record of its origin.
     """
 
     path: Path
     columns: list[Column]
     others: list[str] = field(default_factory=list)
-    events: pd.DataFrame | None = None
-    extrema: dict[str, Any] = field(default_factory=dict)
-    record: dict[str, Any] | None = None
     nameless: bool = False
     degrees: str = ""
     plain: bool = False
+    events: pd.DataFrame | None = None
+    extrema: dict[str, Any] = field(default_factory=dict)
+    record: dict[str, Any] | None = None
 
     @property
     def names(self) -> list[str]:
@@ -108,39 +106,32 @@ def position(n: int) -> str:
     return f"#{n + 1}"
 
 
-def decoded(path: Path) -> str:
+def decoded(content: bytes) -> str:
     """Return a text with line feeds; in UTF-8, UTF-16 with its mark, or as older Windows programs write it.
 
     Raises
     ------
     TableError
-        If it cannot be read, or is no text.
+        Without the file: if it is no text.
     """
-    try:
-        check_size(path, LARGEST)
-        content = path.read_bytes()
-    except OSError as error:
-        raise TableError(f"{path}: {error.strerror or error}") from error
     try:
         text = content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
     except UnicodeDecodeError:
         text = content.decode("cp1252", errors="replace")
     if "\0" in text:
-        raise TableError(f"{path}: has a zero byte: it is not text, or not in UTF-8")
+        raise TableError("has a zero byte: it is not text, or not in UTF-8")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def parse(
+def parse_text(
     path: Path, text: str, separators: Sequence[str] = SEPARATORS, decimal: str | None = None
 ) -> Source:
     """Read the columns of a text.
 
     Parameters
     ----------
-    path
-        Of messages.
-    text
-        With line feeds.
+    path, text
+        The file, and what it holds, with line feeds.
     separators
         That are tried, in this order.
     decimal
@@ -149,32 +140,38 @@ def parse(
     Raises
     ------
     TableError
-        One line: if it contains no table, or is not clear.
+        Without the file, one line: if it contains no table, or is not clear.
     """
-    try:
-        lines, first, separator = _first_row(text, separators)
-        row = split(_uncommented(lines[first], separator), separator)
-        above = lines[:first]
-        if (second := _below_size(row, text, lines, first, separator)) is not None:
-            first, row = second, split(_uncommented(lines[second], separator), separator)
-        named = names_and_units(list(enumerate(above, 1)), separator, row)
-        if named is None and second is None:
-            _check_nameless(first + 1, lines[first], above, separator, row)
-        names, units = named or ([""] * len(row), [None] * len(row))
-        text = text[sum(len(line) + 1 for line in lines[:first]) :]  # not both, which may be large
-        text, separator = _rows(text, first + 1, separator)
-        if decimal is None:
-            decimal, text = _decimal_sign(text, separator)
-        frame = _frame(text, first + 1, separator, decimal, len(row))
-        columns = _columns(frame, names, units, decimal, nameless=named is None)
-    except TableError as error:
-        raise TableError(f"{path}: {error}") from None
+    lines, first, separator = _first_row(text, separators)
+    above, row = lines[:first], _fields(lines[first], separator)
+    below_size = _below_size(row, text, lines, first, separator)
+    if below_size is not None:
+        first, row = below_size, _fields(lines[below_size], separator)
+    heading = names_and_units(list(enumerate(above, 1)), separator, row)
+    if heading is None and below_size is None:
+        _check_nameless(first + 1, lines[first], above, separator, row)
+    names, units = heading or ([""] * len(row), [None] * len(row))
+    text = text[sum(len(line) + 1 for line in lines[:first]) :]  # not both, which may be large
+    text, separator = _rows(text, first + 1, separator)
+    if decimal is None:
+        decimal, text = _decimal_sign(text, separator)
+    frame = _frame(text, first + 1, separator, decimal, len(row))
+    columns: list[Column] = []
+    for n, (name, unit) in enumerate(zip(names, units, strict=True)):
+        made = column(name or position(len(columns)), unit, frame[n], decimal)
+        counted = (np.arange(made.numbers.size) + begin for begin in (0, 1))
+        is_index = n == 0 and heading is not None and any(np.array_equal(made.numbers, c) for c in counted)
+        if name or not (is_index or frame[n].isna().all()):
+            columns.append(made)
+    first_texts = {0 if made.text is None else made.text[0] for made in columns}
+    if len(first_texts) == 1 and (row_of_text := first_texts.pop()):
+        raise TableError(f"text after data row {row_of_text - 1}: save one block of columns per file")
     degrees = _DEGREES.search("\n".join(above))
     return Source(
         path,
         columns,
+        nameless=[made.name for made in columns[:1]] == [position(0)] and not any(map(is_time, names)),
         degrees=degrees[1].lower() if degrees else "",
-        nameless=[of.name for of in columns[:1]] == [position(0)] and not any(map(is_time, names)),
         plain="time" in names and above == [",".join(names)],
     )
 
@@ -191,9 +188,12 @@ def column(name: str, unit: str | None, entries: pd.Series, decimal: str = ".") 
     )
     numbers = pd.to_numeric(plain, errors="coerce").to_numpy(dtype=np.float64)
     absent = entries.isna() | text.str.fullmatch("[+-]?nan", case=False)
-    unknown = np.flatnonzero(np.isnan(numbers) & ~absent.to_numpy(dtype=bool))
-    found = (int(unknown[0]) + 1, str(text.iloc[unknown[0]])) if unknown.size else None
-    return Column(name, unit, numbers, found)
+    wrong = np.flatnonzero(np.isnan(numbers) & ~absent.to_numpy(dtype=bool))
+    return Column(name, unit, numbers, (int(wrong[0]) + 1, str(text.iloc[wrong[0]])) if wrong.size else None)
+
+
+def _fields(line: str, separator: str) -> list[str]:
+    return split(_uncommented(line, separator), separator)
 
 
 def _first_row(text: str, separators: Sequence[str]) -> tuple[list[str], int, str]:
@@ -204,10 +204,10 @@ def _first_row(text: str, separators: Sequence[str]) -> tuple[list[str], int, st
     recent: list[str] = []
     for n, line in enumerate(lines):
         tried = () if is_comment(line) else separators
-        rows = {separator: split(_uncommented(line, separator), separator) for separator in tried}
-        found = [separator for separator, row in rows.items() if is_below_time(row, recent, separator)]
-        if found := found + [separator for separator, row in rows.items() if _are_numbers(row)]:
-            return lines, n, found[0]
+        rows = {separator: _fields(line, separator) for separator in tried}
+        fitting = [separator for separator, row in rows.items() if is_below_time(row, recent, separator)]
+        if fitting := fitting + [separator for separator, row in rows.items() if _are_numbers(row)]:
+            return lines, n, fitting[0]
         recent = [*recent, line][-_RECENT:] if line.strip() else recent
     raise TableError("contains no row of two or more numbers")
 
@@ -229,23 +229,6 @@ def _check_nameless(number: int, line: str, above: Sequence[str], separator: str
         )
     if separator == SPACES and "\t" in line.strip():
         raise TableError(f"line {number} has tabs and spaces between its numbers: write names above them")
-
-
-def _columns(
-    frame: pd.DataFrame, names: Sequence[str], units: Sequence[str | None], decimal: str, *, nameless: bool
-) -> list[Column]:
-    """Return the columns but for empty ones, and one that counts the rows, without a name."""
-    columns: list[Column] = []
-    for n, (name, unit) in enumerate(zip(names, units, strict=True)):
-        found = column(name or position(len(columns)), unit, frame[n], decimal)
-        counts = (np.arange(found.numbers.size) + begin for begin in (0, 1))
-        is_index = n == 0 and not nameless and any(np.array_equal(found.numbers, own) for own in counts)
-        if name or not (is_index or frame[n].isna().all()):
-            columns.append(found)
-    texts = [found.text for found in columns if found.text is not None]
-    if len(texts) == len(columns) and len({number for number, _ in texts}) == 1:
-        raise TableError(f"text after data row {texts[0][0] - 1}: save one block of columns per file")
-    return columns
 
 
 def _below_size(
@@ -277,12 +260,8 @@ def _below_size(
 def _rows(body: str, first: int, separator: str) -> tuple[str, str]:
     """Return the rows without comments and quotation marks, and their separator; all lines remain.
 
-    A comment begins at the start of a line or after a space: ``1.#QNAN`` is none.
-
-    Raises
-    ------
-    TableError
-        If a quotation mark is not closed in its line; lines are counted from the given one.
+    A comment begins at the start of a line or after a space: ``1.#QNAN`` is none. Lines are counted from the
+    given one.
     """
     if any(sign in body for sign in COMMENT):
         body = _uncommented(re.sub(rf"(?m)^[ \t]*[{COMMENT}].*", "", body), separator)
@@ -327,10 +306,10 @@ def _decimal_sign(body: str, separator: str) -> tuple[str, str]:
     if separator == ",":
         return ".", body
     edge = r" \t\n" if separator == SPACES else rf"{separator}\n"
-    end = rf"[ \t]*(?=[{edge}]|\Z)"
+    before, end = rf"(?P<before>(?:\A|[{edge}])[ \t]*)", rf"[ \t]*(?=[{edge}]|\Z)"
 
     def number(pattern: str) -> re.Match[str] | None:
-        return re.search(rf"(?:\A|[{edge}])[ \t]*(?P<n>{pattern}){end}", body)
+        return re.search(rf"{before}(?P<n>{pattern}){end}", body)
 
     def one(sign: str) -> str:
         return rf"[+-]?(?:\d+[{sign}]\d*|[{sign}]\d+){EXPONENT}"
@@ -361,7 +340,7 @@ def _decimal_sign(body: str, separator: str) -> tuple[str, str]:
     decimal, group = readings[0]
     fitting = rf"[+-]?[1-9]\d{{0,2}}(?:[{group}]\d{{3}})+(?:[{decimal}]\d*)?{EXPONENT}"
     return decimal, re.sub(
-        rf"(?P<before>(?:\A|[{edge}])[ \t]*)(?P<n>{fitting}){end}",
+        rf"{before}(?P<n>{fitting}){end}",
         lambda match: match["before"] + match["n"].replace(group, ""),
         body,
     )

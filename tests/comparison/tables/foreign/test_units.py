@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from comparison.tables.channels import channels
-from comparison.tables.imports.units import parse
+from comparison.tables.units import parse
 
 
 @pytest.mark.parametrize(
@@ -62,4 +62,4 @@ def test_an_angle_is_no_length_and_no_pure_number():
 @given(st.integers(-(10**15), 10**15), st.sampled_from([("mm", 3), ("um", 6), ("ms", 3), ("cm", 2)]))
 def test_a_decimal_unit_gives_the_double_next_to_the_exact_value(n, unit):
     text, digits = unit
-    assert parse(text).to_si(np.array([float(n)]))[0] == float(f"{n}e-{digits}")
+    assert parse(text).convert(np.array([float(n)]), parse(text[-1]))[0] == float(f"{n}e-{digits}")

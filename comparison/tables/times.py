@@ -1,16 +1,17 @@
-"""Time shift between two tables, estimated from the motion; reported, never applied."""
+"""What the times of tables tell: missing rows, and the shift between two tables, reported, never applied."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from comparison.tables.arrays import Array
 from comparison.tables.channels import Channel, channels
-from comparison.tables.resample import hermite
 
 # Two grids are equal if their times differ by less than this share of a sample interval: the precision of a
 # text file with ten digits. At 2 m/s and 0.4 ms samples it is 1e-12 m.
@@ -21,6 +22,71 @@ _WINDOW = 2048  # largest number of samples of each block
 _COARSE = 4096  # points of the search over all lags
 _REACH = 0.25  # searched share of the span, to either side
 _ROUNDS = 20
+
+_EVEN = 0.9  # share of equal steps from which times count as equidistant
+_COVERED = 0.05  # share of the span that they then cover at least
+_EQUAL = 0.1  # by which equal steps differ, as a share of the usual one: times with few digits
+_RATIO = 10.0  # of a hole to the longest other step, where steps vary
+_FEW = 0.01  # of the steps of such a table, at most, that can be holes
+
+Side = Mapping[str, Array]
+
+
+class Hole(NamedTuple):
+    """Interval without rows."""
+
+    start: float
+    end: float
+    """Its two rows, s."""
+    missing: int
+    """Rows that are missing between them, at the table's usual interval; 0 where that is unknown."""
+
+
+def holes(time: Array) -> list[Hole]:
+    """Find the holes in a table's times.
+
+    Of equidistant times (nine tenths of the steps are equal to 10 %, and make up a part of the span) every
+    step of two intervals or more is one. Where a program chooses its steps, a hole is ten times as long as
+    every step that is not, and there are few of them; a shorter one looks like a long step.
+
+    Parameters
+    ----------
+    time
+        s, strictly increasing, shape (n,), n >= 2.
+    """
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    equal = np.abs(steps - usual) <= _EQUAL * usual
+    missing = np.zeros(steps.shape)
+    # Not where most steps are equal because they resolve contacts, between which the solver takes long ones.
+    if equal.mean() >= _EVEN and steps[equal].sum() >= _COVERED * (time[-1] - time[0]):
+        missing = np.round(steps / usual) - 1
+        long = np.flatnonzero(missing >= 1)
+    else:
+        ordered = np.sort(steps)
+        jumps = np.flatnonzero(ordered[1:] >= _RATIO * ordered[:-1])
+        few = jumps.size and steps.size - 1 - jumps[-1] <= max(1, int(_FEW * steps.size))
+        if steps.size < 3 or not few:
+            return []
+        long = np.flatnonzero(steps >= ordered[jumps[-1] + 1])
+    return [Hole(float(time[n]), float(time[n + 1]), int(missing[n])) for n in long]
+
+
+def isolated(time: Array, values: Array, allowed: float) -> Array:
+    """Return each sample's distance from the line through its neighbours where above a limit, else 0.
+
+    Parameters
+    ----------
+    time, values
+        Shape (n,), n >= 3; s, strictly increasing.
+    allowed
+        The limit, in the unit of the values. Of two neighbouring samples both can be above it.
+    """
+    distance = np.zeros(time.shape)
+    share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
+    line = values[:-2] + share * (values[2:] - values[:-2])
+    distance[1:-1] = np.abs(values[1:-1] - line)
+    return np.where(distance > allowed, distance, 0.0)
 
 
 @dataclass(frozen=True)
@@ -58,12 +124,7 @@ class Shift:
         return f"{late} is later than {early} by {size} (estimated, not applied)."
 
 
-def estimate(
-    time: Array,
-    a: Mapping[str, Array],
-    b: Mapping[str, Array],
-    known: Mapping[str, Channel] | None = None,
-) -> Shift:
+def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None = None) -> Shift:
     r"""Estimate the time shift between two results on a common grid.
 
     A search over integer lags finds the lag with the least variance of the difference; of several (periodic
@@ -106,17 +167,15 @@ def estimate(
     if time.size < 2 * _BLOCKS:
         return _cannot_tell(f"{time.size} common samples; required: at least {2 * _BLOCKS}")
     scales = {name: float(max(np.ptp(a[name]), np.ptp(b[name]))) for name in names}
-    rates = {name: known[name].rate for name in names}
     lag = _search(time, a, b, scales)
     if lag is None:
         return _cannot_tell("the two are not correlated closely enough at any lag")
-    blocks = [
-        slice(start, min(start + _WINDOW, stop)) for start, stop in zip(*_edges(time.size), strict=True)
-    ]
+    edges = (np.arange(_BLOCKS + 1) * time.size // _BLOCKS).tolist()
+    blocks = [slice(start, min(start + _WINDOW, stop)) for start, stop in pairwise(edges)]
     floor = np.array([np.spacing(np.abs(a[name]).max()) / scales[name] for name in names])
     weights = np.ones(len(names))
     for _ in range(_ROUNDS):
-        sums = np.array([_sums(time, a, b, scales, rates, block, lag) for block in blocks])
+        sums = np.array([_sums(time, a, b, scales, known, block, lag) for block in blocks])
         step, errors = _solve(sums.sum(axis=0), weights)
         lag += step
         weights = 1.0 / np.maximum(errors, floor**2)
@@ -125,27 +184,49 @@ def estimate(
     whole = sums.sum(axis=0)
     kept = np.array([_solve(whole - part, weights)[0] for part in sums])
     spread = float(np.sqrt((len(kept) - 1) * np.var(kept)))
-    value = float(lag)
     interval = float(time[-1] - time[0]) / time.size
     uncertainty = max(2 * spread, abs(step), SAME_GRID * interval)
-    if not np.isfinite(value) or not uncertainty < 0.05 * (time[-1] - time[0]):
+    if not np.isfinite(lag) or not uncertainty < 0.05 * (time[-1] - time[0]):
         return _cannot_tell("the motion is too uniform, or the difference too irregular")
-    return Shift(value, uncertainty)
+    return Shift(float(lag), uncertainty)
+
+
+def hermite(time: Array, values: Array, slopes: Array, at: Array) -> tuple[Array, Array]:
+    """Evaluate the piecewise cubic with given nodal values and slopes, and its derivative.
+
+    Equal to `scipy.interpolate.CubicHermiteSpline` (verified by a test), without its coefficients, which take
+    four times the memory of the table, and without its import, which takes longer than most comparisons.
+
+    Parameters
+    ----------
+    time, values, slopes
+        Nodes, strictly increasing; shape (n,), n >= 2.
+    at
+        Inside the span of the nodes, shape (m,).
+
+    Returns
+    -------
+    value, slope
+        Shape (m,).
+    """
+    left = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
+    width = time[left + 1] - time[left]
+    s = (at - time[left]) / width
+    # In the form v0 + s (...), so that the values at nodes are reproduced exactly; the last node is set
+    # separately.
+    rise = (values[left + 1] - values[left]) / width
+    second = 3 * rise - 2 * slopes[left] - slopes[left + 1]
+    third = slopes[left] + slopes[left + 1] - 2 * rise
+    value = values[left] + width * s * (slopes[left] + s * (second + s * third))
+    value = np.where(at == time[-1], values[-1], value)
+    return value, slopes[left] + s * (2 * second + 3 * s * third)
 
 
 def _cannot_tell(reason: str) -> Shift:
     return Shift(float("nan"), float("nan"), reason)
 
 
-def _edges(n: int) -> tuple[list[int], list[int]]:
-    """Return first and last sample (exclusive) of each block."""
-    edges = (np.arange(_BLOCKS + 1) * n // _BLOCKS).tolist()
-    return edges[:-1], edges[1:]
-
-
-def _search(
-    time: Array, a: Mapping[str, Array], b: Mapping[str, Array], scales: Mapping[str, float]
-) -> float | None:
+def _search(time: Array, a: Side, b: Side, scales: Mapping[str, float]) -> float | None:
     """Return the lag (s) nearest to zero of those at which the difference varies least; None without one."""
     n = min(_COARSE, time.size)
     even = np.linspace(time[0], time[-1], n)
@@ -184,10 +265,10 @@ def _overlap(values: Array, lags: NDArray[np.int_]) -> Array:
 
 def _sums(
     time: Array,
-    a: Mapping[str, Array],
-    b: Mapping[str, Array],
+    a: Side,
+    b: Side,
     scales: Mapping[str, float],
-    rates: Mapping[str, str | None],
+    known: Mapping[str, Channel],
     block: slice,
     lag: float,
 ) -> Array:
@@ -197,11 +278,13 @@ def _sums(
     at = at[inside]
     if at.size < 2:
         return np.zeros((len(scales), 6))
-    low = max(0, int(np.searchsorted(time, at[0])) - 2)
-    near = slice(low, int(np.searchsorted(time, at[-1])) + 3)
+    near = slice(
+        max(0, int(np.searchsorted(time, at[0])) - 2),
+        int(np.searchsorted(time, at[-1])) + 3,
+    )
     rows = []
     for name, scale in scales.items():
-        rate = rates[name]
+        rate = known[name].rate
         values = a[name][near]
         slopes = a[rate][near] if rate is not None and rate in a else np.gradient(values, time[near])
         value, slope = hermite(time[near], values, slopes, at)

@@ -11,8 +11,8 @@ from foreign_tables import FRAME, put, read_pair
 from openpyxl import Workbook
 
 from comparison.cli import main
-from comparison.tables.imports.excel import read_workbook
-from comparison.tables.imports.mapping import Mapping
+from comparison.tables.formats import open_source
+from comparison.tables.mapping import Mapping
 from comparison.tables.table import Table, TableError
 
 FILE = Path("run.xlsx")
@@ -135,6 +135,6 @@ def test_a_damaged_workbook_is_one_line(cut):
 def test_a_workbook_that_is_small_only_while_packed_is_refused(monkeypatch):
     workbook(NAMES, *ROWS)
     packed = FILE.stat().st_size
-    monkeypatch.setattr("comparison.tables.imports.excel.LARGEST", packed)
+    monkeypatch.setattr("comparison.tables.formats.LARGEST", packed)
     with pytest.raises(TableError, match=rf"run.xlsx: holds more than {packed} bytes once it is unpacked"):
-        read_workbook(FILE)
+        open_source(FILE)

@@ -11,7 +11,7 @@ from foreign_tables import read_pair
 
 from comparison.cli import main
 from comparison.scene import load_scene
-from comparison.tables.imports.mapping import Mapping
+from comparison.tables.mapping import Mapping
 from comparison.tables.table import Table
 from comparison.tables.table_files import write
 

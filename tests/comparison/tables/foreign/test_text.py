@@ -11,7 +11,7 @@ import pytest
 from foreign_tables import put, read_pair
 
 from comparison.cli import main
-from comparison.tables.imports.reading import read_tables
+from comparison.tables.foreign import read_tables
 
 CASES = Path(__file__).with_name("cases")
 
@@ -120,6 +120,7 @@ def test_a_table_as_programs_write_it_agrees_with_itself(text, capsys):
     [
         ("time;x\n0;1.500\n1;2.500\n", "decimal sign is not clear from '1.500'"),
         ("time;x\n0;1,500\n1;2,500\n", "decimal sign is not clear from '1,500'"),
+        ("time;x\n0;1.234,5\n1;1,234.5\n", "decimal sign is not clear from"),
         ("time\tx\n0\t0,5\n1\t0.5\n", "decimal sign is not clear from '0.5' and '0,5'"),
         (
             "time;x\n" + "".join(f"{n};0\n" for n in range(200)) + "200;1,500\n201;2.5\n",
@@ -138,6 +139,7 @@ def test_a_table_as_programs_write_it_agrees_with_itself(text, capsys):
         ("time,x\n0,1\n1\n", "x is nan in data row 2"),
         ("time x\n0 1\n1\n", "data row 2 holds fewer than 2 fields"),
         ("time,x\n0,1\n1,2,3\n", "line 3 holds 3 fields, but line 2 2"),
+        ('time,x\n0,1\n1,"2\n3"\n2,3\n', "line 3: a quotation mark is not closed in its field"),
         ('time,x\n0,1\n1,"2\n2,3\n', "line 3: a quotation mark is not closed in its field"),
         ('time,x,y\n0,1,a"b\n1,2,"c\n2,3,d\n', "line 3: a quotation mark is not closed in its field"),
         ("time,x\n" + "".join(f"{n},1\n" for n in range(999)) + "\x00\n", "has a zero byte"),

@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 from foreign_tables import put, read_pair
 
-from comparison.tables.imports.mapping import load_mapping
+from comparison.tables.mapping import load_mapping
 from comparison.tables.table import Table, TableError
 
 SAMPLES = Path(__file__).with_name("samples")
 TIME = np.arange(21) * 0.05
 X, V = 0.1 * np.cos(2 * np.pi * TIME), -0.2 * np.pi * np.sin(2 * np.pi * TIME)
-MM = "time,reach\ns,mm\n0,1\n1,2\n"
 
 
 def sample(
@@ -61,8 +60,7 @@ def test_every_sample_gives_its_columns_and_units(name, x, v, units, digits):
 def test_the_ending_says_nothing(name, tmp_path):
     shutil.copy(SAMPLES / name, tmp_path / "run.37")
     again, _, _ = read_pair(Path("run.37"), Path("run.37"), None, "left")
-    table, _ = sample(name, "left")
-    assert again.frame.equals(table.frame)
+    assert again.frame.equals(sample(name, "left")[0].frame)
 
 
 def test_tables_of_two_programs_compare_by_position_and_by_name():
@@ -99,44 +97,17 @@ def test_the_rows_at_an_event(at_events, rows, speeds):
     assert table.time.size == rows
     here = np.abs(table.time - 0.5) < 1e-9
     np.testing.assert_allclose(table.values("body.v_0[1]")[here], speeds, rtol=0, atol=1e-9)
-
-
-def test_repeated_times_are_refused_until_the_user_decides():
-    with pytest.raises(
-        TableError, match=r"time 0\.5 s is repeated in data row 12 \(1 such row\).*--at-events"
-    ):
+    with pytest.raises(TableError, match=r"time 0\.5 s is repeated in data row 12 \(1 such row\).*--at-ev"):
         sample("modelica_event.csv")
 
 
 def test_units_of_other_fields():
-    mapping = (
-        '[channels.mass]\nunit = "kg"\n[channels.pressure]\nunit = "Pa"\n[channels.frequency]\nunit = "1/s"'
-    )
+    kinds = {"mass": "kg", "pressure": "Pa", "frequency": "1/s"}
+    mapping = "".join(f'[channels.{name}]\nunit = "{unit}"\n' for name, unit in kinds.items())
     table, _ = sample("units.csv", mapping=mapping)
     first = table.frame.iloc[0]
     assert (first["mass"], first["pressure"], first["frequency"]) == (2 * 0.45359237, 5000.0, 7.0)
     assert (table.own["torque"].unit, first["torque"]) == ("Nm", 3.0)  # as both tables have it
-
-
-def test_a_unit_that_differs_is_converted_to_the_first_tables():
-    put("a.csv", "time,reach\ns,mm\n0,1\n1,2\n")
-    put("b.csv", "time,reach\ns,m\n0,0.001\n1,0.002\n")
-    a, b, _ = read_pair(Path("a.csv"), Path("b.csv"))
-    assert a.own["reach"].unit == "mm"
-    np.testing.assert_array_equal(a.values("reach"), b.values("reach"))
-
-
-def test_a_mapping_of_one_table_leaves_out_what_it_does_not_name_in_both():
-    put("a.csv", "time,q,hip\n0,1,3\n1,2,4\n")
-    put("b.csv", "time,knee,hip\n0,1,3\n1,2,4\n")
-    definition = '[channels.knee]\nunit = "deg"\n[a.q]\nchannel = "knee"\n'
-    a, b, warnings = read_pair(Path("a.csv"), Path("b.csv"), load_mapping(put("map.toml", definition)))
-    assert a.channels == b.channels == ["knee"]
-    assert [line for line in warnings if line.endswith("leaves it out: hip")] == [
-        f"{name}: not compared, since the mapping leaves it out: hip" for name in ("a.csv", "b.csv")
-    ]
-    rules = load_mapping(put("map.toml", 'compare = ["knee", "hip"]\n' + definition))
-    assert read_pair(Path("a.csv"), Path("b.csv"), rules)[0].channels == ["knee", "hip"]
 
 
 @pytest.mark.parametrize(
@@ -147,46 +118,13 @@ def test_a_mapping_of_one_table_leaves_out_what_it_does_not_name_in_both():
         (b"\x01\x00\x02\x00fast", "is a binary file: let the program write text or CSV"),
         (b"PK\x03\x04 no workbook", "is not a readable .xlsx workbook: save its sheet as CSV"),
         (b"", "contains no row of two or more numbers"),
+        (b"nothing\nhere\n", "contains no row of two or more numbers"),
         (b"time\n1\n2\n", "contains no row of two or more numbers"),
+        (None, "No such file"),
     ],
 )
 def test_what_cannot_be_read_says_how_to_export_it(head, rule):
     with pytest.raises(TableError, match=re.escape(rule)) as refused:
-        read_pair(put("run.out", head), Path("run.out"))
+        read_pair(Path("run.out") if head is None else put("run.out", head), Path("run.out"))
     assert "\n" not in str(refused.value)
-
-
-@pytest.mark.parametrize(
-    ("a", "b", "rule"),
-    [
-        (MM, "time,reach\n0,1\n1,2\n", "column 'reach' is in mm, b.csv states no unit"),
-        (MM, "time,reach\ns,deg\n0,1\n1,2\n", "is in mm in a.csv and in deg in b.csv"),
-        (MM, "time,size\n0,1\n1,2\n", "'reach' is not a channel, nor a column of both"),
-        ("inDegrees=yes\ntime q\n0 1\n1 2\n", "inDegrees=no\ntime q\n0 1\n1 2\n", "a.csv is inDegrees=yes"),
-        ("0 1 3\n1 2 3\n", "speed of\n0 1 3\n1 2 3\n", "line 2 holds 3 numbers, but line 1 names 2"),
-    ],
-)  # fmt: skip
-def test_two_tables_that_do_not_fit_are_refused_in_one_line(a, b, rule):
-    with pytest.raises(TableError, match=re.escape(rule)) as refused:
-        read_pair(put("a.csv", a), put("b.csv", b))
-    assert "\n" not in str(refused.value)
-
-
-@pytest.mark.parametrize(
-    ("mapping", "rule"),
-    [
-        ("[channels.slider_x]\nangle = true", "'slider_x': angle is fixed for a channel of the press"),
-        ('[channels.q]\nunit = "furlong"', "channels.'q': unit = 'furlong' is not known"),
-        ("[channels.q]\nscale = 0", "channels.q.scale = 0 must be above 0"),
-        ("[channels.q]\nfactor = 0", "channels.'q': factor = 0 leaves nothing"),
-        ('[channels.q]\nrate = "v"', "rate = 'v' is no other channel"),
-        ('[channels.q]\nunit = "m"\nangle = true', "angle = true, but its unit 'm' is no angle"),
-        ('[channels.q]\nunit = "m"\nrate = "w"\n[channels.w]\nunit = "mm/s"', "which is not m per second"),
-        ("[channels.time]\nscale = 1.0", "channels.'time': time is no channel"),
-    ],
-)
-def test_a_definition_that_is_not_clear_is_refused_in_one_line(mapping, rule):
-    put("a.csv", "time,q,w\n0,1,0\n1,2,0\n")
-    with pytest.raises(TableError, match=re.escape(rule)) as refused:
-        read_pair(Path("a.csv"), Path("a.csv"), load_mapping(put("map.toml", mapping)))
-    assert "\n" not in str(refused.value)
+    assert str(refused.value).startswith("run.out: ")

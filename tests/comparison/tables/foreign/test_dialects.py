@@ -17,10 +17,10 @@ from hypothesis import HealthCheck, Phase, given, note, settings
 from hypothesis import strategies as st
 
 from comparison.cli import main
-from comparison.tables.imports.mapping import Mapping
-from comparison.tables.imports.reading import read_tables
-from comparison.tables.imports.units import parse
+from comparison.tables.foreign import read_tables
+from comparison.tables.mapping import Mapping
 from comparison.tables.table import TableError
+from comparison.tables.units import parse
 
 EXAMPLES = int(os.environ.get("DIALECTS", "150"))
 many = settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck))
@@ -99,7 +99,7 @@ def wanted(names, units, columns, dialect) -> Contents:
         name: (None if units is None else units[n], np.array([meant(value, dialect) for value in column]))
         for n, (name, column) in enumerate(zip(["time", *names[1:]], columns, strict=True))
     }
-    return found | {"time": ("s", parse(units[0] if units else "s").to_si(found["time"][1]))}
+    return found | {"time": ("s", parse(units[0] if units else "s").convert(found["time"][1], parse("s")))}
 
 
 def same(found: Contents, expected: Contents) -> None:

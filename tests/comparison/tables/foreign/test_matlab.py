@@ -9,7 +9,7 @@ import pytest
 from foreign_tables import read_pair
 from scipy.io import savemat
 
-from comparison.tables.imports.mapping import load_mapping
+from comparison.tables.mapping import load_mapping
 from comparison.tables.table import Table, TableError
 
 TIME = np.arange(0, 11) / 1000
@@ -144,6 +144,6 @@ def test_a_result_of_dymola(transposed):
 
 def test_a_file_that_takes_too_long_is_one_line(monkeypatch):
     savemat(FILE, COLUMNS)
-    monkeypatch.setattr("comparison.tables.imports.matlab._LONGEST", 1e-3)  # s: the process has not begun
+    monkeypatch.setattr("comparison.tables.formats._LONGEST", 1e-3)  # s: the process has not begun
     with pytest.raises(TableError, match=r"a\.mat: cannot be read within 0\.001 s"):
         read()

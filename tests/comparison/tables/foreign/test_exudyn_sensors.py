@@ -12,8 +12,8 @@ from foreign_tables import put
 
 from comparison.agreement.recorded_runs import Recorded, compare_recorded
 from comparison.cli import main
-from comparison.tables.imports.mapping import load_mapping
-from comparison.tables.imports.reading import read_tables
+from comparison.tables.foreign import read_tables
+from comparison.tables.mapping import load_mapping
 
 MAPPING = """
 compare = ["slider"]

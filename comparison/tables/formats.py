@@ -1,0 +1,265 @@
+"""Tables of other programs as they stand in their files: text, Excel, MATLAB, Parquet.
+
+What a file is, its first bytes say, not its ending. scipy's parser of MATLAB files trusts the sizes stated in
+a file: one wrong byte can make it read outside its memory, which ends the process. They are therefore read in
+a separate process, ``python -m`` this module, which returns the vectors as .npz (numbers only, no pickle).
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import subprocess
+import sys
+import warnings
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from zipfile import ZipFile
+
+import numpy as np
+
+from comparison.files import check_size
+from comparison.tables.dialect import Column, Source, column, decoded, parse_text
+from comparison.tables.heading import NUMBER
+from comparison.tables.table import TableError
+from comparison.tables.table_files import LARGEST, read_events, read_frame, read_record
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None  # type: ignore[assignment]
+
+_HEAD = 1024  # bytes in which text has no zero byte
+_MATLAB = (b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")
+_NO_TEXT = {
+    b"\xd0\xcf\x11\xe0": "is a workbook of Excel before 2007: save its sheet as .csv or .xlsx",
+    b"\x89HDF": "is an HDF5 file: export its columns as CSV, with their names in the first line",
+}
+_EXPORT = "save its sheet as CSV"
+_LONGEST = 600.0  # s to read a MATLAB file
+_MEMORY = 4 * LARGEST
+"""Bytes of address space to read it in: it is compressed, and may be small. The libraries take some of it."""
+
+
+def open_source(path: Path) -> Source:
+    """Read a file.
+
+    Raises
+    ------
+    TableError
+        One line: file and rule, of a kind that is not read with what to do instead.
+    """
+    head = _head(path)
+    is_parquet = head.startswith(b"PAR1")
+    if is_parquet:
+        frame = read_frame(path, parquet=True)
+        columns = [column(str(name), None, frame[name]) for name in frame]
+        source = Source(path, columns, plain="time" in frame)
+    else:
+        try:
+            if head.startswith(_MATLAB) or path.suffix.lower() == ".mat":
+                source = Source(path, *_vectors_of(path))
+            elif head.startswith(b"PK\x03\x04"):
+                source = parse_text(path, _sheet(path), ("\t",), ".")
+            else:
+                source = parse_text(path, _text(path))
+        except TableError as error:
+            raise TableError(f"{path}: {error}") from error.__cause__
+    source = replace(source, events=read_events(path))
+    if source.plain and path.suffix.lower() == (".parquet" if is_parquet else ".csv"):
+        extrema, record = read_record(path)
+        source = replace(source, extrema=extrema, record=record)
+    return source
+
+
+def _head(path: Path) -> bytes:
+    try:
+        check_size(path, LARGEST)
+        with path.open("rb") as file:
+            return file.read(_HEAD)
+    except OSError as error:
+        raise TableError(f"{path}: {error.strerror or error}") from error
+
+
+def _text(path: Path) -> str:
+    content = path.read_bytes()
+    for start, rule in _NO_TEXT.items():
+        if content.startswith(start):
+            raise TableError(rule)
+    if b"\0" in content[:_HEAD] and not content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise TableError("is a binary file: let the program write text or CSV (of OpenFAST OutFileFmt = 1)")
+    return decoded(content)
+
+
+# Excel
+
+
+def _sheet(path: Path) -> str:
+    """Return the one sheet of a workbook that holds a table as text: of a formula its stored value counts."""
+    sheets = _sheets(path)
+    # A table may have columns of text; a sheet of notes has numbers beside text.
+    holding = [name for name, rows in sheets.items() if any(map(_are_numbers, rows))] or [
+        name for name, rows in sheets.items() if any(sum(map(_is_number, row)) > 1 for row in rows)
+    ]
+    if not holding:
+        raise TableError("no sheet contains a row of two or more numbers")
+    if len(holding) > 1:
+        raise TableError(f"sheets {' and '.join(map(repr, holding))} hold numbers: save one per file")
+    text = io.StringIO()
+    csv.writer(text, delimiter="\t", lineterminator="\n").writerows(
+        [_written(cell) for cell in row] for row in sheets[holding[0]]
+    )
+    return text.getvalue()
+
+
+def _sheets(path: Path) -> dict[str, list[tuple[Any, ...]]]:
+    try:
+        from openpyxl import load_workbook
+    except ImportError as error:
+        extra = "pip install 'sixbar-crossval[excel]'"
+        raise TableError(f"is an Excel workbook: {extra} to read it, or {_EXPORT}") from error
+    try:
+        with ZipFile(path) as file:
+            unpacked = sum(part.file_size for part in file.infolist())
+        if unpacked <= LARGEST:
+            with path.open("rb") as file, warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of styles and extensions, which do not matter here
+                book = load_workbook(file, read_only=True, data_only=True)
+                for sheet in book.worksheets:
+                    sheet.reset_dimensions()  # some programs state wrong ones
+                return {sheet.title: list(sheet.iter_rows(values_only=True)) for sheet in book.worksheets}
+    # Of a damaged file the parsers of ZIP, XML and cells raise errors of many kinds.
+    except Exception as error:
+        raise TableError(f"is not a readable .xlsx workbook: {_EXPORT}") from error
+    raise TableError(f"holds more than {LARGEST} bytes once it is unpacked")
+
+
+def _are_numbers(row: Iterable[Any]) -> bool:
+    cells = [cell for cell in row if cell is not None]
+    return len(cells) > 1 and all(map(_is_number, cells))
+
+
+def _is_number(cell: object) -> bool:
+    return isinstance(cell, int | float) and not isinstance(cell, bool)
+
+
+def _written(cell: object) -> str:
+    """Return a cell as it is read again; text that looks like a number is marked as such, as Excel does."""
+    if isinstance(cell, str) and NUMBER.fullmatch(cell.strip()):
+        return f"'{cell}"
+    return "" if cell is None else re.sub(r"[\r\n\0]+", " ", str(cell))
+
+
+# MATLAB
+
+
+def _vectors_of(path: Path) -> tuple[list[Column], list[str]]:
+    """Return the real vectors of a .mat file of version 4 to 7, and descriptions of its other contents.
+
+    The fields of a single structure keep their names; of several, they are ``structure.field``.
+    """
+    # -P: do not import a module of the same name from the working directory.
+    reader = [sys.executable, "-P", "-m", __spec__.name, str(path)]
+    try:
+        done = subprocess.run(reader, capture_output=True, check=False, timeout=_LONGEST)
+    except subprocess.TimeoutExpired as error:
+        raise TableError(f"cannot be read within {_LONGEST:g} s") from error
+    if done.returncode != 0:
+        raise TableError("is not a readable .mat file")
+    names, others, refused, *vectors = np.load(io.BytesIO(done.stdout), allow_pickle=False).values()
+    if refused:
+        raise TableError(str(refused))
+    if other := next((n for n, vector in enumerate(vectors) if vector.size != vectors[0].size), None):
+        raise TableError(
+            f"{names[0]} holds {vectors[0].size} numbers and {names[other]} {vectors[other].size}"
+        )
+    columns = [Column(str(name), None, vector) for name, vector in zip(names, vectors, strict=True)]
+    return columns, others.tolist()
+
+
+def _trajectory(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the variables of a result of Dymola or OpenModelica, with constants at all times.
+
+    ``Aclass`` says by "binTrans" or "binNormal" whether the matrices are transposed. Of each name
+    ``dataInfo`` has the matrix (0: the abscissa, 1: constants, 2: over time) and, with its sign, the row.
+    """
+    transposed = "binTrans" in "".join(map(str, content["Aclass"]))
+    names = [str(line) for line in content["name"]]
+    if transposed:
+        names = ["".join(letters) for letters in zip(*names, strict=True)]
+    info, constant, varying = (
+        content[key] if transposed else content[key].T for key in ("dataInfo", "data_1", "data_2")
+    )
+    variables = {}
+    for n, name in enumerate(names):
+        row = int(info[1, n])
+        values = varying[abs(row) - 1]
+        if int(info[0, n]) == 1:
+            values = constant[abs(row) - 1, 0] + np.zeros(varying.shape[1])
+        variables[name.strip()] = -values if row < 0 else values
+    return variables
+
+
+def _vectors(content: Mapping[str, Any]) -> tuple[dict[str, Any], list[str]]:
+    """Return the real vectors, and descriptions of the other contents."""
+    variables = {name: value for name, value in content.items() if not name.startswith("__")}
+    structures = [
+        name
+        for name, value in variables.items()
+        if isinstance(value, np.ndarray) and value.dtype.names is not None and value.shape == ()
+    ]
+    for name in structures:
+        structure = variables.pop(name)
+        fields = {key: structure[key][()] for key in structure.dtype.names}
+        if len(structures) > 1 or set(fields) & set(variables):
+            fields = {f"{name}.{key}": value for key, value in fields.items()}
+        variables |= fields
+    others = {name: what for name, value in variables.items() if (what := _other(np.asarray(value)))}
+    vectors = {name: value.astype(np.float64) for name, value in variables.items() if name not in others}
+    return vectors, [f"{name} ({what})" for name, what in others.items()]
+
+
+def _other(value: np.ndarray) -> str:
+    """Describe a variable that is not a real vector; empty for one that is."""
+    if value.dtype.names is not None:
+        return "structure"
+    if value.dtype.kind not in "fiu":
+        names = {"c": "complex numbers", "U": "text", "b": "booleans"}
+        return names.get(value.dtype.kind, "objects or cells")
+    if value.ndim == 1:
+        return ""
+    return "single number" if value.ndim == 0 else f"matrix of {' x '.join(map(str, value.shape))}"
+
+
+def main() -> None:
+    """Write the vectors of the given MATLAB file to standard output; any failure ends this process."""
+    from scipy.io import loadmat
+
+    if resource is not None:
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        most = _MEMORY if hard == resource.RLIM_INFINITY else min(_MEMORY, hard)
+        resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+    content: dict[str, Any] = {}
+    refused = ""
+    try:
+        content = loadmat(sys.argv[1], appendmat=False, squeeze_me=True)
+        if "Aclass" in content:  # the lines of names need their full width
+            content = _trajectory(loadmat(sys.argv[1], appendmat=False))
+    except OSError as error:
+        if error.strerror is None:  # scipy's, for a truncated file
+            raise
+        refused = error.strerror
+    except NotImplementedError:
+        refused = "is of MATLAB's version 7.3 (HDF5): save it with the option -v7"
+    vectors, others = _vectors(content)
+    texts = (np.array(list(vectors), dtype=str), np.array(others, dtype=str), np.array(refused))
+    packed = io.BytesIO()
+    np.savez(packed, *texts, *vectors.values())
+    sys.stdout.buffer.write(packed.getvalue())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,244 @@
+"""Mapping file: channel, unit and sign of each column of another program's table; channels of one's own."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterable, Sequence
+from collections.abc import Mapping as Pairs
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from pydantic import Field, ValidationError
+
+from comparison.files import contents
+from comparison.scene.fields import Positive, Real, Section, Sign
+from comparison.tables.arrays import Array
+from comparison.tables.channels import Channel, channels
+from comparison.tables.table import TableError
+from comparison.tables.units import parse, same_dimension
+
+TIME = "time"
+# Of the largest value: a channel that varies by less varies by the rounding of its numbers.
+_ROUND_OFF = 4 * float(np.finfo(np.float64).eps)
+_RULES = {
+    "extra_forbidden": "is not a known key",
+    "missing": "is missing",
+    "string_type": "must be a string",
+    "bool_type": "must be true or false",
+    "greater_than": "must be above 0",
+    "float_type": "must be a number",
+    "finite_number": "must be finite",
+    "literal_error": "must be 1 or -1",
+    "list_type": "must be a list of channels",
+    "too_short": "must name at least one channel",
+    "dict_type": "must be a section",
+    "model_type": "must be a section",
+    "model_attributes_type": "must be a section",
+}
+
+
+class Rule(Section):
+    """Conversion of a column: ``channel = (sign * factor * column + offset) * unit``."""
+
+    channel: str
+    unit: str | None = None
+    """None: as stated in the table."""
+    sign: Sign = 1
+    offset: Real = 0.0
+    """In the column's unit."""
+    factor: Real | None = None
+    """Of the column, for one that is normalised; None: that of the channel."""
+
+
+class Quantity(Section):
+    """Channel of one's own; of a channel of the press only the scale can be given."""
+
+    unit: str | None = None
+    """Of the comparison; None: that of the tables."""
+    scale: Positive | None = None
+    """In that unit; None: the range of the first table."""
+    angle: bool = False
+    """Whether whole revolutions do not matter."""
+    rate: str | None = None
+    """The channel that is its time derivative."""
+    factor: Real = 1.0
+    """Of its columns in both tables: what they are normalised by."""
+
+
+class Mapping(Section):
+    """Contents of a mapping file.
+
+    Attributes
+    ----------
+    compare
+        Channels to compare; None: all, and both tables must hold the same.
+    columns
+        Column name -> rule, for either table.
+    channels
+        Channel -> its definition.
+    a, b
+        As ``columns``, for the first or the second table only; takes precedence over ``columns``.
+    """
+
+    compare: Annotated[list[str], Field(min_length=1)] | None = None
+    columns: dict[str, Rule] = Field(default={})
+    channels: dict[str, Quantity] = Field(default={})
+    a: dict[str, Rule] = Field(default={})
+    b: dict[str, Rule] = Field(default={})
+
+    def only(self, side: str) -> Pairs[str, Rule]:
+        """Return the rules for this one of the tables, "a" or "b", alone."""
+        return self.a if side == "a" else self.b
+
+
+def load_mapping(path: Path) -> Mapping:
+    """Read a mapping file.
+
+    Raises
+    ------
+    TableError
+        One line with key, value and violated rule.
+    """
+    try:
+        mapping = Mapping.model_validate(tomllib.loads(contents(path)))
+        _check(mapping)
+    except OSError as error:
+        raise TableError(f"{path}: {error.strerror or error}") from error
+    except ValidationError as error:  # before its base class ValueError
+        first = error.errors()[0]
+        key = ".".join(str(step) for step in first["loc"])
+        value = "" if first["type"] in {"missing", "extra_forbidden"} else f" = {first['input']!r}"
+        raise TableError(f"{path}: {key}{value} {_RULES.get(first['type'], first['msg'])}") from error
+    except TableError as error:  # as well
+        raise TableError(f"{path}: {error}") from None
+    except ValueError as error:  # TOML's and UnicodeDecodeError
+        raise TableError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
+    except RecursionError as error:
+        raise TableError(f"{path}: is nested too deeply") from error
+    return mapping
+
+
+def _check(mapping: Mapping) -> None:
+    """Reject what cannot be meant."""
+    every = {*channels(), *mapping.channels}
+    for name, quantity in mapping.channels.items():
+        where = f"channels.{name!r}"
+        if name == TIME:
+            raise TableError(f"{where}: time is no channel; its unit is that of a column")
+        if name in channels() and (keys := sorted(quantity.model_fields_set - {"scale"})):
+            raise TableError(
+                f"{where}: {keys[0]} is fixed for a channel of the press; only a scale can be given"
+            )
+        _check_conversion(where, quantity, "columns")
+        if quantity.rate is not None and (quantity.rate == name or quantity.rate not in every):
+            raise TableError(
+                f"{where}: rate = {quantity.rate!r} is no other channel, nor defined by [channels]"
+            )
+    for part, rules in (("columns", mapping.columns), ("a", mapping.a), ("b", mapping.b)):
+        for column, rule in rules.items():
+            where = f"{part}.{column!r}"
+            if rule.channel not in {TIME, *every}:
+                raise TableError(
+                    f"{where}: channel = {rule.channel!r} is not a channel, nor defined by [channels]"
+                )
+            _check_conversion(where, rule, "column")
+    if not any((mapping.columns, mapping.a, mapping.b, mapping.compare, mapping.channels)):
+        raise TableError("names no column")
+
+
+def _check_conversion(where: str, given: Rule | Quantity, what: str) -> None:
+    if given.unit is not None and parse(given.unit) is None:
+        raise TableError(f"{where}: unit = {given.unit!r} is not known")
+    if given.factor == 0:
+        raise TableError(f"{where}: factor = 0 leaves nothing of the {what}")
+
+
+class Stated(NamedTuple):
+    """What one table says of a channel."""
+
+    table: str
+    unit: str | None
+    """None: nothing."""
+    values: Array
+
+
+def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated]) -> Channel:
+    """Return the definition of a channel that is not the press's.
+
+    Its unit is the given one, else the tables': of two that differ but measure the same the first table's.
+
+    Raises
+    ------
+    TableError
+        If the tables' units exclude each other, or one states a unit and the other none.
+    """
+    unit = quantity.unit if quantity.unit is not None else _common_unit(name, stated)
+    turn = 2 * math.pi
+    if quantity.angle:
+        known = parse(unit)
+        if known is None or not same_dimension(known, parse("rad")):
+            raise TableError(f"mapping: channels.{name!r}: angle = true, but its unit {unit!r} is no angle")
+        turn /= float(known.factor)
+    finite = (np.abs(each.values[np.isfinite(each.values)]) for each in stated)
+    largest = max((float(sizes.max(initial=0.0)) for sizes in finite), default=0.0)
+    return Channel(
+        name=name,
+        label=name,
+        unit=unit,
+        sign="",
+        group="own",
+        scale="range",
+        floor=max(_ROUND_OFF * largest, float(np.finfo(np.float64).tiny)),
+        round_off=0.0,
+        rate=quantity.rate,
+        angle=quantity.angle,
+        turn=turn,
+        given=quantity.scale,
+    )
+
+
+def check_rates(defined: Iterable[Channel]) -> None:
+    """Reject a rate whose unit is not that of its channel per second: a cubic through both would be wrong.
+
+    Raises
+    ------
+    TableError
+        One line.
+    """
+    known = {channel.name: channel for channel in defined}
+    second = parse("s")
+    for channel in known.values():
+        rate = known.get(channel.rate or "") or channels().get(channel.rate or "")
+        unit, of_rate = parse(channel.unit), parse(rate.unit) if rate is not None else None
+        if rate is None or unit is None or of_rate is None or second is None:
+            continue
+        if of_rate.times(second) != unit:
+            raise TableError(
+                f"mapping: channels.{channel.name!r}: rate = {rate.name!r} is in {rate.unit}, "
+                f"which is not {channel.unit} per second"
+            )
+
+
+def is_prose(unit: str) -> bool:
+    """Return whether what stands in brackets beside a name is no unit, not even one that is not known."""
+    return " " in unit and parse(unit) is None
+
+
+def _common_unit(name: str, stated: Sequence[Stated]) -> str:
+    units = {None if s.unit is None or is_prose(s.unit) else s.unit: s.table for s in stated}
+    if len(units) < 2:
+        return next(iter(units), None) or ""
+    (first, a), (second, b) = list(units.items())[:2]
+    decides = f'a mapping (--mapping) with [channels."{name}"] and its unit = "..." decides'
+    if first is None or second is None:
+        has, lacks = (a, b) if second is None else (b, a)
+        raise TableError(f"{has}: column {name!r} is in {first or second}, {lacks} states no unit; {decides}")
+    message = f"column {name!r} is in {first} in {a} and in {second} in {b}"
+    for unit in (first, second):
+        if parse(unit) is None:
+            raise TableError(f"{message}; {unit!r} is not a known unit: {decides}")
+    if not same_dimension(parse(first), parse(second)):
+        raise TableError(message)
+    return first
