@@ -13,9 +13,10 @@ import numpy as np
 from reference_model.contact import JOURNAL
 from reference_model.dop853 import VELOCITY_TIME
 from reference_model.events import BEGIN, CONTACT, PEAK, START_GAP, START_RATE, STOP
+from reference_model.laws import acts_on_sides
 from reference_model.linkage import Array
 from reference_model.margins import LOCATED, LOCATED_SPEED
-from reference_model.parameters import CORNERS, FOUNDATION, PAPER_SWITCHING, Parameters
+from reference_model.parameters import CORNERS, PAPER_SWITCHING, Parameters
 
 VIOLATED = "invariant-violated"
 CONTACT_NAMES = (*CORNERS, "pin")
@@ -116,7 +117,7 @@ def check(
         value, time, contact = worst.get(name, none)
         place = "" if value == 0.0 or contact < 0 or name == "energy" else CONTACT_NAMES[contact]
         found[name] = Invariant(value, float(bound), unit, time, place)
-    found["overlap"] = _overlap(events, p.cycles * p.period, law.law == FOUNDATION)
+    found["overlap"] = _overlap(events, p.cycles * p.period, acts_on_sides(law))
     if drift is not None:
         controlled = not scipy and min(p.alpha, p.beta) > 0.0 and max(p.alpha, p.beta) <= STIFF_GAIN
         most = DRIFT if controlled else UNCONTROLLED_DRIFT

@@ -45,6 +45,11 @@ def touches_as_one(law: Law) -> bool:
     return law.law == FOUNDATION
 
 
+def acts_on_sides(law: Law) -> bool:
+    """Return the same to Python."""
+    return bool(touches_as_one.py_func(law))  # type: ignore[attr-defined]
+
+
 @inlined
 def is_damped(law: Law, both: bool) -> bool:
     """Return whether the damping factor applies: not in the paper's surface contact."""

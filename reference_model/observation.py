@@ -12,6 +12,7 @@ from reference_model.contact import CONTACTS, FRICTION, GAP, JOURNAL, NORMAL, ST
 from reference_model.energy import ENERGIES, balance, kinetic_energy
 from reference_model.equations import Model
 from reference_model.events import Run
+from reference_model.laws import acts_on_sides
 from reference_model.linkage import (
     Array,
     Mechanism,
@@ -22,7 +23,7 @@ from reference_model.linkage import (
 )
 from reference_model.minimal import Minimal
 from reference_model.multiplier import Linkage, drift
-from reference_model.parameters import FOUNDATION, Parameters
+from reference_model.parameters import Parameters
 from reference_model.reactions import REACTIONS, reactions
 from reference_model.recording import (
     CLOSED,
@@ -120,7 +121,7 @@ class Observation:
             closed = noted & ((purpose & (CLOSED << k)) > 0)
             if closed.any():
                 force = rows[CONTACTS_FROM + NORMAL + k, closed]
-                if self._law.law == FOUNDATION and k != JOURNAL:
+                if acts_on_sides(self._law) and k != JOURNAL:
                     force = force + rows[CONTACTS_FROM + NORMAL + (k + 2) % 4, closed]
                 self._forces[k].append(np.stack([times[closed], force]))
         self._note_energy()

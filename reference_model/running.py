@@ -34,6 +34,7 @@ from reference_model.events import (
     Run,
 )
 from reference_model.invariants import CONTACT_NAMES, VIOLATED, as_mapping, check, violation
+from reference_model.laws import acts_on_sides
 from reference_model.linkage import (
     Array,
     bodies_from_rods,
@@ -45,7 +46,7 @@ from reference_model.linkage import (
 from reference_model.minimal import TIP_ROWS, Minimal
 from reference_model.multiplier import Linkage, press
 from reference_model.observation import Observation, needs_bodies
-from reference_model.parameters import FOUNDATION, SCIPY_METHODS, Parameters
+from reference_model.parameters import SCIPY_METHODS, Parameters
 from reference_model.recording import instants
 from reference_model.results import EVENT_COLUMNS, Result, name_results
 
@@ -234,7 +235,7 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
         integrator = Compiled(p, model, state, work, float(times[-1]), limit)
     in_cycle = 1 if progress is None else min(10, math.ceil(50.0 / p.cycles))
     code = _advance_to_end(p.period / in_cycle, integrator, state, drain, t_end, report)
-    events.append(_not_ended(state, p.law.law == FOUNDATION))
+    events.append(_not_ended(state, acts_on_sides(p.law)))
     rows = np.concatenate(events)
     rows = rows[np.argsort(rows[:, BEGIN], kind="stable")]
     compiled.seal()

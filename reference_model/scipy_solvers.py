@@ -27,9 +27,10 @@ from reference_model.dop853 import POINT, START, VELOCITY_TIME, evaluate, evalua
 from reference_model.equations import Model
 from reference_model.events import ENDED, RECORDED, STEPS, SWITCHES, Run, switch
 from reference_model.integrate import first_step_in_contact
+from reference_model.laws import acts_on_sides
 from reference_model.linkage import Array
 from reference_model.margins import GATE, MARGINS, margin
-from reference_model.parameters import FOUNDATION, Law, Parameters
+from reference_model.parameters import Law, Parameters
 from reference_model.recording import EXTREMUM, MARKS, SAMPLE, STEP, record
 
 RTOL = 100.0 * float(np.finfo(np.float64).eps)
@@ -303,7 +304,7 @@ class ScipySolver:
 
         def of(t: float, k: int, row: int) -> float:
             contacts = self._evaluate(t, solution.sol(t))
-            side = self._p.law.law == FOUNDATION and k != JOURNAL
+            side = acts_on_sides(self._p.law) and k != JOURNAL
             force = contacts[NORMAL + k] + (contacts[NORMAL + (k + 2) % 4] if side else 0.0)
             return float(-force if row == NORMAL else contacts[GAP + k])
 
