@@ -43,7 +43,7 @@ from reference_model.isolation import (
     dips,
 )
 from reference_model.linkage import Array
-from reference_model.margins import GATE, LOCATED, MARGINS, NONE, PULL, margin
+from reference_model.margins import GATE, LOCATED, MARGINS, NONE, PULL, UPPER, margin
 from reference_model.parameters import Law
 
 ROUNDING = 1.0e-15
@@ -160,12 +160,11 @@ def touches_too(gap: float, rate: float, other_gap: float) -> bool:
 
 
 @inlined
-def next_regime(law: Law, regime: float, slip: float) -> float:
-    """Return the neighbouring friction regime towards which the located speed `slip` leaves `regime`."""
+def next_regime(law: Law, regime: float, number: int) -> float:
+    """Return the neighbouring friction regime into which the margin LOWER or UPPER ends `regime`."""
     lower, upper = regime_bounds(law, regime)
-    if upper - slip < slip - lower:
-        return friction_regime(law, np.nextafter(upper, np.inf))
-    return friction_regime(law, np.nextafter(lower, -np.inf))
+    beyond = np.nextafter(upper, np.inf) if number == UPPER else np.nextafter(lower, -np.inf)
+    return friction_regime(law, beyond)
 
 
 @inner
@@ -252,4 +251,4 @@ def switch(law: Law, t: float, place: int, run: Run) -> None:
     elif number == PULL:
         run.modes[CLIPPED + k] = 1.0 - run.modes[CLIPPED + k]
     else:
-        run.modes[REGIME + k] = next_regime(law, run.modes[REGIME + k], contacts[SLIP + k])
+        run.modes[REGIME + k] = next_regime(law, run.modes[REGIME + k], number)

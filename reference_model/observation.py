@@ -44,6 +44,9 @@ from reference_model.recording import (
 )
 from reference_model.results import begun_cycles
 
+_NOTES = 200_000
+"""Forces that are noted of each contact, about; later ones have no pulse: a run of many cycles must fit."""
+
 
 def all_bodies(model: Model, m: Mechanism, times: Array, y: Array, dy: Array) -> Array:
     """Return the motion of all bodies, shape (5, 9, n), from states and their derivatives, shape (size, n).
@@ -96,6 +99,7 @@ class Observation:
         if isinstance(model, Linkage):
             self.drift = dict.fromkeys(("position", "position_time_s", "velocity", "velocity_time_s"), 0.0)
         self._forces: list[list[Array]] = [[] for _ in range(CONTACTS)]
+        self._noted = [0] * CONTACTS
         self._last = np.empty((7, 0))
         self._start = self._bodies(np.zeros(1), run.nodes.y[:1].T)
         self._stored, self._flow = -1.0, float(kinetic_energy(self._m, self._start).sum())
@@ -119,11 +123,12 @@ class Observation:
         noted = (purpose & (STEP | EXTREMUM)) > 0
         for k in range(CONTACTS):
             closed = noted & ((purpose & (CLOSED << k)) > 0)
-            if closed.any():
+            if closed.any() and self._noted[k] < _NOTES:
                 force = rows[CONTACTS_FROM + NORMAL + k, closed]
                 if acts_on_sides(self._law) and k != JOURNAL:
                     force = force + rows[CONTACTS_FROM + NORMAL + (k + 2) % 4, closed]
                 self._forces[k].append(np.stack([times[closed], force]))
+                self._noted[k] += force.size
         self._note_energy()
         if isinstance(self._model, Linkage) and self.drift is not None:
             self._note_drift(self._model, self.drift, rows, times)

@@ -162,3 +162,16 @@ def test_a_side_inside_at_the_start(scene) -> None:
     height = 0.035 * (1.0 - 2.0 * share)
     # vx - w r_y; r_y turns by 1e-5 rad: 3e-7 m of it.
     assert result.events["normal_speed"][0] == pytest.approx(2e-3 - 0.01 * height, abs=1e-8)
+
+
+def test_friction_of_a_soft_side_goes_on_to_the_regime_that_its_own_slip_enters(scene) -> None:
+    """Deep in a soft wall the side's point slips by other speeds than its corner does.
+
+    Of these starts two stopped in chatter where the corner's slip told which regime comes next.
+    """
+    soft = {"contact.youngs_modulus": 1.5e6, "contact.poisson": 0.17, "clearance.slider": 9.5e-4}
+    soft |= {"contact.restitution": 0.53, "friction.coefficient": 0.63, "solver.reference.tolerance": 1e-10}
+    for number in range(20):
+        start = {"initial.slider_angle": -1.4e-3 + 2e-5 * number, "drive.cycles": 1.0}
+        result = simulate(scene({**LAW, **soft, **start}))
+        assert result.status == "success", (number, result.remedy)
