@@ -21,8 +21,7 @@ from exudyn_model.tables import PIN, Contacts
 Array = NDArray[np.float64]
 
 WATCHED = ("open-depth", "pull", "driving-friction", "leaving-start", "start-gap")
-# Columns of the memory that are looked at
-MEMORY = ("impact speed", "start", "name")
+# Rows of ``memory`` below: impact speed (m/s), start (s) and name of a contact
 SPEED, START, NAME = range(3)
 
 
@@ -30,11 +29,6 @@ class Watch:
     """The worst of a run's contacts.
 
     States come many at a time, the first of them the last one of the call before.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Of the contacts.
 
     Attributes
     ----------
@@ -102,7 +96,7 @@ class Watch:
         forces : ndarray, shape (4, 2, n)
             Normal force and friction of each corner, N.
         memory : ndarray, shape (4, 3, n)
-            ``MEMORY`` of each corner.
+            Impact speed, start and name of each corner.
         law : ndarray
         """
         x, angle, vx, vy, omega = motion
@@ -144,7 +138,7 @@ class Watch:
         forces : ndarray, shape (2, n)
             Normal force on the bearing's body along e and friction on the journal across it, N.
         memory : ndarray, shape (3, n)
-            ``MEMORY``.
+            Impact speed, start and name of the contact.
         law : ndarray
         """
         ex, ey, vx, vy, w1, w2 = motion

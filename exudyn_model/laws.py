@@ -5,7 +5,7 @@ Of a side depths and rates of both corners go in, forces and energies come out.
 Three laws, by their number in ``LAWS``; each is one branch of :func:`side_forces`, and ``REMEMBERED_BY_SIDE``
 names those where it is the side that remembers its touch:
 
-- "hertz-corners": each corner follows Eqs. 9-11 by itself.
+- "hertz-corners": each corner follows Eqs. 9-11 independently.
 - "paper-switching": the same until both corners are in contact. Then, literally Eqs. 7-8: the surface's force
   K_s (d1 + d2) / 2 without damping, in the centroid of the penetrated trapezoid, as the two forces in the
   corners that have this resultant. The force jumps at the switch, and with it what is stored: the audit of

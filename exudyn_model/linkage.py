@@ -23,9 +23,7 @@ CRANK, ROD2, ROCKER, ROD4, SLIDER = range(5)
     ROCKER_MASS,
     ROCKER_INERTIA,
     ROD4_LENGTH,
-    ROD4_CENTROID,
     ROD4_MASS,
-    ROD4_INERTIA,
     CARRIED_MOMENT,  # about C of rod 4 and of the slider as a point, of first and second order
     CARRIED_INERTIA,
     SLIDER_MASS,
@@ -38,14 +36,14 @@ CRANK, ROD2, ROCKER, ROD4, SLIDER = range(5)
     SLIDER_BRANCH,
     CRANK_ANGLE,
     CRANK_SPEED,
-) = range(25)
+) = range(23)
 
 # Crank positions tried in one cycle: 0.1 degrees apart, where the linkage hardly changes
 _POSITIONS = 3600
 
 
 def linkage_array(mechanism: Mechanism) -> NDArray[np.float64]:
-    """Collect the constants above, shape (25,)."""
+    """Collect the constants above, shape (23,)."""
     rod2, rocker, rod4, slider = mechanism.rod2, mechanism.rocker, mechanism.rod4, mechanism.slider
     carried_moment = rod4.mass * rod4.centroid + slider.mass * rod4.length
     carried_inertia = rod4.inertia + rod4.mass * rod4.centroid**2 + slider.mass * rod4.length**2
@@ -54,7 +52,7 @@ def linkage_array(mechanism: Mechanism) -> NDArray[np.float64]:
             mechanism.crank.length,
             *(rod2.length, rod2.centroid, rod2.mass, rod2.inertia),
             *(rocker.centroid, rocker.length, rocker.mass, rocker.inertia),
-            *(rod4.length, rod4.centroid, rod4.mass, rod4.inertia, carried_moment, carried_inertia),
+            *(rod4.length, rod4.mass, carried_moment, carried_inertia),
             *(slider.mass, slider.inertia),
             *(mechanism.gravity, mechanism.guide_x, *mechanism.rocker_pivot),
             *(mechanism.rocker_branch, mechanism.slider_branch, mechanism.crank_angle, mechanism.omega),

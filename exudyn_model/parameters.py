@@ -275,9 +275,7 @@ def _require_supported(scene: Mapping[str, Any]) -> None:
         if not value > 0:
             raise ValueError(f"{key} = {value} must be positive")
     if round(cycles * samples) < 1:
-        raise ValueError(
-            f"drive.cycles = {cycles} must last for a sample at least: {samples} samples a cycle"
-        )
+        raise ValueError(f"drive.cycles = {cycles} must last at least one sample: {samples} samples a cycle")
     slow, fast = scene["friction"]["static_speed"], scene["friction"]["transition_speed"]
     if not fast > slow:
         raise ValueError(

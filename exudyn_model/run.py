@@ -66,7 +66,7 @@ class Recorder:
         self._sample_count = end
 
     def columns(self, names: tuple[str, ...]) -> dict[str, Array]:
-        """Return sampled channels by name, as far as the run came."""
+        """Return sampled channels by name, as far as the run got."""
         return {name: self._samples[self.channels.index(name), : self._sample_count].copy() for name in names}
 
     def event_table(self) -> dict[str, NDArray[Any]]:
@@ -79,7 +79,7 @@ class Run:
     """A run of any formulation."""
 
     formulation: str  # As the provenance names it
-    settings: dict[str, Any]  # Beside those of the scene
+    settings: dict[str, Any]  # In addition to those of the scene
     recorder: Recorder
     outcome: Outcome
     # Largest violation of each kind (m, rad; m/s, rad/s), and when (s); a tree has none
@@ -113,6 +113,17 @@ def state_vectors(mbs: Any) -> list[Array]:
     data = mbs.systemData
     vectors = data.GetODE2Coordinates, data.GetODE2Coordinates_t, data.GetAECoordinates
     return [view for view in (vector(copy=False) for vector in vectors) if view.size]
+
+
+def quiet_settings(duration: float) -> Any:
+    """Make ``exudyn.SimulationSettings`` of a run of ``duration`` (s) that prints and writes nothing."""
+    values = exu.SimulationSettings()
+    # No folder `solution/`, no file, no sensor: `recording` takes what it needs from memory
+    values.solution.file.write = False
+    values.solution.sensors.active = False
+    values.timeIntegration.verboseMode = 0
+    values.timeIntegration.endTime = duration
+    return values
 
 
 def solve(

@@ -32,7 +32,7 @@ TO_RATE = 3
 
 # Last axis of the extrema
 _PARTS = ("min", "time_of_min", "max", "time_of_max")
-MIN, TIME_OF_MIN, MAX, TIME_OF_MAX = range(4)
+MIN, MAX = 0, 2  # Each is followed by its time
 
 # Samples of a contact's force that are kept. Later contacts have no pulse
 _NOTES = 200_000

@@ -67,11 +67,11 @@ class Extrema:
                 mine = (times >= begin) & (times < end)
                 rows, when = values[:, mine], times[mine]
             if when.size:
-                found, lowest, highest = self.values[cycle], rows.argmin(1), rows.argmax(1)
+                extrema, lowest, highest = self.values[cycle], rows.argmin(1), rows.argmax(1)
                 least, most = rows[at, lowest], rows[at, highest]
-                lower, higher = least < found[:, 0], most > found[:, 2]
-                found[lower, 0], found[lower, 1] = least[lower], when[lowest[lower]]
-                found[higher, 2], found[higher, 3] = most[higher], when[highest[higher]]
+                lower, higher = least < extrema[:, 0], most > extrema[:, 2]
+                extrema[lower, 0], extrema[lower, 1] = least[lower], when[lowest[lower]]
+                extrema[higher, 2], extrema[higher, 3] = most[higher], when[highest[higher]]
 
     def widen_channel(self, channel: int, times: Array, values: Array) -> None:
         """Take account of values of one channel at any times, both of shape (n,)."""

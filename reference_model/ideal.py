@@ -34,13 +34,13 @@ def observe_ideal(m: Mechanism, names: list[str], times: Array, cycles: int) -> 
 def _extrema(m: Mechanism, names: list[str], end: float, cycles: int) -> Extrema:
     """Return the extrema of each cycle up to `end`, s: all whole ones have those of the first."""
     period = 2.0 * np.pi / abs(m.omega)
-    found, whole = Extrema(len(names), cycles, period), int(end / period + 1e-9)
+    extrema, whole = Extrema(len(names), cycles, period), int(end / period + 1e-9)
     if whole:
-        found.values[:] = _extrema_to(m, names, period)
+        extrema.values[:] = _extrema_to(m, names, period)
     if cycles > whole:
-        found.values[whole] = _extrema_to(m, names, end - whole * period)
-    found.values[:, :, 1::2] += period * np.arange(cycles)[:, None, None]
-    return found
+        extrema.values[whole] = _extrema_to(m, names, end - whole * period)
+    extrema.values[:, :, 1::2] += period * np.arange(cycles)[:, None, None]
+    return extrema
 
 
 def _extrema_to(m: Mechanism, names: list[str], end: float) -> Array:
@@ -51,20 +51,17 @@ def _extrema_to(m: Mechanism, names: list[str], end: float) -> Array:
     """
     interval = 2.0 * np.pi / abs(m.omega) / MARKS
     times = np.append(interval * np.arange(math.ceil(end / interval - 1e-9)), end)
-    (channels, _), rows, found = (
-        _observe(m, names, times, 0.0),
-        np.arange(len(names)),
-        np.empty((len(names), 4)),
-    )
+    channels, _ = _observe(m, names, times, 0.0)
+    rows, extrema = np.arange(len(names)), np.empty((len(names), 4))
     for column, at in ((0, channels.argmin(1)), (2, channels.argmax(1))):
         middle = np.clip(at, 1, max(times.size - 3, 1))  # the last interval may be shorter
         before, value, after = (channels[rows, np.minimum(middle + by, times.size - 1)] for by in (-1, 0, 1))
         rise, curvature = (after - before) / 2.0, after - 2.0 * value + before
         inside = (middle == at) & (np.abs(rise) < np.abs(curvature))
         by = np.divide(-rise, curvature, out=np.zeros(len(names)), where=inside)
-        found[:, column] = np.where(inside, value + rise * by / 2.0, channels[rows, at])
-        found[:, column + 1] = times[at] + interval * by
-    return found
+        extrema[:, column] = np.where(inside, value + rise * by / 2.0, channels[rows, at])
+        extrema[:, column + 1] = times[at] + interval * by
+    return extrema
 
 
 def _torque(m: Mechanism, motion: Array) -> Array:
@@ -74,19 +71,17 @@ def _torque(m: Mechanism, motion: Array) -> Array:
 def _observe(m: Mechanism, names: list[str], times: Array, work: float) -> tuple[Array, float]:
     """Return the channels (names, n), and the drive's work, J; `work`: that up to the first time."""
     motion = ideal_motion(m, times)
-    found = dict(zip(MOTION + ACCELERATIONS, motion[4], strict=True))
+    channels = dict(zip(MOTION + ACCELERATIONS, motion[4], strict=True))
     if REACTIONS[0] in names:
-        found |= zip(REACTIONS, _torque(m, motion), strict=True)
+        channels |= zip(REACTIONS, _torque(m, motion), strict=True)
     if ENERGIES[0] in names:
         half = np.diff(times) / 2.0
         nodes = (times[:-1] + half)[:, None] + half[:, None] * _NODES
         power = m.omega * _torque(m, ideal_motion(m, nodes.ravel()))[_TORQUE].reshape(nodes.shape)
-        drive, none = (
-            work + np.concatenate([[0.0], np.cumsum(half * (power @ _WEIGHTS))]),
-            np.zeros(times.size),
-        )
+        drive = work + np.concatenate([[0.0], np.cumsum(half * (power @ _WEIGHTS))])
+        none = np.zeros(times.size)
         start = ideal_motion(m, np.zeros(1))
         energies = balance(m, motion, start, none, 0.0, np.stack([drive, none, none]), 0)
-        found |= zip(ENERGIES, energies, strict=True)
+        channels |= zip(ENERGIES, energies, strict=True)
         work = float(drive[-1])
-    return np.stack([found[name] for name in names]), work
+    return np.stack([channels[name] for name in names]), work

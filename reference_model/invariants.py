@@ -112,18 +112,18 @@ def check(
     # The paper's surface contact has no potential; scipy's solvers do not control the error of the works.
     if law.law != PAPER_SWITCHING and not scipy:
         bounds["energy"] = (ENERGY_BOUND * max(1.0, p.tolerance / USUAL_TOLERANCE), "1")
-    found = {}
+    invariants = {}
     for name, (bound, unit) in bounds.items():
         value, time, contact = worst.get(name, none)
         place = "" if value == 0.0 or contact < 0 or name == "energy" else CONTACT_NAMES[contact]
-        found[name] = Invariant(value, float(bound), unit, time, place)
-    found["overlap"] = _overlap(events, p.cycles * p.period, acts_on_sides(law))
+        invariants[name] = Invariant(value, float(bound), unit, time, place)
+    invariants["overlap"] = _overlap(events, p.cycles * p.period, acts_on_sides(law))
     if drift is not None:
         controlled = not scipy and min(p.alpha, p.beta) > 0.0 and max(p.alpha, p.beta) <= STIFF_GAIN
         most = DRIFT if controlled else UNCONTROLLED_DRIFT
         for part, unit, bound in (("position", "m", most), ("velocity", "m/s", most / VELOCITY_TIME)):
-            found[f"constraint-{part}"] = Invariant(drift[part], bound, unit, drift[f"{part}_time_s"])
-    return found
+            invariants[f"constraint-{part}"] = Invariant(drift[part], bound, unit, drift[f"{part}_time_s"])
+    return invariants
 
 
 def _largest(values: Array, events: Array) -> Worst:
@@ -157,9 +157,9 @@ def _overlap(events: Array, duration: float, of_sides: bool) -> Invariant:
     return Invariant(float(both[worst]), bound, "s", float(start[1:][worst]), name)
 
 
-def violation(found: dict[str, Invariant]) -> str:
+def violation(invariants: dict[str, Invariant]) -> str:
     """Return the remedy of a run in one line: what is violated, where, by how much; empty if nothing is."""
-    for name, it in found.items():
+    for name, it in invariants.items():
         if not it.value <= it.bound:
             where = f"{it.place} " if it.place else ""
             return (
@@ -169,6 +169,6 @@ def violation(found: dict[str, Invariant]) -> str:
     return ""
 
 
-def as_mapping(found: dict[str, Invariant]) -> dict[str, Any]:
+def as_mapping(invariants: dict[str, Invariant]) -> dict[str, Any]:
     """Return the invariants as the provenance holds them."""
-    return {name: it._asdict() for name, it in found.items()}
+    return {name: it._asdict() for name, it in invariants.items()}

@@ -2,11 +2,11 @@
 
 A law gives the elastic forces f_1, f_2 at the two corners of a side from their depths, and the potential U
 that they derive from (`side_force`); whether the damping of Eq. 11 applies (`is_damped`); and whether the
-corners touch each by itself, or the side as one contact (`touches_as_one`), whose force f_1 + f_2 has one
+corners touch independently, or the side as one contact (`touches_as_one`), whose force f_1 + f_2 has one
 memory of the impact speed, one damping and one friction.
 
 HERTZ_CORNERS
-    U = K d1^(n+1)/(n+1) + K d2^(n+1)/(n+1): every penetrating corner by itself (Eqs. 9-11).
+    U = K d1^(n+1)/(n+1) + K d2^(n+1)/(n+1): each penetrating corner independently (Eqs. 9-11).
 PAPER_SWITCHING
     Eqs. 7-8 literally: as soon as both corners of a side penetrate, the point forces are replaced by the
     surface force K_s (d1 + d2)/2, undamped, at the centroid of the penetrated trapezoid. At the corners that
@@ -46,7 +46,7 @@ def touches_as_one(law: Law) -> bool:
 
 
 def acts_on_sides(law: Law) -> bool:
-    """Return the same to Python."""
+    """Return `touches_as_one`, which only kernels can call, to Python."""
     return bool(touches_as_one.py_func(law))  # type: ignore[attr-defined]
 
 
@@ -78,7 +78,7 @@ def side_force(law: Law, d1: float, d2: float, both: bool) -> tuple[float, float
     d1, d2
         Depths of the corners, m; negative outside the wall.
     both
-        Whether both corners are in contact, each by itself.
+        Whether both corners are in contact, independently.
     """
     if law.law == FOUNDATION:
         if d1 > 0.0 and d2 > 0.0:

@@ -186,20 +186,20 @@ def unsettled(
     open_
         Written, shape (CONTACTS MARGINS,): which margins are not settled.
     """
-    found = False
+    any_open = False
     for k in range(CONTACTS):
         for number in range(MARGINS):
             open_[MARGINS * k + number] = False
         if contacts[0, GAP + k] == np.inf:  # a contact that the formulation does not have
             continue
         if not gap_is_settled(law, modes, k, h, contacts):
-            open_[MARGINS * k] = found = True
+            open_[MARGINS * k] = any_open = True
         if modes[MEMORY + k] > 0.0:
             scales[k] = pull_scale(law, contacts[0], k)
             for number in range(PULL, MARGINS):
                 if not speed_is_settled(law, modes, k, number, scales[k], contacts):
-                    open_[MARGINS * k + number] = found = True
-    return found
+                    open_[MARGINS * k + number] = any_open = True
+    return any_open
 
 
 @inner

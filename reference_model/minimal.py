@@ -47,8 +47,8 @@ def tip_from_crank(m: Mechanism, c1: float, s1: float) -> Tip:
 def tabulate(model: Minimal, t: float, h: float, shares: Array) -> None:
     """Write the tip at all times t + shares h (s).
 
-    The processor takes four of them at once: a quarter of what a step costs. For that the rows stand by
-    themselves, and the compiler knows no length.
+    The processor takes four of them at once: without that a run takes 11 to 14 % longer. For it each row is
+    an array of its own, and the compiler does not know their length.
     """
     m, table = model.mechanism, model.table
     cosine, sine, Cx, Cy = table[0], table[1], table[2], table[3]
@@ -84,7 +84,7 @@ def derivative(
     model: Minimal, law: Law, t: float, node: int, y: Array, modes: Array, dy: Array, contacts: Array,
     slider: Array,
 ) -> None:  # fmt: skip
-    """Write the derivatives of coordinates and rates ; see `equations.derivative`.
+    """Write the derivatives of coordinates and rates; see `equations.derivative`.
 
     The drive's power is that of the pin C on rod 4: of the bodies before it the motion is prescribed.
     """

@@ -39,7 +39,6 @@ from reference_model.recording import (
     SAMPLE,
     SLIDER_FROM,
     STATE_FROM,
-    STEP,
     TIME,
 )
 from reference_model.results import begun_cycles
@@ -88,7 +87,7 @@ class Observation:
     """
 
     def __init__(self, model: Model, p: Parameters, names: list[str], run: Run, samples: int) -> None:
-        self._model, self._p, self._m, self._law = model, p, p.mechanism, p.law
+        self._model, self._m, self._law = model, p.mechanism, p.law
         self._names, self._run = names, run
         self.samples = np.zeros((len(names), samples))
         """(names, n)."""
@@ -115,15 +114,15 @@ class Observation:
         self._widen_parts(accelerations)
         purpose, times = rows[PURPOSE].astype(np.int64), rows[TIME] + rows[CYCLE]
         values = self._channels(rows)
-        # The run's end is a sample by itself, also where rounding has the last one just before it.
+        # The run's end is a sample of its own, also where rounding puts the last one just before it.
         kept = values[:, (purpose & SAMPLE) > 0][:, : self.samples.shape[1] - self.sampled]
         self.samples[:, self.sampled : self.sampled + kept.shape[1]] = kept
         self.sampled += kept.shape[1]
         self._widen(purpose, times, values)
-        noted = (purpose & (STEP | EXTREMUM)) > 0
+        noted = (purpose & EXTREMUM) > 0
         for k in range(CONTACTS):
             closed = noted & ((purpose & (CLOSED << k)) > 0)
-            if closed.any() and self._noted[k] < _NOTES:
+            if self._noted[k] < _NOTES and closed.any():
                 force = rows[CONTACTS_FROM + NORMAL + k, closed]
                 if acts_on_sides(self._law) and k != JOURNAL:
                     force = force + rows[CONTACTS_FROM + NORMAL + (k + 2) % 4, closed]
@@ -148,10 +147,12 @@ class Observation:
             mine = np.flatnonzero(numbers == k)
             if self._forces[k] and mine.size:
                 t, f = np.concatenate(self._forces[k], axis=1)
-                at = np.searchsorted(events["start"][mine], t, side="left") - 1
-                row.append(mine[np.maximum(at, 0)])
-                time.append(t)
-                force.append(f)
+                at = np.maximum(np.searchsorted(events["start"][mine], t, side="left") - 1, 0)
+                # The contact at which the room for notes ended has only a part of its forces.
+                whole = at < at[-1] if self._noted[k] >= _NOTES else np.ones(at.shape, np.bool_)
+                row.append(mine[at[whole]])
+                time.append(t[whole])
+                force.append(f[whole])
         if not row:
             return {"row": np.empty(0, dtype=np.int64), "time": np.empty(0), "force": np.empty(0)}
         rows, times, forces = (np.concatenate(part) for part in (row, time, force))
@@ -164,8 +165,8 @@ class Observation:
         """Return what no correct run can show: the largest value, when (s), of which contact (-1: none)."""
         names = {"open-depth": OPEN_DEPTH, "force": FORCE, "pull": PULL, "driving-friction": DRIVING}
         rows = self._run.worst.tolist()
-        found = {name: (rows[i][0], rows[i][1], int(rows[i][2])) for name, i in names.items()}
-        return found | {"energy": self._imbalance}
+        worst = {name: (rows[i][0], rows[i][1], int(rows[i][2])) for name, i in names.items()}
+        return worst | {"energy": self._imbalance}
 
     def _bodies(self, times: Array, y: Array, dy: Array | None = None) -> Array:
         return all_bodies(self._model, self._m, times, y, np.zeros_like(y) if dy is None else dy)
@@ -176,29 +177,24 @@ class Observation:
 
     def _channels(self, rows: Array) -> Array:
         """Return the wanted channels, shape (names, n)."""
-        names, found = (
-            set(self._names),
-            dict(zip(MOTION + ACCELERATIONS, rows[SLIDER_FROM : SLIDER_FROM + 9], strict=True)),
-        )
+        names = set(self._names)
+        channels = dict(zip(MOTION + ACCELERATIONS, rows[SLIDER_FROM : SLIDER_FROM + 9], strict=True))
         contacts = rows[CONTACTS_FROM:STATE_FROM]
         if CORNER_CHANNELS[0] in names:
             for k in range(JOURNAL):
                 what = contacts[GAP + k], np.maximum(contacts[NORMAL + k], 0.0), contacts[FRICTION + k]
-                found |= zip(CORNER_CHANNELS[3 * k : 3 * k + 3], what, strict=True)
+                channels |= zip(CORNER_CHANNELS[3 * k : 3 * k + 3], what, strict=True)
         if needs_bodies(self._names):
             y, dy = np.split(rows[STATE_FROM:], 2)
             bodies = self._bodies(rows[TIME], y, dy)
             if JOURNAL_CHANNELS[0] in names:
-                found |= zip(JOURNAL_CHANNELS, journal_centre(self._m, bodies), strict=True)
+                channels |= zip(JOURNAL_CHANNELS, journal_centre(self._m, bodies), strict=True)
             if REACTIONS[0] in names:
-                found |= zip(REACTIONS, self._reactions(bodies, contacts), strict=True)
+                channels |= zip(REACTIONS, self._reactions(bodies, contacts), strict=True)
             if ENERGIES[0] in names:
-                found |= zip(
-                    ENERGIES,
-                    self._energies(bodies, contacts[STORED : STORED + CONTACTS], y[-WORKS:]),
-                    strict=True,
-                )
-        return np.stack([found[name] for name in self._names])
+                energies = self._energies(bodies, contacts[STORED : STORED + CONTACTS], y[-WORKS:])
+                channels |= zip(ENERGIES, energies, strict=True)
+        return np.stack([channels[name] for name in self._names])
 
     def _reactions(self, bodies: Array, contacts: Array) -> Array:
         model, journal, ideal = self._model, None, False
@@ -254,8 +250,8 @@ class Observation:
             self._imbalance = share, float(t[0] + self._run.clock[3]), -1
 
     def _note_drift(self, model: Linkage, drifted: dict[str, float], rows: Array, times: Array) -> None:
-        found = np.empty((2, times.size))
-        drift(model, rows[TIME], np.split(rows[STATE_FROM:], 2)[0][:-TAIL], found)
-        for row, name in zip(found, ("position", "velocity"), strict=True):
+        violations = np.empty((2, times.size))
+        drift(model, rows[TIME], np.split(rows[STATE_FROM:], 2)[0][:-TAIL], violations)
+        for row, name in zip(violations, ("position", "velocity"), strict=True):
             if row.max() > drifted[name]:
                 drifted[name], drifted[f"{name}_time_s"] = float(row.max()), float(times[row.argmax()])

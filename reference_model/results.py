@@ -23,7 +23,8 @@ class Result:
     events: dict[str, NDArray[Any]]
     """One row a contact, ascending in start: "corner" and EVENT_COLUMNS (s, s, m/s, N s, N, m)."""
     pulses: dict[str, NDArray[Any]]
-    """Normal forces of the contacts at the ends of steps: "row" in the events, "time" (s), "force" (N)."""
+    """Normal forces of the contacts at the ends of steps, at marks and at peaks: "row" in the events, "time"
+    (s), "force" (N)."""
     extrema: dict[str, dict[str, float]]
     """Channel -> min, time_of_min, max, time_of_max over all integration steps, whatever the samples."""
     cycle_extrema: dict[str, Array]

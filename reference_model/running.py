@@ -88,9 +88,8 @@ def formulation(p: Parameters) -> tuple[Model, str]:
         model = press(p.mechanism, ideal_slider=p.ideal_slider, baumgarte=(p.alpha, p.beta))
         return model, f"multiplier (15 coordinates, {model.rows} multipliers)"
     if p.ideal_pin:
-        return Minimal(
-            p.mechanism, np.empty((TIP_ROWS, int(POINT)))
-        ), "minimal: rod 4 and slider (2 coordinates)"
+        table = np.empty((TIP_ROWS, int(POINT)))
+        return Minimal(p.mechanism, table), "minimal: rod 4 and slider (2 coordinates)"
     if p.ideal_slider:
         return Chain(p.mechanism, True), "minimal: rod 2 and rocker (2 coordinates)"
     return Chain(p.mechanism, False), "minimal: rod 2, rocker, rod 4 and slider (4 coordinates)"
@@ -148,11 +147,8 @@ class Compiled:
         self._p, self._model, self._state, self._work, self._t_end = p, model, state, work, t_end
         self._largest = p.period * LARGEST_STEP_PER_CYCLE
         self.settings = {"tolerance": p.tolerance, "largest_step_s": self._largest}
-        self._room, self._in_cycle = (
-            _room(p),
-            int(np.searchsorted(state.instants[0], p.period * (1.0 - 1e-9))),
-        )
-        self._limit = limit
+        self._room, self._limit = _room(p), limit
+        self._in_cycle = int(np.searchsorted(state.instants[0], p.period * (1.0 - 1e-9)))
 
     def advance(self, t_stop: float) -> int:
         """Integrate until `t_stop` (s) is passed."""
@@ -185,10 +181,7 @@ class Compiled:
 
 def _room(p: Parameters) -> int:
     """Return how many rows one step may need: samples and marks in it, its parts and peaks."""
-    return (
-        math.ceil(LARGEST_STEP_PER_CYCLE * min(p.samples_per_cycle, p.samples_per_cycle * p.cycles * 50.0))
-        + 100
-    )
+    return math.ceil(p.samples_per_cycle * min(LARGEST_STEP_PER_CYCLE, p.cycles)) + 100
 
 
 def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, limit: int) -> Result:
@@ -232,7 +225,7 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
         largest = p.period * LARGEST_STEP_PER_CYCLE
         integrator = ScipySolver(p, model, state, times, largest, limit, drain, report)
     else:
-        integrator = Compiled(p, model, state, work, float(times[-1]), limit)
+        integrator = Compiled(p, model, state, work, t_end, limit)
     in_cycle = 1 if progress is None else min(10, math.ceil(50.0 / p.cycles))
     code = _advance_to_end(p.period / in_cycle, integrator, state, drain, t_end, report)
     events.append(_not_ended(state, acts_on_sides(p.law)))
@@ -256,10 +249,10 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     }
     if observation.drift is not None:
         provenance["constraints"] = observation.drift
-    found = check(p, observation.worst(), rows, observation.drift)
-    provenance["invariants"] = as_mapping(found)
+    invariants = check(p, observation.worst(), rows, observation.drift)
+    provenance["invariants"] = as_mapping(invariants)
     status, remedy = ending(code, p)
-    if status == "success" and (broken := violation(found)):
+    if status == "success" and (broken := violation(invariants)):
         status, remedy = VIOLATED, broken
     pulses = observation.pulses(table, numbers)
     return replace(result, pulses=pulses, provenance=provenance, status=status, remedy=remedy)

@@ -243,7 +243,7 @@ class ScipySolver:
             return dy
 
         def left(t: float, y: Array) -> float:
-            """Look at the end of a step, of which it is told first; its zero is the step too many."""
+            """Note the end of each step, evaluated first by solve_ivp; zero at the step beyond the limit."""
             nonlocal steps, limit, latest
             if t > latest:  # not where the zero is searched for
                 kept = {latest: ends[latest], t: self._all_margins(t, y).copy()}
@@ -255,7 +255,7 @@ class ScipySolver:
                 self._report(float(t))
             return 1.0 if t < limit else -1.0
 
-        def of(place: int) -> Callable[[float, Array], float]:
+        def margin_at(place: int) -> Callable[[float, Array], float]:
             def value(t: float, y: Array) -> float:
                 margins = ends[t] if t in ends else self._all_margins(t, y)
                 return float(margins[place])
@@ -272,7 +272,7 @@ class ScipySolver:
             options["first_step"] = min(self._first_step, self._t_end - t)
         return solve_ivp(  # type: ignore[call-overload]
             derivative, (t, self._t_end), run.nodes.y[0].copy(), self._method, dense_output=True, rtol=RTOL,
-            atol=self._atol, max_step=self._largest, events=[left, *map(of, self._places)], **options,
+            atol=self._atol, max_step=self._largest, events=[left, *map(margin_at, self._places)], **options,
         )  # fmt: skip
 
     def _record(self, solution: Any) -> None:
@@ -302,7 +302,8 @@ class ScipySolver:
         """Return when force or depth of a closed contact is largest in a solution, s."""
         peaks = []
 
-        def of(t: float, k: int, row: int) -> float:
+        def depth_or_force(t: float, k: int, row: int) -> float:
+            """Return the gap (m) or the force (N) with its sign changed: least at the peak."""
             contacts = self._evaluate(t, solution.sol(t))
             side = acts_on_sides(self._p.law) and k != JOURNAL
             force = contacts[NORMAL + k] + (contacts[NORMAL + (k + 2) % 4] if side else 0.0)
@@ -310,12 +311,13 @@ class ScipySolver:
 
         for k in np.flatnonzero(self._run.modes[MEMORY : MEMORY + CONTACTS] > 0.0).tolist():
             for row in (NORMAL, GAP):
-                values = [of(t, k, row) for t in solution.t]
+                values = [depth_or_force(t, k, row) for t in solution.t]
                 best = int(np.argmin(values))
                 lo, hi = solution.t[max(best - 1, 0)], solution.t[min(best + 1, solution.t.size - 1)]
-                found = minimize_scalar(
-                    of, bounds=(lo, hi), args=(k, row), method="bounded", options={"xatol": 1e-5 * (hi - lo)}
-                )
-                if found.fun < values[best]:
-                    peaks.append(float(found.x))
+                peak = minimize_scalar(
+                    depth_or_force, bounds=(lo, hi), args=(k, row), method="bounded",
+                    options={"xatol": 1e-5 * (hi - lo)},
+                )  # fmt: skip
+                if peak.fun < values[best]:
+                    peaks.append(float(peak.x))
         return np.array(peaks)

@@ -1,9 +1,9 @@
 """Cosine and sine in the caller's code.
 
-A quarter of a run was calls of the C library's, each of which empties the processor's vector registers too.
-Here the polynomials of fdlibm (`k_sin.c`, `k_cos.c`) follow a reduction by multiples of pi/2 in two parts,
-the first of 33 bits: its multiples are exact. Up to angles of `LARGEST` both are within one unit in the last
-place of 1, and the same with every C library.
+With the C library's, each call of which empties the processor's vector registers, a run takes 11 to 17 %
+longer. Here the polynomials of fdlibm (`k_sin.c`, `k_cos.c`) follow a reduction by multiples of pi/2 in two
+parts, the first of 33 bits: its multiples are exact. Up to angles of `LARGEST` both are within one unit in
+the last place of 1, and the same with every C library.
 """
 
 from reference_model.compiled import inlined

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from comparison.agreement.cross_check import Validation
 
 POINTS = 20
-"""Points of a drawn pulse at least; between fewer noted ones, the peak among them, a spline is drawn."""
+"""Points of a drawn pulse at least; fewer noted ones are joined by a monotone spline."""
 _NOTED = 5
+"""Points that a model must have noted of a contact, its peak among them."""
 PEAK = 0.01
 """Relative distance of a drawn pulse's peak from that of the event table at most."""
 

@@ -126,7 +126,6 @@ def sweep(
         base = load_scene(scene, parse_set(overrides or []))
         folder = check_folder(out or REPORTS / f"sweep-{base.name}")
         spread = on_processes(jobs or cpus()) if scheduler is None else on_cluster(scheduler)
-        folder.mkdir(parents=True, exist_ok=True)
         with progress(f"sweep of {base.name}", quiet=quiet) as report:
             path, failed = run_sweep(base, chosen, models, output or USUAL, folder, spread, report)
     except SweepError as error:

@@ -56,10 +56,10 @@ def explain(error: ValidationError) -> str:
         return f"{key} is not a known key{_suggestion(steps)}"
     text = _RULES[kind].format(**context) if kind in _RULES else " ".join(first["msg"].split())
     number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f"{key} = {_short(value)}{f' {unit}' if unit and number else ''} {text}"
+    return f"{key} = {short(value)}{f' {unit}' if unit and number else ''} {text}"
 
 
-def _short(value: object) -> str:
+def short(value: object) -> str:
     """Return a value as it was given, the middle left out where it is long."""
     try:
         text = repr(value)

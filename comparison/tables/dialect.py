@@ -78,7 +78,7 @@ class Source:
     nameless
         Whether the first column has no name and must be the time.
     degrees
-        "yes" or "no" where the file says whether its angles are in degrees; else empty.
+        Whether its angles are in degrees, where the file says so; else None.
     plain
         Whether it is in the layout of this project's tables: one line of names with ``time``, commas.
     events, extrema, record
@@ -89,7 +89,7 @@ class Source:
     columns: list[Column]
     others: list[str] = field(default_factory=list)
     nameless: bool = False
-    degrees: str = ""
+    degrees: bool | None = None
     plain: bool = False
     events: pd.DataFrame | None = None
     extrema: dict[str, Any] = field(default_factory=dict)
@@ -133,7 +133,7 @@ def parse_text(
     path, text
         The file, and what it holds, with line feeds.
     separators
-        That are tried, in this order.
+        Separators to try, in this order.
     decimal
         Sign; None: as the numbers show.
 
@@ -171,7 +171,7 @@ def parse_text(
         path,
         columns,
         nameless=[made.name for made in columns[:1]] == [position(0)] and not any(map(is_time, names)),
-        degrees=degrees[1].lower() if degrees else "",
+        degrees=None if degrees is None else degrees[1].lower() == "yes",
         plain="time" in names and above == [",".join(names)],
     )
 
@@ -367,7 +367,9 @@ def _frame(body: str, first: int, separator: str, decimal: str, count: int) -> p
     except (ValueError, pd.errors.ParserWarning) as error:
         for n, line in enumerate(body.split("\n"), first):
             if len(fields := split(line, separator)) > count:
-                raise TableError(f"line {n} holds {len(fields)} fields, but line {first} {count}") from None
+                raise TableError(
+                    f"line {n} holds {len(fields)} fields, but line {first} holds {count}"
+                ) from None
         raise TableError(f"cannot be read: {' '.join(str(error).split())}") from error
     if separator == SPACES and (short := np.flatnonzero(frame[count - 1].isna())).size:
         raise TableError(f"data row {short[0] + 1} holds fewer than {count} fields")

@@ -57,12 +57,12 @@ def read_tables(
     paths
         Files of any kind that `comparison.tables.formats` knows.
     sides
-        Of each, which rules hold: "a" or "b".
+        Side of each file, "a" or "b", whose rules hold.
     mapping
         Assigns columns to channels. Without one they have the name of a channel, or the same in all tables.
     at_events
-        Of rows of one time, which are compared (`AT_EVENTS`): of "both" the last one is at the next larger
-        number. None: there must be none.
+        Which of several rows at one time are compared (`AT_EVENTS`); with "both" the last one is moved to the
+        next larger double. None: there must be none.
 
     Returns
     -------
@@ -107,10 +107,10 @@ def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Ma
             close = difflib.get_close_matches(name, shown, n=1)
             columns = f"columns: {', '.join(sorted(set(shown)))}"
             meant = f"did you mean {close[0]!r}?" if close else columns
-            raise TableError(f"mapping: column {name!r} is not in {where}; {meant}")
+            raise TableError(f"{mapping.file}: column {name!r} is not in {where}; {meant}")
     for name in mapping.compare or ():
         if name not in {*channels(), *mapping.channels, *every}:
-            raise TableError(f"mapping: compare: {name!r} is not a channel")
+            raise TableError(f"{mapping.file}: compare: {name!r} is not a channel")
 
 
 def _assign(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping) -> list[_Assigned]:
@@ -204,10 +204,10 @@ def _prescribed(record: Pairs[str, Any] | None, time: Array) -> list[Column]:
 
 def _definitions(assigned: Sequence[_Assigned], mapping: Mapping) -> dict[str, Channel]:
     """Return the channels of these tables that are not the press's, or have a scale of their own."""
-    degrees = {one.source.degrees: one.source.path.name for one in assigned if one.source.degrees}
+    degrees = {one.source.degrees: one.source.path.name for one in assigned if one.source.degrees is not None}
     if len(degrees) > 1:
         raise TableError(
-            f"{degrees['yes']} is inDegrees=yes and {degrees['no']} inDegrees=no: export both alike"
+            f"{degrees[True]} is inDegrees=yes and {degrees[False]} inDegrees=no: export both the same way"
         )
     defined = {}
     for name in dict.fromkeys(name for one in assigned for name in one.columns if name != TIME):
@@ -218,10 +218,10 @@ def _definitions(assigned: Sequence[_Assigned], mapping: Mapping) -> dict[str, C
                 for one in assigned
                 if name in one.columns
             ]
-            defined[name] = own_channel(name, quantity, stated)
+            defined[name] = own_channel(name, quantity, stated, mapping.file)
         elif quantity.scale is not None:
             defined[name] = replace(channels()[name], given=quantity.scale)
-    check_rates(defined.values())
+    check_rates(defined.values(), mapping.file)
     return defined
 
 

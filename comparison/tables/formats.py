@@ -33,9 +33,9 @@ except ImportError:  # Windows
     resource = None  # type: ignore[assignment]
 
 _HEAD = 1024  # bytes in which text has no zero byte
-_MATLAB = (b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")
-_NO_TEXT = {
-    b"\xd0\xcf\x11\xe0": "is a workbook of Excel before 2007: save its sheet as .csv or .xlsx",
+_REFUSED = {
+    b"MATLAB 7.3 MAT-file": "is of MATLAB's version 7.3 (HDF5): save it with the option -v7",
+    b"\xd0\xcf\x11\xe0": "is a workbook of Excel before 2007, or one with a password: save its sheet as .csv",
     b"\x89HDF": "is an HDF5 file: export its columns as CSV, with their names in the first line",
 }
 _EXPORT = "save its sheet as CSV"
@@ -53,6 +53,8 @@ def open_source(path: Path) -> Source:
         One line: file and rule, of a kind that is not read with what to do instead.
     """
     head = _head(path)
+    if rule := next((rule for start, rule in _REFUSED.items() if head.startswith(start)), ""):
+        raise TableError(f"{path}: {rule}")
     is_parquet = head.startswith(b"PAR1")
     if is_parquet:
         frame = read_frame(path, parquet=True)
@@ -60,7 +62,8 @@ def open_source(path: Path) -> Source:
         source = Source(path, columns, plain="time" in frame)
     else:
         try:
-            if head.startswith(_MATLAB) or path.suffix.lower() == ".mat":
+            # Version 4 has no signature, but zero bytes; Octave writes text to .mat as well.
+            if head.startswith(b"MATLAB 5.0 MAT-file") or (path.suffix.lower() == ".mat" and b"\0" in head):
                 source = Source(path, *_vectors_of(path))
             elif head.startswith(b"PK\x03\x04"):
                 source = parse_text(path, _sheet(path), ("\t",), ".")
@@ -86,9 +89,6 @@ def _head(path: Path) -> bytes:
 
 def _text(path: Path) -> str:
     content = path.read_bytes()
-    for start, rule in _NO_TEXT.items():
-        if content.startswith(start):
-            raise TableError(rule)
     if b"\0" in content[:_HEAD] and not content.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise TableError("is a binary file: let the program write text or CSV (of OpenFAST OutFileFmt = 1)")
     return decoded(content)
@@ -169,9 +169,7 @@ def _vectors_of(path: Path) -> tuple[list[Column], list[str]]:
         raise TableError(f"cannot be read within {_LONGEST:g} s") from error
     if done.returncode != 0:
         raise TableError("is not a readable .mat file")
-    names, others, refused, *vectors = np.load(io.BytesIO(done.stdout), allow_pickle=False).values()
-    if refused:
-        raise TableError(str(refused))
+    names, others, *vectors = np.load(io.BytesIO(done.stdout), allow_pickle=False).values()
     if other := next((n for n, vector in enumerate(vectors) if vector.size != vectors[0].size), None):
         raise TableError(
             f"{names[0]} holds {vectors[0].size} numbers and {names[other]} {vectors[other].size}"
@@ -242,20 +240,11 @@ def main() -> None:
         _, hard = resource.getrlimit(resource.RLIMIT_AS)
         most = _MEMORY if hard == resource.RLIM_INFINITY else min(_MEMORY, hard)
         resource.setrlimit(resource.RLIMIT_AS, (most, hard))
-    content: dict[str, Any] = {}
-    refused = ""
-    try:
-        content = loadmat(sys.argv[1], appendmat=False, squeeze_me=True)
-        if "Aclass" in content:  # the lines of names need their full width
-            content = _trajectory(loadmat(sys.argv[1], appendmat=False))
-    except OSError as error:
-        if error.strerror is None:  # scipy's, for a truncated file
-            raise
-        refused = error.strerror
-    except NotImplementedError:
-        refused = "is of MATLAB's version 7.3 (HDF5): save it with the option -v7"
+    content = loadmat(sys.argv[1], appendmat=False, squeeze_me=True)
+    if "Aclass" in content:  # the lines of names need their full width
+        content = _trajectory(loadmat(sys.argv[1], appendmat=False))
     vectors, others = _vectors(content)
-    texts = (np.array(list(vectors), dtype=str), np.array(others, dtype=str), np.array(refused))
+    texts = (np.array(list(vectors), dtype=str), np.array(others, dtype=str))
     packed = io.BytesIO()
     np.savez(packed, *texts, *vectors.values())
     sys.stdout.buffer.write(packed.getvalue())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from collections.abc import Iterable, Sequence
 from collections.abc import Mapping as Pairs
@@ -10,9 +11,10 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from pydantic import Field, ValidationError
+from pydantic import Field, PrivateAttr, ValidationError
 
 from comparison.files import contents
+from comparison.scene.error_messages import short
 from comparison.scene.fields import Positive, Real, Section, Sign
 from comparison.tables.arrays import Array
 from comparison.tables.channels import Channel, channels
@@ -31,6 +33,7 @@ _RULES = {
     "float_type": "must be a number",
     "finite_number": "must be finite",
     "literal_error": "must be 1 or -1",
+    "int_parsing_size": "must be 1 or -1",
     "list_type": "must be a list of channels",
     "too_short": "must name at least one channel",
     "dict_type": "must be a section",
@@ -88,6 +91,13 @@ class Mapping(Section):
     a: dict[str, Rule] = Field(default={})
     b: dict[str, Rule] = Field(default={})
 
+    _file: str = PrivateAttr("mapping")
+
+    @property
+    def file(self) -> str:
+        """Its file, for messages; "mapping" of one that was made in Python."""
+        return self._file
+
     def only(self, side: str) -> Pairs[str, Rule]:
         """Return the rules for this one of the tables, "a" or "b", alone."""
         return self.a if side == "a" else self.b
@@ -104,12 +114,13 @@ def load_mapping(path: Path) -> Mapping:
     try:
         mapping = Mapping.model_validate(tomllib.loads(contents(path)))
         _check(mapping)
+        mapping._file = str(path)
     except OSError as error:
         raise TableError(f"{path}: {error.strerror or error}") from error
     except ValidationError as error:  # before its base class ValueError
         first = error.errors()[0]
-        key = ".".join(str(step) for step in first["loc"])
-        value = "" if first["type"] in {"missing", "extra_forbidden"} else f" = {first['input']!r}"
+        key = ".".join(_key(step) for step in first["loc"])
+        value = "" if first["type"] in {"missing", "extra_forbidden"} else f" = {short(first['input'])}"
         raise TableError(f"{path}: {key}{value} {_RULES.get(first['type'], first['msg'])}") from error
     except TableError as error:  # as well
         raise TableError(f"{path}: {error}") from None
@@ -120,8 +131,13 @@ def load_mapping(path: Path) -> Mapping:
     return mapping
 
 
+def _key(step: str | int) -> str:
+    """Return a step of a key as TOML has it, quoted if it must be."""
+    return str(step) if re.fullmatch(r"[A-Za-z0-9_-]+", str(step)) else repr(step)
+
+
 def _check(mapping: Mapping) -> None:
-    """Reject what cannot be meant."""
+    """Reject rules that contradict each other or name unknown channels or units."""
     every = {*channels(), *mapping.channels}
     for name, quantity in mapping.channels.items():
         where = f"channels.{name!r}"
@@ -134,14 +150,14 @@ def _check(mapping: Mapping) -> None:
         _check_conversion(where, quantity, "columns")
         if quantity.rate is not None and (quantity.rate == name or quantity.rate not in every):
             raise TableError(
-                f"{where}: rate = {quantity.rate!r} is no other channel, nor defined by [channels]"
+                f"{where}: rate = {quantity.rate!r} is not another channel of the press or of [channels]"
             )
     for part, rules in (("columns", mapping.columns), ("a", mapping.a), ("b", mapping.b)):
         for column, rule in rules.items():
             where = f"{part}.{column!r}"
             if rule.channel not in {TIME, *every}:
                 raise TableError(
-                    f"{where}: channel = {rule.channel!r} is not a channel, nor defined by [channels]"
+                    f"{where}: channel = {rule.channel!r} is not a channel of the press or of [channels]"
                 )
             _check_conversion(where, rule, "column")
     if not any((mapping.columns, mapping.a, mapping.b, mapping.compare, mapping.channels)):
@@ -164,7 +180,7 @@ class Stated(NamedTuple):
     values: Array
 
 
-def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated]) -> Channel:
+def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated], file: str = "mapping") -> Channel:
     """Return the definition of a channel that is not the press's.
 
     Its unit is the given one, else the tables': of two that differ but measure the same the first table's.
@@ -179,7 +195,7 @@ def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated]) -> Chan
     if quantity.angle:
         known = parse(unit)
         if known is None or not same_dimension(known, parse("rad")):
-            raise TableError(f"mapping: channels.{name!r}: angle = true, but its unit {unit!r} is no angle")
+            raise TableError(f"{file}: channels.{name!r}: angle = true, but its unit {unit!r} is no angle")
         turn /= float(known.factor)
     finite = (np.abs(each.values[np.isfinite(each.values)]) for each in stated)
     largest = max((float(sizes.max(initial=0.0)) for sizes in finite), default=0.0)
@@ -199,7 +215,7 @@ def own_channel(name: str, quantity: Quantity, stated: Sequence[Stated]) -> Chan
     )
 
 
-def check_rates(defined: Iterable[Channel]) -> None:
+def check_rates(defined: Iterable[Channel], file: str) -> None:
     """Reject a rate whose unit is not that of its channel per second: a cubic through both would be wrong.
 
     Raises
@@ -216,7 +232,7 @@ def check_rates(defined: Iterable[Channel]) -> None:
             continue
         if of_rate.times(second) != unit:
             raise TableError(
-                f"mapping: channels.{channel.name!r}: rate = {rate.name!r} is in {rate.unit}, "
+                f"{file}: channels.{channel.name!r}: rate = {rate.name!r} is in {rate.unit}, "
                 f"which is not {channel.unit} per second"
             )
 

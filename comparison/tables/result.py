@@ -1,4 +1,4 @@
-"""What a model returns, and whether its parts are that: one line says which is not.
+"""The result of a model, and checks of its parts; each fault is one line.
 
 Pulses are the normal forces of the contacts in time, columns ``row`` (in the events), ``time`` (s) and
 ``force`` (N), sorted by row and time; of a contact with many samples a table keeps the envelope.
@@ -6,14 +6,13 @@ Pulses are the normal forces of the contacts in time, columns ``row`` (in the ev
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.files import plain
+from comparison.files import json_text
 
 Columns = dict[str, NDArray[Any]]
 
@@ -65,9 +64,10 @@ def check_result(result: Result) -> None:
             raise TypeError(f"result: {name} must be a dict or None, not {type(part).__name__}")
         if part:
             check(part)
+    record = {**result.provenance, "extrema": result.extrema}
     try:
-        check_record({**result.provenance, "extrema": result.extrema})
-        json.dumps(plain({"extrema": result.extrema, "provenance": result.provenance}))
+        check_record(record)
+        json_text(record)
     except (TypeError, ValueError) as error:
         raise ValueError(f"extrema or provenance: {error}") from error
 
@@ -80,11 +80,7 @@ def check_cycle_extrema(columns: Mapping[str, Any]) -> None:
     ValueError
         What is wrong with which.
     """
-    for name, column in columns.items():
-        if not isinstance(column, np.ndarray) or column.ndim != 1 or column.dtype.kind != "f":
-            raise ValueError(f"cycle_extrema: {name} must be an array of real numbers, shape (cycles,)")
-    if len({column.size for column in columns.values()}) > 1:
-        raise ValueError("cycle_extrema: columns differ in length")
+    _check_columns("cycle_extrema", columns, dict.fromkeys(columns, "f"))
 
 
 def check_pulses(pulses: Mapping[str, Any]) -> None:
@@ -95,19 +91,23 @@ def check_pulses(pulses: Mapping[str, Any]) -> None:
     ValueError
         What is wrong with which.
     """
-    for name, types in _PULSES.items():
-        column = pulses.get(name)
-        if not isinstance(column, np.ndarray) or column.ndim != 1 or column.dtype.kind not in types:
-            what = "integers" if name == "row" else "real numbers"
-            raise ValueError(f"pulses: {name} must be an array of {what}, shape (n,)")
-    if len({pulses[name].size for name in _PULSES}) > 1:
-        raise ValueError("pulses: row, time and force differ in length")
+    _check_columns("pulses", pulses, _PULSES)
     for name in ("time", "force"):
         if (bad := np.flatnonzero(~np.isfinite(pulses[name]))).size:
             raise ValueError(f"pulses: {name} is {pulses[name][bad[0]]} in sample {bad[0] + 1}")
     step = np.diff(pulses["row"].astype(np.int64))
     if (bad := np.flatnonzero((step < 0) | ((step == 0) & (np.diff(pulses["time"]) <= 0.0)))).size:
         raise ValueError(f"pulses: not sorted by row and time at sample {bad[0] + 2}")
+
+
+def _check_columns(part: str, columns: Mapping[str, Any], kinds: Mapping[str, str]) -> None:
+    for name, kind in kinds.items():
+        column = columns.get(name)
+        if not isinstance(column, np.ndarray) or column.ndim != 1 or column.dtype.kind not in kind:
+            what = "real numbers" if kind == "f" else "integers"
+            raise ValueError(f"{part}: {name} must be an array of {what}, shape (n,)")
+    if len({columns[name].size for name in kinds}) > 1:
+        raise ValueError(f"{part}: columns differ in length")
 
 
 def thinned(pulses: Mapping[str, NDArray[Any]]) -> Columns:
@@ -117,8 +117,6 @@ def thinned(pulses: Mapping[str, NDArray[Any]]) -> Columns:
     first samples as well: there its impact is.
     """
     row, force = pulses["row"].astype(np.int64), pulses["force"].astype(np.float64)
-    if not row.size:
-        return {name: pulses[name] for name in _PULSES}
     begun = np.flatnonzero(np.diff(row, prepend=row[0] - 1))
     counts = np.diff(begun, append=row.size)
     parts = np.where(counts <= _KEPT, counts, np.where(counts < _LONG, _KEPT // 2, 3 * _KEPT))

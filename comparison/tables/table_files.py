@@ -44,7 +44,7 @@ def read(path: str | Path) -> Table:
         raise TableError(f"{path}: channel time is missing")
     frame.insert(0, "time", frame.pop("time"))
     beside = _beside(path)
-    pulses, by_cycle = _columns(beside["pulses"], "row"), _columns(beside["cycle_extrema"])
+    pulses, by_cycle = _columns(beside["pulses"], ("row",)), _columns(beside["cycle_extrema"])
     return Table(frame, read_events(path), extrema, record, pulses=pulses, cycle_extrema=by_cycle)
 
 
@@ -158,13 +158,13 @@ def _beside(path: Path) -> dict[str, Path]:
     return {name: path.with_name(f"{path.stem}.{end}") for name, end in ends.items()}
 
 
-def _columns(path: Path, *whole: str) -> Columns | None:
-    """Read columns of real numbers, but for some of integers; None where there is no file."""
+def _columns(path: Path, integers: tuple[str, ...] = ()) -> Columns | None:
+    """Read columns of real numbers, but for those of integers; None where there is no file."""
     if not path.is_file():
         return None
     frame = read_frame(path)
     # A force of whole numbers is no column of integers.
-    real = [name for name in frame if name not in whole and frame[name].dtype.kind in "iu"]
+    real = [name for name in frame if name not in integers and frame[name].dtype.kind in "iu"]
     return {str(name): column.to_numpy() for name, column in frame.astype(dict.fromkeys(real, float)).items()}
 
 
@@ -208,7 +208,7 @@ def _read_parquet(path: Path) -> pd.DataFrame:
 
 
 def _texts(path: Path) -> list[str]:
-    """Return the columns of text, of which a small file may repeat a long one: they are read as a dictionary.
+    """Return the columns of text. They are read as dictionaries: a small file may repeat one long text often.
 
     Raises
     ------

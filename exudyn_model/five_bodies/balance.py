@@ -89,8 +89,8 @@ def constraints(system: System, times: Array, q: Array, v: Array) -> Constraints
     return Constraints(rows, wanted, np.abs(gaps).max(axis=0), np.abs(rates).max(axis=0))
 
 
-def accelerations(system: System, found: Constraints, force: Array) -> Array:
-    """Solve M a + G^T l = f, G a = wanted for the accelerations a, shape (3 bodies, n); m/s^2, rad/s^2.
+def accelerations(system: System, found: Constraints, force: Array) -> tuple[Array, Array]:
+    """Solve M a + G^T l = f, G a = wanted for a, shape (3 bodies, n); m/s^2, rad/s^2; and l, shape (rows, n).
 
     By Cholesky's factor of G M^-1 G^T, row by row: a loop over its few elements, not over the states.
 
@@ -126,7 +126,7 @@ def accelerations(system: System, found: Constraints, force: Array) -> Array:
     for row, multiplier in zip(found.rows, right, strict=True):
         for k, coefficient in row.items():
             result[k] -= coefficient / masses[k] * multiplier
-    return result
+    return result, np.array(right)
 
 
 def correct_start(system: System, q: Array, v: Array, acceleration: Array, multipliers: Array) -> None:
@@ -144,12 +144,6 @@ def correct_start(system: System, q: Array, v: Array, acceleration: Array, multi
     multipliers : ndarray, shape (rows,)
     """
     found = constraints(system, np.zeros(1), q[:, None], v[:, None])
-    jacobian = np.zeros((len(multipliers), len(q)))
-    for number, row in enumerate(found.rows):
-        for k, coefficient in row.items():
-            jacobian[number, k] = np.ravel(coefficient)[0]
-    wanted = np.array([np.ravel(one)[0] for one in found.wanted])
-    weighted = jacobian / system.masses
-    change = np.linalg.solve(weighted @ jacobian.T, jacobian @ acceleration - wanted)
-    multipliers += change
-    acceleration -= change @ weighted
+    corrected, change = accelerations(system, found, (system.masses * acceleration)[:, None])
+    acceleration[:] = corrected[:, 0]
+    multipliers += change[:, 0]

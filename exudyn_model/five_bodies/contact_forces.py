@@ -11,7 +11,7 @@ shortest step (``step_choice``), inside of which alone a contact may begin or en
 
 In a longer step what was open at its start stays without force.
 
-Arguments of the kernels have the same names throughout: ``step``, shape (3,), the step in progress; ``law``;
+Arguments of the kernels have the same names throughout: ``step``, shape (2,), the step in progress; ``law``;
 ``contacts``, shape (4, columns), or ``contact``, the memory at the step's start (``low`` and ``up``: of the
 corners of a side); ``q``, ``v``: coordinates and rates (m, rad, s) of all bodies, or of a slider; ``ends``:
 see ``parts.JournalPart``.
@@ -52,9 +52,9 @@ Triple = tuple[float, float, float]
 X, Y, ANGLE = range(3)
 PER_BODY = 3
 FRAME = -1
-# Of the step in progress: its length (s), whether what is open at its start stays without force (1), and the
-# length of the shortest step (s)
-LENGTH, STAYS_OPEN, TICK = range(3)
+# Of the step in progress: its length and that of a tick, s. In a longer step than that what is open at its
+# start stays without force
+LENGTH, TICK = range(2)
 
 
 @kernel
@@ -133,9 +133,17 @@ def speed_in_step(contact: Array, gap: float, rate: float, step: Array, law: Arr
     if gap >= 0.0:
         return 0.0
     frozen: float = contact[IMPACT_SPEED]
-    if frozen > 0.0 or step[STAYS_OPEN] > 0.0:
+    if frozen > 0.0 or step[LENGTH] > step[TICK]:
         return frozen
     return touch(contact, gap, rate, step[LENGTH], law)[1]
+
+
+@kernel
+def in_guide(q: Array | Triple, v: Array | Triple, law: Array) -> tuple[float, float, float, float, float]:
+    """Return x, angle, vx, vy, omega in the guide's frame from a slider's coordinates and their rates."""
+    cx, cy = law[ACROSS_X], law[ACROSS_Y]
+    across, v_across, v_along = cx * q[X] + cy * q[Y], cx * v[X] + cy * v[Y], cx * v[Y] - cy * v[X]
+    return across, q[ANGLE] - law[DIRECTION], v_across, v_along, v[ANGLE]
 
 
 @entry
@@ -154,17 +162,15 @@ def slider_force(
 
     Its motion is counted from the guide's point, along the fixed axes: m, rad, s.
     """
-    cx, cy, turned = law[ACROSS_X], law[ACROSS_Y], angle - law[DIRECTION]
-    across, v_across, v_along = cx * x + cy * y, cx * vx + cy * vy, cx * vy - cy * vx
+    motion = in_guide((x, y, angle), (vx, vy, omega), law)
     fx, fy, moment = 0.0, 0.0, 0.0
     for side in range(2):
-        lower = corner_motion(side, across, turned, v_across, v_along, omega, law)
-        upper = corner_motion(side + UPPER, across, turned, v_across, v_along, omega, law)
+        lower, upper = corner_motion(side, *motion, law), corner_motion(side + UPPER, *motion, law)
         if lower.gap < 0.0 or upper.gap < 0.0:
             low, up = contacts[side], contacts[side + UPPER]
             if law[SHARED] > 0.0:
                 lower_speed = low[IMPACT_SPEED]
-                if lower_speed == 0.0 and step[STAYS_OPEN] == 0.0:
+                if lower_speed == 0.0 and step[LENGTH] <= step[TICK]:
                     lower_speed = side_change(low, up, lower, upper, step[LENGTH], law)[2]
                 upper_speed = lower_speed
             else:
@@ -173,7 +179,7 @@ def slider_force(
             forces = side_forces(lower, upper, lower_speed, upper_speed, law)
             load = side_load(side, forces, lower, upper)
             fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
-    return cx * fx - cy * fy, cy * fx + cx * fy, moment
+    return law[ACROSS_X] * fx - law[ACROSS_Y] * fy, law[ACROSS_Y] * fx + law[ACROSS_X] * fy, moment
 
 
 @kernel

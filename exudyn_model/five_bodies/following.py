@@ -18,7 +18,6 @@ from exudyn_model.columns import (
     ACROSS_Y,
     CLOSED,
     DAMPING_POWER,
-    DIRECTION,
     END,
     EXPONENT,
     FRICTION,
@@ -46,6 +45,7 @@ from exudyn_model.five_bodies.contact_forces import (
     X,
     Y,
     crossing,
+    in_guide,
     journal_in_bearing,
     journal_loads,
     side_change,
@@ -173,12 +173,10 @@ def follow_slider(
     At most ``longest`` ticks. The memory of its corners, of which ``first`` is the row of the first one among
     all contacts, and ``last`` are moved on; ``load`` is filled with fx, fy (N) and moment (N m).
     """
-    cx, cy, turned, omega = law[ACROSS_X], law[ACROSS_Y], q[ANGLE] - law[DIRECTION], v[ANGLE]
-    across, v_across, v_along = cx * q[X] + cy * q[Y], cx * v[X] + cy * v[Y], cx * v[Y] - cy * v[X]
+    cx, cy, motion = law[ACROSS_X], law[ACROSS_Y], in_guide(q, v, law)
     load[X], load[Y], load[ANGLE] = 0.0, 0.0, 0.0
     for side in range(2):
-        lower = corner_motion(side, across, turned, v_across, v_along, omega, law)
-        upper = corner_motion(side + UPPER, across, turned, v_across, v_along, omega, law)
+        lower, upper = corner_motion(side, *motion, law), corner_motion(side + UPPER, *motion, law)
         update_side(time, step[LENGTH], first, side, lower, upper, law, contacts, load)
     load[X], load[Y] = cx * load[X] - cy * load[Y], cy * load[X] + cx * load[Y]
     for number in range(CORNER_COUNT):
@@ -259,10 +257,9 @@ def slider_change(q: Array, v: Array, step: Array, law: Array, contacts: Array) 
 
     ``q`` and ``v`` are those at the step's end, ``contacts`` is the memory at its start.
     """
-    cx, cy, found = law[ACROSS_X], law[ACROSS_Y], _NEVER
-    across, v_across, turned = cx * q[X] + cy * q[Y], cx * v[X] + cy * v[Y], q[ANGLE] - law[DIRECTION]
+    motion, found = in_guide(q, v, law), _NEVER
     for number in range(CORNER_COUNT):
-        corner = corner_motion(number, across, turned, v_across, 0.0, v[ANGLE], law)
+        corner = corner_motion(number, *motion, law)
         found = min(found, zero_within(contacts[number], corner.gap, corner.rate, step[LENGTH]))
     return found
 

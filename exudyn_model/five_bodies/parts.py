@@ -10,11 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.columns import (
-    ACROSS_X,
-    ACROSS_Y,
-    BEARING_RADIUS,
-    CLEARANCE,
-    DIRECTION,
     IMPACT_SPEED,
     NAME,
     REGIME,
@@ -23,15 +18,14 @@ from exudyn_model.columns import (
 from exudyn_model.corners import CORNER_COUNT, UPPER, corner_load, corner_motion
 from exudyn_model.five_bodies import following
 from exudyn_model.five_bodies.contact_forces import (
-    ANGLE,
     PER_BODY,
-    X,
-    Y,
+    in_guide,
     journal_force,
     settle,
     slider_force,
 )
 from exudyn_model.invariants import Watch
+from exudyn_model.journal import journal_motion
 from exudyn_model.kernels import machine_code
 from exudyn_model.laws import slip_regime
 from exudyn_model.memory import start_side
@@ -52,7 +46,7 @@ class SliderPart:
     law : ndarray
     contacts : ndarray, shape (n, columns)
         Memory of all contacts.
-    step : ndarray, shape (3,)
+    step : ndarray, shape (2,)
 
     Attributes
     ----------
@@ -131,9 +125,8 @@ class SliderPart:
 
     def _in_guide(self, q: Array, v: Array) -> tuple[Any, ...]:
         """Return x, angle, vx, vy, omega in the guide's frame from the slider's coordinates."""
-        cx, cy = self.law[ACROSS_X], self.law[ACROSS_Y]
-        across, v_across, v_along = cx * q[X] + cy * q[Y], cx * v[X] + cy * v[Y], cx * v[Y] - cy * v[X]
-        return across, q[ANGLE] - self.law[DIRECTION], v_across, v_along, v[ANGLE]
+        motion: tuple[Any, ...] = cast(Any, in_guide).py_func(q, v, self.law)
+        return motion
 
 
 class JournalPart:
@@ -174,14 +167,10 @@ class JournalPart:
 
     def start(self) -> None:
         """Begin what is in contact at t = 0."""
-        ex, ey, vx, vy, w1, w2 = self._eccentricity(self._q, self._v)
-        distance = float(np.hypot(ex, ey))
-        nx, ny = (ex / distance, ey / distance) if distance > 0.0 else (1.0, 0.0)
-        rate, radius = nx * vx + ny * vy, self.law[BEARING_RADIUS]
-        if distance > self.law[CLEARANCE]:
-            self._contact[[IMPACT_SPEED, NAME]] = max(rate, self.law[SPEED_FLOOR]), self.rows.start
-        slip = nx * vy - ny * vx + w1 * (radius - distance) - w2 * radius
-        self._contact[REGIME] = cast(Any, slip_regime).py_func(slip, self.law)
+        motion = cast(Any, journal_motion).py_func(*self._eccentricity(self._q, self._v), self.law)
+        if motion.gap < 0.0:
+            self._contact[[IMPACT_SPEED, NAME]] = max(-motion.rate, self.law[SPEED_FLOOR]), self.rows.start
+        self._contact[REGIME] = cast(Any, slip_regime).py_func(motion.slip, self.law)
 
     def follow(self, time: float, longest: float) -> float:
         """Take the accepted state at ``time`` (s): see ``following.follow_journal``."""

@@ -176,7 +176,7 @@ class BodiesRecorder(Recorder):
                 force[own] += load[PER_BODY * number : PER_BODY * (number + 1)]
         found = constraints(system, times, q, v)
         self._take_drift(times, required, found)
-        acceleration = accelerations(system, found, force)
+        acceleration, _ = accelerations(system, found, force)
         values = np.empty((len(self.channels), len(times)))
         own = slice(PER_BODY * system.observed, PER_BODY * (system.observed + 1))
         values[MOTION][:PER_BODY], values[MOTION][PER_BODY:] = q[own] + system.reference[own, None], v[own]
@@ -193,7 +193,7 @@ class BodiesRecorder(Recorder):
         return values
 
     def _take_drift(self, times: Array, required: NDArray[Any], found: Constraints) -> None:
-        """Take the violation of the constraints, in the states that there have to be."""
+        """Take the violation of the constraints, in the required states."""
         for name, amounts in zip(CONSTRAINTS, (found.position, found.velocity), strict=True):
             if len(required):
                 most = required[np.argmax(amounts[required])]  # the first that is not a number, if one is not
@@ -242,7 +242,7 @@ class BodiesRecorder(Recorder):
         after = np.arange(new, len(times))
         before = np.maximum(after - 1, 0)  # to the state at t = 0 leads a step of no length
         for part in self._model.parts:
-            shared = isinstance(part, SliderPart) and bool(part.law[SHARED])
+            shared = bool(part.law[SHARED])
             count = UPPER if shared else len(memory[part.rows])
             for row in range(part.rows.start, part.rows.start + count):
                 contact, normal, depth = memory[row, [IMPACT_SPEED, START, NAME]], *memory[row, [NORMAL, GAP]]

@@ -4,14 +4,13 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import exudyn as exu
-
 from exudyn_model.parameters import Parameters
+from exudyn_model.run import quiet_settings
 
 SPECTRAL_RADIUS = 0.9
 PARTS = 4096
-"""Of the step asked for in the shortest one, to which halving leads where Newton's method fails: 64 are
-not enough for a corner that starts 10 mm inside its wall, nor 512 for a slider of 1e-9 kg m^2."""
+"""Of the step asked for in the shortest one, to which halving leads where Newton's method fails: 128 are
+not enough for a corner that starts 10 mm inside its wall."""
 ROUND_OFF = 4e-15
 """Residual that is met, over the weight of all bodies: joints bear four times that, and each rounds by some
 1e-16 of it. At 150, 1000 and 3000 rpm 1e-15 is met and 3e-16 is not."""
@@ -29,7 +28,7 @@ class Settings:
     period: float  # Of the cycles by which extrema are kept, s
     energy: bool  # Whether the energies are recorded
     per_sample: int  # Ticks, the steps in a contact, in one sample interval
-    per_state: int  # Ticks between states that there have to be
+    per_state: int  # Ticks between required states
     fixed: bool  # Whether all steps are one tick: nothing has clearance
     tolerance: float  # Of the Newton iteration, in N and m alike (index 2: and m/s)
     uses: int  # Newton iterations of a step that may use an old Jacobian before each gets a new one
@@ -130,13 +129,8 @@ def _weight(parameters: Parameters) -> float:
 
 def exudyn_settings(settings: Settings) -> Any:
     """Make ``exudyn.SimulationSettings``; each value set here has its reason beside it."""
-    values = exu.SimulationSettings()
-    # No folder `solution/`, no file, no sensor: `recording` takes what it needs from memory
-    values.solution.file.write = False
-    values.solution.sensors.active = False
+    values = quiet_settings(settings.duration)
     integration = values.timeIntegration
-    integration.verboseMode = 0
-    integration.endTime = settings.duration
     integration.numberOfSteps = settings.samples * settings.per_sample
     # A step is tried again only where `solver` asks for it or Newton's method fails, with the length that
     # `solver` sets; never lengthened by Exudyn's own choice

@@ -53,7 +53,7 @@ def run_system(
     Raises
     ------
     AssertionError
-        If they do not: Exudyn would accept them without a word.
+        If they do not: Exudyn would accept them silently.
     """
     model = build(system, settings.tick)
     choice = StepChoice(model, settings)

@@ -242,7 +242,7 @@ def build(system: System, step: float) -> Model:
         mbs.AddObject(
             CoordinateConstraint(markerNumbers=[fixed, marker], offset=offset, velocityLevel=is_drive)
         )
-    contacts, current = new_contacts(len(system.contact_names)), np.array([step, 0.0, step])
+    contacts, current = new_contacts(len(system.contact_names)), np.array([step, step])
     parts = _parts(system, contacts, current)
     for part in parts:
         # An object without mass on the bodies' nodes, which only adds the contact force

@@ -2,14 +2,14 @@
 
 No joint is left as a constraint, which Exudyn's explicit integrators would ignore.
 
-- Crank pin ideal: rod 4, which carries the slider's mass, and the slider rotate by themselves, in the
-  accelerating frame of the rocker's tip C. The drive makes C move as it does whatever the slider meets
-  (``linkage``); the moving frame adds inertial forces. Rod 4's coordinate is how far it is ahead of an ideal
-  slider's, some 1e-3 rad. A slider that rests at its wall hardly changes it; the angle itself rotates by a
-  radian, and a stiff contact makes a force of its error in each stage of a step. Measured at a tolerance of
-  1e-11, two cycles at 150 rpm: 38,600 steps instead of 55,600, error of x 2e-9 m, not 8e-8 m.
+- Crank pin ideal: rod 4, which carries the slider's mass, and the slider are the only free bodies; they
+  rotate in the accelerating frame of the rocker's tip C. The drive makes C move as it does whatever the
+  slider meets (``linkage``); the moving frame adds inertial forces. Rod 4's coordinate is how far it is ahead
+  of an ideal slider's, some 1e-3 rad. A slider that rests at its wall hardly changes it; the angle itself
+  rotates by a radian, and a stiff contact makes a force of its error in each stage of a step. Measured at a
+  tolerance of 1e-11, two cycles at 150 rpm: 38,600 steps instead of 55,600, error of x 2e-9 m, not 8e-8 m.
 - Crank pin with clearance: nothing but the contact holds rod 2 to the driven crank, so that the linkage is
-  open: rod 2 and rod 4 hang on the rocker, a slider with clearance on rod 4. An ideal slider closes a loop,
+  open: rod 2 and rod 4 hang from the rocker, a slider with clearance on rod 4. An ideal slider closes a loop,
   though: it does not rotate, which makes it a point mass at the end of rod 4, and the guide gives it the
   force that leaves its x without acceleration. How far it drifts from its line is the integration's error:
   measured 2e-10 m in two cycles at a tolerance of 1e-7, 5e-14 m at 1e-10.
@@ -20,7 +20,7 @@ has clearance, the slider.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import exudyn as exu
 import numpy as np
@@ -57,6 +57,8 @@ from exudyn_model.tree.motion import ROWS, State, chain_accelerations, contact_l
 Array = NDArray[np.float64]
 # (mbs, t, object number, coordinates, velocities) -> generalized forces
 ForceUserFunction = Callable[[Any, float, int, list[float], list[float]], tuple[float, ...]]
+# Exudyn's stub does not know that its lists can be made from Python's
+_LISTS = cast(Any, exu)
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,7 @@ def slider_tree_moments(
     """
     tip, angle, rate, acceleration = driven_rod4(time, linkage)
     state = State(0.0, 0.0, angle + ahead, theta5, 0.0, 0.0, rate + ahead_rate, w5)
-    loads = contact_loads(time, state, tip, linkage, guide, None, contacts, contacts[0, :0])
+    loads = contact_loads(time, state, tip, linkage, guide, None, contacts, None)
     inertial = linkage[CARRIED_INERTIA] * acceleration
     return rod4_moment(state.theta4, tip, loads, linkage) - inertial, loads.moment
 
@@ -117,7 +119,7 @@ def rocker_tree_moments(
     journal: Array,
     contacts: Array,
 ) -> tuple[float, float, float, float]:
-    """Return the moments (N m) of contact and guide on the coordinates of the tree that hangs on H.
+    """Return the moments (N m) of contact and guide on the coordinates of the tree that hangs from H.
 
     Arguments as for :func:`slider_tree_moments`; the coordinate of an ideal slider, which the tree has not
     got, is 0.
@@ -125,7 +127,7 @@ def rocker_tree_moments(
     theta3, theta4, w3, w4 = q[0], q[0] + q[2], v[0], v[0] + v[2]
     state = State(theta3 + q[1], theta3, theta4, theta4 + q[3], w3 + v[1], w3, w4, w4 + v[3])
     tip = carried_tip(theta3, w3, 0.0, linkage)
-    loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, contacts[0, :0])
+    loads = contact_loads(time, state, tip, linkage, guide, journal, contacts, None)
     fx = loads.fx
     if guide is None:
         fx = chain_accelerations(state, loads, linkage, guide)[3]
@@ -197,12 +199,10 @@ def _add_chain(
             nodeNumber=node,
             jointTypes=[exu.JointType.RevoluteZ] * len(links),
             linkParents=[link.parent for link in links],
-            jointTransformations=_exudyn_list(exu.Matrix3DList(), [np.eye(3)] * len(links)),
-            jointOffsets=_exudyn_list(exu.Vector3DList(), [[*link.joint, 0.0] for link in links]),
-            linkInertiasCOM=_exudyn_list(
-                exu.Matrix3DList(), [np.diag([0.0, 0.0, link.inertia]) for link in links]
-            ),
-            linkCOMs=_exudyn_list(exu.Vector3DList(), [[link.centre, 0.0, 0.0] for link in links]),
+            jointTransformations=_LISTS.Matrix3DList([np.eye(3)] * len(links)),
+            jointOffsets=_LISTS.Vector3DList([[*link.joint, 0.0] for link in links]),
+            linkInertiasCOM=_LISTS.Matrix3DList([np.diag([0.0, 0.0, link.inertia]) for link in links]),
+            linkCOMs=_LISTS.Vector3DList([[link.centre, 0.0, 0.0] for link in links]),
             linkMasses=[link.mass for link in links],
             gravity=[0.0, -mechanism.gravity, 0.0],
             forceUserFunction=force,
@@ -237,12 +237,6 @@ def _from_parents(values: Array, links: list[Link]) -> list[float]:
         float(values[link.body] - (0.0 if link.parent < 0 else values[links[link.parent].body]))
         for link in links
     ]
-
-
-def _exudyn_list(found: Any, items: list[Any]) -> Any:
-    for item in items:
-        found.Append(item)
-    return found
 
 
 def _user_function(

@@ -109,6 +109,26 @@ def note_contact(row: int, gap: float, normal: float, friction: float, values: A
 
 
 @kernel
+def journal_arms(
+    time: float, state: State, linkage: Array
+) -> tuple[float, float, float, float, float, float]:
+    """Return the arms (m) from O to A, from H to B and from A' to B."""
+    angle1, to_b, length2 = (
+        linkage[CRANK_ANGLE] + linkage[CRANK_SPEED] * time,
+        linkage[ROCKER_TO_B],
+        linkage[ROD2_LENGTH],
+    )
+    return (
+        linkage[CRANK_LENGTH] * np.cos(angle1),
+        linkage[CRANK_LENGTH] * np.sin(angle1),
+        to_b * np.cos(state.theta3),
+        to_b * np.sin(state.theta3),
+        length2 * np.cos(state.theta2),
+        length2 * np.sin(state.theta2),
+    )
+
+
+@kernel
 def contact_loads(
     time: float,
     state: State,
@@ -117,14 +137,13 @@ def contact_loads(
     guide: Array | None,
     journal: Array | None,
     contacts: Array,
-    values: Array,
+    values: Array | None,
 ) -> Loads:
     """Return the loads of the contacts in progress: those with a frozen impact speed.
 
     Of joint C, ``tip``, the acceleration is not read. If there are ``values``, the slider's motion, the
     contacts and e are filled in.
     """
-    fill = len(values) > 0
     fx, fy, moment, pin_x, pin_y, pin_moment = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     angle, omega = state.theta5, state.w5
     along_x, along_y = (
@@ -132,33 +151,27 @@ def contact_loads(
         linkage[ROD4_LENGTH] * np.sin(state.theta4),
     )
     vx, vy = tip.vx - state.w4 * along_y, tip.vy + state.w4 * along_x
-    if fill:
+    if values is not None:
         values[0], values[1], values[2] = tip.x + along_x, tip.y + along_y, angle
         values[3], values[4], values[5] = vx, vy, omega
     if guide is not None:
         x = tip.x + along_x - linkage[GUIDE_X]
         for side in range(2):
             lower_speed, upper_speed = contacts[side, IMPACT_SPEED], contacts[side + UPPER, IMPACT_SPEED]
-            if not fill and lower_speed == 0.0 and upper_speed == 0.0:
+            if values is None and lower_speed == 0.0 and upper_speed == 0.0:
                 continue
             lower = corner_motion(side, x, angle, vx, vy, omega, guide)
             upper = corner_motion(side + UPPER, x, angle, vx, vy, omega, guide)
             forces = side_forces(lower, upper, lower_speed, upper_speed, guide)
             load = side_load(side, forces, lower, upper)
             fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
-            if fill:
+            if values is not None:
                 note_contact(side, lower.gap, forces.lower, forces.lower_friction, values)
                 note_contact(side + UPPER, upper.gap, forces.upper, forces.upper_friction, values)
     if journal is not None:
         w1, w2, w3 = linkage[CRANK_SPEED], state.w2, state.w3
-        angle1 = linkage[CRANK_ANGLE] + w1 * time
-        ax, ay = linkage[CRANK_LENGTH] * np.cos(angle1), linkage[CRANK_LENGTH] * np.sin(angle1)
-        bx, by = linkage[ROCKER_TO_B] * np.cos(state.theta3), linkage[ROCKER_TO_B] * np.sin(state.theta3)
-        rod_x, rod_y = (
-            linkage[ROD2_LENGTH] * np.cos(state.theta2),
-            linkage[ROD2_LENGTH] * np.sin(state.theta2),
-        )
-        # The bearing hangs on H by rocker and rod 2
+        ax, ay, bx, by, rod_x, rod_y = journal_arms(time, state, linkage)
+        # The bearing is connected to H by rod 2 and rocker
         ex, ey = ax - (linkage[PIVOT_X] + bx - rod_x), ay - (linkage[PIVOT_Y] + by - rod_y)
         pin = journal_motion(
             ex, ey, -w1 * ay + w3 * by - w2 * rod_y, w1 * ax - w3 * bx + w2 * rod_x, w1, w2, journal
@@ -168,7 +181,7 @@ def contact_loads(
         pin_x, pin_y, pin_moment = bearing_load(
             normal, friction, pin, -share * rod_x, -share * rod_y, journal
         )
-        if fill:
+        if values is not None:
             note_contact(PIN_ROW, pin.gap, normal, friction, values)
             values[JOURNAL_E], values[JOURNAL_E + 1] = ex, ey
     return Loads(along_x, along_y, fx, fy, moment, pin_x, pin_y, pin_moment)
@@ -192,10 +205,10 @@ def chain_accelerations(
 ) -> tuple[float, float, float, float]:
     """Return the angular accelerations of rod 2, rocker and rod 4 behind a crank pin with clearance.
 
-    The crank rotates as it is driven; rod 2, carried by the rocker's centroid B, hears of it through the
-    contact force at the pin alone. With the unit vector u of an angle and its derivative n: B = H + b u3, rod
-    2's centre B - r u2, C = H + L3 u3, rod 4's centre C + s u4, the slider C + L4 u4. D'Alembert's principle
-    for each angle gives a linear system for their second derivatives.
+    The crank rotates as it is driven; rod 2, carried by the rocker's centroid B, is affected by it only
+    through the contact force at the pin. With the unit vector u of an angle and its derivative n: B = H + b
+    u3, rod 2's centre B - r u2, C = H + L3 u3, rod 4's centre C + s u4, the slider C + L4 u4. D'Alembert's
+    principle for each angle gives a linear system for their second derivatives.
 
     Returns
     -------
@@ -282,8 +295,7 @@ def complete(
         alpha2, alpha3, alpha4, _ = chain_accelerations(state, loads, linkage, guide)
     # Of C, what its rocker's angular acceleration adds; 0 behind an ideal pin
     arm_x, arm_y = tip.x - linkage[PIVOT_X], tip.y - linkage[PIVOT_Y]
-    along_x, along_y = values[0] - tip.x, values[1] - tip.y
-    w4 = state.w4
+    along_x, along_y, w4 = loads.along_x, loads.along_y, state.w4
     ax = tip.ax - alpha3 * arm_y - alpha4 * along_y - w4 * w4 * along_x
     ay = tip.ay + alpha3 * arm_x + alpha4 * along_x - w4 * w4 * along_y
     if guide is not None:
@@ -321,10 +333,7 @@ def _journal_distance(
     ex, ey, clearance = values[JOURNAL_E], values[JOURNAL_E + 1], journal[CLEARANCE]
     w1, w2, w3 = linkage[CRANK_SPEED], state.w2, state.w3
     # Of A, of B about H and of A' about B: e = A - H - HB + A'B
-    angle1 = linkage[CRANK_ANGLE] + w1 * time
-    ax, ay = linkage[CRANK_LENGTH] * np.cos(angle1), linkage[CRANK_LENGTH] * np.sin(angle1)
-    bx, by = linkage[ROCKER_TO_B] * np.cos(state.theta3), linkage[ROCKER_TO_B] * np.sin(state.theta3)
-    cx, cy = linkage[ROD2_LENGTH] * np.cos(state.theta2), linkage[ROD2_LENGTH] * np.sin(state.theta2)
+    ax, ay, bx, by, cx, cy = journal_arms(time, state, linkage)
     vx, vy = -w1 * ay + w3 * by - w2 * cy, w1 * ax - w3 * bx + w2 * cx
     rate_x = -w1 * w1 * ax + alpha3 * by + w3 * w3 * bx - alpha2 * cy - w2 * w2 * cx
     rate_y = -w1 * w1 * ay - alpha3 * bx + w3 * w3 * by + alpha2 * cx - w2 * w2 * cy

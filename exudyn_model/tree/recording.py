@@ -8,7 +8,7 @@ Whatever is kept follows from such a state by balance of forces.
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.columns import CLOSED, IMPACT_SPEED, NAME, RATE, SHARED, SPEED_FLOOR, START
+from exudyn_model.columns import CLOSED, IMPACT_SPEED, NAME, RATE, SHARED, START
 from exudyn_model.corners import CORNER_COUNT, CORNERS, UPPER
 from exudyn_model.kernels import machine_code
 from exudyn_model.laws import CornerMotion
@@ -115,9 +115,6 @@ class TreeRecorder(Recorder):
             for side in range(UPPER):
                 start_side(side, corners[side], corners[side + UPPER], contacts, tree.guide)
             contacts[:CORNER_COUNT, CLOSED] = touching[:CORNER_COUNT]
-        if tree.journal is not None and touching[PIN_ROW]:
-            speed = max(-rates[PIN_ROW], tree.journal[SPEED_FLOOR])
-            contacts[PIN_ROW, [CLOSED, IMPACT_SPEED, NAME]] = 1.0, speed, PIN_ROW
 
     def judge(self, time: float, q: Array, v: Array) -> float:
         """Accept the step to this state, or return where in it a contact first begins or ends.

@@ -115,28 +115,16 @@ MODELS = pytest.mark.parametrize("model", [reference_model, exudyn_model], ids=[
 
 @MODELS
 def test_journal_and_bearing_are_of_the_guide_s_material(model) -> None:
-    def columns(**materials):
-        changes = {key.replace("_of_", "."): value for key, value in materials.items()}
-        changes = {f"contact.{key}": value for key, value in changes.items()}
+    def columns(changes):
         named = {"solver.exudyn.formulation": "tree", "drive.cycles": 0.02}
         result = model.simulate(load_scene("crank-pin", named | changes).data)
         assert result.status == "success"
         assert result.events["start"].size >= 1
         return result.columns
 
-    steel, soft_slider = columns(), columns(youngs_modulus_of_slider=1e9, poisson_of_slider=0.4)
-    soft_both, soft_guide = columns(youngs_modulus=1e9), columns(youngs_modulus_of_guide=1e9)
+    steel, soft_slider = columns({}), columns({f"{MODULUS}.slider": 1e9, f"{POISSON}.slider": 0.4})
+    soft_both, soft_guide = columns({MODULUS: 1e9}), columns({f"{MODULUS}.guide": 1e9})
     for name in steel:
         assert np.array_equal(steel[name], soft_slider[name]), name
         assert np.array_equal(soft_both[name], soft_guide[name]), name
     assert not np.array_equal(steel["slider_y"], soft_guide["slider_y"])
-
-
-@MODELS
-def test_a_law_that_is_gone_is_refused_by_itself(model) -> None:
-    """Whoever hands a model a mapping that no schema has seen is told as well."""
-    data = load_scene("150rpm-0.2mm").data
-    data["contact"]["law"] = "strip"
-    with pytest.raises(ValueError, match="foundation") as refused:
-        model.simulate(data)
-    assert "\n" not in str(refused.value)

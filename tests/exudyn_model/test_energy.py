@@ -40,7 +40,7 @@ def test_a_cycle_of_the_ideal_mechanism_returns_all_work(make_scene):
 
 
 def test_residual_is_of_second_order(make_scene):
-    """The first 0.04 s with three contacts; friction takes 3e-3 J, damping 8e-5 J, the walls store 1e-4 J."""
+    """The first 0.04 s with seven contacts; friction takes 3e-3 J, damping 8e-5 J, the walls store 1e-4 J."""
     coarse, fine = (
         largest_residual(make_scene(ENERGY | {"drive.cycles": 0.1, "solver.exudyn.step": step}))
         for step in (8e-6, 4e-6)

@@ -118,7 +118,7 @@ def test_a_joint_left_out_is_reported_and_the_table_kept(make_scene, monkeypatch
         # Its rows are looked at nevertheless
         monkeypatch.setattr(solver, "constraints", lambda _, *state: constraints(of, *state))
         monkeypatch.setattr(recording, "constraints", lambda _, *state: constraints(of, *state))
-        monkeypatch.setattr(recording, "accelerations", lambda *arguments: arguments[-1])
+        monkeypatch.setattr(recording, "accelerations", lambda *arguments: (arguments[-1], None))
         return model
 
     monkeypatch.setattr(solver, "build", without_joint)

@@ -112,7 +112,7 @@ def test_what_rests_at_the_wall_and_is_pressed_touches_at_once_and_what_leaves_d
 
 def test_a_gap_at_rest_near_the_wall_needs_no_shorter_step():
     """1e-13 m over the whole step of free flight, at 10 m/s^2 up and down."""
-    level = np.array([1e-13, 0.0, 10.0]), np.array([1e-13, 0.0, 10.0])
-    assert search(*level, 1e-6)[0] in (NEVER, pytest.approx(0.5, abs=0.5))
+    for step in (1e-6, 1e-4):
+        assert search(np.array([1e-13, 0.0, 10.0]), np.array([1e-13, 0.0, 10.0]), step)[0] == NEVER
     still = np.array([1e-13, 0.0, 0.0])
     assert search(still, still, 1e-4)[0] == NEVER

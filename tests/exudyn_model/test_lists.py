@@ -77,8 +77,10 @@ def test_with_clearance_it_lies_on_one_wall_and_then_on_the_other_and_the_energy
     x, _, rod = along_guide(START + OMEGA * np.linspace(0.0, 0.2, 201))
     # The rod turns by y / (L cos): to first order x follows by y tan
     np.testing.assert_allclose(found["slider_x"] - x, found["slider_y"] * np.tan(-rod), atol=1e-6)
-    assert np.max(np.abs(found["slider_y"])) == pytest.approx(2e-4, abs=1e-5)
-    assert {"ll", "ul"} <= set(events["corner"]) or {"lr", "ur"} <= set(events["corner"])
+    # Gravity holds it at the lower wall; 1.3e-6 m deep at most
+    assert np.min(found["slider_y"]) == pytest.approx(-2e-4, abs=2e-6)
+    assert np.max(found["slider_y"]) <= 0.0
+    assert set(events["corner"]) == {"ll", "ul"}
     lost = found["energy_damping"][-1] + found["energy_friction"][-1]
     assert lost > 1e-5
     assert np.max(np.abs(found["energy_residual"])) <= 1e-3 * lost

@@ -185,7 +185,7 @@ def first_cycle_errors(make_scene, steps, finest, cycles):
 
 
 def test_second_order_through_the_first_impacts(make_scene):
-    """The first 0.04 s: three contacts."""
+    """The first 0.04 s: seven contacts."""
     steps = [8e-6, 4e-6, 2e-6, 1e-6]
     errors = first_cycle_errors(make_scene, steps, 2.5e-7, 0.1)
     # 2 +- 0.2, and the reference's own error: a sixteenth of the last one

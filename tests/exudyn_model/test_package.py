@@ -1,4 +1,4 @@
-"""The package by itself: imports, and the cache of its compiled kernels."""
+"""The package in isolation: imports, and the cache of its compiled kernels."""
 
 import json
 import os

@@ -36,10 +36,6 @@ def result(request, make_scene, tree_scene):
         case "pin":
             both = {"joints.crank_pin": "clearance", "clearance.crank_pin": 1e-4}
             return simulate(tree_scene(1e-8, short | both))
-        case "native":
-            return simulate(make_scene(short | {"solver.exudyn.formulation": "native"}))
-        case "strip":
-            law = {"contact.law": "strip"}
     # The impact of a whole side is twenty times as short
     return simulate(make_scene(short | law | {"solver.exudyn.step": 1e-7 if law else 2e-6}))
 

@@ -128,7 +128,7 @@ def test_reactions_grow_with_the_square_of_the_speed(make_scene, speed_rpm):
 
 
 def test_reactions_at_the_start_are_those_of_exact_accelerations(make_scene, linkage_points):
-    """Exudyn's own initial accelerations leave 1.5e-9, which lasts: see ``initial_accelerations``."""
+    """Exudyn's own initial accelerations leave 1.5e-9, which lasts: see ``balance.correct_start``."""
     scene = make_scene(JOINTS | {"joints.slider": "ideal", "drive.cycles": 0.01})
     columns = {name: values[:1] for name, values in simulate(scene).columns.items()}
     left, largest, _ = unbalanced(linkage_points, scene, columns)
@@ -138,7 +138,7 @@ def test_reactions_at_the_start_are_those_of_exact_accelerations(make_scene, lin
 
 
 def test_slider_with_clearance_balances(make_scene, linkage_points):
-    """The first 0.04 s with three contacts: reactions follow the contact's force at each state."""
+    """The first 0.04 s with seven contacts: reactions follow the contact's force at each state."""
     scene = make_scene(JOINTS | {"drive.cycles": 0.1, "output.samples_per_cycle": 20_000})
     columns = simulate(scene).columns
     left, largest, torque = unbalanced(linkage_points, scene, columns)
@@ -166,7 +166,7 @@ def test_weights_are_borne_at_creep_speed(make_scene):
     masses = [scene["mechanism"][k]["mass"] for k in ("crank", "rod2", "rocker", "rod4", "slider")]
     # Accelerations are (150)^2 times smaller than some 50 m/s^2: 2e-3 of 9.81
     assert columns["reaction_O_y"] + columns["reaction_H_y"] == pytest.approx(9.81 * sum(masses), rel=1e-3)
-    # The slider hangs at rod 4
+    # The slider hangs from rod 4
     assert columns["reaction_F_y"] == pytest.approx(9.81 * masses[4], rel=1e-3)
     assert columns["reaction_C_y"] == pytest.approx(9.81 * (masses[3] + masses[4]), rel=1e-3)
     # Rod 4 is inclined to the left at its lower end and pushes the slider to the left: the guide pushes back

@@ -93,7 +93,7 @@ def test_materials_of_slider_and_guide_may_differ(make_scene):
         ({"drive.cycles": 0.0}, "drive.cycles = 0.0 must be positive"),
         (
             {"drive.cycles": 4e-4},
-            "drive.cycles = 0.0004 must last for a sample at least: 1000 samples a cycle",
+            "drive.cycles = 0.0004 must last at least one sample: 1000 samples a cycle",
         ),
         ({"solver.exudyn.step": -1e-6}, "solver.exudyn.step = -1e-06 must be positive"),
         ({"contact.impact_speed_floor": 0.0}, "contact.impact_speed_floor = 0.0 must be positive"),

@@ -17,10 +17,10 @@ def test_converges_over_the_first_cycle(tree_scene, error):
     assert error(usual, tight, "slider_angle") < 1e-8
     # Errors follow the tolerance, 1000 times as large, with the scatter of touches among the steps
     assert 100 < error(loose, tight, "slider_x") / error(usual, tight, "slider_x") < 10_000
-    # The work: 18,900 steps measured; a retry for each touch and for each leaving, a few more by the rule
+    # The work: 13,493 steps measured; a retry for each touch and for each leaving, a few more by the rule
     # that a step is shortened to three quarters at most
     counters = usual.provenance["counters"]
-    assert counters["steps"] < 25_000
+    assert counters["steps"] < 18_000
     assert counters["rejected"] < 0.15 * counters["steps"]
     assert counters["located"] < 3 * len(usual.events["start"])
     assert counters["rhs"] == 7 * (counters["steps"] + counters["rejected"] + counters["located"])
@@ -29,10 +29,10 @@ def test_converges_over_the_first_cycle(tree_scene, error):
     for name, tolerance in {
         "start": 1e-8,
         "end": 1e-8,
-        "normal_speed": 1e-6,
-        "impulse": 1e-7,
-        "peak_force": 1e-3,
-        "largest_depth": 1e-10,
+        "normal_speed": 3e-8,
+        "impulse": 2e-9,
+        "peak_force": 2e-5,
+        "largest_depth": 2e-12,
     }.items():
         np.testing.assert_allclose(
             usual.events[name], tight.events[name], rtol=0, atol=tolerance, err_msg=name
@@ -40,7 +40,7 @@ def test_converges_over_the_first_cycle(tree_scene, error):
 
 
 def test_agrees_with_the_full_model(make_scene, tree_scene):
-    """The first 0.04 s with three contacts; five bodies in steps of 2 and 1 us, extrapolated."""
+    """The first 0.04 s with seven contacts; five bodies in steps of 2 and 1 us, extrapolated."""
     tree = simulate(tree_scene(1e-10, {"drive.cycles": 0.1})).columns
     coarse, fine = (
         simulate(make_scene({"drive.cycles": 0.1, "solver.exudyn.step": step})).columns
@@ -157,7 +157,7 @@ def test_mirrored_scene_gives_mirrored_motion(tree_scene, mirrored):
 @pytest.mark.parametrize(
     ("offset", "vx", "corners"),
     [
-        (2e-4, 0.0, {"lr", "ur"}),
+        (2e-4, 0.0, set()),
         (-2e-4, 0.0, {"ll", "ul"}),
         (-(2e-4 - 1e-15), 1e-9, {"ll", "ul"}),
     ],
@@ -165,14 +165,11 @@ def test_mirrored_scene_gives_mirrored_motion(tree_scene, mirrored):
 def test_a_slider_that_rests_at_the_wall_is_pressed_or_released(tree_scene, offset, vx, corners):
     changes = {"drive.cycles": 0.005, "initial.slider_offset": offset, "initial.slider_vx": vx}
     result = simulate(tree_scene(1e-9, changes))
-    push = result.columns["slider_ax"][0]
     assert result.status == "success"
-    if push * offset > 0:  # towards the wall: both corners touch at once, at the floor's speed
-        assert set(result.events["corner"]) == corners
-        np.testing.assert_array_equal(result.events["start"], 0.0)
-        np.testing.assert_array_equal(result.events["normal_speed"], 1e-4)
-    else:
-        assert not result.events["start"].size
+    # The drive pushes it to the left: there both corners touch at once, at the floor's speed
+    assert set(result.events["corner"]) == corners
+    np.testing.assert_array_equal(result.events["start"], 0.0)
+    np.testing.assert_array_equal(result.events["normal_speed"], 1e-4)
 
 
 def test_a_corner_that_penetrates_at_the_start_is_in_contact_at_its_own_speed_or_the_floor(tree_scene):

@@ -135,7 +135,7 @@ class Press:
             slope = 1.5 * c.K * math.sqrt(-gap)
             both = state.speeds[(int(number) + 2) % 4] > 0.0
             # The surface's slopes by both depths: 2/6 + 1/6 of K_s.
-            slope += {0: 0.0, 1: 0.5}[int(c.law)] * c.Ks if both else 0.0
+            slope += 0.5 * c.Ks if both and self.data["contact"]["law"] == "paper-switching" else 0.0
             force = (c.K * (-gap) ** 1.5 if not both else slope * -gap) * damping
             bound += damping * slope * 1e-15 + 1e-12 * abs(force) + abs(force) * 1e-15 / (c.v1 - c.v0)
         return bound

@@ -70,7 +70,7 @@ def balanced(press, q, v, loads):
     found = balance.constraints(system, np.zeros(1), q, v[:, None])
     force = np.array(loads, dtype=float)
     force[1::3] -= system.gravity * system.masses[1::3]
-    return balance.accelerations(system, found, force[:, None])[12:, 0]
+    return balance.accelerations(system, found, force[:, None])[0][12:, 0]
 
 
 def rows_of(press, state):

@@ -6,7 +6,6 @@ import pytest
 from reference_model import simulate
 
 IDEAL_SLIDER = {"joints.slider": "ideal"}
-FREE_SLIDER = {"initial.slider_angle": 1e-3, "initial.slider_vx": 0.01, "initial.slider_omega": 0.5}
 MULTIPLIER = {"solver.reference.formulation": "multiplier"}
 
 

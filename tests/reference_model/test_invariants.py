@@ -5,11 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reference_model import invariants, simulate
+from reference_model import integrate, invariants, simulate
+from reference_model.compiled import kernel
+from reference_model.contact import CONTACTS, FRICTION, GAP, INSIDE, MEMORY, NORMAL, SLIP
 from reference_model.events import COLUMNS, START_GAP, START_RATE
 from reference_model.invariants import VIOLATED, check, violation
 from reference_model.margins import LOCATED, LOCATED_SPEED
 from reference_model.parameters import read_parameters
+from reference_model.recording import DRIVING, OPEN_DEPTH, PULL, note_worst
 
 
 @pytest.fixture
@@ -32,6 +35,30 @@ def test_each_bound(parameters) -> None:
     assert broken(parameters, {"open-depth": (1e-6, 0.2, 4)}) == "open-depth"
     assert broken(parameters, {"energy": (1e-3, 0.2, 0)}) == "energy"
     assert broken(parameters, {"pull": (np.nan, 0.2, 2)}) == "pull"
+
+
+@kernel
+def noted(law, run, at_end):
+    note_worst(law, run, 0, 0.1, at_end)
+
+
+@pytest.mark.parametrize(
+    ("closed", "state", "what", "value"),
+    [
+        (False, {GAP: -1e-6}, OPEN_DEPTH, 1e-6),
+        (True, {GAP: -1e-6, NORMAL: -0.1}, PULL, 0.1),
+        (True, {GAP: -1e-6, NORMAL: 50.0, FRICTION: 7.5, SLIP: 1.0}, DRIVING, 7.5),
+    ],
+    ids=["open depth", "pull", "driving friction"],
+)
+def test_what_no_correct_run_shows_is_noted(parameters, closed, state, what, value) -> None:
+    run, _ = integrate.new_run(np.zeros(4), 1e-6, np.array([[np.inf], [0.0]]), 200)
+    run.nodes.contacts[0, GAP : GAP + CONTACTS] = np.inf
+    run.modes[[INSIDE + 2, MEMORY + 2]] = closed, 0.01 * closed
+    for row, number in state.items():
+        run.nodes.contacts[0, row + 2] = number
+    noted(parameters.law, run, True)
+    np.testing.assert_array_equal(run.worst[what], [value, 0.1, 2])
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scipy.integrate import quad
 
+from comparison.scene import load_scene
 from reference_model import friction, isolation, tableau
 from reference_model.compiled import kernel
-from reference_model.contact import MODES, TAIL
+from reference_model.contact import MODES
 from reference_model.dop853 import (
     END,
     FIRST,
@@ -86,6 +88,32 @@ def test_forces_are_the_slope_of_the_potential(law, d1, d2) -> None:
     ]
     assert energy > 0.0
     np.testing.assert_allclose([f1, f2], slopes, rtol=1e-6, atol=1e-6 * max(f1, f2))
+
+
+DEPTHS = st.floats(-1e-4, 1e-5)
+
+
+@given(a=st.tuples(DEPTHS, DEPTHS), b=st.tuples(DEPTHS, DEPTHS), share=st.floats(0.01, 0.99))
+def test_the_potential_of_a_foundation_is_convex(a, b, share) -> None:
+    law = read_parameters(load_scene("150rpm-0.2mm", {"contact.law": "foundation"}).data).law
+    between = share * np.array(a) + (1.0 - share) * np.array(b)
+    chord = share * forces(law, *a, True)[2] + (1.0 - share) * forces(law, *b, True)[2]
+    # Rounding of some products and quotients; depths below 1e-100 m underflow.
+    assert forces(law, *between, True)[2] <= chord * (1.0 + 1e-14) + 1e-250
+
+
+@pytest.mark.parametrize(("d1", "d2"), [(3e-6, 1e-6), (2e-6, -5e-6), (-1e-4, 4e-7), (1e-7, -1e-7)])
+def test_forces_of_a_foundation_are_those_of_the_pressure(scene, d1, d2) -> None:
+    """Integrals of the pressure K_s depth along the face, where that is positive, by quadrature to 1e-10."""
+    law = read_parameters(scene({"contact.law": "foundation"})).law
+    edge = [d1 / (d1 - d2)] if d1 * d2 < 0.0 else None
+
+    def pressure(x):
+        return law.Ks * max(0.0, d1 + (d2 - d1) * x)
+
+    total, _ = quad(pressure, 0.0, 1.0, points=edge, epsrel=1e-12)
+    moment, _ = quad(lambda x: x * pressure(x), 0.0, 1.0, points=edge, epsrel=1e-12)
+    assert forces(law, d1, d2, True)[:2] == pytest.approx((total - moment, moment), rel=1e-10)
 
 
 def test_a_side_wholly_inside_is_eqs_7_and_8(scene) -> None:
@@ -209,4 +237,3 @@ def test_order_on_a_stretch_without_contacts(scene) -> None:
         [4, 5, 8, 10], lambda steps: np.abs(flight(steps)[0][-1] - exact[-1]).max()
     ) == pytest.approx(8.0, abs=0.3)
     assert order([10, 20, 25, 40], between) == pytest.approx(8.0, abs=0.3)
-    assert TAIL == 8

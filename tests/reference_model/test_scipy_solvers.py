@@ -162,6 +162,14 @@ def test_clearance_at_the_crank_pin(scene, slider) -> None:
     assert np.abs(full.columns["energy_residual"]).max() < 1e-8
 
 
+def test_endless_switching_at_one_instant_is_stopped(scene, monkeypatch) -> None:
+    """As if more modes had ended at the first touch than can: the limit is undercut at once."""
+    monkeypatch.setattr("reference_model.integrate.SWITCHES_AT_ONCE", -1)
+    result = simulate(scene({"drive.cycles": 0.1, "solver.reference.method": "BDF"}))
+    assert result.status == "chatter"
+    assert result.remedy
+
+
 def test_a_contact_within_one_step_is_stepped_over(scene) -> None:
     """What is said of `solve_ivp`'s events: it looks at the ends of steps, and a graze lies between them."""
     wide = {"clearance.slider": 5e-4, "initial.slider_vx": 0.02, "drive.cycles": 0.025}

@@ -182,3 +182,19 @@ def test_small_clearance_approaches_the_ideal_mechanism(scene) -> None:
         # |dy| = tan(beta) |dx|, tan(beta) <= 0.2093, depth below 5e-6 m.
         assert deviations[-1] < 0.21 * (clearance + 5e-6)
     assert deviations[0] > 5.0 * deviations[1]
+
+
+def test_without_room_later_contacts_have_no_forces_and_the_run_is_the_same(scene, monkeypatch) -> None:
+    """Some ten rows are taken at once, fewer than a contact has, so the room mostly ends within one."""
+    changes = {"drive.cycles": 0.3, "output.samples_per_cycle": 1000}
+    monkeypatch.setattr("reference_model.running.ROWS_AT_ONCE", 5)
+    whole = simulate(scene(changes))
+    sizes = np.bincount(whole.pulses["row"])
+    for room in (30, 35, 40, 45):
+        monkeypatch.setattr("reference_model.observation._NOTES", room)
+        cut = simulate(scene(changes))
+        for name, column in whole.events.items():
+            np.testing.assert_array_equal(cut.events[name], column)
+        rows, kept = np.unique(cut.pulses["row"], return_counts=True)
+        assert 0 < rows.size < sizes.size
+        np.testing.assert_array_equal(kept, sizes[rows])

@@ -29,8 +29,8 @@ def sweep(
     """Run all points by all models and write the table.
 
     Each run's row is kept in the folder as soon as it ends: a sweep that was broken off goes on where it
-    was. The table does not depend on who ran what when. The folder is there; the quantities asked for are of
-    `comparison.studies.sweep.outputs.names`.
+    was. The table does not depend on who ran what when. The folder is made once all that is asked for is
+    known; the quantities are those of `comparison.studies.sweep.outputs.names`.
 
     Returns
     -------
@@ -48,6 +48,7 @@ def sweep(
     check_keys(base, list(dict.fromkeys(key for point in points for key in point)))
     for model in models:
         find(model)
+    folder.mkdir(parents=True, exist_ok=True)
     tasks = [SweepRun(base, point, model, tuple(asked)) for point in points for model in models]
     rows = measure_all(run_point, tasks, spread, on_progress, ledger=folder / LEDGER)
     frame = result_table(tasks, rows)

@@ -122,8 +122,9 @@ def test_peaks_of_a_cycle_are_those_of_a_second_computation_on_few_samples_too(n
             channel = QUANTITIES[quantity]
             for cycle, size in enumerate(right.peaks):
                 found = errors.peak(channel, cycle * period, (cycle + 1) * period)
-                # The largest of 120,000 samples lacks (pi / 36)^2 / 8 = 1e-3 of a contact's half sine of 36
-                # samples; of the hardest at 90 rpm, which has fewer, a 16th of the 2.4 % that 30,000 lack.
+                # The second computation misses a peak between its samples, by an amount quadratic in their
+                # interval: measured 2.4 % with 30,000 samples (hardest contact, 90 rpm), so 1.5e-3 with
+                # 120,000.
                 assert abs(found.value) <= size * (1 + 1.5e-3), (samples, quantity, cycle)
                 if samples == 10_000:
                     assert size <= abs(found.value) + found.error + 1e-4 * size, (quantity, cycle)

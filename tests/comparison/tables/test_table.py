@@ -92,6 +92,7 @@ def test_a_table_that_cannot_be_compared_is_refused_by_channel_and_row(scene, ma
 def test_the_largest_number_has_a_square():
     check(table(slider_x=np.full(21, LARGEST_NUMBER)), ["slider_x"])
     assert np.isfinite(np.float32(LARGEST_NUMBER))
+    assert np.isfinite(LARGEST_NUMBER**2)
 
 
 # Contacts
@@ -175,7 +176,7 @@ def test_a_table_holds_the_numbers_of_a_result_and_survives_pickling():
         ({"pulses": pulses(3) | {"row": np.zeros(3)}}, "row must be an array of integers, shape (n,)"),
         ({"pulses": pulses(3) | {"time": [1.0]}}, "pulses: time must be an array of real numbers"),
         ({"pulses": pulses(3) | {"force": np.zeros((3, 1))}}, "force must be an array of real numbers"),
-        ({"pulses": pulses(3) | {"force": np.zeros(2)}}, "pulses: row, time and force differ in length"),
+        ({"pulses": pulses(3) | {"force": np.zeros(2)}}, "pulses: columns differ in length"),
         ({"pulses": pulses(3) | {"force": np.array([0, np.nan, 0])}}, "force is nan in sample 2"),
         ({"pulses": pulses(3) | {"row": np.array([0, 1, 0])}}, "not sorted by row and time at sample"),
         ({"pulses": pulses(3) | {"time": np.array([1.0, 1.1, 1.1])}}, "not sorted by row and time at sample"),

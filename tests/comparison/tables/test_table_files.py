@@ -61,7 +61,7 @@ def test_any_double_survives_the_text_file(tmp_path_factory, values):
     frame = pd.DataFrame({"time": np.arange(20.0), 'a "quoted", name': values})
     write(Table(frame), path)
     assert np.array_equal(read(path).values('a "quoted", name'), values)  # -0.0 and 0.0 are one value
-    # As pandas writes it, but for the form of some exponents.
+    # The header is as pandas writes it.
     frame.to_csv(path.with_name("b.csv"), index=False)
     assert path.read_text().splitlines()[0] == path.with_name("b.csv").read_text().splitlines()[0]
 

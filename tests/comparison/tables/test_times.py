@@ -24,6 +24,10 @@ def test_rows_taken_out_of_equidistant_times_are_counted(first, count):
     assert holes(np.delete(few_digits, [40, 41])) == [Hole(1.3, 1.4, 2)]
 
 
+def test_a_hole_shows_in_a_table_of_few_rows():
+    assert [hole.missing for hole in holes(np.delete(np.arange(11) * 0.1, [4, 5, 6, 7]))] == [4]
+
+
 @pytest.mark.parametrize(
     "time",
     [
@@ -109,7 +113,7 @@ def test_equal_results_have_none_and_an_offset_is_none():
     a = slider(TIME)
     same = estimate(TIME, a, a)
     assert not same.seen
-    assert same.uncertainty == pytest.approx(SAME_GRID * PERIOD / 1000, rel=1e-3)
+    assert same.uncertainty == pytest.approx(SAME_GRID * PERIOD / 1000, rel=1e-12)
     assert same.sentence(("a", "b")).startswith("No significant time shift")
     moved = estimate(TIME, a, a | {"slider_y": a["slider_y"] + 0.01, "slider_x": a["slider_x"] + 1e-3})
     assert abs(moved.value) < 1e-12
@@ -157,7 +161,7 @@ def test_where_the_signals_cannot_tell_they_say_so(a, b, reason):
     assert reason in shift.sentence(("a", "b"))
 
 
-def test_a_million_samples_are_as_good_and_quick():
+def test_a_million_samples_are_as_good():
     time = np.linspace(0, 10, 1_000_000)
     shift = estimate(time, slider(time), slider(time - 1e-4))
     assert shift.value == pytest.approx(1e-4, abs=1e-7)

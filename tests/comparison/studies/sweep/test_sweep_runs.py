@@ -250,3 +250,10 @@ def test_five_hundred_runs_of_the_reference_killed_half_way(tmp_path):
     finished(broken, env, tmp_path)
     assert (tmp_path / "broken" / "sweep.csv").read_bytes() == (tmp_path / "whole" / "sweep.csv").read_bytes()
     assert pd.read_csv(tmp_path / "whole" / "sweep.csv")["status"].eq("success").all()
+
+
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize("asked", [["--output", "max:nope"], ["--model", "nobody"]])
+def test_a_refused_sweep_leaves_no_folder(asked):
+    assert sweep("--grid", "drive.speed_rpm=100", *asked) == 2
+    assert not Path("out").exists()

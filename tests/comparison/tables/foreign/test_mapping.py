@@ -155,7 +155,7 @@ def test_numbers_that_are_not_finite_come_through_to_the_check():
         (text("time,slider_y"), "line 2 holds 3 numbers, but line 1 names 2"),
         (text(OURS) + text(OURS), "text after data row 11: save one block"),
         (text(OURS) + "20,oops,3\n", "'slider_y' is not a number in data row 12: 'oops'"),
-        (text(OURS) + "20,1,3,4\n", "line 14 holds 4 fields, but line 3 3"),
+        (text(OURS) + "20,1,3,4\n", "line 14 holds 4 fields, but line 3 holds 3"),
         (text("x;y;z\nms;mm;deg", ";", ",") + "20,5;1.2345,5;3\n", "columns: x, y, z; a mapping"),
     ],
 )
@@ -193,7 +193,7 @@ def test_two_tables_that_do_not_fit_are_refused_in_one_line(a, b, rule):
         ('[columns.x]\nchannel = "slider_x"\nfactor = 0.0', "columns.'x': factor = 0 leaves nothing"),
         ("compare = []", "must name at least one channel"),
         ('compare = ["slider_z"]', "compare: 'slider_z' is not a channel"),
-        (ADAMS, "mapping: column 'TIME' is not in either table; columns:"),
+        (ADAMS, "map.toml: column 'TIME' is not in either table; columns:"),
         ('[columns.slider_Y]\nchannel = "slider_y"', "is not in either table; did you mean 'slider_y'"),
         ('[b.slider_Y]\nchannel = "slider_y"', "'slider_Y' is not in a.csv; did you mean 'slider_y'"),
         (
@@ -205,7 +205,7 @@ def test_two_tables_that_do_not_fit_are_refused_in_one_line(a, b, rule):
         ('[channels.q]\nunit = "furlong"', "channels.'q': unit = 'furlong' is not known"),
         ("[channels.q]\nscale = 0", "channels.q.scale = 0 must be above 0"),
         ("[channels.q]\nfactor = 0", "channels.'q': factor = 0 leaves nothing"),
-        ('[channels.q]\nrate = "v"', "rate = 'v' is no other channel"),
+        ('[channels.q]\nrate = "v"', "rate = 'v' is not another channel"),
         ("[channels.time]\nscale = 1.0", "channels.'time': time is no channel"),
     ],
 )
@@ -223,3 +223,18 @@ def test_a_mapping_that_is_not_clear_is_refused_in_one_line(mapping, rule):
 )
 def test_a_definition_that_does_not_fit_the_table_is_refused_in_one_line(mapping, rule):
     refused(rule, put("a.csv", "time,q,w\n0,1,0\n1,2,0\n"), mapping=mapping)
+
+
+def test_a_mapping_gives_the_scale_of_a_channel_of_the_press():
+    table = one(put("a.csv", text(OURS)), "[channels.slider_y]\nscale = 0.5\n")
+    assert table.own["slider_y"].given == 0.5
+
+
+def test_a_key_that_holds_dots_is_quoted_in_a_message():
+    mapping = "[columns.'.press.X']\nchannel = \"slider_x\"\nsigns = 1\n"
+    refused("columns.'.press.X'.signs is not a known key", put("a.csv", text(OURS)), mapping=mapping)
+
+
+def test_a_number_too_long_to_print_is_one_line():
+    mapping = f"[columns.x]\nchannel = 'slider_x'\nsign = 0x{'f' * 6000}\n"
+    refused("sign = an integer of thousands of digits must be", put("a.csv", text(OURS)), mapping=mapping)

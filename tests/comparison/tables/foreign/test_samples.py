@@ -114,7 +114,10 @@ def test_units_of_other_fields():
     ("head", "rule"),
     [
         (b"\x89HDF\r\n\x1a\n", "is an HDF5 file: export its columns as CSV"),
-        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "Excel before 2007: save its sheet as .csv or .xlsx"),
+        (
+            b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",
+            "Excel before 2007, or one with a password: save its sheet as .csv",
+        ),
         (b"\x01\x00\x02\x00fast", "is a binary file: let the program write text or CSV"),
         (b"PK\x03\x04 no workbook", "is not a readable .xlsx workbook: save its sheet as CSV"),
         (b"", "contains no row of two or more numbers"),

@@ -91,6 +91,7 @@ def test_the_cases(a, b, code, words, capsys):
         ",x\n0.0,1\n0.5,2\n",  # pandas with the time as the index
         "time,x,\n0,1,\n1,2,\n",
         "time,x\n0,1,\n1,2,\n",
+        "time,x,\n0,1\n1,2\n",
         "time;x\n0;1\n1;2\n;\n;\n",
         "time,x\n0,1.5D+00\n1,2.5-101\n",
         'time,x\n"0","1,234.5"\n"1","1,234,567.5"\n',
@@ -138,7 +139,7 @@ def test_a_table_as_programs_write_it_agrees_with_itself(text, capsys):
         ("time,x\n0,1\n1,TRUE\n", "'x' is not a number in data row 2: 'TRUE'"),
         ("time,x\n0,1\n1\n", "x is nan in data row 2"),
         ("time x\n0 1\n1\n", "data row 2 holds fewer than 2 fields"),
-        ("time,x\n0,1\n1,2,3\n", "line 3 holds 3 fields, but line 2 2"),
+        ("time,x\n0,1\n1,2,3\n", "line 3 holds 3 fields, but line 2 holds 2"),
         ('time,x\n0,1\n1,"2\n3"\n2,3\n', "line 3: a quotation mark is not closed in its field"),
         ('time,x\n0,1\n1,"2\n2,3\n', "line 3: a quotation mark is not closed in its field"),
         ('time,x,y\n0,1,a"b\n1,2,"c\n2,3,d\n', "line 3: a quotation mark is not closed in its field"),
