@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
 
-from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.formatting import percent, quantity
-from comparison.report import rule
 from comparison.report.figures import ChannelFigure, Curves
 from comparison.report.impact_figure import Impact, draw_impact, representative_impact
-from comparison.report.summary import worst_channel
 from comparison.tables.arrays import Array
 from comparison.tables.channels import CONTACTS, channels
+from comparison.verdict.results import ChannelComparison, SceneComparison
+from comparison.words.verdicts import reason, threshold_name
 
 if TYPE_CHECKING:
-    from comparison.agreement.pulses import Pulse
+    pass
 
 _ENLARGED = 0.02  # of a crank cycle (or of the run) to either side of the worst sample
 
@@ -35,9 +33,7 @@ class Drawing:
     svg: Markup
 
 
-def figures(
-    scene: SceneComparison, key: str, pulses: tuple[Sequence[Pulse], Sequence[Pulse]] = ((), ())
-) -> list[Drawing]:
+def figures(scene: SceneComparison, key: str) -> list[Drawing]:
     """Draw the scene's worst sample and one impact enlarged, and its channels, inside `svg.style`.
 
     Unexcited channels, which are constant, and derived ones are omitted.
@@ -46,18 +42,16 @@ def figures(
     ----------
     key
         Starts the ids of the figures; unique on the page.
-    pulses
-        Contacts of either model resolved in time.
     """
     order = {name: n for n, name in enumerate(channels())}
     shown = [c for c in scene.channels.values() if c.verdict != "unexcited" and not is_derived(c)]
     shown.sort(key=lambda channel: order.get(channel.channel, len(order)))
     pages: dict[str, ChannelFigure] = {}  # by the name of the threshold, which stands in the legend
     drawings = []
-    worst = worst_channel(scene)
+    worst = scene.worst_channel
     if worst is not None and np.isfinite(worst.worst_time) and worst.verdict != "unexcited":
         drawings.append(_draw(scene, worst, pages, f"{key}-worst", enlarged=True))
-    if (impact := representative_impact(scene, pulses)) is not None:
+    if (impact := representative_impact(scene, scene.pulses)) is not None:
         drawings.append(_draw_impact(scene, impact, f"{key}-impact"))
     return drawings + [_draw(scene, channel, pages, f"{key}-{n}") for n, channel in enumerate(shown)]
 
@@ -86,7 +80,7 @@ def _draw(
     *,
     enlarged: bool = False,
 ) -> Drawing:
-    limit, limit_name = rule.threshold(channel)
+    limit, limit_name = channel.threshold, threshold_name(channel) or "threshold"
     if limit_name not in pages:
         pages[limit_name] = ChannelFigure(scene.labels, limit_name)
     curves = _curves(scene, channel, limit)
@@ -102,7 +96,7 @@ def _draw(
     alt = (
         f"{heading} over time, {scene.labels[0]} as a wide and {scene.labels[1]} as a thin line; below it "
         f"the size of their difference against {limit_name}, logarithmic. "
-        f"Verdict {channel.verdict}: {channel.reason}. {caption}."
+        f"Verdict {channel.verdict}: {reason(channel)}. {caption}."
     )
     svg = Markup(pages[limit_name].svg(curves, key))  # matplotlib escapes the text in its drawings
     return Drawing(heading=heading, caption=caption, verdict=channel.verdict, alt=alt, svg=svg)
@@ -135,7 +129,7 @@ def _curves(scene: SceneComparison, channel: ChannelComparison, limit: Array | N
         b=channel.b,
         size=np.abs(channel.difference),
         threshold=limit,
-        predictable_below=rule.limit_of_predictability(channel),
+        predictable_below=channel.predictable_below,
         predictable=channel.predictable,
         outside=channel.beyond,
     )

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import pandas as pd
 from matplotlib.figure import Figure
 
-from comparison.agreement.results import SceneComparison
 from comparison.formatting import prefix
 from comparison.metrics.impacts import WINDOW, match
 from comparison.report import svg
+from comparison.verdict.results import SceneComparison
 
 if TYPE_CHECKING:
     from comparison.agreement.pulses import Pulse

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from comparison.agreement.results import SceneComparison
 from comparison.formatting import MISSING, number, percent
-from comparison.report.summary import rank, worst_verdict
+from comparison.verdict.results import SceneComparison, rank
+from comparison.words.verdicts import mark
 
 MODELS = {
     "reference": "a hand-written solver of the paper's equations",
@@ -18,7 +18,7 @@ MODELS = {
 
 def failing_first(comparisons: Sequence[SceneComparison]) -> list[SceneComparison]:
     """Return the scenes, the worst verdict first; equal ones in their order."""
-    return sorted(comparisons, key=lambda scene: -rank(worst_verdict(scene)))
+    return sorted(comparisons, key=lambda scene: -rank(scene.worst_verdict))
 
 
 def failing(comparisons: Sequence[SceneComparison], keys: Sequence[str]) -> list[dict[str, str]]:
@@ -109,5 +109,5 @@ def _cell(tier: SceneComparison, key: str) -> dict[str, Any]:
         "channel": "" if channel is None else channel.channel,
         "coverage": percent(coverage) if coverage == coverage else "",
         "share": round(100 * coverage) if coverage == coverage else 0,
-        "mark": tier.mark,
+        "mark": mark(tier),
     }

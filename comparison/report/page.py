@@ -5,27 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from markupsafe import Markup
 
-from comparison.agreement.results import SceneComparison
 from comparison.files import replacing
 from comparison.formatting import MISSING, percent, quantity
 from comparison.metrics.impacts import WINDOW
 from comparison.reliability.difference import MARGIN
-from comparison.report import overview, reliability, rule, summary, svg, tables
-from comparison.report.card import Orders, card
+from comparison.report import overview, reliability, svg, tables
 from comparison.report.compact import compact
 from comparison.report.gallery import Drawing, figures, is_derived, representative
 from comparison.report.origin import Origin
 from comparison.report.plot_data import plot_data
 from comparison.report.schematic import Schematic, schematic
 from comparison.report.templates import ASSETS, TEMPLATES, script_hash, style
-from comparison.report.text import attribution_words, shift_line
-
-if TYPE_CHECKING:
-    from comparison.agreement.pulses import Pulses
+from comparison.verdict.results import SceneComparison, rank
+from comparison.words import verdicts as words
 
 
 def _script() -> str:
@@ -43,8 +39,6 @@ def write_report(
     title: str,
     command: str,
     origin: Origin | None = None,
-    orders: Orders | None = None,
-    pulses: Pulses | None = None,
 ) -> Path:
     """Write ``report.html`` into a folder.
 
@@ -60,17 +54,13 @@ def write_report(
         Command that reproduces the whole report.
     origin
         Of the report; None: not stated.
-    orders
-        Observed orders of convergence, where they are known.
-    pulses
-        Contact forces resolved in time, where they are known.
 
     Returns
     -------
     path
         Path of the page. Equal arguments give identical bytes.
     """
-    html = render(comparisons, title=title, command=command, origin=origin, orders=orders, pulses=pulses)
+    html = render(comparisons, title=title, command=command, origin=origin)
     out.mkdir(parents=True, exist_ok=True)
     path = out / "report.html"
     with replacing(path) as part:
@@ -84,8 +74,6 @@ def render(
     title: str,
     command: str,
     origin: Origin | None = None,
-    orders: Orders | None = None,
-    pulses: Pulses | None = None,
 ) -> str:
     """Return the page as text; see `write_report`."""
     comparisons = overview.failing_first(comparisons)
@@ -93,27 +81,24 @@ def render(
     script = _script()
     plot_style = Markup((ASSETS / "uplot" / "uPlot.min.css").read_text("utf-8") + "\n")
     with svg.style():
-        scenes = [
-            _scene(scene, key, orders or {}, pulses or {}, shown=key == "s0")
-            for scene, key in zip(comparisons, keys, strict=True)
-        ]
+        scenes = [_scene(scene, key, shown=key == "s0") for scene, key in zip(comparisons, keys, strict=True)]
     return TEMPLATES.get_template("report.html.j2").render(
         title=title,
         command=command,
-        overall={"verdict": summary.overall_verdict(comparisons), "sentence": summary.sentence(comparisons)},
+        overall={"verdict": words.overall_verdict(comparisons), "sentence": words.headline(comparisons)},
         failing=overview.failing(comparisons, keys),
         grid=overview.grid(comparisons, keys),
         tiers=overview.tiers(comparisons),
         channel_grid=overview.channel_grid(comparisons, keys),
-        ratio=rule.ratio(comparisons),
+        ratio=words.ratio(comparisons),
         models=overview.models(comparisons),
         origin=origin,
         schematic=_representative([scene["schematic"] for scene in scenes]),
         scenes=scenes,
         reliability=any(scene.reliability is not None for scene in comparisons),
         margin=MARGIN,
-        symbols=summary.SYMBOLS,
-        definition=rule.definition(comparisons),
+        symbols=words.SYMBOLS,
+        definition=words.definition(comparisons),
         contact_headings=tables.CONTACT_HEADINGS,
         information_headings=list(tables.INFORMATION_HEADINGS.values()),
         css=plot_style + style(),
@@ -128,11 +113,9 @@ def _representative(drawings: Sequence[Schematic | None]) -> Schematic | None:
     return next((drawing for drawing in found if drawing.geometry["magnified"]), found[0] if found else None)
 
 
-def _scene(
-    scene: SceneComparison, key: str, orders: Orders, pulses: Pulses, *, shown: bool
-) -> dict[str, Any]:
+def _scene(scene: SceneComparison, key: str, *, shown: bool) -> dict[str, Any]:
     """Return the template data of one scene; ``key`` is the prefix of its ids."""
-    usual = _tier(scene, orders)
+    usual = _tier(scene)
     rows = {row["name"]: row for row in usual["channels"]}
     return usual | {
         "key": key,
@@ -140,11 +123,11 @@ def _scene(
         "name": scene.name,
         "title": scene.title,
         "description": scene.description,
-        "shift": shift_line(scene),
+        "shift": words.shift_line(scene),
         "warnings": scene.warnings,
         "schematic": schematic(scene.scene),
-        "plots": _plots(scene, pulses),
-        "figures": _compact(figures(scene, key, pulses.get((scene.name, scene.tier), ((), ())))),
+        "plots": _plots(scene),
+        "figures": _compact(figures(scene, key)),
         "not_drawn": ", ".join(name for name, channel in scene.channels.items() if is_derived(channel)),
         "unexcited": ", ".join(name for name, row in rows.items() if row["verdict"] == "unexcited"),
         "without_contact": all(events is not None and events.empty for events in scene.events),
@@ -157,7 +140,7 @@ def _scene(
         "command": scene.command,
         "reliability_figures": _compact(reliability.drawings(scene, f"{key}-reliability")),
         "tight": scene.tight
-        and _tier(scene.tight, orders) | {"figures": _compact(representative(scene.tight, f"{key}-tight"))},
+        and _tier(scene.tight) | {"figures": _compact(representative(scene.tight, f"{key}-tight"))},
     }
 
 
@@ -165,29 +148,26 @@ def _compact(drawings: Sequence[Drawing]) -> list[Drawing]:
     return [replace(drawing, svg=Markup(compact(drawing.svg))) for drawing in drawings]
 
 
-def _plots(scene: SceneComparison, pulses: Pulses) -> list[dict[str, str]]:
+def _plots(scene: SceneComparison) -> list[dict[str, str]]:
     """Return the data of the plots by tier, that with the worst verdict first."""
-    tiers = sorted(scene.tiers, key=lambda tier: -summary.rank(tier.verdict))
-    packed = [
-        {"tier": tier.tier, "text": plot_data(tier, pulses.get((tier.name, tier.tier), ((), ())))}
-        for tier in tiers
-    ]
+    tiers = sorted(scene.tiers, key=lambda tier: -rank(tier.verdict))
+    packed = [{"tier": tier.tier, "text": plot_data(tier)} for tier in tiers]
     return [data for data in packed if data["text"]]
 
 
-def _tier(scene: SceneComparison, orders: Orders) -> dict[str, Any]:
+def _tier(scene: SceneComparison) -> dict[str, Any]:
     """Return the template data of a scene at one tier."""
-    explained = scene.attribution.explained if scene.attribution else float("nan")
     return {
         "tier": scene.tier,
         "verdict": scene.verdict,
-        "reason": scene.reason,
-        "card": card(scene, orders),
-        "confirmation": scene.confirmation,
+        "reason": words.scene_reason(scene),
+        "card": words.card(scene),
+        "confirmation": words.confirmation(scene),
+        "suspicious": scene.confirmation is not None and scene.confirmation.suspicious,
         "labels": scene.labels,
-        "attribution": attribution_words(scene.attribution) if scene.attribution else [],
+        "attribution": words.attribution_lines(scene),
         "coverage": percent(scene.coverage, scene.coverage_error),
-        "explained": percent(explained),
+        "explained": percent(scene.attribution.explained),
         "channels": [tables.channel_row(channel, scene.time) for channel in scene.channels.values()],
         "runs": tables.run_rows(scene.provenance),
         "versions": tables.version_lines(scene.provenance),

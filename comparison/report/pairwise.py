@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from comparison.agreement.standing import Pair, Standing
 from comparison.files import replacing
 from comparison.formatting import MISSING, percent, quantity
-from comparison.report.summary import SYMBOLS
 from comparison.report.templates import TEMPLATES, style
+from comparison.verdict.several import Pair, Standing
+from comparison.words.verdicts import SYMBOLS, standing, standings
 
 
 @dataclass(frozen=True)
@@ -53,22 +53,12 @@ def write_pairwise(rows: Sequence[Row], folder: Path, *, models: Sequence[str], 
         pairs=[result.pair for result in rows[0].results],
         models=models,
         command=command,
-        lead=lead(rows),
+        lead=standings([row.standing for row in rows]),
         symbols=SYMBOLS,
+        sentence=standing,
         css=style(),
     )
     path = folder / "report.html"
     with replacing(path) as temporary:
         temporary.write_text(page, "utf-8")
     return path
-
-
-def lead(rows: Sequence[Row]) -> str:
-    """Return one sentence for all scenes: who stands alone, how often."""
-    alone = [row.standing.alone for row in rows if row.standing.alone]
-    said = [f"{model} stands alone on {alone.count(model)}" for model in dict.fromkeys(alone)]
-    if agreed := sum(row.standing.outcome == "agree" for row in rows):
-        said.append(f"all models that can be compared agree on {agreed}")
-    if rest := len(rows) - len(alone) - agreed:
-        said.append(f"neither on {rest}")
-    return f"Of {len(rows)} scene{'s' * (len(rows) > 1)}: {'; '.join(said)}."

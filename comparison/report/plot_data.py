@@ -17,14 +17,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.files import plain
 from comparison.formatting import pretty_unit
-from comparison.report import rule
 from comparison.report.decimate import envelope, upper_envelope
 from comparison.report.gallery import is_derived
 from comparison.tables.arrays import Array
 from comparison.tables.channels import CONTACTS
+from comparison.verdict.results import ChannelComparison, SceneComparison
+from comparison.words.verdicts import threshold_name
 
 if TYPE_CHECKING:
     from comparison.agreement.pulses import Pulse
@@ -34,7 +34,7 @@ MOST = 12_000
 _UNIFORM = 1e-9  # of the run time: such times are stored by their ends
 
 
-def plot_data(scene: SceneComparison, pulses: tuple[Sequence[Pulse], Sequence[Pulse]] = ((), ())) -> str:
+def plot_data(scene: SceneComparison) -> str:
     """Return the plots of a scene at one tier as Base64; empty if there is nothing to draw.
 
     Unexcited channels are omitted, and those that follow from others (`comparison.report.gallery`), unless
@@ -71,7 +71,7 @@ def plot_data(scene: SceneComparison, pulses: tuple[Sequence[Pulse], Sequence[Pu
         channels.append(described)
         arrays += packed
     head["pulses"] = []
-    for events, resolved in zip(scene.events, pulses, strict=True):
+    for events, resolved in zip(scene.events, scene.pulses, strict=True):
         described, packed = _pulses(events, resolved)
         head["pulses"].append(described)
         arrays += packed
@@ -83,7 +83,7 @@ def plot_data(scene: SceneComparison, pulses: tuple[Sequence[Pulse], Sequence[Pu
 def _channel(
     scene: SceneComparison, channel: ChannelComparison, kept: NDArray[np.intp]
 ) -> tuple[dict[str, Any], list[bytes]]:
-    threshold, name = rule.threshold(channel)
+    threshold, name = channel.threshold, threshold_name(channel)
     guide = channel.channel == "slider_x" and scene.scene is not None
     offset = (
         float(scene.scene["mechanism"]["guide_x"])
@@ -102,7 +102,7 @@ def _channel(
         # A clearance of 0.2 mm is invisible on an axis of half a metre.
         "zero": offset if guide else 0.0,
         "threshold": name if threshold is not None else "",
-        "limit": rule.limit_of_predictability(channel),
+        "limit": channel.predictable_below,
         "outside": np.flatnonzero(channel.beyond[kept])[:1].tolist(),
     }
     arrays = [

@@ -9,7 +9,6 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from comparison.agreement.results import SceneComparison
 from comparison.formatting import MISSING, number, quantity
 from comparison.reliability.assessment import Assessment
 from comparison.reliability.difference import Difference
@@ -18,6 +17,7 @@ from comparison.reliability.words import notes, rounded
 from comparison.report import svg
 from comparison.report.gallery import Drawing
 from comparison.tables.channels import channels
+from comparison.verdict.results import SceneComparison
 
 SIZE = (5.56, 4.6)
 """in, as the style's unit."""

@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 
 from comparison.agreement.contact_states import SITUATIONS, of_scene, pin_of_scene
-from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.report.decimate import spans
-from comparison.report.summary import largest_predictable
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CONTACTS, PIN
+from comparison.verdict.results import ChannelComparison, SceneComparison
+from comparison.words.verdicts import reason
 
 CONTACT_HEADINGS = (
     "Contacts",
@@ -42,7 +42,7 @@ INFORMATION_HEADINGS = {
 def channel_row(channel: ChannelComparison, time: Array) -> dict[str, Any]:
     """Return one row of the channel table; ``time`` (s) has shape (n,)."""
     unit = channel.unit
-    within = largest_predictable(channel)
+    within = channel.largest_predictable
     compared = channel.verdict != "unexcited"
     located = compared and not np.isnan(channel.worst_threshold)
     relation = ">" if abs(channel.worst_difference) > channel.worst_threshold else "≤"
@@ -66,7 +66,7 @@ def channel_row(channel: ChannelComparison, time: Array) -> dict[str, Any]:
             if located
             else ""
         ),
-        "reason": channel.reason,
+        "reason": reason(channel),
         "has_strip": compared,
         "unpredictable": _strip(~channel.predictable, time),
         "outside": _strip(channel.beyond, time),
