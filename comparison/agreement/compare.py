@@ -15,18 +15,9 @@ from math import nan
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from comparison.accuracy.thresholds import thresholds
-from comparison.accuracy.uncertainty import (
-    SAFETY_FACTOR,
-    WINDOW,
-    Levels,
-    Runs,
-    round_off,
-    uncertainty,
-    window_samples,
-)
+from comparison.accuracy.levels import thresholds
+from comparison.accuracy.uncertainty import SAFETY_FACTOR, Runs, model_uncertainty
 from comparison.agreement.attribution import attribute
 from comparison.agreement.results import ChannelComparison, SceneComparison, scene_coverage
 from comparison.agreement.scene_verdict import scene_verdict
@@ -41,7 +32,7 @@ from comparison.tables.table import Table, TableError, check
 _BESIDES = ("crank", "own")  # groups of channels
 _FEW = 16  # samples; of fewer every fourth one tells nothing
 
-__all__ = ["Runs", "compare", "recorded_scene"]
+__all__ = ["Runs", "compare", "model_uncertainty", "recorded_scene"]
 
 
 def compare(
@@ -79,7 +70,7 @@ def compare(
     labels, name, command, warnings
         Names of the two results, of the comparison, its command, and further warnings.
     tier
-        One of `comparison.accuracy.tiers.TIERS`, whose thresholds apply.
+        One of `comparison.accuracy.levels.TIERS`, whose thresholds apply.
     only
         Channels to compare, among those requested by the scene; None: all.
     ensembles
@@ -239,38 +230,3 @@ def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) 
     if other := [name for name in only or () if name not in names]:
         raise TableError(f"scene {scene.name!r}: has no channel {other[0]} to compare")
     return names if only is None else [name for name in names if name in only]
-
-
-def model_uncertainty(
-    runs: Runs, name: str, period: float, ensemble: Sequence[Table] = (), every: int = 1
-) -> NDArray[np.float64] | None:
-    """Uncertainty of one channel of one model, in its unit; None without a finer run.
-
-    The window is a hundredth of the period (s) to either side; where the distance of the samples varies, the
-    largest number of samples that any such window holds. Of every so many samples only the first one is
-    looked at: shape (n,) or fewer.
-    """
-    if runs.finer is None:
-        return None
-
-    def values(run: Table) -> NDArray[np.float64]:
-        return run.values(name)[::every]
-
-    time, base = runs.base.time[::every], values(runs.base)
-    interval = float(time[-1] - time[0]) / (time.size - 1)
-    held = np.searchsorted(time, time + WINDOW * period) - np.arange(1, time.size + 1)
-    factor, order = runs.refinement
-    levels = Levels(
-        base=base,
-        finer=values(runs.finer),
-        coarser=None if runs.coarser is None else values(runs.coarser),
-        perturbed=tuple(map(values, runs.perturbed_runs)),
-        factor=factor,
-        order=order,
-        ensemble=tuple(map(values, ensemble)),
-    )
-    return uncertainty(
-        levels,
-        max(window_samples(period, interval), int(held.max())),
-        round_off(base, time, runs.base.known[name].round_off),
-    )

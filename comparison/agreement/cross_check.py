@@ -10,18 +10,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from comparison.accuracy.levels import solver_values, with_declared
-from comparison.accuracy.thresholds import thresholds
-from comparison.accuracy.tiers import TIERS, tight
+from comparison.accuracy.levels import TIERS, solver_values, thresholds, tight, with_declared
+from comparison.accuracy.refine import families, sorted_runs, table_of_family
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.confirmation import Run
-from comparison.agreement.planned_runs import families, ideal_runs, sorted_runs, table_of_family
 from comparison.agreement.refine import RunFamilies, settle, without_violation
 from comparison.agreement.results import SceneComparison, no_comparison
 from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
 from comparison.execution.run import run_all
 from comparison.reliability.difference import ReliabilityComparison, compare_reliability
-from comparison.reliability.ideal import dense_scene
+from comparison.reliability.ideal import dense_scene, ideal_scenes
 from comparison.scene import Scene
 from comparison.tables.table import Table, TableError
 
@@ -80,7 +78,7 @@ def validate(
         For both models at the standard tier, see `comparison.accuracy.levels.solver_values`; None: the
         scenes' settings.
     tiers
-        "standard", or both; the tight tier is for the built-in models only, see `comparison.accuracy.tiers`.
+        "standard", or both; the tight tier is for the built-in models only, see `comparison.accuracy.levels`.
     on_progress
         Called with the finished share, 0 to 1; again from 0 for each finer level and each ensemble.
 
@@ -199,7 +197,12 @@ class _Plan:
     ) -> None:
         self.scene, self.tier, self.models, self.command, self.closer = scene, tier, models, command, closer
         self.jobs = families(scene, models)
-        self.dense, self.ideals = families(dense_scene(scene), models), ideal_runs(scene, models)
+        self.dense = families(dense_scene(scene), models)
+        self.ideals = {
+            (model, kind): Job(ideal, model)
+            for model in models
+            for kind, ideal in ideal_scenes(scene, model).items()
+        }
         self.parts = self.jobs, self.dense, self.ideals
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparison.accuracy.thresholds import Thresholds
+from comparison.accuracy.levels import Thresholds
 from comparison.execution.job import Job
 from comparison.metrics.impacts import Impacts, impacts_of
 from comparison.metrics.signal_ratings import information

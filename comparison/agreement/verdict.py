@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from comparison.accuracy.thresholds import Thresholds
+from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import combined
 from comparison.agreement.results import ChannelComparison
 from comparison.formatting import instant

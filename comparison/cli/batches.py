@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-from comparison.accuracy.tiers import TIERS
+from comparison.accuracy.levels import TIERS
+from comparison.accuracy.refine import family
 from comparison.agreement.cross_check import Validation, options, validate
-from comparison.agreement.planned_runs import family
 from comparison.agreement.results import no_comparison
 from comparison.cli.console import described, is_refusal
 from comparison.cli.progress import Reporter

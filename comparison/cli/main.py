@@ -100,14 +100,17 @@ def plan(
     overrides: Overrides = None,
 ) -> int:
     """Show what each model integrates for a scene, what it leaves out and why, and the cost of a run."""
-    from comparison.accuracy.plan import channels_line, lines
     from comparison.accuracy.plan import plan as plan_run
     from comparison.execution.job import MODELS
     from comparison.scene import load_scene, parse_set
+    from comparison.words.accuracy import channels_line, plan_lines
 
     loaded = load_scene(scene, parse_set(overrides or []))
     warn(loaded.warnings)
-    said = [channels_line(loaded), *(line for model in MODELS for line in lines(plan_run(loaded, model)))]
+    said = [
+        channels_line(loaded),
+        *(line for model in MODELS for line in plan_lines(plan_run(loaded, model))),
+    ]
     for each in said:
         for line in wrapped(each, rest=" " * _PLAN_INDENT):
             say(line)

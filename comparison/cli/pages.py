@@ -25,6 +25,25 @@ def incomplete(comparisons: Sequence[SceneComparison], missing: Sequence[str]) -
     )
 
 
+def observed_orders(results: Sequence[Validation]) -> Orders:
+    """Return the observed orders of both models by scene and tier, of those whose runs succeeded."""
+    from comparison.accuracy.uncertainty import observed_order
+
+    orders = {}
+    for result in results:
+        for tier in result.comparison.tiers:
+            runs = result.runs if tier.tier == "standard" else result.tight_runs
+            if tier.channels and runs:
+                judged = {
+                    name: (channel.predictable, channel.scale)
+                    for name, channel in tier.channels.items()
+                    if channel.verdict != "unexcited"
+                }
+                first, second = (observed_order(runs[model], judged) for model in tier.labels)
+                orders[tier.name, tier.tier] = (first, second)
+    return orders
+
+
 def write_validation(
     results: Sequence[Validation],
     folder: Path,
@@ -37,7 +56,6 @@ def write_validation(
 
     Tables of an earlier call are deleted where there is none now: they would appear to belong to this report.
     """
-    from comparison.agreement.observed_order import observed_orders
     from comparison.files import replacing_in, write_json, write_text
     from comparison.report.text import as_mapping
     from comparison.tables.table_files import write

@@ -27,12 +27,12 @@ def settings(
     Errors are those of slider_x against the most accurate run that both models confirm. "front" marks what no
     other setting beats in error and processor time. Ctrl-C ends the runs: what was measured is printed.
     """
-    from comparison.agreement.refinement.settings_words import basis, commands, table
-    from comparison.agreement.refinement.work_precision import work_precision
+    from comparison.accuracy.work_precision import work_precision
     from comparison.execution.workers import cpus
     from comparison.files import check_file
     from comparison.report.work_precision import draw
     from comparison.scene import load_scene, parse_set
+    from comparison.words.accuracy import settings_basis, settings_commands, settings_table
 
     if not 0 < seconds < float("inf"):
         raise typer.BadParameter(f"--seconds {seconds:g} must be a positive number")
@@ -44,20 +44,20 @@ def settings(
     warn(loaded.warnings)
     warn_about_the_cache()
     with progress(f"settings of {loaded.name}", quiet=quiet) as report:
-        found = work_precision(
+        result = work_precision(
             loaded,
             seconds,
             n_jobs=cpus(),
             on_finished=lambda share, row: report.finished(share, row.candidate.formulation),
         )
-    for line in (*wrapped(basis(found)), *columns(table(found), right=(1, 2))):
+    for line in (*wrapped(settings_basis(result)), *columns(settings_table(result), right=(1, 2))):
         say(line)
-    for part, command in commands(found):
+    for part, command in settings_commands(result):
         say(f"{part}:")
         say(f"  {command}")
     if out is not None:
-        say(str(draw(found, out)))
-    if found.interrupted:
+        say(str(draw(result, out)))
+    if result.interrupted:
         # Not the usual line of an interrupted command: timed runs are not cached.
         raise SystemExit(complain("interrupted; the other settings were not measured", INTERRUPTED))
     return 0

@@ -51,7 +51,7 @@ def validate(
     With more than two models each pair is compared, and the report says which model stands alone.
     Stopped by Ctrl-C, it writes the report of the scenes finished by then, marked as incomplete.
     """
-    from comparison.accuracy.tiers import TIERS
+    from comparison.accuracy.levels import TIERS
     from comparison.agreement.cross_check import options
     from comparison.engines.registry import pair, several
     from comparison.execution.job import MODELS

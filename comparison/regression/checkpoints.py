@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.accuracy.thresholds import thresholds
-from comparison.agreement.compare import Runs, model_uncertainty
+from comparison.accuracy.levels import thresholds
+from comparison.accuracy.uncertainty import model_uncertainty
+from comparison.agreement.compare import Runs
 from comparison.execution.job import Job
 from comparison.regression.baseline import Checkpoint, RunRecord
 from comparison.regression.neighbours import scatter
@@ -34,7 +35,7 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
     runs
         The run, and the others of its family that give the uncertainty.
     gated, tier
-        What was run, at which of `comparison.accuracy.tiers.TIERS`.
+        What was run, at which of `comparison.accuracy.levels.TIERS`.
     neighbours
         The run from starts next to its own. They count like perturbed runs: on another machine round-off
         alone leads to one of them, after each chatter to another one.

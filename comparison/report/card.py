@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isnan
 
+from comparison.accuracy.uncertainty import Order
 from comparison.agreement.event_description import describe
-from comparison.agreement.observed_order import Order
 from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.formatting import NO_BREAK, number, percent, quantity
 from comparison.report.summary import worst_channel
 from comparison.scene import Scene, command_line
 
 Orders = Mapping[tuple[str, str], tuple[Order, Order]]
-"""(scene, tier) -> order of either model, see `comparison.agreement.observed_order`."""
+"""(scene, tier) -> order of either model, see `comparison.accuracy.uncertainty`."""
 
 _CHATTER = 0.05  # of a crank cycle before an instant: about one flight between two impacts
 _MANY = 5  # contacts that begin in it

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import (
     ENSEMBLE_FACTOR,
     PERTURBATION,

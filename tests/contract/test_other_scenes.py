@@ -6,8 +6,8 @@ import pytest
 import exudyn_model
 import reference_model
 from comparison.accuracy.levels import refinement
+from comparison.accuracy.refine import levels
 from comparison.agreement.compare import Runs, compare
-from comparison.agreement.planned_runs import levels
 from comparison.agreement.results import SceneComparison
 from comparison.scene import load_scene
 from comparison.tables.table import Table

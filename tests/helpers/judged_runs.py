@@ -10,11 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from comparison.accuracy.levels import refinement
-from comparison.accuracy.tiers import tight
+from comparison.accuracy.levels import refinement, tight
+from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Runs
 from comparison.agreement.compare import compare
-from comparison.agreement.planned_runs import levels
 from comparison.agreement.results import SceneComparison
 from comparison.execution.run import run_one
 from comparison.scene import Scene, load_scene

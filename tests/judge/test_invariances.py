@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 from judged_runs import MODELS, Judged, compared, each, random_scene, random_tables
 
-from comparison.accuracy.uncertainty import WINDOW, Runs
-from comparison.agreement.compare import compare, model_uncertainty
+from comparison.accuracy.uncertainty import WINDOW, Runs, model_uncertainty
+from comparison.agreement.compare import compare
 from comparison.agreement.recorded_runs import Recorded, compare_recorded
 from comparison.agreement.results import SceneComparison
 from comparison.scene import load_scene

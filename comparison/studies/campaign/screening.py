@@ -15,8 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from comparison.accuracy.thresholds import thresholds
-from comparison.agreement.compare import Runs, model_uncertainty
+from comparison.accuracy.levels import thresholds
+from comparison.accuracy.uncertainty import model_uncertainty
+from comparison.agreement.compare import Runs
 from comparison.scene import Scene
 from comparison.tables.channels import channels
 from comparison.tables.table import Table

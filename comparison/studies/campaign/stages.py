@@ -10,10 +10,9 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict
 
-from comparison.accuracy.levels import refinement
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import refinement, thresholds
+from comparison.accuracy.refine import levels
 from comparison.agreement.compare import Runs, compare
-from comparison.agreement.planned_runs import levels
 from comparison.agreement.results import SceneComparison
 from comparison.execution.job import MODELS, VIOLATED, Outcome
 from comparison.execution.ledger import Row

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.agreement.results import decisive
 from comparison.agreement.scene_verdict import scene_verdict
 from comparison.agreement.verdict import compare_channel

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.agreement.confirmation_causes import judged_samples
 from comparison.agreement.results import scene_coverage
 from comparison.agreement.scene_verdict import scene_verdict

@@ -12,8 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from comparison.accuracy.thresholds import thresholds
-from comparison.agreement.compare import Runs, model_uncertainty
+from comparison.accuracy.levels import thresholds
+from comparison.accuracy.uncertainty import model_uncertainty
+from comparison.agreement.compare import Runs
 from comparison.engines.platform import _processor, platform_name, versions
 from comparison.execution.job import Job
 from comparison.regression.baseline import (

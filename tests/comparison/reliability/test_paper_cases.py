@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from comparison.accuracy.tiers import tight
+from comparison.accuracy.levels import tight
 from comparison.agreement.compare import Runs
 from comparison.agreement.cross_check import validate
 from comparison.execution.job import MODELS, Job

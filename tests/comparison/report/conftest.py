@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from outline import page
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.agreement.results import Attribution, SceneComparison
 from comparison.agreement.scene_verdict import scene_verdict
 from comparison.agreement.verdict import compare_channel

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from outline import page, words
 
-from comparison.agreement.observed_order import Order
+from comparison.accuracy.uncertainty import Order
 from comparison.agreement.results import Attribution, Confirmation, SceneComparison
 from comparison.cli.main import app
 from comparison.execution.job import Job
