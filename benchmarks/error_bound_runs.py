@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from comparison.accuracy.sweeps import SETTINGS, at, key_of, model_of
+from comparison.accuracy.measured import SETTINGS, at
+from comparison.accuracy.sweeps import key_of, model_of
 from comparison.execution.job import RunError
 from comparison.execution.run import run_one
 from comparison.scene import Scene, load_scene

@@ -22,9 +22,9 @@ from typing import Any
 import error_bound_runs as runs
 
 import comparison
-from comparison.accuracy.levels import NAMES, AccuracyError, expected, solver_values
-from comparison.accuracy.measured import physics
-from comparison.accuracy.sweeps import SETTINGS, at, formulations, key_of, model_of
+from comparison.accuracy.levels import NAMES, AccuracyError, solver_values
+from comparison.accuracy.measured import SETTINGS, at, expected, physics
+from comparison.accuracy.sweeps import formulations, key_of, model_of
 from comparison.engines.platform import platform_name
 from comparison.engines.registry import fingerprint
 from comparison.execution.cache import cache_folder
@@ -63,7 +63,7 @@ def pieces(counts: dict[str, int]) -> list[Piece]:
         (name, formulation, number)
         for formulation, count in counts.items()
         for name in shipped_scenes()
-        if formulation in formulations(load_scene(name))
+        if formulation in formulations(load_scene(name).data)
         for number in range(count)
     ]
 
@@ -162,7 +162,7 @@ def check() -> int:
     for name in shipped_scenes():
         for formulation in ("minimal", "tree", "full"):
             scene, model = load_scene(name), model_of(formulation)
-            if formulation not in formulations(scene):
+            if formulation not in formulations(scene.data):
                 continue
             scene = scene.with_values({f"solver.{model}.formulation": formulation})
             run_one(scene.with_values({"drive.cycles": 0.02}), model)

@@ -20,9 +20,16 @@ import numpy as np
 import pandas as pd
 
 from comparison.accuracy.levels import solver_values
-from comparison.agreement.refinement.accurate_run import ENOUGH, AccurateRun, accurate_run
-from comparison.agreement.refinement.estimate import CHANNEL, FLOOR, Estimate
-from comparison.agreement.refinement.families import Families, Level
+from comparison.accuracy.refine import (
+    CHANNEL,
+    ENOUGH,
+    FLOOR,
+    AccurateRun,
+    Estimate,
+    Families,
+    Level,
+    accurate_run,
+)
 from comparison.engines.platform import platform_name
 from comparison.engines.registry import fingerprint
 from comparison.engines.source_hash import code_hash
@@ -135,8 +142,8 @@ def attempt(scene: Scene, model: str, accuracy: float, run: Limited) -> Accurate
 
 def judged(found: AccurateRun, other: Level, own: Level) -> Found:
     """Return the largest error on the predictable part over the wanted one, and by whom it is judged."""
-    judge = other if other.table() is not None else own
-    table, estimate = judge.table(), found.estimate
+    judge = other if other.table is not None else own
+    table, estimate = judge.table, found.estimate
     if table is None or estimate is None or found.wanted is None:
         return {"judge": "", "error": nan, "sure_error": nan}
     error = np.abs(found.table.values(CHANNEL) - table.values(CHANNEL)) / found.wanted

@@ -12,9 +12,10 @@ import time
 import numpy as np
 from kept_accuracy import population
 
-from comparison.accuracy.sweeps import at, model_of
-from comparison.agreement.refinement.estimate import CHANNEL
-from comparison.agreement.refinement.work_precision import DECADES, WorkPrecision, work_precision
+from comparison.accuracy.measured import at
+from comparison.accuracy.refine import CHANNEL
+from comparison.accuracy.sweeps import model_of
+from comparison.accuracy.work_precision import DECADES, WorkPrecision, work_precision
 from comparison.execution.job import Job
 from comparison.execution.run import run_all
 from comparison.formatting import table

@@ -1,7 +1,7 @@
 """Measured error bounds and costs of the settings on the shipped scenes.
 
 The numbers are data (``measured.toml``). A scene uses those of the shipped scene with the same physics; any
-other uses those of the standard scene with the same joints, with a caution, since the amplification of errors
+other uses those of the usual scene with the same joints, with a caution, since the amplification of errors
 depends on the scene.
 """
 
@@ -10,14 +10,23 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import cache
 from importlib.resources import files
-from math import inf, isclose, log, nan
+from math import inf, isclose, isfinite, log, nan
 from typing import Any
 
+from comparison.accuracy.sweeps import forces, joints_with_clearance, key_of, model_of
 from comparison.scene import Scene, digest
-from comparison.scene.formulation import forces, joints_with_clearance
 
+_TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
+SETTINGS = {
+    "minimal": _TOLERANCES,
+    "multiplier": _TOLERANCES,
+    "tree": _TOLERANCES[:-1],
+    "full": (8e-6, 4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7),
+}
+"""Formulation -> its measured tolerances, or steps in s, coarsest first; of each model the smallest first."""
 USUAL = {
     (): "ideal",
     ("slider",): "150rpm-0.2mm",
@@ -27,142 +36,165 @@ USUAL = {
 """Joints with clearance -> scene whose numbers are used for unmeasured scenes."""
 _PHYSICS = ("mechanism", "initial", "joints", "clearance", "contact", "friction", "environment")
 _METHODS = {"reference": ("dop853",), "exudyn": ("auto", "generalized-alpha", "dopri5")}
-"""Measured formulations; Exudyn's "auto" is another one where forces are requested."""
+"""Measured methods; Exudyn's "auto" is another one where forces are requested."""
+
+
+class Caution(StrEnum):
+    """Why a measured number may not hold for a scene, or what it does not tell."""
+
+    OTHER_SCENE = "measured on another scene"
+    OTHER_METHOD = "measured with another method"
+    IDEAL_SLIDER = "slider_x does not depend on the setting"
 
 
 @dataclass(frozen=True)
 class Row:
-    """One setting.
-
-    Attributes
-    ----------
-    setting
-        A tolerance, or a step in s.
-    measured
-        The largest error of slider_x over some starts, m; nan where it has no result.
-    error
-        Error bound, m; infinite without a result.
-    seconds
-        Processor time per cycle or per step, s; nan if unknown.
-    failed
-        Reason for a missing result.
-    """
+    """One setting, a tolerance or a step in s."""
 
     setting: float
     measured: float = nan
+    """The largest error of slider_x over some starts, m."""
     error: float = inf
+    """Error bound, m; infinite without a result."""
     seconds: float = nan
+    """Processor time per cycle or per step."""
     failed: str = ""
+    """Reason for a missing result."""
 
 
 @dataclass(frozen=True)
 class Front:
-    """The settings of one formulation on one shipped scene, coarsest first.
-
-    Attributes
-    ----------
-    scene
-        Where they were measured.
-    cycles
-        Number of first crank cycles over which errors were measured: one, or all of the scene.
-    unit
-        Unit of the processor time of the rows: ``"cycle"`` or ``"step"``.
-    start
-        Processor time of a run before its first step, s.
-    rows
-        The settings.
-    applies
-        Whether they were measured on the requested scene itself, by its method.
-    cautions
-        Reasons why the numbers may not hold for the requested scene, or what they do not tell.
-    """
+    """The settings of one formulation on one shipped scene."""
 
     scene: str
+    """Where they were measured."""
     cycles: float
+    """Number of first crank cycles over which errors were measured: one, or all of the scene."""
     unit: str
+    """Of the processor time of the rows: ``"cycle"`` or ``"step"``."""
     start: float
+    """Processor time of a run before its first step, s."""
     rows: tuple[Row, ...]
-    applies: bool = True
-    cautions: tuple[str, ...] = ()
+    """The coarsest first."""
+    cautions: tuple[Caution, ...] = ()
+    """Concerning the requested scene."""
+
+    @property
+    def applies(self) -> bool:
+        """Whether they were measured on the requested scene itself, by its method."""
+        return not {Caution.OTHER_SCENE, Caution.OTHER_METHOD} & set(self.cautions)
 
     @property
     def best(self) -> float:
         """The smallest error bound, m."""
         return min(row.error for row in self.rows)
 
-    @property
-    def span(self) -> str:
-        """Time span of the errors, in words."""
-        return "the first cycle" if self.cycles == 1 else f"the first {self.cycles:g} cycles"
-
-    def error(self, setting: float) -> float:
-        """Return the error bound of a setting, m; nan if no recorded setting is as coarse."""
-        # Settings come as 1e-10 or 1e-9 * 0.1.
-        coarser = [row.error for row in self.rows if row.setting >= setting * (1 - 1e-9)]
-        return min(coarser, default=nan)
-
-    def failed(self, setting: float) -> str:
-        """Return the reason for a missing result at exactly this setting, or an empty string."""
-        return next((row.failed for row in self.rows if isclose(row.setting, setting)), "")
-
     def cheapest(self, wanted: float) -> float | None:
         """Return the cheapest setting with an error bound, m; None if there is none."""
         good = [row for row in self.rows if row.error <= wanted]
-        return min(good, key=self._cost).setting if good else None
+        cost = {row.setting: row.seconds / (row.setting if self.unit == "step" else 1.0) for row in good}
+        return min(cost, key=cost.__getitem__) if cost else None
 
-    def seconds(self, setting: float, scene: Scene) -> float:
-        """Estimate a scene's processor time, s: its cycles or steps at the rate of the nearest setting."""
-        count = scene.duration / (setting if self.unit == "step" else scene.period)
-        return self.start + self._nearest(setting).seconds * count
 
-    def _cost(self, row: Row) -> float:
-        return row.seconds / row.setting if self.unit == "step" else row.seconds
+@dataclass(frozen=True)
+class Expected:
+    """Expected error and cost of a run; nan where not recorded."""
 
-    def _nearest(self, setting: float) -> Row:
-        return min(self.rows, key=lambda row: abs(log(row.setting / setting)))
+    error: float = nan
+    """Error bound of slider_x over the first `cycles`, m."""
+    cycles: float = 1.0
+    seconds: float = nan
+    """Processor time of the whole run."""
+    measured_on: str = ""
+    """Shipped scene whose numbers these are; empty without any."""
+    failed: str = ""
+    """Why the setting had no result there."""
+    cautions: tuple[Caution, ...] = ()
+    applies: bool = True
+    """Whether they are not those of another scene or method."""
+
+    @property
+    def span(self) -> str:
+        """Time span of the error."""
+        return "the first cycle" if self.cycles == 1 else f"the first {self.cycles:g} cycles"
 
 
 def front(scene: Scene, model: str) -> Front | None:
     """Return the measurements of the formulation that a scene names; None if there are none.
 
-    Parameters
-    ----------
-    scene
-        Its physics select the shipped scene, its solver the formulation; cycles, output and texts are
-        ignored.
-    model
-        ``"reference"`` or ``"exudyn"``; others are unmeasured.
+    Its physics select the shipped scene; cycles, output and texts do not matter.
     """
-    mark = physics(scene)
-    equal = next((name for name, found in _file().items() if found["physics"] == mark), None)
-    free = joints_with_clearance(scene.data)
-    found = _file()[equal or USUAL[free]]
-    table = found.get(model, {}).get(formulation(scene, model))
+    own, joints = physics(scene), joints_with_clearance(scene.data)
+    equal = next((name for name, record in _file().items() if record["physics"] == own), None)
+    record, name = _file()[equal or USUAL[joints]], formulation(scene, model)
+    table = record.get(model, {}).get(name)
     if table is None:
         return None
-    cautions = []
-    if equal is None:
-        cautions.append(f"measured on {USUAL[free]}; this scene may magnify errors: estimate them by --check")
     method = scene.data["solver"][model]["method"]
-    implicit = model == "exudyn" and formulation(scene, model) != "tree" and forces(scene.data)
-    if method not in _METHODS[model] or implicit:
-        cautions.append("measured with another method: estimate errors by --check")
-    applies = not cautions
-    if free == ("crank_pin",):
-        cautions.append("x of an ideal slider is right at any setting: for y choose by a name")
+    implicit = model == "exudyn" and name != "tree" and forces(scene.data)
+    cautions = {
+        Caution.OTHER_SCENE: equal is None,
+        Caution.OTHER_METHOD: method not in _METHODS[model] or implicit,
+        Caution.IDEAL_SLIDER: joints == ("crank_pin",),
+    }
     return Front(
-        scene=equal or USUAL[free],
-        cycles=found["cycles"],
+        scene=equal or USUAL[joints],
+        cycles=record["cycles"],
         unit=table["unit"],
         start=table.get("start", nan),
         rows=tuple(Row(**row) for row in table["rows"]),
-        applies=applies,
-        cautions=tuple(cautions),
+        cautions=tuple(caution for caution, holds in cautions.items() if holds),
     )
 
 
+def expected(scene: Scene, model: str) -> Expected:
+    """Return the recorded error and cost of a scene's run at its settings."""
+    known = front(scene, model)
+    if known is None:
+        return Expected()
+    setting = scene.data["solver"][model][key_of(formulation(scene, model)).rpartition(".")[2]]
+    # Settings come as 1e-10 or 1e-9 * 0.1; a coarser one's bound holds for a finer one.
+    error = min((row.error for row in known.rows if row.setting >= setting * (1 - 1e-9)), default=nan)
+    failed = next((row.failed for row in known.rows if isclose(row.setting, setting)), "")
+    nearest = min(known.rows, key=lambda row: abs(log(row.setting / setting)))
+    count = scene.duration / (setting if known.unit == "step" else scene.period)
+    return Expected(
+        error=nan if failed or not isfinite(error) else error,
+        cycles=known.cycles,
+        seconds=known.start + nearest.seconds * count,
+        measured_on=known.scene,
+        failed=failed,
+        cautions=known.cautions,
+        applies=known.applies,
+    )
+
+
+def is_measured(scene: Scene, model: str, wanted: float) -> bool:
+    """Return whether a setting with such an error bound, m, was measured on this very scene."""
+    known = front(scene, model)
+    return known is not None and known.applies and known.cheapest(wanted) is not None
+
+
+def measured_record(scene: Scene, model: str, accuracy: str | float) -> dict[str, object]:
+    """Return what is recorded of an accuracy beside a table: the measured error bound of its settings."""
+    known = expected(scene, model)
+    return {
+        "wanted": accuracy,
+        "from": f"measured on {known.measured_on}" if known.measured_on else "nothing recorded",
+        "bound_m": known.error,
+        "over": known.span,
+        "cautions": list(known.cautions),
+    }
+
+
+def at(scene: Scene, formulation: str, setting: float) -> Scene:
+    """Return a scene as a formulation runs it at a setting."""
+    named = scene.variant({f"solver.{model_of(formulation)}.formulation": formulation})
+    return named.variant({key_of(formulation): setting})
+
+
 def formulation(scene: Scene, model: str) -> str:
-    """Return the recorded name of the formulation ("auto" is already resolved)."""
+    """Return the recorded name of the formulation ("auto" of Exudyn is already resolved)."""
     named = str(scene.data["solver"].get(model, {}).get("formulation", "auto"))
     return "minimal" if model == "reference" and named == "auto" else named
 

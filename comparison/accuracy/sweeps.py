@@ -1,26 +1,22 @@
-"""The formulations by which either model can run a scene, and the settings over which errors are measured."""
+"""The formulations of both models; this gives way to `comparison.models`."""
 
 from __future__ import annotations
 
-from comparison.scene import Scene
-from comparison.scene.formulation import joints_with_clearance
+from collections.abc import Mapping
+from typing import Any
 
-TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
-STEPS = (8e-6, 4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)
-SETTINGS = {
-    "minimal": TOLERANCES,
-    "multiplier": TOLERANCES,
-    "tree": TOLERANCES[:-1],
-    "full": STEPS,
-}
-"""Formulation -> its tolerances, or steps in s, coarsest first."""
+from comparison.scene.formulation import forces, joints_with_clearance, smallest_in_exudyn
+
+__all__ = [
+    "forces", "formulations", "joints_with_clearance", "key_of", "model_of", "smallest_in_exudyn",
+]  # fmt: skip
 
 
-def formulations(scene: Scene) -> list[str]:
-    """Return those that can run a scene, by the names in `SETTINGS`."""
-    free = joints_with_clearance(scene.data)
-    there = ["minimal"] + ([] if "crank_pin" in free else ["multiplier"])
-    return there + (["tree"] if free else []) + ["full"]
+def formulations(data: Mapping[str, Any]) -> list[str]:
+    """Return those that can run a scene."""
+    free = joints_with_clearance(data)
+    multiplier = [] if "crank_pin" in free else ["multiplier"]
+    return ["minimal", *multiplier, *(["tree"] if free else []), "full"]
 
 
 def model_of(formulation: str) -> str:
@@ -31,9 +27,3 @@ def model_of(formulation: str) -> str:
 def key_of(formulation: str) -> str:
     """Return the dotted key of a formulation's setting."""
     return f"solver.{model_of(formulation)}.{'step' if formulation == 'full' else 'tolerance'}"
-
-
-def at(scene: Scene, formulation: str, setting: float) -> Scene:
-    """Return a scene as a formulation runs it at a setting."""
-    named = scene.variant({f"solver.{model_of(formulation)}.formulation": formulation})
-    return named.variant({key_of(formulation): setting})

@@ -27,15 +27,16 @@ below :math:`F_e \max_i \max_{W(t)} |S - M_i|`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import degrees
+from math import degrees, isfinite, log, nan, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from comparison.scene import Scene
-from comparison.tables.arrays import Array
+from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.table import Table
 
 SAFETY_FACTOR = 3.0
@@ -51,95 +52,6 @@ ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: storing
 # Of the run's duration: N additions of a step may add up to N eps / 2, i.e. 4e-11 for the 4e5 steps of two
 # cycles at 1e-6 s; measured there (slider_y of the ideal mechanism, known in closed form) is 4e-12.
 TIME_ROUND_OFF = 1e-11
-
-
-def perturbed_scenes(scene: Scene, times: float = 1.0) -> dict[str, Scene]:
-    """Return the scenes with their start moved by `perturbation`, or a multiple of it.
-
-    The slider in its guide, offset and angle with equal and with opposite signs; where only the crank pin has
-    clearance, the crank, since the journal has no start of its own. None where there is no clearance.
-
-    Returns
-    -------
-    dict
-        By the names in `Runs`.
-    """
-    joint = movable(scene)
-    if joint is None:
-        return {}
-    shift = times * perturbation(scene)
-    signs = {"perturbed": 1.0, "other_perturbed": -1.0} if joint == "slider" else {"perturbed": 1.0}
-    return {name: moved(scene, shift, sign * shift) for name, sign in signs.items()}
-
-
-def movable(scene: Scene) -> str | None:
-    """Return the joint whose clearance lets the start be moved: "slider", else "crank_pin", else None."""
-    joints = scene.data["joints"]
-    return next((joint for joint in ("slider", "crank_pin") if joints[joint] == "clearance"), None)
-
-
-def perturbation(scene: Scene) -> float:
-    """Return the shift of the start of a perturbed run, m; for a scene whose start is `movable`."""
-    return max(LEAST_PERTURBATION, float(PERTURBATION * scene.data["clearance"][movable(scene)]))
-
-
-def moved(scene: Scene, across: float, turned: float) -> Scene:
-    """Return the scene with its start moved; it must be `movable`.
-
-    Parameters
-    ----------
-    scene
-        Whose start.
-    across
-        By which the slider is moved across its guide, m; of a scene with clearance at the crank pin alone
-        the crank pin along its circle.
-    turned
-        By which the slider's end moves as the slider turns, m: its angle times its length. Not used where
-        only the crank pin has clearance: such a start has one coordinate.
-    """
-    start, mechanism = scene.data["initial"], scene.data["mechanism"]
-    if movable(scene) == "slider":
-        return scene.variant(
-            {
-                "initial.slider_offset": start["slider_offset"] + across,
-                "initial.slider_angle": start["slider_angle"] + turned / mechanism["slider"]["length"],
-            }
-        )
-    angle = mechanism["crank_angle_deg"] + degrees(across / mechanism["crank"]["length"])
-    return scene.variant({"mechanism.crank_angle_deg": angle})
-
-
-def window_samples(period: float, interval: float) -> int:
-    """Half-width of the window in samples, rounded up, at least one.
-
-    Parameters
-    ----------
-    period
-        Of a crank cycle, s.
-    interval
-        Between samples, s.
-    """
-    # The subtracted share keeps 1 % of 0.4 s at 0.4 ms at ten samples, whichever way the quotient rounds.
-    return max(1, int(np.ceil(WINDOW * period / interval - 1e-6)))
-
-
-def round_off(values: Array, time: Array, absolute: float) -> float:
-    """Return the round-off of one sample in double precision, in the channel's unit.
-
-    The largest of three: the channel's absolute number, some epsilon of its largest value, and the change
-    within the error of time itself, which a solver with fixed steps sums up from thousands of them.
-
-    Parameters
-    ----------
-    values, time
-        The channel and its times (s), shape (n,).
-    absolute
-        ``round_off`` of ``channels.toml``.
-    """
-    rate = float(np.abs(np.diff(values) / np.diff(time)).max())
-    clock = TIME_ROUND_OFF * float(time[-1] - time[0])
-    largest = float(np.abs(values).max())
-    return max(absolute, ROUND_OFF * largest, clock * rate)
 
 
 @dataclass(frozen=True)
@@ -190,22 +102,65 @@ class Levels:
     """Of the base, from moved starts."""
 
 
-def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
-    """Evaluate u(t) for one channel, in its unit.
+def perturbed_scenes(scene: Scene, times: float = 1.0) -> dict[str, Scene]:
+    """Return the scenes with their start moved by `perturbation`, or a multiple of it.
+
+    By the names in `Runs`: the slider in its guide, offset and angle with equal and with opposite signs;
+    where only the crank pin has clearance, the crank, since the journal has no start of its own. None where
+    there is no clearance.
+    """
+    joint = movable(scene)
+    if joint is None:
+        return {}
+    shift = times * perturbation(scene)
+    signs = {"perturbed": 1.0, "other_perturbed": -1.0} if joint == "slider" else {"perturbed": 1.0}
+    return {name: moved(scene, shift, sign * shift) for name, sign in signs.items()}
+
+
+def movable(scene: Scene) -> str | None:
+    """Return the joint whose clearance lets the start be moved: "slider", else "crank_pin", else None."""
+    joints = scene.data["joints"]
+    return next((joint for joint in ("slider", "crank_pin") if joints[joint] == "clearance"), None)
+
+
+def perturbation(scene: Scene) -> float:
+    """Return the shift of the start of a perturbed run, m; for a scene whose start is `movable`."""
+    return max(LEAST_PERTURBATION, float(PERTURBATION * scene.data["clearance"][movable(scene)]))
+
+
+def moved(scene: Scene, across: float, turned: float) -> Scene:
+    """Return the scene with its start moved; it must be `movable`.
 
     Parameters
     ----------
-    levels
-        The channel in the runs.
+    across
+        By which the slider is moved across its guide, m; of a scene with clearance at the crank pin alone
+        the crank pin along its circle.
+    turned
+        The slider's angle times its length, m. Not used where only the crank pin has clearance: such a start
+        has one coordinate.
+    """
+    start, mechanism = scene.data["initial"], scene.data["mechanism"]
+    if movable(scene) == "slider":
+        return scene.variant(
+            {
+                "initial.slider_offset": start["slider_offset"] + across,
+                "initial.slider_angle": start["slider_angle"] + turned / mechanism["slider"]["length"],
+            }
+        )
+    angle = mechanism["crank_angle_deg"] + degrees(across / mechanism["crank"]["length"])
+    return scene.variant({"mechanism.crank_angle_deg": angle})
+
+
+def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
+    """Evaluate u(t) for one channel, in its unit; shape (n,), positive.
+
+    Parameters
+    ----------
     half_width
         Of the window, samples.
     floor
         What u never falls below: see `round_off`.
-
-    Returns
-    -------
-    ndarray
-        Shape (n,), positive.
     """
     distance = _widened(np.abs(levels.base - levels.finer), half_width)
     u = SAFETY_FACTOR * distance
@@ -226,15 +181,51 @@ def uncertainty(levels: Levels, half_width: int, floor: float) -> Array:
     return np.maximum(u, ENSEMBLE_FACTOR * _widened(farthest, half_width))
 
 
-def spread(original: Array, perturbed: Sequence[Array], half_width: int) -> Array:
-    """Return the part of u due to neighbouring starts, which no setting removes, 3 d_t; shape (n,).
+def model_uncertainty(
+    runs: Runs, name: str, period: float, ensemble: Sequence[Table] = (), every: int = 1
+) -> Array | None:
+    """Evaluate u(t) for one channel of one model's runs, in its unit; None without a finer run.
 
     Parameters
     ----------
-    original, perturbed
-        One channel of a run and of its perturbed runs, shape (n,) each; zero without any.
-    half_width
-        Of the window, samples.
+    period
+        Of a crank cycle, s. Where the distance of the samples varies, the window is the largest number of
+        them that its hundredth holds.
+    ensemble
+        More runs at the base's setting and times, from moved starts.
+    every
+        Of so many samples only the first counts: shape (n,), or fewer.
+    """
+    if runs.finer is None:
+        return None
+
+    def values(run: Table) -> Array:
+        return run.values(name)[::every]
+
+    time, base = runs.base.time[::every], values(runs.base)
+    interval = float(time[-1] - time[0]) / (time.size - 1)
+    ahead = np.searchsorted(time, time + WINDOW * period) - np.arange(1, time.size + 1)
+    factor, order = runs.refinement
+    levels = Levels(
+        base=base,
+        finer=values(runs.finer),
+        coarser=None if runs.coarser is None else values(runs.coarser),
+        perturbed=tuple(map(values, runs.perturbed_runs)),
+        factor=factor,
+        order=order,
+        ensemble=tuple(map(values, ensemble)),
+    )
+    return uncertainty(
+        levels,
+        max(window_samples(period, interval), int(ahead.max())),
+        round_off(base, time, runs.base.known[name].round_off),
+    )
+
+
+def spread(original: Array, perturbed: Sequence[Array], half_width: int) -> Array:
+    """Return the part of u due to neighbouring starts, which no setting removes, 3 d_t; shape (n,).
+
+    From one channel of a run and of its perturbed runs, shape (n,) each; zero without any.
     """
     farthest = np.max([np.abs(original - run) for run in perturbed], axis=0, initial=0.0)
     return SAFETY_FACTOR * _widened(np.broadcast_to(farthest, original.shape), half_width)
@@ -249,3 +240,75 @@ def _widened(distance: Array, half_width: int) -> Array:
 def combined(u_a: Array, u_b: Array) -> Array:
     """Return the uncertainty of a difference of independent results, sqrt(u_a^2 + u_b^2); shape (n,)."""
     return np.hypot(u_a, u_b)
+
+
+def covered(u: Array, error: float) -> float:
+    """Return the share of the samples at which u is at most an error; 0 of no samples."""
+    return float(np.mean(u <= error)) if u.size else 0.0
+
+
+def held(u: Array, share: float) -> float:
+    """Return the smallest error that u does not exceed on a share of the samples."""
+    return float(np.quantile(u, share, method="higher"))
+
+
+def window_samples(period: float, interval: float) -> int:
+    """Return the half-width of the window in samples, rounded up, from the period of a crank cycle, s.
+
+    The interval is that between samples, s.
+    """
+    # The subtracted share keeps 1 % of 0.4 s at 0.4 ms at ten samples, whichever way the quotient rounds.
+    return max(1, int(np.ceil(WINDOW * period / interval - 1e-6)))
+
+
+def round_off(values: Array, time: Array, absolute: float) -> float:
+    """Return the round-off of one sample in double precision, in the channel's unit.
+
+    The largest of three: its absolute number (``round_off`` of ``channels.toml``), some epsilon of its
+    largest value, and the change within the error of time (s) itself, which a solver with fixed steps sums
+    up from thousands of them.
+    """
+    rate = float(np.abs(np.diff(values) / np.diff(time)).max())
+    clock = TIME_ROUND_OFF * float(time[-1] - time[0])
+    largest = float(np.abs(values).max())
+    return max(absolute, ROUND_OFF * largest, clock * rate)
+
+
+class Order(NamedTuple):
+    """Observed order of convergence, nan if unknown, and the one that the method has."""
+
+    observed: float
+    expected: float
+
+
+def observed_order(runs: Runs, judged: Mapping[str, tuple[BoolArray, float]]) -> Order:
+    """Return the order at which the error of a model follows its setting, from the three levels of its runs.
+
+    With d_c and d_f the root mean squares of coarser minus base and of base minus finer, over the channel's
+    scale, of the judged samples of all channels, it is log(d_c / d_f) / log(r) for levels that differ by the
+    factor r. It means something where the runs are in their asymptotic range: with located events and a
+    tolerance, errors need not follow any power.
+
+    Parameters
+    ----------
+    runs
+        Without three levels, or where two are equal, the order is unknown.
+    judged
+        By excited channel the predictable samples, shape (n,), and the scale in its unit. Where the base has
+        other samples it was interpolated: then the order is unknown.
+    """
+    unknown = Order(nan, runs.refinement[1])
+    coarser, base, finer = runs.coarser, runs.base, runs.finer
+    if coarser is None or finer is None:
+        return unknown
+    coarse = fine = 0.0
+    for name, (predictable, scale) in judged.items():
+        values = base.values(name)
+        if values.shape != predictable.shape:
+            return unknown
+        coarse += float(np.sum(((coarser.values(name) - values)[predictable] / scale) ** 2))
+        fine += float(np.sum(((values - finer.values(name))[predictable] / scale) ** 2))
+    if not (coarse > 0.0 and fine > 0.0):
+        return unknown
+    order = log(sqrt(coarse / fine)) / log(runs.refinement[0])
+    return unknown._replace(observed=order) if isfinite(order) else unknown

@@ -73,17 +73,17 @@ def plan(scene: SceneName, overrides: Overrides = None, json: AsJson = False) ->
 
     Also what it leaves out and why. SCENE: a shipped scene or the path of a TOML file.
     """
-    from comparison.accuracy.plan import channels_line, lines
     from comparison.accuracy.plan import plan as plan_run
     from comparison.execution.job import MODELS
     from comparison.scene import load_scene, parse_set
+    from comparison.words.accuracy import channels_line, plan_lines
 
     loaded = load_scene(scene, parse_set(overrides or []))
     warn(loaded.warnings)
     plans = [plan_run(loaded, model) for model in MODELS]
     if json:
         return print_json([asdict(each) for each in plans])
-    for text in (channels_line(loaded), *(line for each in plans for line in lines(each))):
+    for text in (channels_line(loaded), *(line for each in plans for line in plan_lines(each))):
         say(*wrapped(text, rest=" " * _PLAN_INDENT))
     return 0
 

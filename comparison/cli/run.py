@@ -67,13 +67,15 @@ def run(
     The results of a run that stopped early or violates an invariant of its model are written to
     NAME.partial.csv.
     """
-    from comparison.accuracy.levels import NAMES, is_measured, unmeasured, with_declared
+    from comparison.accuracy.levels import NAMES, metres, with_declared
+    from comparison.accuracy.measured import expected, is_measured
     from comparison.engines.registry import find
     from comparison.execution.job import RunError
     from comparison.execution.quality_checks import quality_warnings
     from comparison.files import check_file
     from comparison.scene import load_scene, parse_set
     from comparison.tables.table_files import check_format, companions, write
+    from comparison.words.accuracy import unmeasured
 
     if uncertainty and check is False:
         raise typer.BadParameter("--uncertainty needs the further runs that --no-check leaves out")
@@ -84,8 +86,8 @@ def run(
     loaded = with_declared(load_scene(scene, parse_set(overrides or []) | named), [model])
     unasked = check is None
     if check is None:
-        own = accuracy is not None and accuracy not in NAMES and not is_measured(loaded, model, accuracy)
-        check = uncertainty or own
+        number = None if accuracy is None or accuracy in NAMES else metres(accuracy)
+        check = uncertainty or (number is not None and not is_measured(loaded, model, number))
     code = 0
     try:
         if check:
@@ -94,7 +96,7 @@ def run(
             table = _single(loaded, model, accuracy, quiet=quiet)
     except RunError as error:
         raise _kept(error, out) from None
-    if unasked and accuracy is None and not check and (note := unmeasured(loaded, model)):
+    if unasked and accuracy is None and not check and (note := unmeasured(expected(loaded, model))):
         say(f"sixbar: {note}", err=True)
     warn(quality_warnings(table))
     path = saved(lambda folder: write(table, folder / out.name), out.parent)
@@ -104,17 +106,18 @@ def run(
 
 def _single(scene: Scene, model: str, accuracy: str | None, *, quiet: bool) -> Table:
     """Run once, at the setting whose measured error bound meets the accuracy."""
-    from comparison.accuracy.levels import measured_record, solver_values
-    from comparison.accuracy.plan import expectation
+    from comparison.accuracy.levels import solver_values
+    from comparison.accuracy.measured import expected, measured_record
     from comparison.execution.job import Job, successful
     from comparison.execution.run import run_uncached
+    from comparison.words.accuracy import expectation
 
     record = {}
     if accuracy is not None:
         values = solver_values(model, accuracy, scene)
         scene = scene.variant(values)
         for key, value in values.items():
-            say(*wrapped(f"{key} = {value:g}: {expectation(scene, model)}", rest="  "))
+            say(*wrapped(f"{key} = {value:g}: {expectation(expected(scene, model))}", rest="  "))
         record = {"accuracy": measured_record(scene, model, accuracy)}
     warn(scene.warnings)
     warn_about_the_cache()
@@ -128,16 +131,16 @@ def _checked(
     scene: Scene, model: str, accuracy: str | None, *, uncertainty: bool, quiet: bool
 ) -> tuple[Table, int]:
     """Run with an estimate of the error; the exit code tells whether it is as small as wanted."""
-    from comparison.agreement.refinement.accurate_run import accurate_run
-    from comparison.agreement.refinement.words import cost_before, result
+    from comparison.accuracy.refine import accurate_run, expected_cost
     from comparison.execution.workers import cpus
+    from comparison.words.accuracy import accuracy_line, cost_before
 
-    say(*wrapped(cost_before(scene, model, accuracy), rest="  "))
+    say(*wrapped(cost_before(expected_cost(scene, model, accuracy)), rest="  "))
     warn(scene.warnings)
     warn_about_the_cache()
     with progress(f"{scene.name} by {model}", quiet=quiet) as report:
         accurate = accurate_run(scene, model, accuracy, n_jobs=cpus(), on_progress=report)
-    say(*wrapped(result(accurate), rest="  "))
+    say(*wrapped(accuracy_line(accurate), rest="  "))
     table = accurate.with_uncertainty() if uncertainty else accurate.table
     return table, 0 if accurate.kept else NOT_REACHED
 
@@ -180,12 +183,12 @@ def settings(
     run that both models confirm. "front" marks what no other setting beats in error and processor time.
     Ctrl-C ends the runs: what was measured is printed.
     """
-    from comparison.agreement.refinement.settings_words import basis, commands, table
-    from comparison.agreement.refinement.work_precision import work_precision
+    from comparison.accuracy.work_precision import work_precision
     from comparison.execution.workers import cpus
     from comparison.files import check_file
     from comparison.report.work_precision import draw
     from comparison.scene import load_scene, parse_set
+    from comparison.words.accuracy import settings_basis, settings_commands, settings_table
 
     if not 0 < seconds < float("inf"):
         raise typer.BadParameter(f"--seconds {seconds:g} must be a positive number")
@@ -203,8 +206,8 @@ def settings(
             n_jobs=cpus(),
             on_finished=lambda share, row: report.finished(share, row.candidate.formulation),
         )
-    say(*wrapped(basis(measured)), *columns(table(measured), right=(1, 2)), err=json)
-    for part, command in commands(measured):
+    say(*wrapped(settings_basis(measured)), *columns(settings_table(measured), right=(1, 2)), err=json)
+    for part, command in settings_commands(measured):
         say(f"{part}:", f"  {command}", err=json)
     if json:
         print_json(

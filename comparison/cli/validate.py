@@ -88,7 +88,7 @@ def validate(
     report identifies the outlier among them. Stopped by Ctrl-C, it writes the report of the scenes finished
     by then, marked as incomplete.
     """
-    from comparison.accuracy.tiers import TIERS
+    from comparison.accuracy.levels import TIERS
     from comparison.engines.registry import pair, several
     from comparison.execution.worker_process import kept_workers
     from comparison.execution.workers import cpus
@@ -248,7 +248,7 @@ class _Within:
 
 
 def _cost(scene: Scene, models: tuple[str, str]) -> float:
-    from comparison.agreement.planned_runs import family
+    from comparison.accuracy.refine import family
 
     return sum(job.cost for model in models for _, job in family(scene, model))
 

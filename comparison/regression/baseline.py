@@ -1,7 +1,7 @@
 """Baseline file: recorded results of each model, as a text file of few numbers.
 
 It holds three runs per scene: the reference at the tight tier, Exudyn's five bodies with the scene's
-settings, and its tree at the tight tier (`comparison.accuracy.tiers`). Of each: settings,
+settings, and its tree at the tight tier (`comparison.accuracy.levels`). Of each: settings,
 counters, and for every channel some checkpoints, see `comparison.regression.checkpoints`.
 """
 

@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from comparison.accuracy.thresholds import thresholds_record
-from comparison.accuracy.tiers import tight
+from comparison.accuracy.levels import thresholds_record, tight
 from comparison.agreement.cases import Case
 from comparison.engines.platform import platform_name, versions
 from comparison.execution.job import MODELS, Job, Outcome, Progress, describe

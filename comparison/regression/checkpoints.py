@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.execution.job import Job
 from comparison.regression.baseline import Checkpoint, RunRecord
 from comparison.regression.neighbours import scatter
@@ -34,7 +34,7 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
     runs
         The run, and the others of its family that give the uncertainty.
     gated, tier
-        What was run, at which of `comparison.accuracy.tiers.TIERS`.
+        What was run, at which of `comparison.accuracy.levels.TIERS`.
     neighbours
         The run from starts next to its own. They count like perturbed runs: on another machine round-off
         alone leads to one of them, after each chatter to another one.

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.execution.job import Job, Outcome
 from comparison.execution.run import run_all
 from comparison.regression.baseline import Checkpoint, RunRecord

@@ -9,9 +9,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from comparison.accuracy.levels import refinement
-from comparison.accuracy.thresholds import thresholds_record
-from comparison.agreement.planned_runs import family
+from comparison.accuracy.levels import refinement, thresholds_record
+from comparison.accuracy.refine import family
 from comparison.engines.platform import platform_name, versions
 from comparison.execution.job import Job, Outcome, Progress, RunError
 from comparison.execution.run import run_all

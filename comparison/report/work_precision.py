@@ -6,7 +6,7 @@ from pathlib import Path
 
 from matplotlib.ticker import LogLocator
 
-from comparison.agreement.refinement.work_precision import WorkPrecision
+from comparison.accuracy.work_precision import WorkPrecision
 from comparison.execution.job import MODELS
 from comparison.report import svg
 

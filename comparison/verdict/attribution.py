@@ -11,14 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from math import hypot, inf, isfinite, log, nan, sqrt
+from math import hypot, inf, nan, sqrt
 from typing import Any
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from comparison.accuracy.levels import AccuracyError, finer, solver_values
-from comparison.accuracy.uncertainty import Runs, round_off, spread, window_samples
+from comparison.accuracy.uncertainty import Runs, observed_order, round_off, spread, window_samples
 from comparison.scene import Scene
 from comparison.tables.arrays import Array, BoolArray
 from comparison.verdict.results import Attribution, ChannelComparison, Refinement
@@ -80,31 +80,6 @@ def attribute(
         **_causes(runs, deciding, outside if differs else judged, differs=differs),
         **unpredictable,
     )
-
-
-def observed_order(runs: Runs, results: Channels) -> float:
-    """Return the order at which one model's errors follow its setting; nan if unknown.
-
-    With d_c and d_f the root mean squares of coarser minus base and of base minus finer, over the channel's
-    scale, of the predictable samples of all excited channels, it is log(d_c / d_f) / log(r) for levels that
-    differ by the factor r. It means something where the runs are in their asymptotic range: with located
-    events and a tolerance, errors need not follow any power.
-    """
-    if runs.coarser is None or runs.finer is None:
-        return nan
-    coarse = fine = 0.0
-    for name, channel in results.items():
-        if channel.verdict == "unexcited":
-            continue
-        base, kept = runs.base.values(name), channel.predictable
-        if base.shape != kept.shape:
-            return nan  # a table that was interpolated
-        coarse += float(np.sum(((runs.coarser.values(name) - base)[kept] / channel.scale) ** 2))
-        fine += float(np.sum(((base - runs.finer.values(name))[kept] / channel.scale) ** 2))
-    if not (coarse > 0.0 and fine > 0.0):
-        return nan
-    order = log(sqrt(coarse / fine)) / log(runs.refinement[0])
-    return order if isfinite(order) else nan
 
 
 def _first(channels: Channels, time: Array) -> Attribution:
@@ -253,7 +228,12 @@ def _refinement(label: str, model: Runs, scene: Scene, results: Channels) -> Ref
         changed = [key for key in old if isinstance(old[key], float) and old[key] != new[key]]
         chief = min(changed, key=lambda key: abs(old[key] / new[key] - factor))
         settings = {chief: old[chief]} | {key: old[key] for key in changed}
-    return Refinement(label, settings, factor, order, observed_order(model, results))
+    judged = {
+        name: (channel.predictable, channel.scale)
+        for name, channel in results.items()
+        if channel.verdict != "unexcited"
+    }
+    return Refinement(label, settings, factor, order, observed_order(model, judged).observed)
 
 
 def _coarser_than_strict(unpredictable: Mapping[str, Any], labels: tuple[str, str], scene: Scene) -> bool:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from comparison.accuracy.thresholds import Thresholds
+from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import combined
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import Channel

@@ -16,22 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from comparison.accuracy.thresholds import thresholds
-from comparison.accuracy.uncertainty import (
-    SAFETY_FACTOR,
-    WINDOW,
-    Levels,
-    Runs,
-    round_off,
-    uncertainty,
-    window_samples,
-)
+from comparison.accuracy.levels import thresholds
+from comparison.accuracy.uncertainty import SAFETY_FACTOR, Runs, model_uncertainty
 from comparison.agreement.pulses import noted
 from comparison.execution.quality_checks import contact_warnings
 from comparison.formatting import instant
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.align import Aligned, align, continuous
-from comparison.tables.arrays import Array
 from comparison.tables.channels import expected
 from comparison.tables.table import Table, TableError, check
 from comparison.tables.times import holes, isolated
@@ -42,7 +33,7 @@ from comparison.verdict.results import ChannelComparison, SceneComparison, scene
 _BESIDES = ("crank", "own")  # groups of channels
 _FEW = 16  # samples; of fewer every fourth one tells nothing
 
-__all__ = ["Runs", "compare", "recorded_scene"]
+__all__ = ["Runs", "compare", "model_uncertainty", "recorded_scene"]
 
 
 def compare(
@@ -80,7 +71,7 @@ def compare(
     labels, name, command, warnings
         Names of the two results, of the comparison, its command, and further warnings.
     tier
-        One of `comparison.accuracy.tiers.TIERS`, whose thresholds apply.
+        One of `comparison.accuracy.levels.TIERS`, whose thresholds apply.
     only
         Channels to compare, among those requested by the scene; None: all.
     ensembles
@@ -227,41 +218,6 @@ def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
         except SceneError as error:
             reason = error
     return None, (f"the scene recorded beside the tables is not used: {reason}",)
-
-
-def model_uncertainty(
-    runs: Runs, name: str, period: float, ensemble: Sequence[Table] = (), every: int = 1
-) -> Array | None:
-    """Uncertainty of one channel of one model, in its unit; None without a finer run.
-
-    The window is a hundredth of the period (s) to either side; where the distance of the samples varies, the
-    largest number of samples that any such window holds. Of every so many samples only the first one is
-    looked at: shape (n,) or fewer.
-    """
-    if runs.finer is None:
-        return None
-
-    def values(run: Table) -> Array:
-        return run.values(name)[::every]
-
-    time, base = runs.base.time[::every], values(runs.base)
-    interval = float(time[-1] - time[0]) / (time.size - 1)
-    held = np.searchsorted(time, time + WINDOW * period) - np.arange(1, time.size + 1)
-    factor, order = runs.refinement
-    levels = Levels(
-        base=base,
-        finer=values(runs.finer),
-        coarser=None if runs.coarser is None else values(runs.coarser),
-        perturbed=tuple(map(values, runs.perturbed_runs)),
-        factor=factor,
-        order=order,
-        ensemble=tuple(map(values, ensemble)),
-    )
-    return uncertainty(
-        levels,
-        max(window_samples(period, interval), int(held.max())),
-        round_off(base, time, runs.base.known[name].round_off),
-    )
 
 
 def _sampling_error(values: Sequence[float]) -> float:

@@ -24,8 +24,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from comparison.accuracy.levels import finer
-from comparison.accuracy.tiers import tight
+from comparison.accuracy.levels import finer, tight
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.job import VIOLATED, Outcome
 from comparison.scene import Scene

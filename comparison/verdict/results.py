@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparison.accuracy.thresholds import Thresholds
+from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import combined
 from comparison.agreement.pulses import Pulse
 from comparison.execution.job import Job
@@ -250,7 +250,7 @@ class Refinement:
     factor, order
         Ratio of that setting between two levels, and order at which the error should follow it.
     observed
-        Order that the three levels show, see `comparison.verdict.attribution.observed_order`; nan if unknown.
+        Order that the three levels show, see `comparison.accuracy.uncertainty.observed_order`; nan if unknown.
     """
 
     label: str

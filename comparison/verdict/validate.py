@@ -10,15 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from comparison.accuracy.levels import solver_values, with_declared
-from comparison.accuracy.thresholds import thresholds
-from comparison.accuracy.tiers import TIERS, tight
+from comparison.accuracy.levels import TIERS, solver_values, thresholds, tight, with_declared
+from comparison.accuracy.refine import families, sorted_runs, table_of_family
 from comparison.accuracy.uncertainty import Runs
-from comparison.agreement.planned_runs import families, ideal_runs, sorted_runs, table_of_family
 from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
 from comparison.execution.run import run_all
 from comparison.reliability.difference import ReliabilityComparison, compare_reliability
-from comparison.reliability.ideal import dense_scene
+from comparison.reliability.ideal import dense_scene, ideal_scenes
 from comparison.scene import Scene
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import compare
@@ -71,7 +69,12 @@ class _Plan:
     def jobs(self) -> list[dict[tuple[str, str], Job]]:
         """Runs of the verdict, those with the samples of the reliability, those of the ideal mechanism."""
         dense = families(dense_scene(self.scene), self.models)
-        return [families(self.scene, self.models), dense, ideal_runs(self.scene, self.models)]
+        ideal = {
+            (model, which): Job(scene, model)
+            for model in self.models
+            for which, scene in ideal_scenes(self.scene, model).items()
+        }
+        return [families(self.scene, self.models), dense, ideal]
 
     def compare(self, scene: Scene, runs: tuple[Runs, Runs], *warnings: str) -> SceneComparison:
         """Compare runs at the settings of a scene."""
@@ -110,7 +113,7 @@ def validate(
         For both models at the standard tier, see `comparison.accuracy.levels.solver_values`; None: the
         scenes' settings.
     tiers
-        "standard", or both; the tight tier is for the built-in models only, see `comparison.accuracy.tiers`.
+        "standard", or both; the tight tier is for the built-in models only, see `comparison.accuracy.levels`.
     on_progress
         Called with the finished share, 0 to 1; again from 0 for each finer level and each ensemble.
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pandas as pd
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import (
     ENSEMBLE_FACTOR,
     PERTURBATION,

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from comparison.accuracy.thresholds import thresholds
-from comparison.accuracy.tiers import TIERS
+from comparison.accuracy.levels import TIERS, thresholds
 from comparison.accuracy.uncertainty import PERTURBATION
 from comparison.cli.reports import BEGIN, END, generated, index, with_generated
 from comparison.scene import load_scene, shipped_scenes

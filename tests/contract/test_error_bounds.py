@@ -11,7 +11,8 @@ import pytest
 
 import exudyn_model
 import reference_model
-from comparison.accuracy.levels import NAMES, expected, solver_values
+from comparison.accuracy.levels import NAMES, solver_values
+from comparison.accuracy.measured import expected
 from comparison.scene import Scene, load_scene, shipped_scenes
 from comparison.scene.formulation import joints_with_clearance
 

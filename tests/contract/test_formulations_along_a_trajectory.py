@@ -2,7 +2,7 @@
 
 import pytest
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Levels, round_off, uncertainty, window_samples
 from comparison.scene import load_scene
 from comparison.tables.channels import channels

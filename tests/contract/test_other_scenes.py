@@ -6,7 +6,7 @@ import pytest
 import exudyn_model
 import reference_model
 from comparison.accuracy.levels import refinement
-from comparison.agreement.planned_runs import levels
+from comparison.accuracy.refine import levels
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 from comparison.verdict.compare import Runs, compare

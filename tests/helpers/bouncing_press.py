@@ -8,7 +8,7 @@ from math import cos, pi, sin
 import numpy as np
 import pandas as pd
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
 from comparison.verdict.channel import compare_channel

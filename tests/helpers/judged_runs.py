@@ -10,11 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from comparison.accuracy.levels import refinement
-from comparison.accuracy.thresholds import thresholds
-from comparison.accuracy.tiers import tight
+from comparison.accuracy.levels import refinement, thresholds, tight
+from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Runs
-from comparison.agreement.planned_runs import levels
 from comparison.execution.run import run_one
 from comparison.scene import Scene, load_scene
 from comparison.tables.table import Table

@@ -11,7 +11,7 @@ import pytest
 import second_judge
 from judged_runs import CASES, Judged, changed_scene, compared, frames, random_scene, random_tables
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import run_one
 from comparison.metrics.impacts import WINDOW, begin_where, compare_impacts

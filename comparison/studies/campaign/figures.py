@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.report import svg
 from comparison.studies.campaign import stages
 from comparison.studies.campaign.population import CLEARANCE, SPEED_RPM

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.scene import Scene
 from comparison.tables.channels import channels
 from comparison.tables.table import Table

@@ -10,9 +10,8 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict
 
-from comparison.accuracy.levels import refinement
-from comparison.accuracy.thresholds import thresholds
-from comparison.agreement.planned_runs import levels
+from comparison.accuracy.levels import refinement, thresholds
+from comparison.accuracy.refine import levels
 from comparison.execution.job import MODELS, VIOLATED, Outcome
 from comparison.execution.ledger import Row
 from comparison.scene import Scene

@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.engines.platform import made_on, platform_name, versions
 from comparison.execution.job import MODELS, VIOLATED, Progress
 from comparison.execution.ledger import Row

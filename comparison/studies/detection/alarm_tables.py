@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from comparison.accuracy.tiers import TIERS
+from comparison.accuracy.levels import TIERS
 from comparison.formatting import MISSING
 from comparison.studies.detection import rounding
 from comparison.studies.detection.rates import confirmation_of, count, interval, share

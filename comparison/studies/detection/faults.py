@@ -13,7 +13,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, Literal
 
-from comparison.accuracy.tiers import TIERS
+from comparison.accuracy.levels import TIERS
 from comparison.execution.job import MODELS
 from comparison.scene import Scene, load_scene
 from comparison.studies.detection.copies import Change

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from comparison.accuracy.thresholds import thresholds_record
+from comparison.accuracy.levels import thresholds_record
 from comparison.engines.platform import platform_name, versions
 from comparison.studies.detection import alarms, cross_model, limits, rounding
 from comparison.studies.detection.faults import Trial

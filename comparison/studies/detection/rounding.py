@@ -13,7 +13,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from comparison.accuracy.tiers import TIERS
+from comparison.accuracy.levels import TIERS
 from comparison.execution.job import MODELS
 from comparison.execution.run import run_one
 from comparison.studies.detection.copies import Change, load_copy

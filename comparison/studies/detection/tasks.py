@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from comparison.accuracy.levels import refinement
-from comparison.agreement.planned_runs import levels, table_of_family
+from comparison.accuracy.refine import levels, table_of_family
 from comparison.execution.job import Progress, RunError, kernels
 from comparison.execution.run import run_one
 from comparison.execution.task_order import Kernels

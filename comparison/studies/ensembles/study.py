@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.execution.job import Job, Progress, successful
 from comparison.execution.run import run_all
 from comparison.formatting import number, quantity

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from math import inf, nan
 
-from comparison.accuracy.levels import expected
+from comparison.accuracy.measured import expected
 from comparison.execution.job import Progress
 from comparison.execution.ledger import Row
 from comparison.scene import Scene, SceneError

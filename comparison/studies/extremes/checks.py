@@ -14,8 +14,8 @@ from math import nan
 import numpy as np
 
 from comparison.accuracy.levels import refinement
+from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Levels, uncertainty, window_samples
-from comparison.agreement.planned_runs import levels
 from comparison.execution.job import Progress
 from comparison.execution.ledger import Row
 from comparison.execution.quality_checks import FEW_STEPS, MUCH_DRIFT, MUCH_ENERGY
@@ -67,7 +67,7 @@ def estimate(family: Mapping[str, Row], scene: Scene, model: str) -> float:
     Parameters
     ----------
     family
-        Rows of `runs.run_cell` by the names of `comparison.agreement.planned_runs.levels`.
+        Rows of `runs.run_cell` by the names of `comparison.accuracy.refine.levels`.
     scene, model
         Of the run itself.
     """

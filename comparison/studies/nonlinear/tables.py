@@ -8,7 +8,7 @@ from math import nan
 
 import numpy as np
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.execution.job import MODELS
 from comparison.formatting import MISSING, quantity, table
 from comparison.scene import Scene

@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from comparison.accuracy.levels import refinement
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import refinement, thresholds
+from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Runs
-from comparison.agreement.planned_runs import levels
 from comparison.execution.job import MODELS, Job, Progress, successful
 from comparison.execution.run import run_all
 from comparison.formatting import number, percent, quantity

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from comparison.accuracy.tiers import tight
+from comparison.accuracy.levels import tight
 from comparison.execution.job import MODELS
 from comparison.scene import Scene
 from comparison.scene.overrides import OF_PARTNERS, PARTNERS

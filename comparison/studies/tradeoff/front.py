@@ -11,8 +11,8 @@ from math import log10, nan
 import numpy as np
 import pandas as pd
 
+from comparison.accuracy.work_precision import pareto
 from comparison.execution.task_store import SUCCESS
-from comparison.metrics.pareto import pareto
 from comparison.studies.shared.rates import rate
 from comparison.studies.tradeoff.methods import Sweep
 from comparison.tables.arrays import BoolArray

@@ -7,7 +7,8 @@ from math import isnan
 
 import pandas as pd
 
-from comparison.accuracy.levels import NAMES, expected, solver_values
+from comparison.accuracy.levels import NAMES, solver_values
+from comparison.accuracy.measured import expected
 from comparison.formatting import MISSING, number, quantity
 from comparison.studies.shared import formulations as catalogue
 from comparison.studies.shared.formulations import Method

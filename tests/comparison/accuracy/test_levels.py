@@ -1,4 +1,4 @@
-"""A requested accuracy becomes the cheapest setting whose error bound meets it on the scene."""
+"""An accuracy becomes the cheapest setting whose error bound meets it on the scene; levels and tiers."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from comparison.accuracy.levels import (
     NAMES,
     AccuracyError,
     coarser,
-    expected,
     finer,
     recorded_refinement,
     refinement,
     solver_values,
+    tight,
 )
-from comparison.accuracy.measured import front
+from comparison.accuracy.measured import expected, front
 from comparison.scene import load_scene, shipped_scenes
 
 TREE = {"solver.exudyn.formulation": "tree"}
@@ -23,6 +23,7 @@ EACH = pytest.mark.parametrize(
     [("reference", {}), ("exudyn", {}), ("exudyn", TREE)],
     ids=["reference", "full", "tree"],
 )
+MODELS = ("reference", "exudyn")
 
 
 def setting(model, accuracy, scene):
@@ -30,65 +31,42 @@ def setting(model, accuracy, scene):
     return value
 
 
-@EACH
-def test_names_are_ordered_from_coarse_to_fine(model, changes):
-    scene = load_scene("150rpm-0.2mm", changes)
-    settings = [setting(model, name, scene) for name in NAMES]
-    assert settings == sorted(settings, reverse=True)
-
-
-def test_names_stand_for_the_same_settings_on_every_scene():
+def test_names_stand_for_the_same_settings_on_every_scene_from_coarse_to_fine():
     """The verdicts of both tiers depend on them."""
     for name in shipped_scenes():
         scene = load_scene(name)
-        assert [setting("reference", of, scene) for of in NAMES] == [1e-7, 1e-10, 1e-12]
-        assert [setting("exudyn", of, scene) for of in NAMES] == [8e-6, 2e-6, 5e-7]
+        assert [setting("reference", accuracy, scene) for accuracy in NAMES] == [1e-7, 1e-10, 1e-12]
+        assert [setting("exudyn", accuracy, scene) for accuracy in NAMES] == [8e-6, 2e-6, 5e-7]
         tree = scene.with_values(TREE)
-        assert [setting("exudyn", of, tree) for of in NAMES] == [1e-7, 1e-10, 1e-11]
+        assert [setting("exudyn", accuracy, tree) for accuracy in NAMES] == [1e-7, 1e-10, 1e-11]
 
 
 @EACH
 @pytest.mark.parametrize("name", ["150rpm-0.2mm", "300rpm-0.2mm", "90rpm-0.5mm", "wedge"])
 def test_a_number_gives_the_cheapest_setting_whose_bound_meets_it(model, changes, name):
     scene = load_scene(name, changes)
-    found = front(scene, model)
-    for wanted in (1.0, *(row.error for row in found.rows)):
-        values = solver_values(model, f"{wanted!r}", scene)
-        chosen = scene.with_values(values)
-        assert expected(chosen, model).error <= wanted
-        cost = expected(chosen, model).seconds
-        for row in found.rows:
-            if row.error <= wanted:
-                assert cost <= expected(scene.with_values(dict.fromkeys(values, row.setting)), model).seconds
+    known = front(scene, model)
+    (key,) = solver_values(model, "draft", scene)
+    cost = {row.setting: expected(scene.with_values({key: row.setting}), model).seconds for row in known.rows}
+    for wanted in (1.0, *(row.error for row in known.rows)):
+        chosen = setting(model, f"{wanted!r}", scene)
+        assert expected(scene.with_values({key: chosen}), model).error <= wanted
+        assert cost[chosen] == min(cost[row.setting] for row in known.rows if row.error <= wanted)
+    with pytest.raises(AccuracyError, match=f"smallest error bound is {known.best:g} m, measured on {name}$"):
+        solver_values(model, known.best * 0.99, scene)
 
 
-def test_a_number_means_the_scene_that_is_asked_of():
-    """The bound of 300 rpm at 1e-7 takes three decades more at 90 rpm, whose chatter magnifies errors."""
-    fast, slow = load_scene("300rpm-0.2mm"), load_scene("90rpm-0.5mm")
-    wanted = expected(fast.with_values({"solver.reference.tolerance": 1e-7}), "reference").error
-    assert setting("reference", wanted, fast) >= 1e-7
-    assert setting("reference", wanted, slow) <= 1e-10
-
-
-@EACH
-def test_more_than_there_is_names_the_smallest_possible(model, changes):
-    for name in ("150rpm-0.2mm", "90rpm-0.5mm"):
-        scene = load_scene(name, changes)
-        best = min(row.error for row in front(scene, model).rows)
-        with pytest.raises(AccuracyError, match=f"smallest error bound is {best:g} m, measured on {name}$"):
-            solver_values(model, best * 0.99, scene)
-        assert setting(model, best, scene) in [row.setting for row in front(scene, model).rows]
-
-
-def test_a_formulation_that_nobody_measured_has_names_only():
-    ideal = load_scene("ideal", TREE)
-    assert solver_values("exudyn", "standard", ideal) == {"solver.exudyn.tolerance": 1e-10}
-    with pytest.raises(AccuracyError, match="'tree' is not recorded for these joints; use draft"):
-        solver_values("exudyn", 1e-6, ideal)
-    word = load_scene("150rpm-0.2mm", {"solver.exudyn.formulation": "rows"})
-    assert solver_values("exudyn", "standard", word) == {"solver.exudyn.step": 2e-6}
-    with pytest.raises(AccuracyError, match="not recorded"):
-        solver_values("exudyn", 1e-6, word)
+@pytest.mark.parametrize(
+    ("scene", "values"),
+    [
+        (load_scene("ideal", TREE), {"solver.exudyn.tolerance": 1e-10}),
+        (load_scene("150rpm-0.2mm", {"solver.exudyn.formulation": "rows"}), {"solver.exudyn.step": 2e-6}),
+    ],
+)
+def test_a_formulation_without_measurements_has_names_only(scene, values):
+    assert solver_values("exudyn", "standard", scene) == values
+    with pytest.raises(AccuracyError, match="is not recorded for these joints; use draft, standard, strict"):
+        solver_values("exudyn", 1e-6, scene)
 
 
 @pytest.mark.parametrize("wanted", ["precise", "-1", "0", "nan", "inf", ""])
@@ -97,31 +75,19 @@ def test_nonsense_is_refused(wanted):
         solver_values("reference", wanted, load_scene("ideal"))
 
 
-def test_each_formulation_of_exudyn_is_set_by_what_makes_it_accurate():
-    tree = load_scene("150rpm-0.2mm", TREE)
-    assert solver_values("exudyn", "standard", load_scene("150rpm-0.2mm")) == {"solver.exudyn.step": 2e-6}
-    assert solver_values("exudyn", "standard", tree) == {"solver.exudyn.tolerance": 1e-10}
-    # The name "standard" is what a scene takes that says nothing.
-    assert tree.data["solver"]["exudyn"]["tolerance"] == 1e-10
-    # Its error goes with its tolerance, not with the longest step.
-    finest, coarsest = finer("exudyn", tree), coarser("exudyn", tree)
-    for changed, tolerance in ((finest, 1e-11), (coarsest, 1e-9)):
-        assert changed.data["solver"]["exudyn"]["tolerance"] == pytest.approx(tolerance, rel=1e-14)
-        assert changed.data["solver"]["exudyn"]["step"] == tree.data["solver"]["exudyn"]["step"]
-    assert refinement("exudyn", tree) == (10.0, 1.0)
-    assert refinement("exudyn", load_scene("150rpm-0.2mm")) == (2.0, 2.0)
-
-
-def test_finer_touches_its_own_model_only():
-    scene = load_scene("ideal")
-    assert finer("reference", scene).data["solver"]["reference"]["tolerance"] == pytest.approx(
-        1e-11, rel=1e-15
-    )
-    assert finer("reference", scene).data["solver"]["exudyn"] == scene.data["solver"]["exudyn"]
-    assert finer("exudyn", scene).data["solver"]["exudyn"]["step"] == 4e-6
-    assert coarser("exudyn", scene).data["solver"]["exudyn"]["step"] == 1.6e-5
-    assert coarser("reference", scene).data["solver"]["reference"]["tolerance"] == pytest.approx(1e-9)
-    assert finer("exudyn", scene).data["solver"]["reference"] == scene.data["solver"]["reference"]
+def test_a_level_changes_what_controls_the_error_of_its_own_model():
+    """Five bodies their step; finer, Newton's tolerance too. The tree its tolerance, not its longest step."""
+    for scene, model, fine, coarse, factor_and_order in (
+        (load_scene("ideal"), "reference", {"tolerance": 1e-11}, {"tolerance": 1e-9}, (10.0, 1.0)),
+        (load_scene("ideal"), "exudyn", {"step": 4e-6, "tolerance": 0.1}, {"step": 1.6e-5}, (2.0, 2.0)),
+        (load_scene("wedge", TREE), "exudyn", {"tolerance": 1e-11}, {"tolerance": 1e-9}, (10.0, 1.0)),
+    ):
+        solver = scene.data["solver"]
+        for changed, values in ((finer(model, scene), fine), (coarser(model, scene), coarse)):
+            if values.get("tolerance") == 0.1:
+                values = values | {"tolerance": pytest.approx(0.1 * solver[model]["tolerance"])}
+            assert changed.data["solver"] == solver | {model: solver[model] | values}
+        assert refinement(model, scene) == factor_and_order
 
 
 def test_a_recorded_formulation_that_is_no_name_is_refined_as_the_model_usually_is():
@@ -130,3 +96,23 @@ def test_a_recorded_formulation_that_is_no_name_is_refined_as_the_model_usually_
         assert recorded_refinement("exudyn", {"formulation": formulation}) == recorded_refinement(
             "exudyn", {}
         )
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_at_the_tight_tier_every_joint_with_clearance_is_integrated_without_joints(name):
+    scene = load_scene(name)
+    solver = tight(scene, MODELS).data["solver"]
+    assert solver["reference"]["tolerance"] == 1e-12
+    if name == "ideal":
+        assert solver["exudyn"] == scene.data["solver"]["exudyn"]
+    else:
+        # The tree's largest step, also where the scene gives one for five bodies
+        tree = solver["exudyn"]
+        assert (tree["formulation"], tree["step"], tree["tolerance"]) == ("tree", 1e-4, 1e-11)
+
+
+@pytest.mark.parametrize("group", ["joints", "energy"])
+def test_forces_of_joints_need_five_bodies_and_models_of_others_have_no_tight_settings(group):
+    scene = load_scene("crank-pin", {"output.groups": [group]})
+    assert tight(scene, MODELS).data["solver"]["exudyn"] == scene.data["solver"]["exudyn"]
+    assert tight(scene, ("reference", "other")) is None

@@ -8,28 +8,14 @@ from math import isfinite, isnan
 
 import pytest
 
-from comparison.accuracy.levels import NAMES, expected, solver_values
-from comparison.accuracy.measured import front, physics
-from comparison.accuracy.plan import expectation, lines, plan
+from comparison.accuracy.levels import NAMES, solver_values
+from comparison.accuracy.measured import SETTINGS, Caution, expected, front, is_measured, physics
+from comparison.accuracy.plan import plan
 from comparison.scene import load_scene, shipped_scenes
-from comparison.scene.formulation import joints_with_clearance
 
 FILE = tomllib.loads(files("comparison.accuracy").joinpath("measured.toml").read_text("utf-8"))
 SAFETY, ROUND_OFF = 3.0, 1e-15  # as benchmarks/error_bounds.py, which says why
-TABLES = [
-    pytest.param(name, model, formulation, id=f"{name} {formulation}")
-    for name, found in FILE.items()
-    for model in ("reference", "exudyn")
-    for formulation in found[model]
-]
-EACH = pytest.mark.parametrize(("name", "model", "formulation"), TABLES)
-OTHER = "measured on {}; this scene may magnify errors: estimate them by --check"
-
-
-def formulations(name):
-    """Those with a bound for a named accuracy: the tree where a joint has clearance."""
-    free = joints_with_clearance(load_scene(name).data)
-    return [("reference", "minimal"), ("exudyn", "full"), *([("exudyn", "tree")] if free else [])]
+MODELS = ("reference", "exudyn")
 
 
 def test_every_shipped_scene_is_there_as_it_is_now():
@@ -41,130 +27,117 @@ def test_every_shipped_scene_is_there_as_it_is_now():
 
 
 @pytest.mark.parametrize("name", shipped_scenes())
-def test_every_name_of_an_accuracy_is_there(name):
-    for model, formulation in formulations(name):
+def test_every_name_of_an_accuracy_has_a_measured_error_and_time(name):
+    formulations = {"reference": ["minimal"], "exudyn": ["full"] if name == "ideal" else ["full", "tree"]}
+    for model, formulation in ((m, f) for m in MODELS for f in formulations[m]):
         scene = load_scene(name, {f"solver.{model}.formulation": formulation})
-        settings = [row["setting"] for row in FILE[name][model][formulation]["rows"]]
         for accuracy in NAMES:
             values = solver_values(model, accuracy, scene)
-            assert set(values.values()) <= set(settings)
-            found = expected(scene.with_values(values), model)
-            assert isfinite(found.seconds)
-            # A name without result says so.
-            assert isfinite(found.error) or any("no result" in words for words in found.cautions)
+            assert set(values.values()) <= {row["setting"] for row in FILE[name][model][formulation]["rows"]}
+            bound = expected(scene.with_values(values), model)
+            assert isfinite(bound.seconds)
+            assert isfinite(bound.error) or bound.failed
 
 
-@EACH
-def test_an_error_bound_is_more_than_was_measured_and_less_for_a_finer_setting(name, model, formulation):
-    table = FILE[name][model][formulation]
-    rows = [row for row in table["rows"] if "failed" not in row]
-    assert [row["setting"] for row in table["rows"]] == sorted(
-        (row["setting"] for row in table["rows"]), reverse=True
-    )
-    assert [row["error"] for row in rows] == sorted((row["error"] for row in rows), reverse=True)
-    for row in rows:
-        # But for the last bit: 3 x 5e-5 is more than 1.5e-4.
-        least = max(SAFETY * row["measured"], SAFETY * FILE[name]["unsure"], ROUND_OFF) * (1 - 1e-12)
-        assert row["error"] >= least
-        assert row["seconds"] > 0
-    assert table["start"] >= 0
-    assert table["unit"] == ("step" if formulation == "full" else "cycle")
+@pytest.mark.parametrize("name", FILE)
+def test_an_error_bound_is_more_than_was_measured_and_less_for_a_finer_setting(name):
+    tables = {formulation: table for model in MODELS for formulation, table in FILE[name][model].items()}
+    for formulation, table in tables.items():
+        assert [row["setting"] for row in table["rows"]] == list(SETTINGS[formulation])
+        rows = [row for row in table["rows"] if "failed" not in row]
+        assert [row["error"] for row in rows] == sorted((row["error"] for row in rows), reverse=True)
+        for row in rows:
+            # But for the last bit: 3 x 5e-5 is more than 1.5e-4.
+            least = max(SAFETY * row["measured"], SAFETY * FILE[name]["unsure"], ROUND_OFF) * (1 - 1e-12)
+            assert row["error"] >= least
+            assert row["seconds"] > 0
+        assert table["start"] >= 0
+        assert table["unit"] == ("step" if formulation == "full" else "cycle")
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"drive.cycles": 11.0},
-        {"output.groups": []},
-        {"output.samples_per_cycle": 100},
-        {"solver.reference.tolerance": 1e-6},
-        {"scene.name": "mine", "scene.title": "Mine"},
-        {"initial.slider_offset": 5e-5},  # what it is anyway
-    ],
-)
-def test_a_scene_with_the_same_physics_takes_the_numbers_of_the_shipped_one(changes):
-    found = front(load_scene("300rpm-0.2mm", changes), "reference")
-    assert (found.scene, found.cautions) == ("300rpm-0.2mm", ())
-    assert found.rows == front(load_scene("300rpm-0.2mm"), "reference").rows
+SCENE, METHOD, SLIDER = Caution.OTHER_SCENE, Caution.OTHER_METHOD, Caution.IDEAL_SLIDER
 
 
 @pytest.mark.parametrize(
-    ("shipped", "changes", "usual"),
+    ("shipped", "changes", "measured_on", "cautions"),
     [
-        ("300rpm-0.2mm", {"clearance.slider": 0.3e-3}, "150rpm-0.2mm"),
-        ("300rpm-0.2mm", {"drive.speed_rpm": 310}, "150rpm-0.2mm"),
-        ("300rpm-0.2mm", {"contact.law": "foundation"}, "150rpm-0.2mm"),
-        ("300rpm-0.2mm", {"initial.slider_offset": 6e-5}, "150rpm-0.2mm"),
-        ("crank-pin", {"friction.coefficient": 0.1}, "crank-pin"),
-        ("both-clearances", {"environment.gravity": 0.0}, "both-clearances"),
-        ("ideal", {"mechanism.crank.length": 0.044}, "ideal"),
+        # The same physics
+        ("300rpm-0.2mm", {"drive.cycles": 11.0}, "300rpm-0.2mm", ()),
+        ("300rpm-0.2mm", {"output.groups": []}, "300rpm-0.2mm", ()),
+        ("300rpm-0.2mm", {"output.samples_per_cycle": 100}, "300rpm-0.2mm", ()),
+        ("300rpm-0.2mm", {"solver.reference.tolerance": 1e-6}, "300rpm-0.2mm", ()),
+        ("300rpm-0.2mm", {"scene.name": "mine", "scene.title": "Mine"}, "300rpm-0.2mm", ()),
+        ("300rpm-0.2mm", {"initial.slider_offset": 5e-5}, "300rpm-0.2mm", ()),  # what it is anyway
+        ("crank-pin", {}, "crank-pin", (SLIDER,)),
+        # Other physics: the usual scene with the same joints
+        ("300rpm-0.2mm", {"clearance.slider": 0.3e-3}, "150rpm-0.2mm", (SCENE,)),
+        ("300rpm-0.2mm", {"drive.speed_rpm": 310}, "150rpm-0.2mm", (SCENE,)),
+        ("300rpm-0.2mm", {"contact.law": "foundation"}, "150rpm-0.2mm", (SCENE,)),
+        ("300rpm-0.2mm", {"initial.slider_offset": 6e-5}, "150rpm-0.2mm", (SCENE,)),
+        ("crank-pin", {"friction.coefficient": 0.1}, "crank-pin", (SCENE, SLIDER)),
+        ("both-clearances", {"environment.gravity": 0.0}, "both-clearances", (SCENE,)),
+        ("ideal", {"mechanism.crank.length": 0.044}, "ideal", (SCENE,)),
     ],
 )
-def test_any_other_scene_takes_those_of_the_usual_one_and_says_so(shipped, changes, usual):
+def test_a_scene_takes_the_numbers_of_the_shipped_one_with_its_physics_or_with_its_joints(
+    shipped, changes, measured_on, cautions
+):
     scene = load_scene(shipped, changes)
-    for model in ("reference", "exudyn"):
-        assert front(scene, model).scene == usual
-        assert OTHER.format(usual) in expected(scene, model).cautions
-        assert OTHER.format(usual) in expectation(scene, model)
-        assert any(OTHER.format(usual) in line for line in lines(plan(scene, model)))
-    assert not any("magnify" in words for words in expected(load_scene(shipped), "exudyn").cautions)
+    own = SCENE not in cautions
+    for model in MODELS:
+        bound = expected(scene, model)
+        assert (bound.measured_on, bound.cautions, bound.applies) == (measured_on, cautions, own)
+        assert front(scene, model).rows == front(load_scene(measured_on), model).rows
+        assert is_measured(scene, model, 1.0) == own
+        assert not is_measured(scene, model, 1e-30)
 
 
-def test_another_method_is_reported():
+def test_another_method_is_cautioned_against():
     implicit = load_scene("150rpm-0.2mm", {"solver.reference.method": "Radau"})
     forces = load_scene("150rpm-0.2mm", {"output.groups": ["joints"]})
     for model, scene in (("reference", implicit), ("exudyn", forces)):
-        assert "measured with another method" in expectation(scene, model)
-    assert "another method" not in expectation(forces, "reference")
+        assert expected(scene, model).cautions == (METHOD,)
+        assert not is_measured(scene, model, 1.0)
+    assert expected(forces, "reference").cautions == ()
 
 
-def test_the_part_of_a_cycle_that_was_measured_is_reported():
-    assert "slider_x over the first cycle, and" in expectation(load_scene("69GPa"), "reference")
-    assert "slider_x over the first 0.06 cycles, and" in expectation(load_scene("both-clearances"), "exudyn")
-    assert "for y choose by a name" in expectation(load_scene("crank-pin"), "reference")
-
-
-def test_time_goes_with_the_cycles_and_the_steps():
-    scene = load_scene("69GPa")
-    for model, changes in (
-        ("reference", {}),
-        ("exudyn", {}),
-        ("exudyn", {"solver.exudyn.formulation": "tree"}),
+def test_time_is_that_of_the_start_and_of_each_cycle_or_step_at_the_nearest_setting():
+    scene = load_scene("69GPa", {"drive.cycles": 5.0, "solver.exudyn.step": 1.25e-7})
+    for model, formulation, setting, count in (
+        ("reference", "minimal", 1e-10, 5.0),
+        ("exudyn", "tree", 1e-10, 5.0),
+        ("exudyn", "full", 2.5e-7, scene.duration / 1.25e-7),
     ):
-        one, three, five = (
-            expected(scene.with_values(changes | {"drive.cycles": cycles}), model).seconds
-            for cycles in (1.0, 3.0, 5.0)
-        )
-        assert five - three == pytest.approx(three - one, rel=1e-9)
-        assert three > 1.5 * one
-    fine = scene.with_values({"solver.exudyn.step": 2.5e-7})
-    finest = scene.with_values({"solver.exudyn.step": 1.25e-7})
-    assert expected(finest, "exudyn").seconds / expected(fine, "exudyn").seconds == pytest.approx(2, rel=0.01)
+        table = FILE["69GPa"][model][formulation]
+        (rate,) = (row["seconds"] for row in table["rows"] if row["setting"] == setting)
+        named = scene.with_values({f"solver.{model}.formulation": formulation})
+        assert expected(named, model).seconds == pytest.approx(table["start"] + rate * count, rel=1e-12)
 
 
 def test_a_setting_without_result_is_reported_and_never_chosen(monkeypatch):
-    table = {**FILE["wedge"]["exudyn"]["full"]}
-    table["rows"] = [
-        {"setting": row["setting"], "failed": "step-too-small", "seconds": row["seconds"]}
-        if row["setting"] == 8e-6
-        else row
+    """Neither the coarsest nor one below which there are bounds of coarser ones."""
+    table = FILE["wedge"]["exudyn"]["full"]
+    rows = [
+        row if row["setting"] not in (8e-6, 2e-6) else {"setting": row["setting"], "failed": "step-too-small"}
         for row in table["rows"]
     ]
-    broken = FILE | {"wedge": FILE["wedge"] | {"exudyn": {"full": table}}}
+    broken = FILE | {"wedge": FILE["wedge"] | {"exudyn": {"full": table | {"rows": rows}}}}
     monkeypatch.setattr("comparison.accuracy.measured._file", lambda: broken)
-    scene = load_scene("wedge", {"solver.exudyn.step": 8e-6})
-    assert isnan(expected(scene, "exudyn").error)
-    assert "expected: nothing recorded" in expectation(scene, "exudyn")
-    assert "no result at this setting: step-too-small" in expectation(scene, "exudyn")
-    assert solver_values("exudyn", 1.0, scene) == {"solver.exudyn.step": 4e-6}
+    for step in (8e-6, 2e-6):
+        bound = expected(load_scene("wedge", {"solver.exudyn.step": step}), "exudyn")
+        assert isnan(bound.error)
+        assert bound.failed == "step-too-small"
+    assert solver_values("exudyn", 1.0, load_scene("wedge")) == {"solver.exudyn.step": 4e-6}
 
 
-def test_the_plan_has_the_materials_of_both_partners():
-    for changes, words in (
+@pytest.mark.parametrize(
+    ("changes", "materials"),
+    [
         ({}, "(hertz-corners; 210 GPa, Poisson's ratio 0.28)"),
         ({"contact.youngs_modulus.slider": 69e9}, "(hertz-corners; 69 on 210 GPa, Poisson's ratio 0.28)"),
-    ):
-        for model in ("reference", "exudyn"):
-            assert plan(load_scene("150rpm-0.2mm", changes), model).contacts == (
-                f"four corners of the slider {words}",
-            )
+    ],
+)
+def test_the_plan_has_the_materials_of_both_partners(changes, materials):
+    for model in MODELS:
+        contacts = plan(load_scene("150rpm-0.2mm", changes), model).contacts
+        assert contacts == (f"four corners of the slider {materials}",)

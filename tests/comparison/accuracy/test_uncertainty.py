@@ -1,8 +1,9 @@
-"""The uncertainty covers a known error, lives in a window and never falls below round-off."""
+"""The uncertainty covers a known error within a window and never falls below round-off; observed orders."""
 
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,13 +13,20 @@ from comparison.accuracy.uncertainty import (
     SAFETY_FACTOR_IN_ORDER,
     TIME_ROUND_OFF,
     Levels,
+    Runs,
     combined,
+    model_uncertainty,
+    observed_order,
     perturbed_scenes,
     round_off,
     uncertainty,
     window_samples,
 )
+from comparison.cli.pages import observed_orders
 from comparison.scene import load_scene
+from comparison.tables.table import Table
+from comparison.verdict.compare import compare
+from comparison.verdict.validate import Validation
 
 
 @pytest.mark.parametrize("order", [1, 2, 4])
@@ -45,41 +53,30 @@ def test_three_levels_in_order_give_the_error_with_the_smaller_factor(factor, or
 
 
 def test_a_third_level_covers_two_with_the_same_error_by_chance():
-    base = np.zeros(60)
-    error = 1e-3
+    base, error = np.zeros(60), 1e-3
     coarser = base + 3.0 * error  # of a second-order method: 4 - 1 times the error of the base
-    u = uncertainty(Levels(base, base, coarser), 3, 1e-15)
-    assert np.all(u >= 2.0 * error)
+    assert np.all(uncertainty(Levels(base, base, coarser), 3, 1e-15) >= 2.0 * error)
     assert np.all(uncertainty(Levels(base, base), 3, 1e-15) < error)
 
 
-def test_the_spread_counts_within_the_window_and_not_outside():
-    base = np.zeros(50)
-    finer = base.copy()
+def test_a_distance_counts_within_the_window_and_not_outside():
+    base, finer = np.zeros(50), np.zeros(50)
     finer[20] = 1.0
     u = uncertainty(Levels(base, finer), 3, 1e-9)
     np.testing.assert_array_equal(np.flatnonzero(u > 1e-9), np.arange(17, 24))
     np.testing.assert_array_equal(u[17:24], SAFETY_FACTOR)
 
 
-def test_the_perturbed_run_counts_where_it_spreads_further_than_the_finer_run():
-    base = np.zeros(30)
-    moved = base + np.where(np.arange(30) > 20, 1.0, 0.0)
-    u = uncertainty(Levels(base, base + 0.1, perturbed=(moved,)), 2, 0.0)
-    assert u[10] == pytest.approx(SAFETY_FACTOR * 0.1)
-    assert u[25] == pytest.approx(SAFETY_FACTOR)
-
-
-def test_of_two_perturbed_runs_the_farther_counts_at_each_sample():
+def test_of_finer_and_perturbed_runs_the_farther_counts_at_each_sample():
     base, early = np.zeros(30), np.arange(30) < 10
     perturbed = (base + np.where(early, 2.0, 0.5), base - np.where(early, 0.5, 3.0))
+    u = uncertainty(Levels(base, base + 0.1, perturbed=(perturbed[0] * ~early,)), 2, 0.0)
+    assert u[[5, 25]] == pytest.approx([SAFETY_FACTOR * 0.1, SAFETY_FACTOR * 0.5])
     u = uncertainty(Levels(base, base, perturbed=perturbed), 2, 0.0)
-    assert u[5] == pytest.approx(SAFETY_FACTOR * 2.0)
-    assert u[25] == pytest.approx(SAFETY_FACTOR * 3.0)
+    assert u[[5, 25]] == pytest.approx([SAFETY_FACTOR * 2.0, SAFETY_FACTOR * 3.0])
     # With a coarser run they are perturbed runs of that one, which is 1 away from the base itself.
     u = uncertainty(Levels(base, base, base + 1.0, tuple(run + 1.0 for run in perturbed), 2.0, 2.0), 2, 0.0)
     assert u[5] == pytest.approx(SAFETY_FACTOR * 2.0)
-    assert np.all(uncertainty(Levels(base, base), 2, 1e-9) == 1e-9)
 
 
 def test_identical_runs_leave_the_round_off():
@@ -100,9 +97,8 @@ def test_it_scales_with_the_unit(unit, seed):
 
 
 def test_two_models_add_in_squares():
-    np.testing.assert_allclose(
-        combined(np.array([3e-200, 3.0]), np.array([4e-200, 4.0])), [5e-200, 5.0], rtol=1e-15
-    )
+    u = combined(np.array([3e-200, 3.0]), np.array([4e-200, 4.0]))
+    np.testing.assert_allclose(u, [5e-200, 5.0], rtol=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -112,18 +108,34 @@ def test_the_window_is_a_hundredth_of_a_cycle_rounded_up(interval, samples):
     assert window_samples(0.4, interval) == samples
 
 
-@pytest.mark.parametrize(("name", "sign"), [("perturbed", 1), ("other_perturbed", -1)])
-def test_the_perturbed_runs_start_a_billionth_of_the_clearance_away(name, sign):
+def test_the_window_of_a_model_spans_a_hundredth_of_the_period_where_samples_are_dense():
+    time = np.concatenate([np.arange(0, 0.1, 1e-3), np.arange(0.1, 1.01, 1e-2)])
+    base, finer = (Table(pd.DataFrame({"time": time, "slider_x": np.zeros(time.size)})) for _ in range(2))
+    finer.frame.loc[50, "slider_x"] = 1.0
+    u = model_uncertainty(Runs(base, finer), "slider_x", 1.0)
+    outside = time[u >= SAFETY_FACTOR]
+    assert outside[[0, -1]] == pytest.approx([time[50] - 0.01, time[50] + 0.01])
+    assert model_uncertainty(Runs(base), "slider_x", 1.0) is None
+    halved = model_uncertainty(Runs(base, finer), "slider_x", 1.0, every=2)
+    assert halved.size == time[::2].size
+    # Of more runs from moved starts none is outside.
+    far = Table(base.frame.assign(slider_x=5.0))
+    assert model_uncertainty(Runs(base, finer), "slider_x", 1.0, [far]).min() > 5.0
+
+
+def test_the_perturbed_runs_start_a_billionth_of_the_clearance_away():
     scene = load_scene("90rpm-0.5mm")
-    assert list(perturbed_scenes(scene)) == ["perturbed", "other_perturbed"]
-    start, moved = scene.data["initial"], perturbed_scenes(scene)[name].data["initial"]
-    # The offset is 5e-5 m: its last digit is 7e-21 m.
-    assert moved["slider_offset"] - start["slider_offset"] == pytest.approx(0.5e-12, rel=1e-6)
-    assert moved["slider_angle"] == pytest.approx(sign * 0.5e-12 / 0.07, rel=1e-12)
-    changed = {key: value for key, value in moved.items() if value != start[key]}
-    assert set(changed) == {"slider_offset", "slider_angle"}
-    back = perturbed_scenes(scene, -2.0)[name].data["initial"]
-    assert back["slider_angle"] == pytest.approx(-2 * moved["slider_angle"], rel=1e-12)
+    start, length = scene.data["initial"], scene.data["mechanism"]["slider"]["length"]
+    scenes, back = perturbed_scenes(scene), perturbed_scenes(scene, -2.0)
+    assert list(scenes) == ["perturbed", "other_perturbed"]
+    for (name, perturbed), sign in zip(scenes.items(), (1, -1), strict=True):
+        moved = perturbed.data["initial"]
+        # The offset is 5e-5 m: its last digit is 7e-21 m.
+        assert moved["slider_offset"] - start["slider_offset"] == pytest.approx(0.5e-12, rel=1e-6)
+        assert moved["slider_angle"] == pytest.approx(sign * 0.5e-12 / length, rel=1e-12)
+        assert {key for key in moved if moved[key] != start[key]} == {"slider_offset", "slider_angle"}
+        twice = back[name].data["initial"]["slider_angle"]
+        assert twice == pytest.approx(-2 * moved["slider_angle"], rel=1e-12)
     assert perturbed_scenes(load_scene("ideal")) == {}
 
 
@@ -133,30 +145,11 @@ def test_a_start_moved_by_less_than_x_is_rounded_would_be_the_same_start(clearan
     scene = load_scene(
         "150rpm-0.2mm", {"clearance.slider": clearance, "initial.slider_offset": 0.5 * clearance}
     )
-    guide_x = scene.data["mechanism"]["guide_x"]
-    x = guide_x + scene.data["initial"]["slider_offset"]
-    assert all(
-        guide_x + each.data["initial"]["slider_offset"] != x for each in perturbed_scenes(scene).values()
-    )
 
+    def x(scene):
+        return scene.data["mechanism"]["guide_x"] + scene.data["initial"]["slider_offset"]
 
-def test_what_one_perturbed_run_leaves_as_it_is_the_other_one_moves():
-    """The gaps of two corners: one perturbed run moves a corner by half a shift, the other by one and a half.
-
-    A corner is L / 2 from the centre. What responds to offset - L angle alone one of them does not move.
-    """
-    scene = load_scene("150rpm-0.2mm")
-    start, length = scene.data["initial"], scene.data["mechanism"]["slider"]["length"]
-
-    def moved(arm):
-        return [
-            (run["slider_offset"] - start["slider_offset"] - arm * (run["slider_angle"])) / 0.2e-12
-            for run in (scene.data["initial"] for scene in perturbed_scenes(scene).values())
-        ]
-
-    assert moved(length / 2) == pytest.approx([0.5, 1.5], rel=1e-6)
-    assert moved(-length / 2) == pytest.approx([1.5, 0.5], rel=1e-6)
-    assert moved(length) == pytest.approx([0.0, 2.0], abs=1e-6)
+    assert all(x(perturbed) != x(scene) for perturbed in perturbed_scenes(scene).values())
 
 
 def test_where_only_the_pin_has_clearance_its_perturbed_run_rotates_the_crank_by_a_billionth_of_it():
@@ -168,3 +161,36 @@ def test_where_only_the_pin_has_clearance_its_perturbed_run_rotates_the_crank_by
     both = perturbed_scenes(load_scene("150rpm-0.2mm", {"joints.crank_pin": "clearance"}))["perturbed"]
     assert both.data["mechanism"] == scene.data["mechanism"]
     assert both.data["initial"]["slider_angle"] > 0
+
+
+def three_levels(make_table, power, factor=2.0):
+    """Levels whose errors follow the setting to this power."""
+    coarse, base, fine = (make_table(error=1e-6 * factor ** (-power * n)) for n in range(3))
+    return Runs(base=base, finer=fine, coarser=coarse, refinement=(factor, 2.0))
+
+
+@pytest.mark.parametrize("power", [1.0, 2.0, 4.0])
+@pytest.mark.parametrize("factor", [2.0, 10.0])
+def test_the_power_of_the_error_is_observed(make_table, power, factor):
+    runs = three_levels(make_table, power, factor)
+    judged = {"slider_x": (np.arange(runs.base.time.size) > 5, 2e-4)}
+    # Differences of 1e-14 of channels of size 1 are known to a hundredth; errors are exact multiples.
+    assert observed_order(runs, judged) == pytest.approx((power, 2.0), abs=0.02)
+    for base, finer, coarser in (
+        (runs.base, runs.finer, None),
+        (runs.base, runs.base, runs.coarser),
+        (runs.base, runs.finer, runs.base),
+    ):
+        assert np.isnan(observed_order(Runs(base=base, finer=finer, coarser=coarser), judged).observed)
+    interpolated = {"slider_x": (np.ones(3, dtype=bool), 2e-4)}
+    assert np.isnan(observed_order(runs, interpolated).observed)
+
+
+def test_orders_are_kept_by_scene_and_tier(make_table, scene):
+    a, b = three_levels(make_table, 1.0), three_levels(make_table, 2.0)
+    result = compare(a, b, scene=scene, labels=("reference", "exudyn"))
+    orders = observed_orders([Validation(result, {"reference": a, "exudyn": b}), Validation(result, {})])
+    assert list(orders) == [(result.name, "standard")]
+    first, second = orders[result.name, "standard"]
+    assert first == pytest.approx((1.0, 2.0), abs=0.02)
+    assert second == pytest.approx((2.0, 2.0), abs=0.02)

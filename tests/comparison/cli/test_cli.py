@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from comparison.accuracy.levels import expected
+from comparison.accuracy.measured import expected
 from comparison.cli import main
 from comparison.scene import load_scene
 from comparison.tables.table_files import read

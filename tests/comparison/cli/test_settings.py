@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparison.agreement.refinement import work_precision
+from comparison.accuracy import work_precision
 from comparison.cli import main
 from comparison.tables.table_files import read
 

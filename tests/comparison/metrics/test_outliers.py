@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR
 from comparison.metrics.impacts import WINDOW
 from comparison.metrics.outliers import clustered, distances, parting_contact, split

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from comparison.metrics.pareto import pareto
+from comparison.accuracy.work_precision import pareto
 
 
 @pytest.mark.parametrize("seed", range(5))

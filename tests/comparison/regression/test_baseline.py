@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.engines.platform import _processor, platform_name, versions
 from comparison.execution.job import Job
 from comparison.regression.baseline import (

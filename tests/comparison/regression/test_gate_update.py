@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from gate_command import edit, gate
 
-from comparison.accuracy.thresholds import thresholds_record
+from comparison.accuracy.levels import thresholds_record
 from comparison.regression import update
 from comparison.regression.baseline import read
 from comparison.scene import shipped_scenes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from comparison.accuracy.tiers import tight
+from comparison.accuracy.levels import tight
 from comparison.execution.job import MODELS, Job
 from comparison.execution.run import run_all
 from comparison.reliability.difference import compare_reliability

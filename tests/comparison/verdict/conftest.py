@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from fake_ensemble import COARSE, MODELS, Fake
 
-from comparison.accuracy.tiers import tight
+from comparison.accuracy.levels import tight
 from comparison.scene import Scene, load_scene
 
 

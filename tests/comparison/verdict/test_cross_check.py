@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from comparison.accuracy.levels import AccuracyError, finer
-from comparison.agreement import planned_runs
 from comparison.execution.job import MODELS, VIOLATED, Job, Outcome
 from comparison.execution.run import run_all
 from comparison.scene import load_scene
@@ -101,9 +100,9 @@ def test_where_five_bodies_violate_an_invariant_they_run_at_half_the_step(
 
 @pytest.mark.usefixtures("fake_models")
 def test_where_the_ideal_mechanism_cannot_be_run_the_verdict_stands(scene, gravity, monkeypatch):
-    usual = planned_runs.ideal_scenes
+    usual = cross_check.ideal_scenes
     monkeypatch.setattr(
-        planned_runs,
+        cross_check,
         "ideal_scenes",
         lambda scene, model: {
             kind: ideal.with_values({"environment.gravity": gravity.fail})

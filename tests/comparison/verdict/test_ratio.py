@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from judged_runs import decided
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.tables.channels import channels
 from comparison.verdict.channel import compare_channel
 from comparison.verdict.results import decisive

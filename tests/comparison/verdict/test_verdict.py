@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from judged_runs import decided
 
-from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.levels import thresholds
 from comparison.scene import load_scene
 from comparison.tables.channels import Channel, channels
 from comparison.verdict.channel import compare_channel

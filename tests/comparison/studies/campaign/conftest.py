@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from fake_campaign import Models
 
-from comparison.accuracy.tiers import tight
+from comparison.accuracy.levels import tight
 from comparison.execution.job import MODELS
 from comparison.scene import load_scene
 from comparison.studies.campaign.population import Case

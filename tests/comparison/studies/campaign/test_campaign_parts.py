@@ -17,7 +17,7 @@ import pytest
 from contact_tables import contacts_of
 from fake_campaign import as_it_is, refuse
 
-from comparison.accuracy.tiers import tight
+from comparison.accuracy.levels import tight
 from comparison.cli import main
 from comparison.execution.job import MODELS, Outcome
 from comparison.scene import load_scene

@@ -1,0 +1,424 @@
+"""The runs that give a model's uncertainty, and the refinement of a run until its error is small enough.
+
+The estimate of a run's error is the numerical uncertainty u(t) of `comparison.accuracy.uncertainty`, and the
+samples at which it is at most the wanted error are the predictable part. A setting serves if this is nearly
+all of the run; else the next finer one is tried, or ``strict`` at once where that was of little use: perhaps
+only the coarse runs diverge. Of those tried the one with the largest predictable part is taken.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from math import inf, nan
+from typing import NamedTuple
+
+import numpy as np
+
+from comparison.accuracy.levels import (
+    NAMES,
+    coarser,
+    finer,
+    metres,
+    refinement,
+    solver_values,
+    thresholds,
+    with_declared,
+)
+from comparison.accuracy.measured import expected, front
+from comparison.accuracy.uncertainty import (
+    Runs,
+    covered,
+    held,
+    model_uncertainty,
+    perturbed_scenes,
+    spread,
+    window_samples,
+)
+from comparison.engines.registry import OWN
+from comparison.execution.job import VIOLATED, Job, Outcome, Progress, successful
+from comparison.execution.run import run_all
+from comparison.scene import Scene
+from comparison.tables.arrays import Array
+from comparison.tables.channels import UNCERTAINTY
+from comparison.tables.table import Table
+
+CHANNEL = "slider_x"
+"""Whose error an accuracy means."""
+FLOOR = thresholds("tight").coverage
+"""Share of the samples on which an error must be known to count, as for a verdict at the tight tier."""
+ENOUGH = 0.9
+"""Share of the samples that is enough; a smaller predictable part has grown if less of it was there."""
+MOST_LEVELS = 4
+"""To try, of a model whose finest useful setting is not known, or where the finer ones have no result."""
+
+Run = Callable[[Sequence[Scene]], list[Outcome]]
+"""Runs scenes by a model."""
+
+
+def levels(scene: Scene, model: str) -> dict[str, Scene]:
+    """Return the scenes of the runs that give a model's uncertainty, by their names in `Runs`.
+
+    The perturbed ones are of the coarser setting; a model that cannot be refined has the base alone.
+    """
+    coarse = coarser(model, scene)
+    family = {"base": scene, "finer": finer(model, scene), "coarser": coarse}
+    available = {kind: level for kind, level in family.items() if level is not None}
+    return available if coarse is None else available | perturbed_scenes(coarse)
+
+
+def family(scene: Scene, model: str) -> list[tuple[str, Job]]:
+    """Return the runs that give a model's uncertainty, by their names in `Runs`."""
+    return [(kind, Job(level, model)) for kind, level in levels(scene, model).items()]
+
+
+def families(scene: Scene, models: tuple[str, str]) -> dict[tuple[str, str], Job]:
+    """Return the runs of both models by model and name."""
+    return {(model, kind): job for model in models for kind, job in family(scene, model)}
+
+
+def table_of_family(kind: str, outcome: Outcome) -> Table | None:
+    """Return the table of a run by its name in a family; None if there is none to use.
+
+    A run at the coarser setting may violate an invariant of its model (measured: the rate of a constraint in
+    one impact at 4e-6 s, not at the scene's own 2e-6 s): what it gets wrong widens the uncertainty of the
+    base run, which is the one that must hold them.
+    """
+    coarse = kind not in ("base", "finer")
+    return outcome.partial if coarse and outcome.status == VIOLATED else outcome.table
+
+
+def sorted_runs(
+    scene: Scene, models: tuple[str, str], outcomes: dict[tuple[str, str], Outcome]
+) -> dict[str, Runs]:
+    """Sort the tables of families by model."""
+    tables: dict[str, dict[str, Table]] = {model: {} for model in models}
+    for (model, kind), outcome in outcomes.items():
+        table = table_of_family(kind, outcome)
+        if table is not None:
+            tables[model][kind] = table
+    return {model: Runs(refinement=refinement(model, scene), **tables[model]) for model in models}
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Estimated error of slider_x over the time of a run; arrays of shape (n,)."""
+
+    time: Array
+    """Samples, s."""
+    u: Array
+    """Numerical uncertainty (`comparison.accuracy.uncertainty`), m."""
+    spread: Array
+    """The part of u due to neighbouring starts, which no setting removes, m; 0 without any."""
+
+    def coverage(self, error: float) -> float:
+        """Return the share of samples whose u is at most an error, m: the predictable part."""
+        return covered(self.u, error)
+
+    def attainable(self, error: float) -> float:
+        """Return the share of samples at which neighbouring trajectories stay within an error, m."""
+        return covered(self.spread, error)
+
+    def until(self, error: float) -> float:
+        """Return the time at which u first exceeds an error, m, in s; inf if it never does."""
+        outside = np.flatnonzero(self.u > error)
+        return float(self.time[outside[0]]) if outside.size else inf
+
+    def held(self, share: float) -> float:
+        """Return the smallest error that holds on a share of the samples, m."""
+        return held(self.u, share)
+
+
+@dataclass(frozen=True)
+class Level:
+    """A setting that was tried."""
+
+    scene: Scene
+    """With the setting."""
+    outcomes: dict[str, Outcome]
+    """Of its family, by the names in `Runs`."""
+    estimate: Estimate | None
+    """Of the error of the run at this setting; None where too many of the runs did not succeed."""
+
+    @property
+    def table(self) -> Table | None:
+        """Table of the run at this setting; None where that did not succeed."""
+        return self.outcomes["base"].table
+
+    @property
+    def failed(self) -> Outcome | None:
+        """The most telling of its runs that did not succeed: the run itself, else the finer one."""
+        ended = [self.outcomes[kind] for kind in ("base", "finer") if kind in self.outcomes]
+        return next((outcome for outcome in ended if outcome.table is None), None)
+
+
+class Families:
+    """Levels of one model, which share their runs."""
+
+    def __init__(self, model: str, run: Run) -> None:
+        self._model, self._run = model, run
+        self._outcomes: dict[str, Outcome] = {}
+
+    @property
+    def count(self) -> int:
+        """Number of runs so far."""
+        return len(self._outcomes)
+
+    def level(self, scene: Scene) -> Level:
+        """Run the family of a setting and estimate its error.
+
+        The perturbed runs are those of the coarser setting; where that has no result, of this one.
+        """
+        outcomes = self._ran(levels(scene, self._model))
+        if "coarser" in outcomes and outcomes["coarser"].table is None and outcomes["base"].table is not None:
+            outcomes = {kind: outcomes[kind] for kind in ("base", "finer") if kind in outcomes}
+            outcomes |= self._ran(perturbed_scenes(scene))
+        tables = {kind: outcome.table for kind, outcome in outcomes.items() if outcome.table is not None}
+        moved = {kind for kind in outcomes if kind.endswith("perturbed")}
+        if not {"base", "finer"} <= tables.keys() or (moved and not moved & tables.keys()):
+            return Level(scene, outcomes, None)
+        runs = Runs(refinement=refinement(self._model, scene), **tables)
+        return Level(scene, outcomes, estimate(runs, scene.period))
+
+    def _ran(self, scenes: dict[str, Scene]) -> dict[str, Outcome]:
+        new = {scene.hash: scene for scene in scenes.values() if scene.hash not in self._outcomes}
+        self._outcomes |= dict(zip(new, self._run(list(new.values())), strict=True))
+        return {kind: self._outcomes[scene.hash] for kind, scene in scenes.items()}
+
+
+def estimate(runs: Runs, period: float) -> Estimate:
+    """Estimate the error of slider_x in the base of a family of runs, which has a finer one.
+
+    The period is that of a crank cycle, s.
+    """
+    time = runs.base.time
+    u = model_uncertainty(runs, CHANNEL, period)
+    assert u is not None
+    half_width = window_samples(period, float(time[-1] - time[0]) / (time.size - 1))
+    perturbed = [run.values(CHANNEL) for run in runs.perturbed_runs]
+    return Estimate(time, u, spread(runs.original.values(CHANNEL), perturbed, half_width))
+
+
+def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator[Scene]:
+    """Yield the scene at the settings to try, each finer than the one before.
+
+    The first is the measured one of the shipped scene that is most like this, the last is ``strict``. Another
+    package's model begins with the scene's own.
+
+    Raises
+    ------
+    AccuracyError
+        If the accuracy is neither a name nor a positive number, or a name for a model that has none.
+    """
+    if accuracy is None:
+        yield scene
+    elif accuracy in NAMES:
+        yield scene.variant(solver_values(model, accuracy, scene))
+    elif model in OWN:
+        wanted = metres(accuracy)
+        ((key, finest),) = solver_values(model, "strict", scene).items()
+        assert isinstance(finest, float)
+        known = front(scene, model)
+        setting = (known and known.cheapest(wanted)) or finest
+        factor, _ = refinement(model, scene)
+        while setting > finest * (1 + 1e-9):
+            yield scene.variant({key: setting})
+            setting = float(f"{setting / factor:.12g}")
+        yield scene.variant({key: finest})
+    else:
+        metres(accuracy)
+        level: Scene | None = scene
+        for _ in range(MOST_LEVELS):
+            if level is None:
+                return
+            yield level
+            level = finer(model, level)
+
+
+class Cost(NamedTuple):
+    """Expected cost of the first setting with the runs that estimate its error."""
+
+    scene: Scene
+    """At this setting."""
+    model: str
+    further: int
+    """Runs besides the one at this setting."""
+    seconds: float
+    """Processor time of all, s; nan where not recorded."""
+    refines: bool
+    """Whether finer settings are tried where this one does not serve."""
+
+
+def expected_cost(scene: Scene, model: str, accuracy: str | float | None) -> Cost:
+    """Return what `accurate_run` is expected to cost at first; raises as `settings`."""
+    first = next(settings(scene, model, accuracy))
+    scenes = levels(first, model).values()
+    seconds = sum(expected(level, model).seconds for level in scenes)
+    return Cost(first, model, len(scenes) - 1, seconds, accuracy is not None and accuracy not in NAMES)
+
+
+class Limit(StrEnum):
+    """What keeps a wanted error from being reached."""
+
+    DIVERGENCE = "neighbouring trajectories diverge"
+    STOPPED = "finer settings have no result"
+    FINEST = "the finest setting errs more"
+    UNKNOWN = "no estimate"
+
+
+@dataclass(frozen=True)
+class AccurateRun:
+    """A run with an estimate of its error."""
+
+    model: str
+    wanted: float | None
+    """Error of slider_x, m; None for a named setting, or the scene's own."""
+    level: Level
+    """The setting that was taken, with its runs."""
+    table: Table
+    """Result, with the outcome in its provenance under ``"accuracy"``."""
+    tried: tuple[Level, ...]
+    """All settings in the order in which they were tried."""
+    stopped: Outcome | None
+    """Of a run at the finest setting that was tried, if it did not succeed."""
+    runs: int
+    """Their number, cached ones among them."""
+    seconds: float
+    """Wall time, s."""
+
+    @property
+    def estimate(self) -> Estimate | None:
+        """Estimated error; None where runs that it needs did not succeed."""
+        return self.level.estimate
+
+    @property
+    def coverage(self) -> float:
+        """Predictable part: the share of the samples on which the wanted error holds; nan without one."""
+        if self.wanted is None:
+            return nan
+        return 0.0 if self.estimate is None else self.estimate.coverage(self.wanted)
+
+    @property
+    def kept(self) -> bool:
+        """Whether the wanted error holds on enough samples; without one, whether the error is known."""
+        return self.estimate is not None if self.wanted is None else self.coverage >= FLOOR
+
+    @property
+    def limit(self) -> Limit | None:
+        """What keeps the wanted error from being reached; None if it is kept."""
+        if self.kept:
+            return None
+        if self.estimate is None:
+            return Limit.UNKNOWN
+        if self.wanted is not None and self.estimate.attainable(self.wanted) < FLOOR:
+            return Limit.DIVERGENCE
+        return Limit.FINEST if self.stopped is None else Limit.STOPPED
+
+    def with_uncertainty(self) -> Table:
+        """Return the table with the estimated error, m, as ``slider_x_u`` beside slider_x; nan if unknown."""
+        u = np.full(len(self.table.frame), nan) if self.estimate is None else self.estimate.u
+        frame = self.table.frame.copy()
+        frame.insert(list(frame.columns).index(CHANNEL) + 1, CHANNEL + UNCERTAINTY, u)
+        return replace(self.table, frame=frame)
+
+
+def accurate_run(
+    scene: Scene,
+    model: str,
+    accuracy: str | float | None = None,
+    *,
+    run: Run | None = None,
+    n_jobs: int = 1,
+    on_progress: Progress | None = None,
+) -> AccurateRun:
+    """Run a scene, estimate the error of slider_x, and refine the setting until it is as small as wanted.
+
+    Parameters
+    ----------
+    scene, model
+        What to run. The formulation is the scene's.
+    accuracy
+        Wanted error of slider_x on the predictable part, m, also as text; or ``"draft"``, ``"standard"``,
+        ``"strict"``: that setting with its estimate, without refinement; None: the scene's own.
+    run
+        Runs scenes by the model; default: `comparison.execution.run.run_all`, which caches them.
+    n_jobs
+        Worker processes of that; the reference runs in this process.
+    on_progress
+        Called with the finished share of each family of runs, 0 to 1.
+
+    Raises
+    ------
+    AccuracyError
+        As `settings`.
+    SceneError
+        If the model refuses the scene.
+    RunError
+        If no setting has a result.
+
+    Notes
+    -----
+    Exudyn and installed models run in worker processes: a script that calls this needs the usual
+    ``if __name__ == "__main__":``.
+    """
+    begun = time.perf_counter()
+    scene = with_declared(scene, [model])
+    wanted = None if accuracy is None or accuracy in NAMES else metres(accuracy)
+
+    def by_default(scenes: Sequence[Scene]) -> list[Outcome]:
+        jobs = [Job(level, model) for level in scenes]
+        return run_all(jobs, 0 if model == "reference" else n_jobs, on_progress)
+
+    def coverage(level: Level) -> float:
+        if level.estimate is None:
+            return -1.0
+        return 1.0 if wanted is None else level.estimate.coverage(wanted)
+
+    tries = Families(model, run or by_default)
+    tried: list[Level] = []
+    steps = list(settings(scene, model, accuracy))
+    while steps:
+        tried.append(tries.level(steps.pop(0)))
+        before, now = coverage(tried[-2]) if len(tried) > 1 else -1.0, coverage(tried[-1])
+        # Without an estimate though the run has a result, it is the finer one that has none.
+        if now >= ENOUGH or (now < 0.0 and tried[-1].table is not None):
+            break
+        if before >= FLOOR and 0.0 <= ENOUGH * now <= before:  # hardly more than before
+            steps = steps[-1:]
+    stopped = tried[-1].failed
+    rough = coarser(model, tried[0].scene)
+    while rough and len(tried) < MOST_LEVELS and all(level.estimate is None for level in tried):
+        tried.append(tries.level(rough))
+        rough = coarser(model, rough)
+
+    def merit(level: Level) -> tuple[float, float]:
+        """Return the predictable part, then how small the error is, or whether there is a result at all."""
+        if level.estimate is None:
+            return coverage(level), float(level.table is not None)
+        return coverage(level), -level.estimate.held(FLOOR)
+
+    best = max(tried, key=merit)
+    table = successful(best.outcomes["base"], Job(best.scene, model))
+    seconds = time.perf_counter() - begun
+    result = AccurateRun(model, wanted, best, table, tuple(tried), stopped, tries.count, seconds)
+    record = {**table.provenance, "accuracy": _record(result)}
+    return replace(result, table=replace(table, provenance=record))
+
+
+def _record(result: AccurateRun) -> dict[str, object]:
+    """Return what is recorded of an accuracy beside the table; lengths in m, times in s."""
+    record: dict[str, object] = {
+        "wanted_m": result.wanted,
+        "kept": result.kept,
+        "limit": result.limit,
+        "from": "runs on this scene",
+        "runs": result.runs,
+    }
+    if (error := result.estimate) is not None:
+        record |= {"estimated_m": {f"{share:g}": error.held(share) for share in (FLOOR, 0.5, 0.9, 1.0)}}
+        if result.wanted is not None:
+            until = error.until(result.wanted)
+            record |= {"coverage": result.coverage, "until_s": None if until == inf else until}
+    return record

@@ -1,0 +1,299 @@
+"""Error and processor time of the settings of both models on one scene, within a stated time.
+
+The most accurate runs of the two models are held against each other, and against the reference's from two
+neighbouring starts: two runs alone may be close by chance where the motion magnifies errors. Three times
+their distance from the most accurate one, the largest in a window (`comparison.accuracy.uncertainty.spread`),
+is how well the motion is known. The error of a setting is its distance from the most accurate run and that of
+these, where the motion is known well enough.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import inf, isnan, nan
+
+import numpy as np
+
+from comparison.accuracy.levels import TIERS, thresholds
+from comparison.accuracy.measured import SETTINGS, at, expected
+from comparison.accuracy.refine import CHANNEL, FLOOR
+from comparison.accuracy.sweeps import formulations, key_of, model_of, smallest_in_exudyn
+from comparison.accuracy.uncertainty import (
+    SAFETY_FACTOR,
+    covered,
+    held,
+    perturbed_scenes,
+    spread,
+    window_samples,
+)
+from comparison.execution.job import MODELS, RunError, kernels
+from comparison.execution.run import run_one
+from comparison.execution.worker_process import Share
+from comparison.execution.workers import Died, work
+from comparison.scene import Scene, SceneError
+from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import channels
+
+EXACT = {"minimal": 1e-13, "tree": 1e-11, "full": 5e-7}
+"""Formulation -> its most accurate setting that a minute allows: what the others are held against."""
+DECADES = tuple(10.0**-n for n in range(5, 13))
+"""Errors for which the cheapest setting is looked for, m."""
+WARM = 0.02
+"""Cycles of the run before, in which code is compiled: its time does not count."""
+SHORT = 0.1
+"""s of processor time within which a run is repeated up to twice: the least counts."""
+LATE, WAITING = "time limit", "not begun"
+_warm: set[str] = set()
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A setting of a formulation, by the names of `comparison.accuracy.measured.SETTINGS`."""
+
+    scene: Scene
+    """At the setting."""
+    formulation: str
+    setting: float
+    cost: float
+    """Expected processor time, s; inf if unknown."""
+
+    @property
+    def model(self) -> str:
+        """The model that has the formulation."""
+        return model_of(self.formulation)
+
+    @property
+    def key(self) -> str:
+        """Dotted key of the setting."""
+        return key_of(self.formulation)
+
+
+@dataclass(frozen=True, eq=False)
+class Timed:
+    """One run of a candidate."""
+
+    candidate: Candidate
+    status: str
+    """``"success"``, a status of the model, or what kept it from running."""
+    seconds: float
+    """Processor time of the run with its table made and checked, s; nan without a result."""
+    x: Array | None = None
+    """slider_x, m, shape (n,); None without a result."""
+
+
+@dataclass(frozen=True)
+class WorkPrecision:
+    """Settings of both models on a scene."""
+
+    scene: Scene
+    """As it was given."""
+    rows: tuple[Timed, ...]
+    """A run for each setting, in the order of `candidates`."""
+    exact: Timed | None
+    """Most accurate run: of the reference where it has one; None without any."""
+    confirming: Timed | None
+    """Most accurate run of the other model, or the second one of the same where the other has none."""
+    known: Array
+    """How well the motion is known, m, shape (n,); empty where there are no two runs."""
+    neighbours: int = 0
+    """Number of the runs from neighbouring starts that count in it."""
+    interrupted: bool = False
+    """Whether it was stopped before its time."""
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether the most accurate run is held against the other model's."""
+        return (
+            self.exact is not None
+            and self.confirming is not None
+            and self.exact.candidate.model != self.confirming.candidate.model
+        )
+
+    def coverage(self, error: float) -> float:
+        """Return the share of the samples at which the motion is known to an error, m."""
+        return covered(self.known, error)
+
+    @cached_property
+    def resolution(self) -> float:
+        """How well the motion must be known where errors of settings are compared, m.
+
+        As the predictable part of the tightest tier asks that covers enough; of none, what covers enough.
+        """
+        scale = channels()[CHANNEL].scale_value(self.scene.data, nan)
+        wanted = [thresholds(tier).alpha * scale for tier in reversed(TIERS)]
+        enough = [error for error in wanted if self.coverage(error) >= FLOOR]
+        return enough[0] if enough else held(self.known, FLOOR)
+
+    def error(self, row: Timed, known: float | None = None) -> float:
+        """Return the largest error of a run, m, where the motion is ``known`` so well; nan without a result.
+
+        The default is `resolution`.
+        """
+        if row.x is None or self.exact is None or self.exact.x is None or not self.known.size:
+            return nan
+        limit = self.resolution if known is None else known
+        error = np.abs(row.x - self.exact.x) + self.known / SAFETY_FACTOR
+        return float(np.max(error[self.known <= limit], initial=0.0))
+
+    @cached_property
+    def front(self) -> tuple[Timed, ...]:
+        """Settings that no other one beats in error and processor time, the cheapest first."""
+        rows = sorted((row for row in self.rows if self.error(row) >= 0.0), key=lambda row: row.seconds)
+        best = pareto(np.array([self.error(row) for row in rows]), np.array([row.seconds for row in rows]))
+        return tuple(row for row, kept in zip(rows, best, strict=True) if kept)
+
+    def cheapest(self, error: float) -> Timed | None:
+        """Return the setting with the least processor time that keeps an error, m, where it can be seen.
+
+        None if there is none, or the motion is known to that error on less than `FLOOR` of the samples.
+        """
+        if self.coverage(error) < FLOOR:
+            return None
+        good = [row for row in self.rows if row.x is not None and self.error(row, error) <= error]
+        return min(good, key=lambda row: row.seconds, default=None)
+
+    @property
+    def recommended(self) -> dict[Timed, list[float]]:
+        """The cheapest settings with the `DECADES` that they keep, m, the largest first."""
+        decades: dict[Timed, list[float]] = {}
+        for error in DECADES:
+            if (row := self.cheapest(error)) is not None:
+                decades.setdefault(row, []).append(error)
+        return decades
+
+
+def candidates(scene: Scene) -> list[Candidate]:
+    """Return what can run a scene: first what the others are held against, then the cheapest first.
+
+    Not Exudyn's tree where forces are asked for that only all five bodies have. Multipliers, which take as
+    many steps of more work, only where the scene names them.
+    """
+    smallest = smallest_in_exudyn(scene.data)
+    wanted = {"minimal", smallest, "full"}
+    if scene.data["solver"]["reference"]["formulation"] == "multiplier":
+        wanted.add("multiplier")
+
+    def candidate(formulation: str, setting: float) -> Candidate:
+        named = at(scene, formulation, setting)
+        seconds = expected(named, model_of(formulation)).seconds
+        return Candidate(named, formulation, setting, inf if isnan(seconds) else seconds)
+
+    exact = [(name, EXACT[name]) for name in ("minimal", smallest)]
+    names = [name for name in formulations(scene.data) if name in wanted]
+    others = [(name, setting) for name in names for setting in SETTINGS[name] if (name, setting) not in exact]
+    rest = [candidate(*other) for other in others]
+    return [*(candidate(*first) for first in exact), *sorted(rest, key=lambda other: other.cost)]
+
+
+def attempt(candidate: Candidate, progress: Callable[[float], None]) -> Timed:
+    """Run a candidate and take its time, after a short run that compiles (in a worker)."""
+    del progress
+    try:
+        if candidate.formulation not in _warm:
+            per_cycle = candidate.scene.data["output"]["samples_per_cycle"]
+            short = max(1, round(WARM * per_cycle)) / per_cycle
+            run_one(candidate.scene.variant({"drive.cycles": short}), candidate.model)
+            _warm.add(candidate.formulation)
+        times: list[float] = []
+        while not times or (len(times) < 3 and sum(times) < SHORT):
+            begun = time.process_time()
+            table = run_one(candidate.scene, candidate.model)
+            times.append(time.process_time() - begun)
+    except RunError as error:
+        return Timed(candidate, error.outcome.status, nan)
+    except SceneError as error:
+        return Timed(candidate, " ".join(str(error).split()), nan)
+    return Timed(candidate, "success", min(times), table.values(CHANNEL))
+
+
+def work_precision(
+    scene: Scene,
+    seconds: float,
+    *,
+    n_jobs: int = 1,
+    on_finished: Callable[[float, Timed], None] | None = None,
+) -> WorkPrecision:
+    """Run the settings of both models that could matter, as many as the time allows.
+
+    Parameters
+    ----------
+    seconds
+        Wall time after which nothing runs any more, s.
+    n_jobs
+        Worker processes: a script that calls this needs ``if __name__ == "__main__":``.
+    on_finished
+        Called with the share of the time, 0 to 1, and each finished run.
+
+    Notes
+    -----
+    An interrupt (Ctrl-C) ends the runs; the result has those that were finished.
+    """
+    begun = time.monotonic()
+    planned = {str(number): candidate for number, candidate in enumerate(candidates(scene))}
+    rows = {name: Timed(candidate, WAITING, nan) for name, candidate in planned.items()}
+    exact = {name: planned.pop(name) for name in ("0", "1")}
+    moved = {
+        name: replace(exact["0"], scene=start) for name, start in perturbed_scenes(exact["0"].scene).items()
+    }
+    affordable = {name: task for name, task in planned.items() if task.cost <= seconds * n_jobs}
+    tasks = exact | moved | affordable
+    interrupted = False
+    try:
+        compiled = {name: frozenset([kernels(task.scene, task.model)]) for name, task in tasks.items()}
+        running = work(attempt, list(tasks.items()), n_jobs, until=begun + seconds, kernels=compiled)
+        with closing(running) as events:
+            for name, event in events:
+                if isinstance(event, Share):
+                    continue
+                if isinstance(event, Timed):
+                    rows[name] = event
+                else:
+                    rows[name] = Timed(tasks[name], event.words if isinstance(event, Died) else LATE, nan)
+                if on_finished and name not in moved:
+                    on_finished(min(1.0, (time.monotonic() - begun) / seconds), rows[name])
+    except KeyboardInterrupt:
+        interrupted = True
+    neighbours = [rows.pop(name) for name in moved if name in rows]
+    return held_against_each_other(scene, tuple(rows.values()), neighbours, interrupted=interrupted)
+
+
+def held_against_each_other(
+    scene: Scene, rows: Sequence[Timed], neighbours: Sequence[Timed] = (), *, interrupted: bool = False
+) -> WorkPrecision:
+    """Choose the most accurate of finished runs, and find out how well they know the motion.
+
+    ``neighbours``: runs from neighbouring starts at the setting of the first row; they count if that is the
+    most accurate.
+    """
+
+    def most_accurate(model: str) -> list[Timed]:
+        """Return the finished runs of a model, the most accurate first: of its smallest formulation."""
+        good = [row for row in rows if row.x is not None and row.candidate.model == model]
+        order = list(SETTINGS)
+        return sorted(good, key=lambda row: (order.index(row.candidate.formulation), row.candidate.setting))
+
+    reference, exudyn = map(most_accurate, MODELS)
+    pair = [reference[0], exudyn[0]] if reference and exudyn else (reference or exudyn)[:2]
+    exact, confirming = [*pair, None, None][:2]
+    known = np.empty(0)
+    moved = [row.x for row in neighbours if row.x is not None] if exact is rows[0] else []
+    if exact is not None and confirming is not None and exact.x is not None and confirming.x is not None:
+        half_width = window_samples(scene.period, scene.duration / (exact.x.size - 1))
+        known = spread(exact.x, [confirming.x, *moved], half_width)
+    return WorkPrecision(scene, tuple(rows), exact, confirming, known, len(moved), interrupted)
+
+
+def pareto(errors: Array, costs: Array) -> BoolArray:
+    """Return which points no other one beats: none is as good in one quantity and better in the other.
+
+    Both are to be small; shape (n,) each. Of equal points the first is one of the front.
+    """
+    order = np.lexsort((errors, costs))
+    best = np.minimum.accumulate(errors[order])
+    front = np.zeros(errors.size, dtype=np.bool_)
+    front[order] = np.concatenate(([True], errors[order][1:] < best[:-1]))[: errors.size]
+    return front

@@ -1,1 +1,0 @@
-"""Refinement: a run at an accuracy that is estimated on its own scene, and the settings compared there."""

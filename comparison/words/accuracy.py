@@ -1,0 +1,192 @@
+"""What is planned and expected of a run, which error it has, and what the settings of a scene cost."""
+
+from __future__ import annotations
+
+from math import inf, isfinite, isnan
+
+from comparison.accuracy.measured import SETTINGS, Caution, Expected
+from comparison.accuracy.plan import Plan
+from comparison.accuracy.refine import FLOOR, AccurateRun, Cost, Estimate, Limit
+from comparison.accuracy.uncertainty import SAFETY_FACTOR, movable, perturbation
+from comparison.accuracy.work_precision import Timed, WorkPrecision
+from comparison.execution.job import Outcome
+from comparison.scene import Scene
+from comparison.tables import channels
+
+HEADINGS = ("setting", "error (m)", "time (s)", "front")
+"""Of `settings_table`."""
+
+
+def cautions(expected: Expected) -> list[str]:
+    """Return why expected numbers may not hold."""
+    texts = {
+        Caution.OTHER_SCENE: f"measured on {expected.measured_on}; this scene may magnify errors: estimate "
+        "them by --check",
+        Caution.OTHER_METHOD: "measured with another method: estimate errors by --check",
+        Caution.IDEAL_SLIDER: "x of an ideal slider is exact at any setting: for y use a named accuracy",
+    }
+    failed = [f"no result at this setting: {expected.failed}"] if expected.failed else []
+    return failed + [texts[caution] for caution in expected.cautions]
+
+
+def expectation(expected: Expected) -> str:
+    """Return the expected error and time of a run."""
+    error = f"{expected.error:.2g} m" if isfinite(expected.error) else "nothing recorded"
+    time = f"about {expected.seconds:.2g} s" if isfinite(expected.seconds) else "no time recorded"
+    numbers = f"expected: {error} of slider_x over {expected.span}, and {time}"
+    return "; ".join([numbers, *cautions(expected)])
+
+
+def unmeasured(expected: Expected) -> str:
+    """Return where the error at a scene's settings was measured, if not on this scene; else nothing."""
+    if expected.applies:
+        return ""
+    there = f" (on {expected.measured_on} it is {expected.error:.2g} m)" if isfinite(expected.error) else ""
+    return f"the error of slider_x was not measured on this scene{there}: estimate it by --check"
+
+
+def channels_line(scene: Scene) -> str:
+    """Return a one-line summary of what a scene requests."""
+    groups = ", ".join(["motion", *scene.data["output"]["groups"]])
+    cycles = scene.duration / scene.period
+    return (
+        f"{scene.name}: {cycles:g} cycles at {scene.data['drive']['speed_rpm']:g} rpm, "
+        f"{len(channels.expected(scene.data))} channels ({groups})"
+    )
+
+
+def plan_lines(plan: Plan) -> list[str]:
+    """Return a plan as lines for a terminal."""
+    integrated = ", ".join(plan.integrated) or "nothing: no degree of freedom besides the drive"
+    size = f" ({plan.coordinates} coordinates, {plan.constraints} constraints)" if plan.integrated else ""
+    follows = f"{', '.join(plan.prescribed)}: determined by these and by the crank angle"
+    expected = plan.expected
+    items = [("integrates", integrated + size)]
+    items += [("follows", follows)] if plan.prescribed else []
+    items += [("contacts", ", ".join(plan.contacts) or "none")]
+    items += [("left out", f"{what}: {why}") for what, why in plan.left_out]
+    if isfinite(expected.error):
+        items.append(("error", f"{expected.error:.2g} m of slider_x over {expected.span}"))
+    if isfinite(expected.seconds):
+        items.append(("time", f"about {expected.seconds:.2g} s on a processor like that of the measurement"))
+    items += [("caution", caution) for caution in cautions(expected)]
+    for setting, description, ratio in plan.instead:
+        cost = f", {ratio:.2g} times the time" if isfinite(ratio) else ""
+        items.append(("instead", f"{setting}: {description}{cost}"))
+    return [f"{plan.model}: {plan.formulation}", *(f"  {name:<10}  {text}" for name, text in items)]
+
+
+def cost_before(cost: Cost) -> str:
+    """Return what the first setting and the runs that estimate its error are expected to cost."""
+    time = f"some {cost.seconds:.2g} s of processor time" if isfinite(cost.seconds) else "no time recorded"
+    more = ", more if it has to be refined" if cost.refines else ""
+    return f"begins at {_setting(cost.scene, cost.model)}, with {cost.further} further runs: {time}{more}"
+
+
+def accuracy_line(run: AccurateRun) -> str:
+    """Return which error a run has, until when, and why it is not smaller."""
+    cost = f" ({_setting(run.level.scene, run.model)}; {run.runs} runs, {run.seconds:.2g} s)"
+    estimate, scene = run.estimate, run.level.scene
+    if estimate is None:
+        unrefined = "finer" not in run.level.outcomes
+        why = "the model has neither a step nor a tolerance" if unrefined else _stopped(run.stopped)
+        return f"the error is unknown: {why}{cost}"
+    if run.wanted is None:
+        parts = ", ".join(f"{estimate.held(share):.2g} m on {share:.0%}" for share in (0.5, 0.9, 1.0))
+        return f"estimated error of slider_x: at most {parts} of the run{_divergence(scene, estimate)}{cost}"
+    where = _where(estimate, run.wanted, scene.period)
+    if run.kept:
+        line = f"slider_x is within {run.wanted:g} m {where}"
+        if run.coverage < 1.0:
+            line += f"; elsewhere within {estimate.held(1.0):.2g} m{_divergence(scene, estimate)}"
+        return line + cost
+    reasons = {
+        Limit.DIVERGENCE: f"No setting does better{_divergence(scene, estimate)}",
+        Limit.STOPPED: f"Finer settings have no result: {_stopped(run.stopped)}",
+        Limit.FINEST: f"No finer setting is measured{_divergence(scene, estimate)}",
+    }
+    assert run.limit is not None
+    return (
+        f"{run.wanted:g} m is not reachable: it holds {where}; {estimate.held(FLOOR):.2g} m is reached on "
+        f"{FLOOR:.0%} of the run. {reasons[run.limit]}{cost}"
+    )
+
+
+def _setting(scene: Scene, model: str) -> str:
+    """Return what a model's error depends on, as a user writes it."""
+    solver = scene.data["solver"].get(model, {})
+    key = "tolerance" if model == "reference" or solver.get("formulation") == "tree" else "step"
+    key = key if key in solver else "tolerance"
+    return f"solver.{model}.{key} = {solver[key]:g}" if key in solver else f"the settings of {model}"
+
+
+def _where(estimate: Estimate, wanted: float, period: float) -> str:
+    """Return on which part of the run a wanted error, m, holds."""
+    until, coverage = estimate.until(wanted), estimate.coverage(wanted)
+    if until == inf:
+        return "on all of the run"
+    if coverage == 0.0:
+        return "nowhere"
+    return f"on {coverage:.1%} of the run, without a gap up to {until:.4g} s ({until / period:.2f} cycles)"
+
+
+def _divergence(scene: Scene, estimate: Estimate) -> str:
+    """Return how far neighbouring trajectories diverge."""
+    farthest = float(estimate.spread.max()) / SAFETY_FACTOR
+    if movable(scene) is None or farthest == 0.0:
+        return ""
+    starts = f"{perturbation(scene):.0e} m"
+    return f", since trajectories from starts {starts} apart diverge by up to {farthest:.2g} m"
+
+
+def _stopped(outcome: Outcome | None) -> str:
+    if outcome is None:
+        return "no perturbed run succeeded"
+    return f"{outcome.status}, {outcome.message}" if outcome.message else outcome.status
+
+
+def settings_basis(result: WorkPrecision) -> str:
+    """Return what the errors of settings are distances from, and on which part of the run."""
+    if result.exact is None or result.confirming is None:
+        return "no two runs have a result: errors are unknown"
+    exact, other = _title(result.exact), _title(result.confirming)
+    within = f"{other} and neighbouring starts are" if result.neighbours else f"{other} is"
+    distance, part = result.resolution / SAFETY_FACTOR, result.coverage(result.resolution)
+    where = f"{within} within {distance:.1g} m of it: {part:.1%} of the run"
+    line = f"errors of slider_x against {exact}, where {where}"
+    return line if result.confirmed else f"{line}; no run of the other model confirms it"
+
+
+def settings_table(result: WorkPrecision) -> list[tuple[str, str, str, str]]:
+    """Return the headings, and a row for each setting, by formulation from coarse to fine."""
+    order = list(SETTINGS)
+    rows = [HEADINGS]
+    for row in sorted(
+        result.rows, key=lambda row: (order.index(row.candidate.formulation), -row.candidate.setting)
+    ):
+        error, mark = result.error(row), "*" if row in result.front else ""
+        if row.x is None:
+            rows.append((_title(row), "", "", row.status))
+        else:
+            rows.append((_title(row), "" if isnan(error) else f"{error:.1e}", f"{row.seconds:.3g}", mark))
+    return rows
+
+
+def settings_commands(result: WorkPrecision) -> list[tuple[str, str]]:
+    """Return the errors that were seen to hold, with their part of the run, and the cheapest command."""
+    lines = []
+    for row, errors in result.recommended.items():
+        ends = (errors[0], errors[-1])
+        span = " to ".join(dict.fromkeys(f"{error:.0e}" for error in ends))
+        part = " to ".join(dict.fromkeys(f"{result.coverage(error):.0%}" for error in ends))
+        scene, model = row.candidate.scene, row.candidate.model
+        command = scene.command("run", "--model", model, "--out", f"{scene.name}.csv")
+        lines.append((f"{span} m on {part} of the run, {row.seconds:.2g} s of processor time", command))
+    return lines
+
+
+def _title(row: Timed) -> str:
+    """Return model, formulation and setting."""
+    candidate = row.candidate
+    key = candidate.key.rpartition(".")[2]
+    return f"{candidate.model} {candidate.formulation}, {key} {candidate.setting:g}"

@@ -1,0 +1,155 @@
+"""A wanted error is kept where the estimate says so, and what cannot be kept has its reason."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from comparison.accuracy.levels import AccuracyError
+from comparison.accuracy.refine import FLOOR, Limit, accurate_run
+from comparison.execution.job import RunError
+from comparison.scene import SceneError, load_scene
+from tests.helpers.known_error import USUAL, KnownError, exact, growing, steady
+
+OWN = USUAL.with_values({"clearance.slider": 2.1e-4})
+"""No measured scene."""
+
+
+def refined(wanted, *arguments, **known):
+    return accurate_run(OWN, "reference", wanted, run=KnownError(*arguments, **known))
+
+
+def error(result):
+    return np.abs(result.table.values("slider_x") - exact())
+
+
+def tolerance(level):
+    return level.scene.data["solver"]["reference"]["tolerance"]
+
+
+@pytest.mark.parametrize("magnification", [steady, growing])
+@pytest.mark.parametrize("proportion", [0.3, 10.0, 300.0])
+@pytest.mark.parametrize("wanted", [1e-6, 1e-8, 1e-9])
+def test_the_error_is_as_small_as_wanted_on_the_predictable_part(magnification, proportion, wanted):
+    result = refined(wanted, magnification, proportion)
+    assert result.kept
+    predictable = result.estimate.u <= wanted
+    assert predictable.mean() == result.coverage
+    assert error(result)[predictable].max() <= wanted
+    # Where the magnification jumps by orders of magnitude all is known but for the window of u at the jump.
+    known = 1.0 if magnification is steady else 0.5
+    assert known - 0.02 <= result.coverage <= known
+    assert (result.estimate.until(wanted) == np.inf) == (magnification is steady)
+
+
+def test_the_setting_is_refined_until_the_estimate_is_small_enough_and_no_further():
+    run = KnownError(error=1e4)
+    result = accurate_run(OWN, "reference", "1e-7", run=run)
+    assert result.wanted == 1e-7
+    settings = [tolerance(level) for level in result.tried]
+    assert len(settings) > 1
+    np.testing.assert_allclose(np.divide(settings[:-1], settings[1:]), 10.0)
+    assert result.level is result.tried[-1]
+    assert all(level.estimate.coverage(1e-7) < 1.0 for level in result.tried[:-1])
+    # No run twice: two settings beside the levels themselves, and two perturbed runs of each coarser one.
+    assert result.runs == len(run.asked) == len(settings) + 2 + 2 * len(settings)
+
+
+def test_where_the_coarse_runs_diverge_but_not_the_motion_strict_is_tried_at_once():
+    result = refined(1e-7, rough=2e-12)
+    assert len(result.tried) == 3  # the first, the next, the last
+    assert tolerance(result.tried[-1]) == 1e-12
+    # The perturbed runs of its coarser one diverge too, and count.
+    assert result.coverage == max(level.estimate.coverage(1e-7) for level in result.tried) < 0.5
+    assert refined(1e-7, rough=2e-11).coverage == 1.0
+
+
+def test_a_named_setting_and_the_scenes_own_are_estimated_without_refinement():
+    named = refined("draft")
+    assert tolerance(named.level) == 1e-7
+    assert (named.kept, named.wanted, len(named.tried)) == (True, None, 1)
+    assert np.all(error(named) <= named.estimate.u)
+    assert refined(None).level.scene == OWN
+
+
+def test_where_neighbouring_trajectories_diverge_at_once_nothing_is_reached():
+    result = refined(1e-8, lambda phase: np.where(phase < 0.1, 1.0, 1e9))
+    assert (result.kept, result.limit) == (False, Limit.DIVERGENCE)
+    assert 0.08 < result.coverage <= 0.1 < FLOOR
+    assert result.estimate.until(1e-8) == pytest.approx(0.1 * OWN.duration, rel=0.11)  # the window of u
+    assert len(result.tried) > 1  # finer settings were tried first
+
+
+def test_a_setting_that_is_never_good_enough():
+    result = refined(1e-11, error=1e4)
+    assert (result.kept, result.limit, result.coverage) == (False, Limit.FINEST, 0.0)
+    assert tolerance(result.level) == 1e-12
+    assert error(result).max() <= result.estimate.held(1.0)
+
+
+def test_where_finer_settings_stop_the_best_of_the_others_is_taken():
+    result = refined(1e-9, error=1e4, fails=lambda tolerance: "chatter" if tolerance < 0.9e-10 else "")
+    assert (result.kept, result.limit) == (False, Limit.STOPPED)
+    assert result.stopped.status == "chatter"
+    assert tolerance(result.level) == 1e-9  # with 1e-10 as its finer run
+    assert error(result).max() <= result.estimate.held(1.0)
+
+
+def test_a_setting_too_coarse_for_the_scene_is_passed_over():
+    result = refined(1e-6, fails=lambda tolerance: "bad input" if tolerance > 0.9e-9 else "")
+    assert result.kept
+    assert tolerance(result.level) < 1e-9
+    assert error(result).max() <= 1e-6
+
+
+def test_without_a_coarser_run_neighbouring_starts_are_those_of_the_setting_itself():
+    result = refined(1e-6, growing, fails=lambda tolerance: "bad input" if tolerance > 0.9e-8 else "")
+    coarsest = result.tried[1]
+    assert coarsest.outcomes.keys() == {"base", "finer", "perturbed", "other_perturbed"}
+    # A billionth of the clearance, magnified by 1e8, with the safety factor.
+    assert coarsest.estimate.spread.max() == pytest.approx(3 * 2.1e-13 * 1e8, rel=0.01)
+    assert coarsest.estimate.coverage(1e-6) <= 0.5
+
+
+def test_without_a_finer_run_the_error_is_unknown_and_the_table_is_there():
+    result = refined(1e-6, fails=lambda tolerance: "" if tolerance == 1e-8 else "chatter")
+    assert (result.kept, result.limit, result.estimate) == (False, Limit.UNKNOWN, None)
+    assert error(result).max() < 1e-6
+    assert np.isnan(result.with_uncertainty().values("slider_x_u")).all()
+
+
+@pytest.mark.parametrize(("status", "kind"), [("chatter", RunError), ("bad input", SceneError)])
+def test_no_run_at_all_is_an_error(status, kind):
+    with pytest.raises(kind, match="as told"):
+        refined(1e-6, fails=lambda _: status)
+
+
+@pytest.mark.parametrize("accuracy", ["precise", "-1", 0.0, "nan"])
+def test_nonsense_is_refused(accuracy):
+    with pytest.raises(AccuracyError, match="must be draft, standard, strict or a positive number"):
+        refined(accuracy)
+
+
+def test_what_was_wanted_and_reached_is_recorded():
+    result = refined(1e-8, growing)
+    record = result.table.provenance["accuracy"]
+    assert (record["wanted_m"], record["kept"], record["limit"]) == (1e-8, True, None)
+    assert record["coverage"] == result.coverage
+    assert record["until_s"] == result.estimate.until(1e-8)
+    assert record["estimated_m"]["1"] == result.estimate.u.max()
+    table = result.with_uncertainty()
+    assert list(table.frame) == ["time", "slider_x", "slider_x_u"]
+    np.testing.assert_array_equal(table.values("slider_x_u"), result.estimate.u)
+    assert table.channels == ["slider_x"]
+
+
+def test_the_reference_keeps_an_accuracy_on_a_scene_that_nobody_measured():
+    """Against its own run at 1e-14, whose error is decades below the wanted one where predictable."""
+    changes = {"clearance.slider": 3e-4, "drive.speed_rpm": 90, "output.groups": [], "drive.cycles": 1.0}
+    scene = load_scene("150rpm-0.2mm", changes)
+    result = accurate_run(scene, "reference", 1e-8)
+    right = accurate_run(scene.with_values({"solver.reference.tolerance": 1e-14}), "reference").table
+    off = np.abs(result.table.values("slider_x") - right.values("slider_x"))
+    assert result.kept
+    assert off[result.estimate.u <= 1e-8].max() <= 1e-8
+    assert off.max() <= 3 * result.estimate.held(1.0)

@@ -1,0 +1,125 @@
+"""Settings on one scene: what is called known, what an error is, which setting is the cheapest; the front."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from comparison.accuracy.refine import FLOOR
+from comparison.accuracy.work_precision import Timed, candidates, held_against_each_other, pareto
+from comparison.scene import load_scene
+from comparison.words.accuracy import settings_basis, settings_commands, settings_table
+
+SCENE = load_scene("150rpm-0.2mm", {"drive.cycles": 1.0, "clearance.slider": 2e-4})
+CANDIDATES = candidates(SCENE)
+RIGHT = -0.55 + 2e-4 * np.sin(np.linspace(0.0, 6.0, 1001))
+
+
+def measured(unknown=0.5, lost=(), cost=0.1):
+    """All settings, each with an error of its tolerance, or ten million times the square of its step.
+
+    From a share of the run on the two models diverge by 1e-5 m.
+    """
+    rows = []
+    for candidate in CANDIDATES:
+        full, setting = candidate.formulation == "full", candidate.setting
+        x = RIGHT + (1e7 * setting**2 if full else setting)
+        x[round(unknown * 1000) :] += 1e-5 * (candidate.model == "exudyn")
+        seconds = cost / setting**0.1 * (1.0 if candidate.model == "reference" else 10.0)
+        gone = candidate.formulation in lost or setting in lost
+        rows.append(Timed(candidate, "chatter", np.nan) if gone else Timed(candidate, "success", seconds, x))
+    return held_against_each_other(SCENE, rows)
+
+
+def test_the_two_models_most_accurate_settings_come_first_and_the_rest_by_cost():
+    first, second, *rest = CANDIDATES
+    assert (first.formulation, first.setting) == ("minimal", 1e-13)
+    assert (second.formulation, second.setting) == ("tree", 1e-11)
+    costs = [candidate.cost for candidate in rest]
+    assert costs == sorted(costs)
+    assert {candidate.formulation for candidate in CANDIDATES} == {"minimal", "tree", "full"}
+    named = SCENE.with_values({"solver.reference.formulation": "multiplier", "output.groups": ["joints"]})
+    assert {candidate.formulation for candidate in candidates(named)} == {"minimal", "multiplier", "full"}
+
+
+@pytest.mark.parametrize("error", [1e-5, 1e-6, 1e-9])
+def test_the_cheapest_setting_keeps_the_error_where_the_motion_is_known(error):
+    result = measured()
+    row = result.cheapest(error)
+    known = result.known <= error
+    assert known.mean() == result.coverage(error) == pytest.approx(0.5, abs=0.02)
+    assert np.abs(row.x - RIGHT)[known].max() <= error
+    cheaper = [other for other in result.rows if other.seconds < row.seconds]
+    assert all(np.abs(other.x - RIGHT)[known].max() > 0.99 * error for other in cheaper)
+
+
+def test_what_neither_model_knows_is_not_promised():
+    result = measured(unknown=FLOOR / 2)
+    assert [result.cheapest(error) for error in (1e-6, 1e-9)] == [None, None]
+    assert result.cheapest(1e-4).candidate.setting == 1e-6  # 3e-5 m is known everywhere
+    assert measured().cheapest(1e-13) is None
+
+
+def test_runs_that_are_close_by_chance_do_not_hide_how_far_neighbouring_trajectories_diverge():
+    close = measured(unknown=1.1)
+    rows, first = close.rows, close.rows[0]
+    moved = [replace(first, x=first.x + 1e-7 * sign * (RIGHT > -0.55)) for sign in (1, -1)]
+    result = held_against_each_other(SCENE, rows, [*moved, replace(first, status="chatter", x=None)])
+    assert (close.coverage(1e-9), close.neighbours, result.neighbours) == (1.0, 0, 2)
+    assert FLOOR < result.coverage(1e-9) < 0.5
+    assert result.coverage(3.1e-7) == 1.0
+    assert "tolerance 1e-11 and neighbouring starts are within" in settings_basis(result)
+    # Of another run's start they say nothing.
+    lost = [replace(first, status="time limit", x=None), *rows[1:]]
+    assert held_against_each_other(SCENE, lost, moved).coverage(1e-9) == 1.0
+
+
+def test_one_model_alone_is_unconfirmed():
+    result = measured(lost=("tree", "full"))
+    assert not result.confirmed
+    assert [row.candidate.setting for row in (result.exact, result.confirming)] == [1e-13, 1e-12]
+    assert settings_basis(result).endswith("no run of the other model confirms it")
+    nothing = measured(lost=("minimal", "tree", "full"))
+    assert (nothing.exact, nothing.front, nothing.cheapest(1e-5)) == (None, (), None)
+    assert settings_basis(nothing) == "no two runs have a result: errors are unknown"
+    assert {row[3] for row in settings_table(nothing)[1:]} == {"chatter"}
+
+
+def test_a_row_for_each_setting_and_a_command_for_each_error():
+    result = measured(lost=(1e-7,))
+    rows = settings_table(result)
+    assert len(rows) == 1 + len(CANDIDATES)
+    settings = [(row.candidate.formulation, row.candidate.setting) for row in result.rows]
+    coarsest = result.rows[settings.index(("minimal", 1e-6))]
+    assert rows[1] == ("reference minimal, tolerance 1e-06", "1.0e-06", f"{coarsest.seconds:.3g}", "*")
+    assert rows[2] == ("reference minimal, tolerance 1e-07", "", "", "chatter")
+    (first, command), (second, _), *_ = settings_commands(result)
+    assert first.startswith("1e-05 m on 49% of the run, ")  # a window less than half
+    assert command == (
+        f"{SCENE.command('run')} --set solver.reference.formulation=minimal --set "
+        f"solver.reference.tolerance=1e-06 --model reference --out {SCENE.name}.csv"
+    )
+    # Without 1e-7 one setting is the cheapest for two errors.
+    assert second.startswith("1e-06 to 1e-07 m on ")
+
+
+def test_only_the_faster_model_is_on_the_front_the_cheapest_setting_first():
+    result = measured()
+    assert {row.candidate.model for row in result.front} == {"reference"}  # ten times as fast here
+    costs = [row.seconds for row in result.front]
+    errors = [result.error(row) for row in result.front]
+    assert (costs, errors) == (sorted(costs), sorted(errors, reverse=True))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_no_point_of_a_front_is_beaten_and_every_other_one_is(seed):
+    errors, costs = np.random.default_rng(seed).integers(0, 12, (2, 40)).astype(float)
+    front = pareto(errors, costs)
+    as_good = (errors[:, None] <= errors) & (costs[:, None] <= costs)
+    beaten = (as_good & ((errors[:, None] < errors) | (costs[:, None] < costs))).any(axis=0)
+    points = list(zip(errors[front], costs[front], strict=True))
+    assert len(set(points)) == len(points)  # equal points once
+    assert set(points) == set(zip(errors[~beaten], costs[~beaten], strict=True))
+    assert pareto(np.empty(0), np.empty(0)).size == 0
