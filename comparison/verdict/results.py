@@ -250,7 +250,7 @@ class Refinement:
     factor, order
         Ratio of that setting between two levels, and order at which the error should follow it.
     observed
-        Order that the three levels show, see `comparison.accuracy.uncertainty.observed_order`; nan if unknown.
+        Order that the three levels show, nan if unknown: `comparison.accuracy.uncertainty.observed_order`.
     """
 
     label: str

@@ -22,11 +22,9 @@ from comparison.accuracy.uncertainty import (
     uncertainty,
     window_samples,
 )
-from comparison.cli.pages import observed_orders
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare
-from comparison.verdict.validate import Validation
 
 
 @pytest.mark.parametrize("order", [1, 2, 4])
@@ -186,11 +184,8 @@ def test_the_power_of_the_error_is_observed(make_table, power, factor):
     assert np.isnan(observed_order(runs, interpolated).observed)
 
 
-def test_orders_are_kept_by_scene_and_tier(make_table, scene):
+def test_a_comparison_holds_the_orders_of_both_models(make_table, scene):
     a, b = three_levels(make_table, 1.0), three_levels(make_table, 2.0)
-    result = compare(a, b, scene=scene, labels=("reference", "exudyn"))
-    orders = observed_orders([Validation(result, {"reference": a, "exudyn": b}), Validation(result, {})])
-    assert list(orders) == [(result.name, "standard")]
-    first, second = orders[result.name, "standard"]
-    assert first == pytest.approx((1.0, 2.0), abs=0.02)
-    assert second == pytest.approx((2.0, 2.0), abs=0.02)
+    first, second = compare(a, b, scene=scene, labels=("reference", "exudyn")).attribution.refinements
+    assert (first.observed, first.order) == pytest.approx((1.0, 2.0), abs=0.02)
+    assert (second.observed, second.order) == pytest.approx((2.0, 2.0), abs=0.02)

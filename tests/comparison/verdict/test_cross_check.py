@@ -100,9 +100,9 @@ def test_where_five_bodies_violate_an_invariant_they_run_at_half_the_step(
 
 @pytest.mark.usefixtures("fake_models")
 def test_where_the_ideal_mechanism_cannot_be_run_the_verdict_stands(scene, gravity, monkeypatch):
-    usual = cross_check.ideal_scenes
+    usual = judge.ideal_scenes
     monkeypatch.setattr(
-        cross_check,
+        judge,
         "ideal_scenes",
         lambda scene, model: {
             kind: ideal.with_values({"environment.gravity": gravity.fail})
