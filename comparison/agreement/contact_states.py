@@ -1,68 +1,17 @@
-"""Time shares of the paper's four contact situations of the slider (Sec. 2, Fig. 3).
-
-A wall is touched by no corner, one or both of its own. Two opposite corners (Fig. 3b) means contact at both
-walls at once, whichever corners: the slider is narrower than its guide, so lower left and lower right
-cannot touch together, and what is left are the two diagonals.
-"""
+"""Contact situations and the pin's contact of both results of a scene, where they mean something."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import TypeVar
 
-import numpy as np
 import pandas as pd
 
 from comparison.agreement.results import SceneComparison
-from comparison.tables.arrays import Array, BoolArray
-from comparison.tables.channels import CORNERS, PIN
-
-SITUATIONS = {
-    "free": "free",
-    "one_corner": "one corner",
-    "one_side": "two corners of one side",
-    "opposite": "two opposite corners",
-}
-"""Situations by key, with their descriptions."""
+from comparison.metrics.contacts import pin_share, time_shares
 
 Shares = Mapping[str, float]
 T = TypeVar("T")
-
-
-def time_shares(events: pd.DataFrame, span: tuple[float, float]) -> Shares:
-    """Return the share of a span of time that the slider spends in each situation.
-
-    Exact from the contacts' starts and ends, to round-off; no sample is involved.
-
-    Parameters
-    ----------
-    events
-        One row a contact: ``corner`` (others than the slider's four are not looked at), ``start`` and ``end``
-        in s. What lies outside the span is cut off.
-    span
-        First and last instant, s.
-
-    Returns
-    -------
-    shares
-        `SITUATIONS` -> share; their sum is 1.
-    """
-    spans = {
-        corner: np.clip(events.loc[events["corner"] == corner, ["start", "end"]].to_numpy(float), *span)
-        for corner in CORNERS
-    }
-    edges = np.unique(np.concatenate([span, *(contacts.ravel() for contacts in spans.values())]))
-    closed = {corner: _closed(contacts, edges) for corner, contacts in spans.items()}
-    left = closed["ll"].astype(int) + closed["ul"]
-    right = closed["lr"].astype(int) + closed["ur"]
-    holds = {
-        "free": left + right == 0,
-        "one_corner": left + right == 1,
-        "one_side": (np.maximum(left, right) == 2) & (np.minimum(left, right) == 0),
-        "opposite": np.minimum(left, right) > 0,
-    }
-    lengths = np.diff(edges) / (span[1] - span[0])
-    return {situation: float(lengths[holds[situation]].sum()) for situation in SITUATIONS}
 
 
 def of_scene(scene: SceneComparison) -> tuple[Shares | None, Shares | None]:
@@ -71,12 +20,6 @@ def of_scene(scene: SceneComparison) -> tuple[Shares | None, Shares | None]:
         scene.scene["joints"]["slider"] == "clearance" and scene.scene["contact"]["law"] != "foundation"
     )
     return _of_both(scene, time_shares) if of_corners else (None, None)
-
-
-def pin_share(events: pd.DataFrame, span: tuple[float, float]) -> float:
-    """Return the share of a span of time in which the journal at A touches its bearing; see `time_shares`."""
-    contacts = np.clip(events.loc[events["corner"] == PIN, ["start", "end"]].to_numpy(float), *span)
-    return float((contacts[:, 1] - contacts[:, 0]).sum()) / (span[1] - span[0])
 
 
 def pin_of_scene(scene: SceneComparison) -> tuple[float | None, float | None]:
@@ -96,23 +39,3 @@ def _of_both(
         None if first is None else share(first, span),
         None if second is None else share(second, span),
     )
-
-
-def _closed(contacts: Array, edges: Array) -> BoolArray:
-    """Return whether a corner touches between each two edges.
-
-    Parameters
-    ----------
-    contacts
-        Start and end of each contact, all of them among the edges, shape (m, 2).
-    edges
-        Increasing, shape (n,).
-
-    Returns
-    -------
-    closed
-        Shape (n - 1,).
-    """
-    starts, ends = (np.searchsorted(edges, contacts[:, column]) for column in (0, 1))
-    change = np.bincount(starts, minlength=edges.size) - np.bincount(ends, minlength=edges.size)
-    return np.cumsum(change)[:-1] > 0

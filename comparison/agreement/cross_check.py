@@ -20,8 +20,12 @@ from comparison.agreement.refine import RunFamilies, settle, without_violation
 from comparison.agreement.results import SceneComparison, no_comparison
 from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
 from comparison.execution.run import run_all
-from comparison.reliability.difference import ReliabilityComparison, compare_reliability
-from comparison.reliability.ideal import dense_scene
+from comparison.reliability.difference import (
+    FailedRun,
+    ReliabilityComparison,
+    compare_reliability,
+    dense_scene,
+)
 from comparison.scene import Scene
 from comparison.tables.table import Table, TableError
 
@@ -268,11 +272,8 @@ def _with_reliability(
         return result
     scene, (a, b) = plan.scene, plan.models
     failed = [
-        f"{what}: {describe(jobs[which], outcome)}"
-        for what, jobs, outcomes in (
-            ("with more samples", plan.dense, dense),
-            ("the ideal mechanism", plan.ideals, ideal),
-        )
+        FailedRun(jobs[which], outcome, ideal=jobs is plan.ideals)
+        for jobs, outcomes in ((plan.dense, dense), (plan.ideals, ideal))
         for which, outcome in _failed(outcomes).items()
     ]
     if failed:
@@ -289,5 +290,5 @@ def _with_reliability(
             )
             found = ReliabilityComparison(scene.reliability, quantities)
         except TableError as error:
-            found = ReliabilityComparison(scene.reliability, missing=str(error))
+            found = ReliabilityComparison(scene.reliability, missing=error)
     return replace(result, comparison=replace(result.comparison, reliability=found))

@@ -10,10 +10,11 @@ from typing import Any
 from comparison.agreement.attribution_text import percent
 from comparison.agreement.contact_states import of_scene, pin_of_scene
 from comparison.agreement.results import Attribution, ChannelComparison, SceneComparison
-from comparison.metrics.impacts import Impacts
+from comparison.metrics.contacts import Impacts
 from comparison.reliability.difference import Difference, ReliabilityComparison
 from comparison.reliability.errors import unit_of
-from comparison.reliability.words import line as reliability_line
+from comparison.words.reliability import line as reliability_line
+from comparison.words.reliability import missing
 
 EXIT_CODES = {"agree": 0, "differ": 1, "cannot compare": 2, "indeterminate": 3}
 _WORST_FIRST = (70, 2, 1, 3, 0)
@@ -122,7 +123,7 @@ def _channel(channel: ChannelComparison) -> dict[str, Any]:
 def _reliability(found: ReliabilityComparison, labels: tuple[str, str]) -> dict[str, Any]:
     return {
         "verdict": found.verdict,
-        "missing": found.missing,
+        "missing": missing(found),
         "bins": found.settings.bins,
         "errors": found.settings.errors,
         "quantities": {

@@ -13,6 +13,7 @@ from comparison.execution.job import MODELS, VIOLATED, Job, Outcome
 from comparison.execution.run import run_all
 from comparison.report.text import reasons
 from comparison.scene import load_scene
+from comparison.words.reliability import missing
 
 
 @pytest.mark.usefixtures("fake_models")
@@ -113,7 +114,7 @@ def test_where_the_ideal_mechanism_cannot_be_run_the_verdict_stands(scene, gravi
     assert result.comparison.verdict == "agree"
     assert not result.crashed
     assert result.comparison.reliability.quantities == {}
-    assert "newton-failed; try a smaller step" in result.comparison.reliability.missing
+    assert "newton-failed; try a smaller step" in missing(result.comparison.reliability)
     assert dict(reasons(result.comparison))["reliability"].startswith("not available: ")
 
 

@@ -45,27 +45,13 @@ class Case:
 
 def of_comparisons(comparisons: Sequence[SceneComparison]) -> list[Case]:
     """Return the verdict of each scene and tier, followed by those of its channels."""
-    return [
-        case
-        for comparison in comparisons
-        for tier in comparison.tiers
-        for case in (
-            Case(
-                comparison.name, tier.tier, "verdict", _STATUS[tier.verdict], _message(tier.verdict, tier.why)
-            ),
-            *(
-                Case(
-                    comparison.name,
-                    tier.tier,
-                    name,
-                    _STATUS[channel.verdict],
-                    _message(channel.verdict, channel.reason),
-                )
-                for name, channel in tier.channels.items()
-            ),
-        )
-    ]
-
-
-def _message(verdict: str, why: str) -> str:
-    return f"{verdict}: {why}"
+    cases = []
+    for comparison in comparisons:
+        for tier in comparison.tiers:
+            findings = [("verdict", tier.verdict, tier.why)]
+            findings += [(name, channel.verdict, channel.reason) for name, channel in tier.channels.items()]
+            cases += [
+                Case(comparison.name, tier.tier, name, _STATUS[verdict], f"{verdict}: {why}")
+                for name, verdict, why in findings
+            ]
+    return cases
