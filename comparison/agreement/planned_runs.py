@@ -6,7 +6,7 @@ from comparison.accuracy.levels import coarser, finer, refinement
 from comparison.accuracy.uncertainty import perturbed_scenes
 from comparison.agreement.compare import Runs
 from comparison.execution.job import VIOLATED, Job, Outcome
-from comparison.reliability.ideal import ideal_scenes
+from comparison.reliability.difference import ideal_scenes
 from comparison.scene import Scene
 from comparison.tables.table import Table
 
@@ -43,7 +43,7 @@ def families(scene: Scene, models: tuple[str, str]) -> dict[tuple[str, str], Job
 def ideal_runs(scene: Scene, models: tuple[str, str]) -> dict[tuple[str, str], Job]:
     """Return those of the ideal mechanism, by which the reliability is judged, in the same way.
 
-    The reliability itself is that of the `families` of `comparison.reliability.ideal.dense_scene`.
+    The reliability itself is that of the `families` of `comparison.reliability.difference.dense_scene`.
     """
     return {
         (model, kind): Job(ideal, model)

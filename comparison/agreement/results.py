@@ -13,8 +13,8 @@ import pandas as pd
 
 from comparison.accuracy.thresholds import Thresholds
 from comparison.execution.job import Job
-from comparison.metrics.impacts import Impacts, impacts_of
-from comparison.metrics.signal_ratings import information
+from comparison.metrics.contacts import Impacts, impacts_of
+from comparison.metrics.signals import information
 from comparison.reliability.difference import ReliabilityComparison
 from comparison.scene import Scene
 from comparison.tables.arrays import Array, BoolArray
@@ -131,7 +131,7 @@ class ChannelComparison:
     def metrics(self) -> Mapping[str, float]:
         """Measures of b against a, for information only; empty for unexcited (constant) channels.
 
-        See `comparison.metrics.signal_ratings`. Made when first asked for: they cost more than the verdict.
+        See `comparison.metrics.signals`. Made when first asked for: they cost more than the verdict.
         """
         if self.verdict == "unexcited":
             return {}
@@ -299,7 +299,7 @@ class SceneComparison:
 
     @cached_property
     def impacts(self) -> Mapping[str, Impacts] | None:
-        """Contacts of b against those of a, see `comparison.metrics.impacts.impacts_of`.
+        """Contacts of b against those of a, see `comparison.metrics.contacts.impacts_of`.
 
         A contact is predictable where its corner's gap is, or x where the tables hold no gaps.
         """

@@ -20,7 +20,7 @@ from comparison.accuracy.thresholds import Thresholds
 from comparison.accuracy.uncertainty import combined
 from comparison.agreement.results import ChannelComparison
 from comparison.formatting import instant
-from comparison.metrics.norms import maximum, rms, scaled
+from comparison.metrics.signals import maximum, rms, scaled
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import Channel
 

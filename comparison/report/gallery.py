@@ -19,7 +19,7 @@ from comparison.tables.arrays import Array
 from comparison.tables.channels import CONTACTS, channels
 
 if TYPE_CHECKING:
-    from comparison.agreement.pulses import Pulse
+    from comparison.metrics.contacts import Pulse
 
 _ENLARGED = 0.02  # of a crank cycle (or of the run) to either side of the worst sample
 

@@ -12,7 +12,7 @@ from markupsafe import Markup
 from comparison.agreement.results import SceneComparison
 from comparison.files import replacing
 from comparison.formatting import MISSING, percent, quantity
-from comparison.metrics.impacts import WINDOW
+from comparison.metrics.contacts import WINDOW
 from comparison.reliability.difference import MARGIN
 from comparison.report import overview, reliability, rule, summary, svg, tables
 from comparison.report.card import Orders, card

@@ -27,7 +27,7 @@ from comparison.tables.arrays import Array
 from comparison.tables.channels import CONTACTS
 
 if TYPE_CHECKING:
-    from comparison.agreement.pulses import Pulse
+    from comparison.metrics.contacts import Pulse
 
 MOST = 12_000
 """Samples of a tier; of a longer run the envelopes are kept."""

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparison.agreement.contact_states import SITUATIONS, of_scene, pin_of_scene
+from comparison.agreement.contact_states import of_scene, pin_of_scene
 from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
+from comparison.metrics.contacts import SITUATIONS
 from comparison.report.decimate import spans
 from comparison.report.summary import largest_predictable
 from comparison.tables.arrays import Array, BoolArray

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from comparison.agreement.pulses import Pulse
 from comparison.agreement.results import SceneComparison
+from comparison.metrics.contacts import Pulse
 
 COUNT = 25
 

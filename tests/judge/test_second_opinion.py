@@ -18,7 +18,7 @@ from comparison.agreement.results import SceneComparison
 from comparison.agreement.scene_verdict import scene_verdict
 from comparison.agreement.verdict import compare_channel
 from comparison.execution.run import run_one
-from comparison.metrics.impacts import WINDOW, begin_where, compare_impacts
+from comparison.metrics.contacts import WINDOW, begin_where, compare_impacts
 from comparison.tables.channels import channels
 
 EXACT = ("verdict", "outside")
