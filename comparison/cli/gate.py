@@ -15,9 +15,9 @@ from comparison.cli.options import REPORTS, AsJson, Jobs, OutFolder, Quiet
 from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
-    from comparison.agreement.cases import Case
     from comparison.regression.check import Gate
     from comparison.scene import Scene
+    from comparison.words.cases import Case
 
 BASELINE = Path("sixbar-baseline.toml")
 SHOWN = 20  # lines of regressions on a terminal; the files hold all
@@ -50,9 +50,8 @@ def gate(
     """
     from comparison.execution.workers import cpus
     from comparison.files import check_folder, expanded
-    from comparison.regression.baseline import read
+    from comparison.regression.baseline import read, scenes_of
     from comparison.regression.check import gate as hold_against
-    from comparison.regression.check import scenes_of
     from comparison.scene import load_scene
 
     folder, baseline = out or REPORTS / "gate", expanded(baseline)
@@ -63,11 +62,13 @@ def gate(
     folder = check_folder(folder)
     record = read(baseline)
     found, gone = (asked, []) if scenes else scenes_of(record, baseline.parent)
+    from comparison.words.regression import summary
+
     warn_about_the_cache()
     with progress("gate", quiet=quiet) as report:
         result = hold_against(record, found, gone, n_jobs=jobs or cpus(), on_progress=report)
     command = shlex.join(["sixbar", "gate", *(scenes or []), "--baseline", str(baseline)])
-    lines = [_sentence(result)] if quiet else _lines(result)
+    lines = [summary(result)] if quiet else _lines(result)
     say(*(each for line in lines for each in wrapped(line, rest="    ")), err=json)
     if json:
         print_json(_numbers(result, command))
@@ -78,9 +79,8 @@ def gate(
 
 def _update(asked: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> int:
     from comparison.files import check_file
-    from comparison.regression.baseline import read, write
-    from comparison.regression.check import scenes_of
-    from comparison.regression.update import renewed
+    from comparison.regression.baseline import read, scenes_of, write
+    from comparison.regression.record import renewed
     from comparison.scene import load_scene, shipped_scenes
 
     check_file(path)
@@ -111,19 +111,14 @@ def _check_names(names: Sequence[str]) -> None:
 
 def _lines(result: Gate) -> list[str]:
     """Return the lines for the terminal: notes, regressions, and a summary sentence."""
+    from comparison.words.regression import message, notes, summary
+
     regressions = result.regressions
-    lines = [f"note: {note}" for note in result.notes]
-    lines += [f"REGRESSION {case.message}" for case in regressions[:SHOWN]]
+    lines = [f"note: {note}" for note in notes(result)]
+    lines += [f"REGRESSION {message(check)}" for check in regressions[:SHOWN]]
     if len(regressions) > SHOWN:
         lines.append(f"... and {len(regressions) - SHOWN} more")
-    return [*lines, _sentence(result)]
-
-
-def _sentence(result: Gate) -> str:
-    checked = sum(case.status != "skipped" for case in result.cases)
-    if result.regressions:
-        return f"{len(result.regressions)} of {checked} checks failed: a model deviates from its baseline"
-    return f"All {checked} checks passed: both models match their baseline"
+    return [*lines, summary(result)]
 
 
 def _write(result: Gate, folder: Path, command: str) -> Path:
@@ -139,30 +134,34 @@ def _write_files(result: Gate, folder: Path, command: str) -> Path:
     from comparison.files import write_json
     from comparison.report.job_summary import write_job_summary
     from comparison.report.junit import write_junit
+    from comparison.words.regression import cases, notes, summary
 
-    write_junit(result.cases, folder / "junit.xml", name="sixbar gate")
+    checks, remarks = cases(result), notes(result)
+    write_junit(checks, folder / "junit.xml", name="sixbar gate")
     write_json(_numbers(result, command), folder / "gate.json")
-    groups = dict.fromkeys((case.suite, case.group) for case in result.cases)
+    groups = dict.fromkeys((case.suite, case.group) for case in checks)
     return write_job_summary(
         folder / "summary.md",
         title="Has a model changed since its baseline?",
         sentences=[
-            f"{_sentence(result)}.",
-            *(f"Note: {note}." for note in result.notes),
+            f"{summary(result)}.",
+            *(f"Note: {note}." for note in remarks),
             f"Made by: {command}",
         ],
         headings=("scene", "run", "passed", "failed", "skipped"),
-        rows=[(*group, *_counted(result.cases, group)) for group in groups],
-        cases=result.cases,
+        rows=[(*group, *_counted(checks, group)) for group in groups],
+        cases=checks,
     )
 
 
 def _numbers(result: Gate, command: str) -> dict[str, Any]:
+    from comparison.words.regression import cases, notes
+
     return {
         "command": command,
         "exit_code": result.exit_code,
-        "notes": result.notes,
-        "checks": [asdict(case) for case in result.cases],
+        "notes": notes(result),
+        "checks": [asdict(case) for case in cases(result)],
     }
 
 

@@ -82,9 +82,9 @@ def _write_for_ci(
     comparisons: Sequence[SceneComparison], folder: Path, command: str, missing: Sequence[str]
 ) -> None:
     """Write the files for continuous integration: JUnit XML and a Markdown summary."""
-    from comparison.agreement.cases import Case, of_comparisons
     from comparison.report.job_summary import write_job_summary
     from comparison.report.junit import write_junit
+    from comparison.words.cases import Case, of_comparisons
     from comparison.words.verdicts import headline, incomplete, why
 
     cases = [

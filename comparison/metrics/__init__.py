@@ -1,1 +1,1 @@
-"""Metrics of differences: pure functions on arrays and tables."""
+"""Measures of how two results differ: arrays in, numbers out."""

@@ -24,8 +24,8 @@ MAX_SLOPE = 2.0
 WARP = 0.1  # how far the time may be warped, as a share of the duration
 SMOOTHED = 4  # samples on either side of the one whose slope is smoothed
 MOST_POINTS = 5000
-# Two correlations that differ by less are equal: what their sums round to, with a margin.
-_EQUAL = 1e-12
+EQUAL = 1e-12
+"""Two numbers that differ by less, relatively, are equal: what their sums round to, with a margin."""
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,6 @@ class Rating:
     """E_M."""
     slope: float
     """E_S."""
-
-
-_UNDEFINED = Rating(np.nan, np.nan, np.nan, np.nan, np.nan)
 
 
 def rating(reference: Array, other: Array) -> Rating:
@@ -87,7 +84,7 @@ def rating(reference: Array, other: Array) -> Rating:
     if reference.size > MOST_POINTS:
         raise ValueError(f"{reference.size} samples; at most {MOST_POINTS} can be rated")
     if reference.size < 10 or np.ptp(reference) == 0.0 or np.ptp(other) == 0.0:
-        return _UNDEFINED
+        return Rating(np.nan, np.nan, np.nan, np.nan, np.nan)
     # The scores are ratios: any unit will do, and one in which squares neither over- nor underflow is safe.
     unit = max(float(np.abs(reference).max()), float(np.abs(other).max()))
     reference, other = reference / unit, other / unit
@@ -95,10 +92,15 @@ def rating(reference: Array, other: Array) -> Rating:
     allowed = MAX_SHIFT * reference.size
     kept = reference.size - abs(shift)
     first, second = reference[max(-shift, 0) :][:kept], other[max(shift, 0) :][:kept]
-    corridor = _corridor(reference, other)
+    largest = float(np.abs(reference).max())
+    inside = (OUTER * largest - np.abs(reference - other)) / ((OUTER - INNER) * largest)
+    corridor = float(np.mean(np.clip(inside, 0.0, 1.0) ** 2))
     phase = 1.0 - abs(shift) / allowed
     magnitude = max(0.0, 1.0 - warped_difference(first, second) / MAX_MAGNITUDE)
-    slope = max(0.0, 1.0 - _relative(_slope(first), _slope(second)) / MAX_SLOPE)
+    slopes = _slope(first), _slope(second)
+    size = float(np.abs(slopes[0]).sum())
+    slope_error = float(np.abs(slopes[1] - slopes[0]).sum()) / size if size > 0 else np.inf
+    slope = max(0.0, 1.0 - slope_error / MAX_SLOPE)
     overall = 0.4 * corridor + 0.2 * (phase + magnitude + slope)
     return Rating(overall, corridor, phase, magnitude, slope)
 
@@ -107,12 +109,7 @@ def best_shift(reference: Array, other: Array) -> int:
     """Return by how many samples the other is late (negative: early) where both are most alike.
 
     Of shifts with equal correlation the smallest, late before early; shifts at which either part is constant
-    do not count.
-
-    Parameters
-    ----------
-    reference, other
-        Shape (n,); neither is constant.
+    do not count. Shapes (n,); neither is constant.
     """
     size = reference.size
     shifts = np.arange(int(MAX_SHIFT * size), -int(MAX_SHIFT * size) - 1, -1)
@@ -128,30 +125,18 @@ def best_shift(reference: Array, other: Array) -> int:
     )
     product = np.correlate(c, t, "full")[size - 1 + shifts]
     moves_t, moves_c = square_t - sum_t * sum_t / count, square_c - sum_c * sum_c / count
-    moves = (moves_t > _EQUAL * square_t[0]) & (moves_c > _EQUAL * square_c[0])
+    moves = (moves_t > EQUAL * square_t[0]) & (moves_c > EQUAL * square_c[0])
     alike = np.full(shifts.shape, -np.inf)
     alike[moves] = (product - sum_t * sum_c / count)[moves] / np.sqrt((moves_t * moves_c)[moves])
     alike = np.minimum(alike, 1.0)  # what is above is rounding
-    return int(shifts[np.flatnonzero(alike >= alike.max() - _EQUAL)[0]])
+    return int(shifts[np.flatnonzero(alike >= alike.max() - EQUAL)[0]])
 
 
 def warped_difference(reference: Array, other: Array) -> float:
-    """Return sum |C_w - T_w| / sum |T_w| along the warping path; infinite where the reference is zero.
-
-    Parameters
-    ----------
-    reference, other
-        Shape (n,).
-    """
+    """Return sum |C_w - T_w| / sum |T_w| along the warping path; infinite where the reference is zero."""
     width = int(np.ceil(WARP * reference.size)) - 1
     difference, size = _warp()(reference, other, width)
     return float(difference / size) if size > 0 else float("inf")
-
-
-def _corridor(reference: Array, other: Array) -> float:
-    largest = float(np.abs(reference).max())
-    inside = (OUTER * largest - np.abs(reference - other)) / ((OUTER - INNER) * largest)
-    return float(np.mean(np.clip(inside, 0.0, 1.0) ** 2))
 
 
 def _running(signal: Array) -> Array:
@@ -165,11 +150,6 @@ def _slope(signal: Array) -> Array:
     half = np.minimum(SMOOTHED, np.minimum(at, signal.size - 1 - at))
     smoothed: Array = (total[at + half + 1] - total[at - half]) / (2 * half + 1)
     return smoothed
-
-
-def _relative(reference: Array, other: Array) -> float:
-    size = float(np.abs(reference).sum())
-    return float(np.abs(other - reference).sum()) / size if size > 0 else float("inf")
 
 
 @cache

@@ -14,15 +14,16 @@ six decades. Of several channels the largest T counts, so that it stays one stat
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from math import ceil
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from comparison.metrics.impacts import WINDOW
+from comparison.metrics.contacts import WINDOW
 from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import CONTACTS
 
 # Gap over the wider of two groups. Errors of one kind do not look like that even if they spread over six
 # decades; two families of trajectories, a contact apart, do.
@@ -111,41 +112,35 @@ class Parting(NamedTuple):
 def parting_contact(
     groups: tuple[Sequence[pd.DataFrame], Sequence[pd.DataFrame]], *, period: float, until: float
 ) -> Parting | None:
-    """Find the first contact that parts two groups of runs.
+    """Find the first contact that parts two groups of runs; None where no contact does.
 
     Parameters
     ----------
     groups
         The event tables of each, none empty of tables. A run has a contact if one of the same corner starts
-        within `comparison.metrics.impacts.WINDOW` of a crank cycle of it.
+        within `comparison.metrics.contacts.WINDOW` of a crank cycle of it.
     period
         Of a crank cycle, s.
     until
         s; later contacts are consequences.
-
-    Returns
-    -------
-    parting
-        None where no contact parts them.
     """
     first = None
     window, sizes = WINDOW * period, (len(groups[0]), len(groups[1]))
-    for corner in dict.fromkeys(_corners(group[0] for group in groups)):
+    for corner in CONTACTS:
         starts = [[_starts(events, corner) for events in group] for group in groups]
-        candidates = np.concatenate([of[0] for of in starts])
-        candidates = np.sort(candidates[candidates <= until])
-        one, other = (np.sum([_near(candidates, own, window) for own in of], axis=0) for of in starts)
-        apart = np.flatnonzero(np.abs(one / sizes[0] - other / sizes[1]) >= PARTED)
-        if not apart.size:
+        candidates = np.concatenate([own for group in starts for own in group])
+        candidates = candidates[candidates <= until]
+        one, other = (np.sum([_near(candidates, own, window) for own in group], axis=0) for group in starts)
+        apart = np.abs(one / sizes[0] - other / sizes[1])
+        if not np.any(apart >= PARTED):
             continue
-        start = float(candidates[apart[0]])
-        if first is None or start < first.start:
-            first = Parting(corner, start, (int(one[apart[0]]), int(other[apart[0]])), sizes)
+        # Of the starts of this contact in all runs that by which most of them are told apart.
+        earliest = candidates[apart >= PARTED].min()
+        nearby = np.flatnonzero((candidates >= earliest) & (candidates <= earliest + window))
+        k = int(nearby[apart[nearby].argmax()])
+        if first is None or candidates[k] < first.start:
+            first = Parting(corner, float(candidates[k]), (int(one[k]), int(other[k])), sizes)
     return first
-
-
-def _corners(tables: Iterable[pd.DataFrame]) -> list[str]:
-    return [str(corner) for events in tables for corner in events["corner"]]
 
 
 def _starts(events: pd.DataFrame, corner: str) -> Array:

@@ -1,13 +1,14 @@
 """Baseline file: recorded results of each model, as a text file of few numbers.
 
 It holds three runs per scene: the reference at the tight tier, Exudyn's five bodies with the scene's
-settings, and its tree at the tight tier (`comparison.accuracy.levels`). Of each: settings,
-counters, and for every channel some checkpoints, see `comparison.regression.checkpoints`.
+settings, and its tree at the tight tier (`comparison.accuracy.levels`). Of each: settings, counters, and for
+every channel some checkpoints, see `comparison.regression.record`.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -16,7 +17,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from comparison.files import contents, replacing
-from comparison.scene import digest
+from comparison.scene import Scene, digest, load_scene, shipped_scenes
 
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
@@ -127,8 +128,8 @@ def read(path: Path) -> Baseline:
     except RecursionError as error:
         raise BaselineError(f"{path}: is nested too deeply") from error
     if written != checksum(baseline):
-        found = "has no checksum" if written is None else "was changed since: its checksum does not match"
-        raise BaselineError(f"{path}: {found}; restore it, or delete it and run sixbar gate --update")
+        fault = "has no checksum" if written is None else "was changed since: its checksum does not match"
+        raise BaselineError(f"{path}: {fault}; restore it, or delete it and run sixbar gate --update")
     return baseline
 
 
@@ -143,7 +144,8 @@ def explain(error: ValidationError) -> str:
     where = ".".join(str(step) for step in first["loc"]) or "the file"
     if first["type"] == "missing":
         return f"{where} is missing"
-    return f"{where} = {_short(first['input'])}: {first['msg']}"
+    text = " ".join(repr(first["input"]).split())
+    return f"{where} = {text if len(text) <= 60 else f'{text[:57]}...'}: {first['msg']}"
 
 
 def write(baseline: Baseline, path: Path) -> Path:
@@ -152,6 +154,38 @@ def write(baseline: Baseline, path: Path) -> Path:
     with replacing(path) as part:
         part.write_text("\n".join(_lines(baseline)) + "\n", "utf-8")
     return path
+
+
+def physics_hash(scene: Scene) -> str:
+    """Hash of a scene's numbers without the solvers' settings, which the baseline holds itself."""
+    return digest({key: part for key, part in scene.data.items() if key not in ("scene", "solver")})[:16]
+
+
+def scenes_of(baseline: Baseline, folder: Path) -> tuple[list[Scene], list[str]]:
+    """Load the scenes of a baseline that lies in a folder; the second list names those that no longer exist.
+
+    Raises
+    ------
+    SceneError
+        If one is there but cannot be used.
+    """
+    scenes, gone = [], []
+    for name, scene in baseline.scenes.items():
+        path = folder / scene.source
+        if scene.source in shipped_scenes():
+            scenes.append(load_scene(scene.source))
+        elif path.is_file():
+            scenes.append(load_scene(path))
+        else:
+            gone.append(name)
+    return scenes, gone
+
+
+def source(scene: Scene, folder: Path) -> str:
+    """Return where to find a scene again: its shipped name, or its path relative to a folder."""
+    if scene.source in shipped_scenes():
+        return scene.source
+    return Path(os.path.relpath(Path(scene.source).expanduser(), folder)).as_posix()
 
 
 def _lines(baseline: Baseline) -> Iterator[str]:
@@ -186,14 +220,9 @@ def _value(value: object) -> str:
         return f"{{ {', '.join(f'{_key(key)} = {_value(part)}' for key, part in value.items())} }}"
     if isinstance(value, list):
         return f"[{', '.join(map(_value, value))}]"
-    # JSON's texts, numbers and truth values are TOML's.
-    return json.dumps(value, ensure_ascii=False, allow_nan=False)
+    # JSON's texts, numbers and truth values are TOML's, which escapes one character more.
+    return json.dumps(value, ensure_ascii=False, allow_nan=False).replace("\x7f", "\\u007f")
 
 
 def _key(key: str) -> str:
     return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else _value(key)
-
-
-def _short(value: object) -> str:
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 60 else f"{text[:57]}..."

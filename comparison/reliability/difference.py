@@ -1,4 +1,4 @@
-r"""Difference of two models' reliabilities and its significance.
+r"""Difference of two models' reliabilities and its significance, and what is run for it.
 
 Both models compute the same press from the same start, so their difference D has three sources of
 uncertainty:
@@ -9,8 +9,9 @@ uncertainty:
   includes. The ideal mechanism's own error enters in the same way, by a coarser run of it.
 - *sampling*: how far the difference would move with other cycles. Paired, since the errors of both models at
   one instant belong together: the standard error is that of the average of the difference of what each error
-  changes (`interference.sensitivity`), bin by bin; nothing is left where both follow one course. Where the
-  smallest reliabilities of the two are in different bins there are no pairs, and the squares of both add up.
+  changes (`comparison.reliability.assessment.sensitivity`), bin by bin; nothing is left where both follow one
+  course. Where the smallest reliabilities of the two are in different bins there are no pairs, and the
+  squares of both add up.
 - *quadrature*: what the samples leave open of time averages (`comparison.reliability.averages`), paired too.
 
 The interval is :math:`D \pm \sqrt{s^2 + (k u)^2 + q^2}` with s and q the half-widths of 95 % and k = 2 as for
@@ -21,19 +22,36 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from math import ceil
 
 import numpy as np
 
+from comparison.accuracy.levels import coarser
 from comparison.accuracy.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
+from comparison.execution.job import Job, Outcome
 from comparison.reliability.assessment import Assessment, assess
 from comparison.reliability.errors import slider_errors
+from comparison.scene import Scene, load_scene
 from comparison.scene.criteria import Reliability as Settings
+from comparison.scene.loading import BASE
+from comparison.scene.schema import ExudynSolver, ReferenceSolver
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table, TableError
 
 MARGIN = 1e-3
 """Of reliability: an interval that reaches further leaves it undecided whether two models agree. It is of the
 size by which the paper's cases differ."""
+STEPS = 10_000
+"""Exudyn's steps per crank cycle of an ideal mechanism, fixed. Constraints alone move it: positions are right
+to 1e-12 m whatever the step, velocities to 1e-7 m/s and accelerations to 5e-7 m/s^2 at 150 rpm (of order
+step^2), measured against the closed form. The step of 2e-6 s for a clearance would cost twenty times as much.
+"""
+DENSE = 10_000
+"""Samples per crank cycle at least, of which the reliability is computed: contacts last some 5 intervals. On
+1,000 R of the central case's acceleration is wrong by 4e-4, on these by 6e-7."""
+MOST = 400_000
+"""Samples of a run at most, some 80 MB: of a run of more than 40 cycles fewer are taken a cycle."""
+_WITHOUT_MEANING = ("clearance", "contact", "friction", "initial", "environment")
 
 
 @dataclass(frozen=True)
@@ -81,6 +99,15 @@ class Difference:
 
 
 @dataclass(frozen=True)
+class FailedRun:
+    """A run that the reliability needs and that did not succeed: with more samples, or of the ideal."""
+
+    job: Job
+    outcome: Outcome
+    ideal: bool
+
+
+@dataclass(frozen=True)
 class ReliabilityComparison:
     """A scene's reliability in two models.
 
@@ -91,18 +118,61 @@ class ReliabilityComparison:
     quantities
         Quantity -> its reliabilities; empty where there is no ideal mechanism to measure errors against.
     missing
-        Why, in one line.
+        What prevented it then.
     """
 
     settings: Settings
     quantities: dict[str, Difference] = field(default_factory=dict)
-    missing: str = ""
+    missing: FailedRun | TableError | None = None
 
     @property
     def verdict(self) -> str:
         """The worst of the quantities': differ, undecided, agree; ``"undecided"`` where there is none."""
-        found = {difference.verdict for difference in self.quantities.values()} or {"undecided"}
-        return next(verdict for verdict in ("differ", "undecided", "agree") if verdict in found)
+        verdicts = {difference.verdict for difference in self.quantities.values()} or {"undecided"}
+        return next(verdict for verdict in ("differ", "undecided", "agree") if verdict in verdicts)
+
+
+def dense_scene(scene: Scene) -> Scene:
+    """Return a scene with at least `DENSE` samples a cycle, a whole multiple of its own.
+
+    Without forces at corners, which nobody reads there. The steps of a run do not depend on its samples, but
+    for those of five bodies, which are whole parts of a sample interval.
+    """
+    output, cycles = scene.data["output"], scene.data["drive"]["cycles"]
+    own = int(output["samples_per_cycle"])
+    times = max(1, min(ceil(DENSE / own), int(MOST / (own * cycles))))
+    groups = dict.fromkeys(["accelerations", *(name for name in output["groups"] if name != "corners")])
+    return scene.variant({"output.samples_per_cycle": own * times, "output.groups": list(groups)})
+
+
+def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
+    """Return the same scene with ideal joints, by its name in `comparison.accuracy.uncertainty.Runs`.
+
+    Speed and bodies are the scene's, samples those of `dense_scene`, but a coarser run's the scene's. What
+    does not affect a motion that the drive alone prescribes is set to one value, also gravity and the
+    settings of our two models: scenes that differ in nothing else share the run. The reference model has a
+    closed form of the ideal mechanism; Exudyn moves its five bodies, in `STEPS` steps per cycle. An installed
+    model keeps its settings.
+
+    Returns
+    -------
+    scenes
+        ``"base"`` and, where the model can be refined, ``"coarser"``, which gives its uncertainty.
+    """
+    base = load_scene(BASE).data
+    values: dict[str, object] = {
+        f"{section}.{key}": value for section in _WITHOUT_MEANING for key, value in base[section].items()
+    }
+    for name, solver in (
+        ("reference", ReferenceSolver()),
+        ("exudyn", ExudynSolver(step=scene.period / STEPS)),
+    ):
+        values |= {f"solver.{name}.{key}": value for key, value in solver.model_dump().items()}
+    values |= {"joints.slider": "ideal", "joints.crank_pin": "ideal", "output.groups": ["accelerations"]}
+    ideal = scene.variant(values)
+    coarse = coarser(model, ideal)
+    # Its step, twice that of the other, would not fit between dense samples
+    return {"base": dense_scene(ideal)} | ({} if coarse is None else {"coarser": coarse})
 
 
 def compare_reliability(
@@ -132,7 +202,7 @@ def compare_reliability(
 
     Returns
     -------
-    dict of Difference
+    differences
         By quantity: those whose channels the tables hold.
 
     Raises
@@ -140,37 +210,50 @@ def compare_reliability(
     TableError
         If the tables cannot be compared with the ideal mechanism's (`slider_errors`) or with each other.
     """
-    pairs = list(zip(runs, ideals, strict=True))
-    assessed = [
-        assess(slider_errors(of.base, ideal.base, period, start=start), settings) for of, ideal in pairs
-    ]
-    if len({tuple((name, *of.cycles) for name, of in each.items()) for each in assessed}) > 1:
+
+    def assessed(table: Table, ideal: Table) -> dict[str, Assessment]:
+        return assess(slider_errors(table, ideal, period, start=start), settings)
+
+    def numerical(runs: Runs, ideal: Runs, own: dict[str, Assessment]) -> dict[str, Array]:
+        """Return each quantity's u in every bin and, last, that of the smallest; shape (k bins + 1,)."""
+        by_run = {kind: assessed(table, ideal.base) for kind, table in _others(runs)}
+        by_ideal = {kind: assessed(runs.base, table) for kind, table in _others(ideal)}
+        return {
+            quantity: np.hypot(
+                _uncertainty(of, {kind: by[quantity] for kind, by in by_run.items()}, runs),
+                _uncertainty(of, {kind: by[quantity] for kind, by in by_ideal.items()}, ideal),
+            )
+            for quantity, of in own.items()
+        }
+
+    first, second = (assessed(of.base, ideal.base) for of, ideal in zip(runs, ideals, strict=True))
+    if len({tuple((name, *of.cycles) for name, of in model.items()) for model in (first, second)}) > 1:
         raise TableError("the two results: cover other parts of the cycles, or hold other channels")
-    numerical = [_numerical(of, ideal, period, settings, start) for of, ideal in pairs]
-    found = {}
-    for quantity in assessed[0]:
-        a, b = (of[quantity] for of in assessed)
-        wide = k * np.hypot(*(of[quantity] for of in numerical))
-        sampling, quadrature = _paired(a, b)
-        i, j = a.worst, b.worst
-        found[quantity] = Difference(
+    u_first, u_second = (numerical(*sides) for sides in zip(runs, ideals, (first, second), strict=True))
+    differences = {}
+    for quantity, a in first.items():
+        b = second[quantity]
+        wide = k * np.hypot(u_first[quantity], u_second[quantity])
+        left = [
+            of_a.less(of_b, density_a, density_b)
+            for of_a, of_b, density_a, density_b in zip(
+                a.left_open, b.left_open, a.density.tolist(), b.density.tolist(), strict=True
+            )
+        ]
+        sampling = np.array([of.sampling for of in left])
+        quadrature = np.array([of.quadrature for of in left])
+        paired = a.worst == b.worst
+        differences[quantity] = Difference(
             a=a,
             b=b,
             curve=a.reliability - b.reliability,
             curve_half_width=np.linalg.norm([sampling, quadrature, wide[:-1]], axis=0),
             minimum=a.minimum - b.minimum,
-            sampling=float(sampling[i]) if i == j else _apart(a, b, "sampling"),
+            sampling=float(sampling[a.worst]) if paired else _apart(a, b, "sampling"),
             numerical=float(wide[-1]),
-            quadrature=float(quadrature[i]) if i == j else _apart(a, b, "quadrature"),
+            quadrature=float(quadrature[a.worst]) if paired else _apart(a, b, "quadrature"),
         )
-    return found
-
-
-def _paired(a: Assessment, b: Assessment) -> tuple[Array, Array]:
-    """Return the half-widths that cycles and samples leave of R_a - R_b, shape (k bins,) each."""
-    both = zip(a.left_open, b.left_open, a.density, b.density, strict=True)
-    left = [of_a.less(of_b, *densities) for of_a, of_b, *densities in both]
-    return np.array([of.sampling for of in left]), np.array([of.quadrature for of in left])
+    return differences
 
 
 def _apart(a: Assessment, b: Assessment, source: str) -> float:
@@ -178,34 +261,19 @@ def _apart(a: Assessment, b: Assessment, source: str) -> float:
     return float(np.hypot(*(of.density[of.worst] * getattr(of.left_open[of.worst], source) for of in (a, b))))
 
 
-def _numerical(runs: Runs, ideal: Runs, period: float, settings: Settings, start: float) -> dict[str, Array]:
-    """Return each quantity's u in every bin and, last, that of the smallest; shape (k bins + 1,)."""
-
-    def reliabilities(table: Table, still: Table) -> dict[str, Array]:
-        found = assess(slider_errors(table, still, period, start=start), settings)
-        return {quantity: np.append(of.reliability, of.minimum) for quantity, of in found.items()}
-
-    of_runs = {kind: reliabilities(table, ideal.base) for kind, table in _kinds(runs)}
-    of_ideal = {kind: reliabilities(runs.base, table) for kind, table in _kinds(ideal)}
-    return {
-        quantity: np.hypot(_uncertainty(of_runs, quantity, runs), _uncertainty(of_ideal, quantity, ideal))
-        for quantity in of_runs["base"]
-    }
-
-
-def _kinds(runs: Runs) -> Iterator[tuple[str, Table]]:
-    for kind in ("base", "finer", "coarser", "perturbed", "other_perturbed"):
+def _others(runs: Runs) -> Iterator[tuple[str, Table]]:
+    for kind in ("finer", "coarser", "perturbed", "other_perturbed"):
         if (table := getattr(runs, kind)) is not None:
             yield kind, table
 
 
-def _uncertainty(of: dict[str, dict[str, Array]], quantity: str, runs: Runs) -> Array:
-    """Evaluate u from the available runs; nan if there is only one."""
-    known = {kind: values[quantity] for kind, values in of.items()}
-    base = known["base"]
-    if len(known) == 1:
-        return np.full(base.shape, np.nan)
-    finer = known.get("finer", base)  # without one the coarser run decides alone
+def _uncertainty(base: Assessment, others: dict[str, Assessment], runs: Runs) -> Array:
+    """Evaluate u in every bin and of the smallest from the available runs; nan if there is no other."""
+    own = np.append(base.reliability, base.minimum)
+    known = {kind: np.append(of.reliability, of.minimum) for kind, of in others.items()}
+    if not known:
+        return np.full(own.shape, np.nan)
+    finer = known.get("finer", own)  # without one the coarser run decides alone
     perturbed = tuple(known[kind] for kind in ("perturbed", "other_perturbed") if kind in known)
-    levels = Levels(base, finer, known.get("coarser"), perturbed, *runs.refinement)
+    levels = Levels(own, finer, known.get("coarser"), perturbed, *runs.refinement)
     return uncertainty(levels, half_width=0, floor=ROUND_OFF)

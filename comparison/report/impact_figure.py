@@ -11,12 +11,12 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from comparison.formatting import prefix
-from comparison.metrics.impacts import WINDOW, match
+from comparison.metrics.contacts import WINDOW, match
 from comparison.report import svg
 from comparison.verdict.results import SceneComparison
 
 if TYPE_CHECKING:
-    from comparison.agreement.pulses import Pulse
+    from comparison.metrics.contacts import Pulse
 
 _HEIGHT = 2.2  # inches
 

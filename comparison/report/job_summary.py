@@ -7,9 +7,9 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from comparison.agreement.cases import Case
 from comparison.files import replacing
 from comparison.formatting import table
+from comparison.words.cases import Case
 
 LIMIT = 1_000_000
 """Bytes. GitHub does not show a step summary larger than 1 MiB."""

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from comparison.agreement.cases import Case
 from comparison.files import replacing
+from comparison.words.cases import Case
 
 _CHILD = {"failed": "failure", "error": "error", "skipped": "skipped"}
 # Characters that XML 1.0 excludes (section 2.2), escaped or not; a message may quote any of them.

@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from comparison.files import replacing
 from comparison.formatting import MISSING, percent, quantity
-from comparison.metrics.impacts import WINDOW
+from comparison.metrics.contacts import WINDOW
 from comparison.reliability.difference import MARGIN
 from comparison.report import overview, reliability, svg, tables
 from comparison.report.compact import compact

@@ -27,7 +27,7 @@ from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.verdicts import threshold_name
 
 if TYPE_CHECKING:
-    from comparison.agreement.pulses import Pulse
+    from comparison.metrics.contacts import Pulse
 
 MOST = 12_000
 """Samples of a tier; of a longer run the envelopes are kept."""

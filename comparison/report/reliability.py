@@ -13,11 +13,11 @@ from comparison.formatting import MISSING, number, quantity
 from comparison.reliability.assessment import Assessment
 from comparison.reliability.difference import Difference
 from comparison.reliability.errors import QUANTITIES, unit_of
-from comparison.reliability.words import notes, rounded
 from comparison.report import svg
 from comparison.report.gallery import Drawing
 from comparison.tables.channels import channels
 from comparison.verdict.results import SceneComparison
+from comparison.words.reliability import notes, rounded
 
 SIZE = (5.56, 4.6)
 """in, as the style's unit."""

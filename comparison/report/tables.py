@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparison.agreement.contact_states import SITUATIONS, of_scene, pin_of_scene
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
+from comparison.metrics.contacts import SITUATIONS
 from comparison.report.decimate import spans
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CONTACTS, PIN
@@ -130,7 +130,7 @@ def situation_rows(scene: SceneComparison) -> list[dict[str, Any]]:
 
     Situations that occur in neither model are omitted.
     """
-    both, pins = of_scene(scene), pin_of_scene(scene)
+    both, pins = scene.situations, scene.pin_contact
     rows = []
     if both != (None, None):
         rows += [

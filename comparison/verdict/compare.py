@@ -18,9 +18,9 @@ import numpy as np
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import SAFETY_FACTOR, Runs, model_uncertainty
-from comparison.agreement.pulses import noted
 from comparison.execution.quality_checks import contact_warnings
 from comparison.formatting import instant
+from comparison.metrics.contacts import noted
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.align import Aligned, align, continuous
 from comparison.tables.channels import expected

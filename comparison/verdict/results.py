@@ -5,29 +5,29 @@ No sentences: `comparison.words.verdicts` makes them of these numbers.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from functools import cached_property
 from math import inf, isnan, nan
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
 
 from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import combined
-from comparison.agreement.pulses import Pulse
 from comparison.execution.job import Job
-from comparison.metrics.impacts import Impacts, impacts_of
-from comparison.metrics.norms import maximum, rms, scaled
+from comparison.metrics.contacts import Impacts, Pulse, impacts_of, pin_share, time_shares
 from comparison.metrics.outliers import Parting
-from comparison.metrics.signal_ratings import information
+from comparison.metrics.signals import information, maximum, rms, scaled
 from comparison.reliability.difference import ReliabilityComparison
 from comparison.scene import Scene
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CONTACTS, Channel
 from comparison.tables.times import Shift
+
+T = TypeVar("T")
 
 SUSPICIOUS = 10.0
 """An underestimation of the uncertainty by more than this factor is reported as suspicious. By chance alone a
@@ -426,6 +426,30 @@ class SceneComparison:
     def tiers(self) -> tuple[SceneComparison, ...]:
         """The comparison itself and that at the tight tier, if there is one."""
         return (self,) if self.tight is None else (self, self.tight)
+
+    @property
+    def situations(self) -> tuple[Mapping[str, float] | None, Mapping[str, float] | None]:
+        """Time shares of the paper's four contact situations in both results.
+
+        None without events, without corners, or where a contact is a side's.
+        """
+        corners = self.scene is None or (
+            self.scene["joints"]["slider"] == "clearance" and self.scene["contact"]["law"] != "foundation"
+        )
+        return self._shares(time_shares) if corners else (None, None)
+
+    @property
+    def pin_contact(self) -> tuple[float | None, float | None]:
+        """Time share of contact at the crank pin in both results; None without events or clearance."""
+        clearance = self.scene is not None and self.scene["joints"]["crank_pin"] == "clearance"
+        return self._shares(pin_share) if clearance else (None, None)
+
+    def _shares(self, share: Callable[[pd.DataFrame, tuple[float, float]], T]) -> tuple[T | None, T | None]:
+        if not self.time.size:
+            return None, None
+        span = float(self.time[0]), float(self.time[-1])
+        first, second = (None if events is None else share(events, span) for events in self.events)
+        return first, second
 
     @property
     def worst_verdict(self) -> str:

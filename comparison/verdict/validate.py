@@ -15,8 +15,13 @@ from comparison.accuracy.refine import families, sorted_runs, table_of_family
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
 from comparison.execution.run import run_all
-from comparison.reliability.difference import ReliabilityComparison, compare_reliability
-from comparison.reliability.ideal import dense_scene, ideal_scenes
+from comparison.reliability.difference import (
+    FailedRun,
+    ReliabilityComparison,
+    compare_reliability,
+    dense_scene,
+    ideal_scenes,
+)
 from comparison.scene import Scene
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import compare
@@ -261,14 +266,10 @@ def _reliability(plan: _Plan, dense: Outcomes, ideal: Outcomes) -> ReliabilityCo
     unable = ("bad input", "unusable")
     if any(model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()):
         return None
-    _, dense_jobs, ideal_jobs = plan.jobs
-    for what, jobs, outcomes in (
-        ("with more samples", dense_jobs, dense),
-        ("the ideal mechanism", ideal_jobs, ideal),
-    ):
+    for jobs, outcomes in zip(plan.jobs[1:], (dense, ideal), strict=True):
         for which, outcome in _failed(outcomes).items():
-            missing = f"{what}: {describe(jobs[which], outcome)}"
-            return ReliabilityComparison(scene.reliability, missing=missing)
+            failed = FailedRun(jobs[which], outcome, ideal=outcomes is ideal)
+            return ReliabilityComparison(scene.reliability, missing=failed)
     runs, ideals = (sorted_runs(scene, plan.models, outcomes) for outcomes in (dense, ideal))
     try:
         quantities = compare_reliability(
@@ -279,5 +280,5 @@ def _reliability(plan: _Plan, dense: Outcomes, ideal: Outcomes) -> ReliabilityCo
             thresholds(plan.tier).k,
         )
     except TableError as error:
-        return ReliabilityComparison(scene.reliability, missing=str(error))
+        return ReliabilityComparison(scene.reliability, missing=error)
     return ReliabilityComparison(scene.reliability, quantities)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict, fields
 from typing import Any
 
-from comparison.agreement.contact_states import of_scene, pin_of_scene
-from comparison.metrics.impacts import Impacts
+from comparison.metrics.contacts import Impacts
 from comparison.reliability.difference import Difference, ReliabilityComparison
 from comparison.reliability.errors import unit_of
 from comparison.verdict.results import Attribution, ChannelComparison, Confirmation, SceneComparison
 from comparison.words import verdicts as words
+from comparison.words.reliability import missing
 
 _NUMBERS = (
     "coverage",
@@ -46,8 +46,8 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "samples": int(comparison.time.size),
         "time_shift": None if comparison.shift is None else vars(comparison.shift),
         "command": comparison.command,
-        "situations": dict(zip(comparison.labels, of_scene(comparison), strict=True)),
-        "crank_pin_contact": dict(zip(comparison.labels, pin_of_scene(comparison), strict=True)),
+        "situations": dict(zip(comparison.labels, comparison.situations, strict=True)),
+        "crank_pin_contact": dict(zip(comparison.labels, comparison.pin_contact, strict=True)),
         "confirmation": None
         if comparison.confirmation is None
         else _confirmation(comparison.confirmation) | {"sentence": words.confirmation(comparison)},
@@ -95,7 +95,7 @@ def _channel(channel: ChannelComparison) -> dict[str, Any]:
 def _reliability(found: ReliabilityComparison, labels: tuple[str, str]) -> dict[str, Any]:
     return {
         "verdict": found.verdict,
-        "missing": found.missing,
+        "missing": missing(found),
         "bins": found.settings.bins,
         "errors": found.settings.errors,
         "quantities": {

@@ -19,7 +19,6 @@ from comparison.accuracy.uncertainty import (
     WINDOW,
 )
 from comparison.formatting import NO_BREAK, instant, number, percent, quantity
-from comparison.reliability.words import line as reliability_line
 from comparison.scene import Scene, command_line
 from comparison.tables.channels import CONTACTS, PIN
 from comparison.tables.times import Shift
@@ -38,6 +37,7 @@ from comparison.verdict.results import (
 )
 from comparison.verdict.several import Pair, Standing
 from comparison.verdict.shipped import Departure
+from comparison.words.reliability import line as reliability_line
 
 SYMBOLS = {
     "agree": "✓",

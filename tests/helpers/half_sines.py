@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from comparison.agreement.pulses import Pulse
+from comparison.metrics.contacts import Pulse
 from comparison.verdict.results import SceneComparison
 
 COUNT = 25

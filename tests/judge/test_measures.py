@@ -11,7 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from comparison.accuracy.uncertainty import Runs
 from comparison.metrics.iso18571 import rating
-from comparison.metrics.norms import rms, sprague_geers, tube_share
+from comparison.metrics.signals import rms, sprague_geers, tube_share
 from comparison.tables.align import resample
 from comparison.tables.channels import Channel
 from comparison.tables.table import Table

@@ -14,7 +14,7 @@ from judged_runs import CASES, Judged, changed_scene, compared, frames, random_s
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import run_one
-from comparison.metrics.impacts import WINDOW, begin_where, compare_impacts
+from comparison.metrics.contacts import WINDOW, begin_where, compare_impacts
 from comparison.tables.channels import channels
 from comparison.verdict.channel import compare_channel
 from comparison.verdict.compare import compare, scene_verdict

@@ -11,7 +11,7 @@ from judged_runs import KINDS, compared, random_scene
 from scipy.io import savemat
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.metrics import norms
+from comparison.metrics import signals
 from comparison.tables.align import align
 from comparison.tables.channels import channels
 from comparison.tables.foreign import read_tables
@@ -128,7 +128,7 @@ def test_a_resampled_table_is_compared_alike(seed, counts):
         np.testing.assert_allclose(channel.difference, exact, rtol=0, atol=allowed + 1e-12 * most)
         everywhere = wave(fine, order) - larger * wave(fine - late, order)
         # Sums of five hundred samples or more of waves of whole periods; the ends count twice.
-        expected = norms.rms(fine, everywhere)
+        expected = signals.rms(fine, everywhere)
         assert channel.rms_difference == pytest.approx(expected, rel=1e-2, abs=allowed)
         # A wave between two samples is higher by (w h)^2 / 8 at most, h that of the compared times.
         below = (2 * np.pi * 6 / min(counts)) ** 2 / 8 * np.abs(everywhere).max() * 1.01
@@ -145,4 +145,4 @@ def test_a_root_mean_square_is_that_over_time_however_the_samples_lie():
     whole = np.sqrt(np.trapezoid(np.exp(-4 * even), even) / 2)
     for time in (even, crowded):
         # The trapezoidal rule on half a millisecond is exact to 1e-6, the ends count twice.
-        assert norms.rms(time, np.exp(-2 * time)) == pytest.approx(whole, rel=2e-3)
+        assert signals.rms(time, np.exp(-2 * time)) == pytest.approx(whole, rel=2e-3)

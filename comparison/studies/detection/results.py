@@ -55,7 +55,7 @@ def pooled(by_rounding: ByRounding) -> list[Found]:
 def record(results: Results) -> dict[str, Any]:
     """Return counts, verdicts, and changes with two digits, with the thresholds that they were measured with.
 
-    The gate's baseline takes over the rates: see `comparison.regression.update`.
+    The gate's baseline takes over the rates: see `comparison.regression.record`.
     """
     return {
         "machine": platform_name(),

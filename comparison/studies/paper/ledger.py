@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 from comparison.execution.job import MODELS
+from comparison.reliability.assessment import cap
 from comparison.reliability.errors import QUANTITIES
-from comparison.reliability.interference import cap
 from comparison.scene import load_scene
 from comparison.scene.criteria import Limits
 from comparison.studies.paper.measures import PEAKS, REACH, Measured, measure, reliabilities, scene_of

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from comparison.execution.job import MODELS, Job, Progress, successful
 from comparison.execution.run import run_all
+from comparison.reliability.difference import ideal_scenes
 from comparison.reliability.errors import SliderErrors, slider_errors
-from comparison.reliability.ideal import ideal_scenes
 from comparison.scene import Scene, load_scene
 from comparison.studies.nonlinear import scenes as nonlinear
 from comparison.studies.nonlinear.methods.lyapunov import Exponent

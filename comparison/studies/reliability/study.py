@@ -13,13 +13,16 @@ from comparison.accuracy.uncertainty import Runs
 from comparison.execution.job import MODELS, Job, Progress, successful
 from comparison.execution.run import run_all
 from comparison.formatting import number, percent, quantity
-from comparison.reliability.assessment import Assessment
+from comparison.reliability.assessment import ROUNDING, Assessment, cap
 from comparison.reliability.averages import integrals
-from comparison.reliability.difference import MARGIN, Difference, compare_reliability
+from comparison.reliability.difference import (
+    MARGIN,
+    Difference,
+    compare_reliability,
+    dense_scene,
+    ideal_scenes,
+)
 from comparison.reliability.errors import QUANTITIES, slider_errors, unit_of
-from comparison.reliability.ideal import dense_scene, ideal_scenes
-from comparison.reliability.interference import ROUNDING, cap
-from comparison.reliability.words import rounded
 from comparison.report.reliability import against_angle
 from comparison.report.svg import style, write_svg
 from comparison.scene import Scene, load_scene
@@ -27,6 +30,7 @@ from comparison.studies.shared.frames import rows_table
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import Study
 from comparison.tables.table import Table
+from comparison.words.reliability import rounded
 
 LEFT_OUT = 1
 """Cycles at the start of a long run, which still depend on the initial position of the slider."""

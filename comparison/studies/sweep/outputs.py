@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 
-from comparison.metrics.norms import rms
+from comparison.metrics.signals import rms
 from comparison.reliability.errors import slider_errors
 from comparison.studies.sweep.points import SweepError
 from comparison.tables.channels import channels

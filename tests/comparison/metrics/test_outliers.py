@@ -11,7 +11,7 @@ from scipy.stats import binomtest
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR
-from comparison.metrics.impacts import WINDOW
+from comparison.metrics.contacts import WINDOW
 from comparison.metrics.outliers import clustered, distances, parting_contact, split
 
 
@@ -109,6 +109,12 @@ def test_the_first_contact_that_parts_two_groups_is_named():
     found = parting_contact((without, with_contact), period=0.4, until=0.3)
     assert (found.corner, found.having, found.sizes) == ("ul", (0, 5), (20, 5))
     assert found.start == pytest.approx(0.05)
+    # A corner that the first run of either group does not touch parts them all the same.
+    most = [run(), *with_contact[1:], *(run(("ul", 0.05)) for _ in range(6))]
+    bare = [events[events["corner"] != "ul"] for events in without]
+    most[0] = most[0][most[0]["corner"] != "ul"]
+    found = parting_contact((bare, most), period=0.4, until=0.3)
+    assert (found.corner, found.having) == ("ul", (0, 10))
     # What comes later is a consequence; and a contact that half of both have parts nothing.
     assert parting_contact((without, with_contact), period=0.4, until=0.04) is None
     mixed = [run(("ul", 0.05)) if n % 2 else run() for n in range(10)]

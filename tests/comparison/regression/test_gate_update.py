@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
@@ -12,7 +13,8 @@ import pytest
 from gate_command import edit, gate
 
 from comparison.accuracy.levels import thresholds_record
-from comparison.regression import update
+from comparison.execution.job import VIOLATED
+from comparison.regression import record
 from comparison.regression.baseline import read
 from comparison.scene import shipped_scenes
 
@@ -103,13 +105,13 @@ def test_an_update_that_fails_leaves_the_baseline_alone(made, scene_file, gravit
 
 
 def rates(changes: dict[str, object] | None = None) -> None:
-    update.RATES.parent.mkdir(parents=True, exist_ok=True)
+    record.RATES.parent.mkdir(parents=True, exist_ok=True)
     measured = {
         "false_alarms": {"count": 0, "runs": 300, "upper95": 0.00994},
         "detected": {"tight": {"faults": 25, "detected": 24, "interval_95": [0.8046, 0.9989]}},
         "thresholds": thresholds_record(),
     }
-    update.RATES.write_text(json.dumps(measured | (changes or {})))
+    record.RATES.write_text(json.dumps(measured | (changes or {})))
 
 
 def test_thresholds_change_only_together_with_rates_measured_anew(made, monkeypatch, capsys):
@@ -118,11 +120,11 @@ def test_thresholds_change_only_together_with_rates_measured_anew(made, monkeypa
     detection = tomllib.loads(made.read_text())["detection"]
     assert detection["false_alarms"] == {"count": 0, "runs": 300, "upper95": 0.00994}
     assert detection["detected"]["tight"]["interval_95"] == [0.8046, 0.9989]
-    update.RATES.unlink()
+    record.RATES.unlink()
     assert gate("--update") == 0  # the thresholds are the same: so are the rates
     assert tomllib.loads(made.read_text())["detection"] == detection
     changed = thresholds_record() | {"k": 3.0}
-    for module in ("check", "update"):
+    for module in ("check", "record"):
         monkeypatch.setattr(f"comparison.regression.{module}.thresholds_record", lambda: changed)
     capsys.readouterr()
     assert gate() == 1
@@ -142,12 +144,39 @@ def test_rates_that_are_none_are_refused(capsys):
     rates({"detected": {"count": "many"}})
     assert gate("--update") == 2
     assert "detection.json: detected.count" in capsys.readouterr().err
+    for text in ("{", "[" * 100_000):
+        record.RATES.write_text(text)
+        assert gate("--update") == 2
+        assert "detection.json: is not JSON text: " in capsys.readouterr().err
+
+
+def test_a_coarser_run_may_violate_an_invariant_as_it_may_in_a_comparison(scene_file, monkeypatch, capsys):
+    """What it gets wrong widens the thresholds; the gated run itself must hold its invariants."""
+    scene_file("own")
+    run_all = record.run_all
+
+    def violating(*kinds: int):
+        def run(jobs, *more):
+            outcomes = run_all(jobs, *more)
+            for kind in kinds:  # of the first family: base, finer, coarser
+                outcomes[kind] = replace(
+                    outcomes[kind], status=VIOLATED, table=None, partial=outcomes[kind].table
+                )
+            return outcomes
+
+        return run
+
+    monkeypatch.setattr(record, "run_all", violating(2))
+    assert gate("own.toml", "--update") == 0
+    monkeypatch.setattr(record, "run_all", violating(0))
+    assert gate("own.toml", "--update") != 0
+    assert VIOLATED in capsys.readouterr().err
 
 
 def test_the_baseline_of_this_project_holds_every_shipped_scene_and_is_small():
     path = Path(str(files("comparison"))).parent / "sixbar-baseline.toml"
-    record = read(path)
-    assert list(record.scenes) == shipped_scenes()
-    assert record.thresholds == thresholds_record()
-    assert {len(scene.runs) for scene in record.scenes.values()} == {2, 3}
+    baseline = read(path)
+    assert list(baseline.scenes) == shipped_scenes()
+    assert baseline.thresholds == thresholds_record()
+    assert {len(scene.runs) for scene in baseline.scenes.values()} == {2, 3}
     assert path.stat().st_size < 150_000  # a reader's patience with a difference of two versions

@@ -7,8 +7,9 @@ import re
 import pytest
 
 from comparison.regression.check import gate
-from comparison.regression.update import renewed
+from comparison.regression.record import renewed
 from comparison.scene import load_scene
+from comparison.words.regression import cases, notes
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("own_cache")]
 RUNS = ("reference tight", "exudyn standard", "exudyn tight")
@@ -30,8 +31,8 @@ def baseline(scene, tmp_path_factory):
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_an_unchanged_tree_passes_to_the_last_counter(baseline, scene, jobs):
     result = gate(baseline, [scene], n_jobs=jobs)
-    assert (result.regressions, result.notes, result.exit_code) == ([], [], 0)
-    checked = [case for case in result.cases if case.status == "passed"]
+    assert (result.regressions, notes(result), result.exit_code) == ([], [], 0)
+    checked = [case for case in cases(result) if case.status == "passed"]
     assert {case.group for case in checked} >= set(RUNS)
 
 
@@ -46,7 +47,7 @@ def test_a_hundredth_of_a_parameter_is_found_in_each_model_by_values_alone(basel
     assert result.exit_code == 1
     for run in RUNS:
         lines = [
-            case.message for case in result.regressions if case.group == run and "checkpoints" in case.message
+            case.message for case in cases(result) if case.group == run and "checkpoints" in case.message
         ]
         # The contact moves the slider, and all channels with it. The tight runs see it in most of them, the
         # five bodies at their usual step in a few.

@@ -7,11 +7,27 @@ import pytest
 from scipy.special import ndtr
 from scipy.stats import norm
 
+from comparison.accuracy.levels import tight
 from comparison.accuracy.uncertainty import Runs
-from comparison.reliability.difference import MARGIN, ReliabilityComparison, compare_reliability
-from comparison.reliability.words import line, notes, rounded
+from comparison.execution.cache import run_key
+from comparison.execution.job import MODELS, Job, Outcome
+from comparison.execution.run import run_all, run_one
+from comparison.reliability.assessment import assess
+from comparison.reliability.difference import (
+    MARGIN,
+    FailedRun,
+    ReliabilityComparison,
+    compare_reliability,
+    dense_scene,
+    ideal_scenes,
+)
+from comparison.reliability.errors import QUANTITIES, slider_errors
+from comparison.scene import load_scene
 from comparison.scene.criteria import AccelerationLimits, Reliability
+from comparison.studies.reliability.study import STUDY
 from comparison.tables.table import TableError
+from comparison.verdict.validate import validate
+from comparison.words.reliability import line, notes, rounded
 
 PERIOD = 0.4
 LIMIT = 80.0
@@ -66,10 +82,12 @@ def test_the_numerical_part_is_that_of_the_refined_runs_and_of_the_ideal_mechani
     assert ideal.curve_half_width == pytest.approx(np.full(10, ideal.numerical), rel=1e-9)
 
 
-def test_without_a_refined_run_nothing_is_decided(press):
+def test_without_a_refined_run_nothing_is_decided_and_the_line_says_that_the_uncertainty_is_unknown(press):
     found = compared(Runs(press(8.0)), Runs(press(8.0)), press())
     assert np.isnan(found.half_width)
     assert found.verdict == "undecided"
+    words = line(ReliabilityComparison(SETTINGS, {"acceleration": found}))
+    assert words.endswith("; largest difference 0.0e+00 of unknown uncertainty")
 
 
 def test_results_that_follow_one_course_are_distinguished_better_than_their_cycles_scatter(press):
@@ -161,6 +179,105 @@ def test_the_line_names_the_smallest_and_the_cap(press):
 def test_of_a_part_of_a_cycle_and_of_nothing_it_says_so(press):
     short = scene_of(press(cycles=0.06), press(cycles=0.06), press(cycles=0.06))
     assert notes(short)[-1].startswith("Of one cycle nothing is known about others")
-    nothing = ReliabilityComparison(SETTINGS, missing="the run crashed")
-    assert (line(nothing), nothing.verdict) == ("not available: the run crashed", "undecided")
-    assert notes(nothing) == ["Not available: the run crashed."]
+    nothing = ReliabilityComparison(SETTINGS, missing=TableError("the two results: cover other parts"))
+    assert (line(nothing), nothing.verdict) == (
+        "not available: the two results: cover other parts",
+        "undecided",
+    )
+    assert notes(nothing) == ["Not available: the two results: cover other parts."]
+    job = Job(load_scene("ideal"), "exudyn")
+    for ideal, run in ((True, "the ideal mechanism"), (False, "with more samples")):
+        failed = FailedRun(job, Outcome("crashed", "exit code 9"), ideal)
+        assert line(ReliabilityComparison(SETTINGS, missing=failed)) == (
+            f"not available: {run}: scene 'ideal': the exudyn run did not succeed: crashed; exit code 9"
+        )
+
+
+@pytest.mark.parametrize("model", ["reference", "exudyn"])
+def test_scenes_that_differ_in_their_clearance_only_share_one_ideal_mechanism(model):
+    keys = {
+        name: run_key(ideal_scenes(load_scene(name), model)["base"], model, "")
+        for name in ("150rpm-0.2mm", "69GPa", "poisson-0.33", "90rpm-0.1mm", "90rpm-0.5mm", "300rpm-0.2mm")
+    }
+    assert len(set(keys.values())) == 3  # one a speed
+    longer = load_scene("150rpm-0.2mm", {"mechanism.rod4.length": 0.25})
+    assert run_key(ideal_scenes(longer, model)["base"], model, "") not in keys.values()
+
+
+def test_its_time_and_samples_are_the_scenes():
+    scene = load_scene("crank-pin", {"output.samples_per_cycle": 300})
+    levels = ideal_scenes(scene, "exudyn")
+    ideal = levels["base"]
+    assert ideal.duration == pytest.approx(scene.duration, rel=1e-14)
+    assert ideal.period == scene.period
+    # The coarser run's step would not fit between dense samples
+    samples = {kind: of.data["output"]["samples_per_cycle"] for kind, of in levels.items()}
+    assert samples == {"base": 10_200, "coarser": 300}
+    assert ideal.data["joints"] == {"slider": "ideal", "crank_pin": "ideal"}
+    assert ideal.data["mechanism"] == scene.data["mechanism"]
+
+
+def test_both_models_have_the_same_ideal_mechanism_and_the_ideal_scene_no_error():
+    scene = load_scene("ideal", {"drive.cycles": 0.5})
+    levels = ideal_scenes(scene, "exudyn")
+    exact = run_one(ideal_scenes(scene, "reference")["base"], "reference")
+    fine, coarse = (run_one(levels[kind], "exudyn") for kind in ("base", "coarser"))
+    # As `STEPS` says, with room for round-off and other machines.
+    bounds = {"slider_y": 1e-11, "slider_vy": 1.5e-7, "slider_ay": 1e-6}
+    for channel, most in bounds.items():
+        assert np.abs(fine.values(channel) - exact.values(channel)).max() < most
+    # Of second order: a quarter of the coarser run's error is the finer one's.
+    every = (exact.time.size - 1) // (coarse.time.size - 1)
+    right = exact.values("slider_vy")[::every]
+    size = [np.abs(v - right).max() for v in (coarse.values("slider_vy"), fine.values("slider_vy")[::every])]
+    assert size[0] / size[1] == pytest.approx(4.0, rel=0.05)
+    found = assess(slider_errors(fine, exact, scene.period), scene.reliability)
+    assert list(found) == list(QUANTITIES)
+    for quantity in found.values():
+        # 1e-7 m/s of 0.02 m/s are 3e-5 of beta, 1.3e-7 of R = Phi(beta) there.
+        assert quantity.reliability == pytest.approx(np.full(5, 0.9986501020), abs=2e-7)
+        assert quantity.capped.all()
+
+
+def test_a_dense_scene_has_a_whole_multiple_of_samples_and_no_forces_at_corners():
+    scene = load_scene("150rpm-0.2mm")
+    for own, most in ((1000, 10_000), (300, 10_200), (333, 10_323), (30_000, 30_000), (10_000, 10_000)):
+        dense = dense_scene(scene.with_values({"output.samples_per_cycle": own}))
+        assert dense.data["output"] == {"samples_per_cycle": most, "groups": ["accelerations"]}
+    # Joints and energies decide which of Exudyn's integrators runs.
+    asked = scene.with_values({"output.groups": ["corners", "energy"]})
+    assert dense_scene(asked).data["output"]["groups"] == ["accelerations", "energy"]
+    # A long run does not become too large to be stored.
+    long = dense_scene(scene.with_values({"drive.cycles": 100.0}))
+    assert long.data["output"]["samples_per_cycle"] == 4000
+    assert dense_scene(dense_scene(scene)).hash == dense_scene(scene).hash
+
+
+@pytest.mark.slow
+def test_the_difference_of_the_two_models_is_within_its_interval_in_every_case(tmp_path, monkeypatch):
+    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
+    closest = [tight(load_scene(name), MODELS) for name in STUDY.full.cases]
+    for result in validate(closest, n_jobs=2, tiers=("standard",)):
+        found = result.comparison.reliability
+        assert list(found.quantities) == ["displacement", "velocity", "acceleration"], found.missing
+        for name, difference in found.quantities.items():
+            sizes = f"{result.comparison.name}, {name}: {difference.minimum} within {difference.half_width}"
+            assert abs(difference.minimum) <= difference.half_width, sizes
+
+
+@pytest.mark.slow
+def test_a_restitution_one_percent_lower_in_one_model_is_a_difference(tmp_path, monkeypatch):
+    monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
+    usual = dense_scene(tight(load_scene("90rpm-0.5mm"), MODELS))
+    lower = usual.with_values({"contact.restitution": 0.891})
+    ideal = ideal_scenes(usual, "reference")["base"]
+    levels = [
+        scene.with_values({"solver.reference.tolerance": tolerance})
+        for scene in (usual, lower)
+        for tolerance in (1e-12, 1e-13)
+    ]
+    *tables, still = (o.table for o in run_all([Job(of, "reference") for of in (*levels, ideal)], 2))
+    sides = (Runs(*tables[:2]), Runs(*tables[2:]))
+    found = compare_reliability(sides, (Runs(still, still),) * 2, usual.period, usual.reliability, 2.0)
+    # Which of them shows it depends on the limits; that none does would mean that the interval takes in all.
+    assert "differ" in {difference.verdict for difference in found.values()}, found

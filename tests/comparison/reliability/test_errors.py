@@ -93,6 +93,15 @@ def test_the_peak_of_a_window_is_that_of_its_cycle_also_between_samples(press):
     assert abs(sampled.value) < 60.0
 
 
+def test_where_only_other_channels_have_extrema_by_cycle_those_of_the_whole_run_count(press):
+    table = press(-100.0 * pulse(press().time, 0.1002))
+    parts = {"time_of_min": 0.1002, "min": -130.0, "time_of_max": 0.2, "max": 30.0}
+    of_x = {f"slider_x_{part}": np.array([0.0, 0.0]) for part in parts}
+    held = Table(table.frame, extrema={"slider_ay": parts}, cycle_extrema=of_x)
+    peak = slider_errors(held, press(), PERIOD).peak("slider_ay")
+    assert peak.time == 0.1002
+
+
 @pytest.mark.parametrize("per_cycle", [5000, 10_000, 30_000])
 def test_the_true_peak_lies_within_its_stated_error_where_pulses_are_resolved(press, per_cycle):
     rng = np.random.default_rng(per_cycle)

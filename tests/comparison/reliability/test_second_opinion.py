@@ -14,8 +14,8 @@ from scipy.integrate import simpson
 from scipy.stats import norm
 
 from comparison.reliability.assessment import assess
+from comparison.reliability.difference import dense_scene
 from comparison.reliability.errors import slider_errors
-from comparison.reliability.ideal import dense_scene
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 from reference_model import simulate

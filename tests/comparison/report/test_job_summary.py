@@ -8,8 +8,8 @@ import re
 import pytest
 from markdown_it import MarkdownIt
 
-from comparison.agreement.cases import Case
 from comparison.report.job_summary import LIMIT, write_job_summary
+from comparison.words.cases import Case
 
 HEADINGS = ("scene", "verdict")
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from xml.etree import ElementTree as ET
 
-from comparison.agreement.cases import Case, of_comparisons
 from comparison.report.junit import write_junit
+from comparison.words.cases import Case, of_comparisons
 
 CASES = [
     Case("slow", "standard", "slider_x", "passed", "agree: 99.9 %"),

@@ -12,6 +12,7 @@ from comparison.verdict import validate as judge
 from comparison.verdict.compare import Runs, compare
 from comparison.verdict.refinement import Settled
 from comparison.verdict.validate import validate
+from comparison.words.reliability import missing
 from comparison.words.verdicts import reasons, scene_reason
 
 
@@ -113,7 +114,7 @@ def test_where_the_ideal_mechanism_cannot_be_run_the_verdict_stands(scene, gravi
     assert result.comparison.verdict == "agree"
     assert not result.crashed
     assert result.comparison.reliability.quantities == {}
-    assert "newton-failed; try a smaller step" in result.comparison.reliability.missing
+    assert "newton-failed; try a smaller step" in missing(result.comparison.reliability)
     assert dict(reasons(result.comparison))["reliability"].startswith("not available: ")
 
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import beta
 
 from comparison.files import write_json
-from comparison.regression import update
+from comparison.regression import record as update
 from comparison.studies.detection import alarms, limits
 from comparison.studies.detection.cross_model import KINDS
 from comparison.studies.detection.faults import catalogue, trials

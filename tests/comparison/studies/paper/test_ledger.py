@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from comparison.execution.job import MODELS
-from comparison.reliability.interference import cap, reliability
+from comparison.reliability.assessment import cap, reliability
 from comparison.scene import load_scene, shipped_scenes
 from comparison.scene.criteria import Limits
 from comparison.studies.identification import facts

@@ -46,31 +46,13 @@ class Case:
 
 def of_comparisons(comparisons: Sequence[SceneComparison]) -> list[Case]:
     """Return the verdict of each scene and tier, followed by those of its channels."""
-    return [
-        case
-        for comparison in comparisons
-        for tier in comparison.tiers
-        for case in (
-            Case(
-                comparison.name,
-                tier.tier,
-                "verdict",
-                _STATUS[tier.verdict],
-                _message(tier.verdict, why(tier)),
-            ),
-            *(
-                Case(
-                    comparison.name,
-                    tier.tier,
-                    name,
-                    _STATUS[channel.verdict],
-                    _message(channel.verdict, reason(channel)),
-                )
-                for name, channel in tier.channels.items()
-            ),
-        )
-    ]
-
-
-def _message(verdict: str, text: str) -> str:
-    return f"{verdict}: {text}"
+    cases = []
+    for comparison in comparisons:
+        for tier in comparison.tiers:
+            findings = [("verdict", tier.verdict, why(tier))]
+            findings += [(name, channel.verdict, reason(channel)) for name, channel in tier.channels.items()]
+            cases += [
+                Case(comparison.name, tier.tier, name, _STATUS[verdict], f"{verdict}: {text}")
+                for name, verdict, text in findings
+            ]
+    return cases

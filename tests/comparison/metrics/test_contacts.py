@@ -1,22 +1,37 @@
-"""Impacts matched contact by contact: on tables of which it is known which contacts belong together."""
+"""Contacts matched one by one, their situations and their forces, on tables of which these are known."""
 
 from __future__ import annotations
 
 import numpy as np
 import pandas as pd
 import pytest
+from contact_tables import contacts_of
 from hypothesis import given
 from hypothesis import strategies as st
 
-from comparison.metrics.impacts import WINDOW, Impacts, begin_where, compare_impacts, impacts_of, match
+from comparison.execution.run import run_one
+from comparison.metrics.contacts import (
+    PULSE_PEAK,
+    PULSE_POINTS,
+    WINDOW,
+    Impacts,
+    begin_where,
+    compare_impacts,
+    impacts_of,
+    match,
+    noted,
+    pin_share,
+    time_shares,
+)
+from comparison.scene import load_scene
+from comparison.tables.channels import touching
 from comparison.tables.table import Table
-from comparison.verdict.compare import Runs, compare
-from comparison.words.record import as_mapping
 
 CORNERS = ("ll", "lr", "ul", "ur")
-MOTION = ("time", "slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
 GAP = 0.01  # s, the least between two starts at a corner in `contacts`
 seeds = st.integers(0, 2**31)
+# Shares are sums of at most some ten quotients of binary fractions: a few units of the last place.
+EXACT = {"rel": 0, "abs": 1e-15}
 
 
 def contacts(seed: int, count: int = 40) -> pd.DataFrame:
@@ -123,14 +138,6 @@ def test_a_lasting_contact_that_one_model_interrupts_changes_single_impulses_and
     assert found.total_impulse_error == pytest.approx(0, abs=1e-15)
 
 
-def test_another_corner_does_not_match():
-    a = contacts(0)
-    mirror = {"ll": "lr", "lr": "ll", "ul": "ur", "ur": "ul"}
-    alone = a[a["corner"].isin(["ll", "ul"])]
-    mirrored = alone.assign(corner=alone["corner"].map(mirror))
-    assert len(match(alone, mirrored, 1.0)) == 0
-
-
 def test_one_contact_against_two_takes_the_nearer_and_of_equals_the_earlier():
     one, two = contacts(0).iloc[:1], contacts(0).iloc[[0, 0]]
     near = two.assign(start=one["start"].iloc[0] + np.array([-0.25, 0.125]))
@@ -179,12 +186,9 @@ def test_a_part_counts_the_contacts_that_begin_in_it_and_loses_no_partner_at_its
     assert both["all"].count_a == 4
     lost = impacts_of(a, b.iloc[[0, 2, 3]], time=time_, period=10.0, predictable=predictable)["predictable"]
     assert (lost.count_a, lost.count_b, lost.precision, lost.recall) == (2, 1, 1.0, 0.5)
-
-
-def test_a_contact_before_the_first_or_after_the_last_sample_takes_the_nearest_interval():
-    events = contacts(0).iloc[:2].assign(corner="ll", start=[-1e-9, 1 + 1e-9])
-    held = np.array([True, True, False])
-    np.testing.assert_array_equal(begin_where(events, np.array([0.0, 0.5, 1.0]), {"ll": held}), [True, False])
+    # Before the first or after the last sample the nearest interval counts.
+    beyond = a.iloc[:2].assign(start=[-1e-9, 1 + 1e-9])
+    np.testing.assert_array_equal(begin_where(beyond, time_, predictable), [True, False])
 
 
 @pytest.mark.parametrize("empty", [pd.DataFrame(), contacts(0).iloc[:0]])
@@ -215,61 +219,176 @@ def test_chatter_leaves_no_choice_of_partners():
     assert 2 * WINDOW < 4.4e-4
 
 
-def with_events(table: Table, events: pd.DataFrame | None) -> Runs:
-    return Runs(Table(table.frame, events))
+def shares(events: pd.DataFrame, end: float = 8.0) -> list[float]:
+    return list(time_shares(events, (0.0, end)).values())
 
 
-def moved(events: pd.DataFrame, by: float) -> pd.DataFrame:
-    return events.assign(start=events["start"] + by, end=events["end"] + by)
+@pytest.mark.parametrize(
+    ("rows", "eighths"),
+    [
+        ([], [8, 0, 0, 0]),
+        ([("ll", 1, 3)], [6, 2, 0, 0]),
+        ([("ll", 1, 5), ("ul", 3, 6)], [3, 3, 2, 0]),
+        ([("lr", 1, 5), ("ur", 5, 6)], [3, 5, 0, 0]),  # touching ends: never both
+        ([("ur", 0, 2), ("ur", 2, 3)], [5, 3, 0, 0]),  # one corner's contacts that touch
+        ([("ll", 1, 5), ("ur", 3, 6)], [3, 3, 0, 2]),  # a diagonal
+        ([("ul", 0, 8), ("lr", 0, 8)], [0, 0, 0, 8]),
+        ([("ll", 1, 5), ("lr", 3, 6)], [3, 3, 0, 2]),  # facing: both walls, though no slider can do it
+        ([("ll", 1, 6), ("ul", 2, 5), ("ur", 4, 7)], [2, 2, 2, 2]),  # three corners touch both walls
+        ([("ll", -1, 1), ("ur", 7, 9)], [6, 2, 0, 0]),  # what is outside the run does not count
+        ([("pin", 0, 8)], [8, 0, 0, 0]),  # the journal at A is no corner
+    ],
+)
+def test_hand_made_tables(rows, eighths):
+    assert shares(contacts_of(*rows)) == pytest.approx([n / 8 for n in eighths], **EXACT)
 
 
-def test_a_comparison_of_scenes_tells_the_impacts(scene, make_table):
-    a = moved(contacts(0, 5), 0.1)
-    window = WINDOW * scene.period
-    b = moved(a, 0.9 * window)
-    result = compare(with_events(make_table(), a), with_events(make_table(), b), scene=scene, tolerance=1e-3)
-    # Without uncertainties nothing tells which part is predictable.
-    assert list(result.impacts) == ["all"]
-    assert result.impacts["all"].recall == 1.0
-    impacts = as_mapping(result)["impacts"]["all"]
-    assert (impacts["matched"], impacts["count_a"], impacts["precision"]) == (20, 20, 1.0)
-    assert "pairs" not in impacts
-    late = moved(a, 1.1 * window)
-    result = compare(with_events(make_table(), a), with_events(make_table(), late), scene=scene)
-    assert result.impacts["all"].recall == 0.0
+def random_contacts(seed: int) -> pd.DataFrame:
+    rng = np.random.default_rng(seed)
+    rows = []
+    for corner in ("ll", "lr", "ul", "ur"):
+        edges = np.sort(rng.uniform(0, 8, size=2 * rng.integers(0, 40)))
+        rows += [(corner, start, end) for start, end in edges.reshape(-1, 2)]
+    return contacts_of(*rows)
 
 
-@pytest.mark.parametrize("lacking", [0, 1])
-def test_a_table_without_events_has_no_impacts(scene, make_table, lacking):
-    both = [contacts(0, 5), contacts(0, 5)]
-    both[lacking] = None
-    result = compare(*(with_events(make_table(), events) for events in both), scene=scene)
-    assert result.impacts is None
-    assert as_mapping(result)["impacts"] is None
+@pytest.mark.parametrize("seed", range(20))
+def test_shares_add_up_and_do_not_change_when_left_and_right_or_up_and_down_do(seed):
+    events = random_contacts(seed)
+    found = shares(events)
+    # Up to 320 edges, each rounded once.
+    assert sum(found) == pytest.approx(1, abs=1e-13)
+    for pairs in (("ll lr", "ul ur"), ("ll ul", "lr ur")):
+        swap = {a: b for pair in pairs for a, b in (pair.split(), pair.split()[::-1])}
+        mirrored = events.assign(corner=events["corner"].map(swap)).sample(frac=1, random_state=seed)
+        assert shares(mirrored) == found
 
 
-def test_nor_have_tables_of_no_known_speed(make_table):
-    run = with_events(make_table(), contacts(0, 5))
-    assert compare(run, run).impacts is None
+def test_a_count_over_fine_samples_comes_to_the_same():
+    events, end, count = random_contacts(3), 8.0, 200_000
+    at = (np.arange(count) + 0.5) * end / count
+    closed = {
+        corner: np.any((rows["start"].to_numpy()[:, None] <= at) & (at < rows["end"].to_numpy()[:, None]), 0)
+        for corner, rows in events.groupby("corner")
+    }
+    none = np.zeros(count, dtype=bool)
+    ll, lr, ul, ur = (closed.get(corner, none) for corner in ("ll", "lr", "ul", "ur"))
+    both = (ll | ul) & (lr | ur)
+    one_side = ((ll & ul) | (lr & ur)) & ~both
+    free = ~(ll | lr | ul | ur)
+    sampled = [free.mean(), 1 - free.mean() - one_side.mean() - both.mean(), one_side.mean(), both.mean()]
+    # Every one of at most 320 edges may be off by half a sample.
+    assert shares(events) == pytest.approx(sampled, abs=160 / count)
 
 
-def test_a_contact_is_predictable_where_the_gap_of_its_corner_is(scene, make_table):
-    """Gaps decide for their corners; where there are none, and for the crank pin, x does."""
-    names = ["slider_x", *(f"corner_{corner}_gap" for corner in CORNERS)]
-    runs = [Table(make_table(part).frame) for part in (1e-6, 2.5e-7, 4e-6, 4e-6)]
-    # One finer run is far off in the gap at lower right, in the second half.
-    later = runs[1].time > 0.4
-    runs[1].frame.loc[later, "corner_lr_gap"] += 1e-3
-    start = [0.6, 0.1, 0.6, 0.6]
-    events = contacts(0).iloc[:4].assign(corner=["ll", "lr", "lr", "pin"], start=start, end=0.7)
-    run = Runs(Table(runs[0].frame, events), *runs[1:])
-    result = compare(run, run, scene=scene)
-    assert result.channels["corner_lr_gap"].coverage == pytest.approx(0.5, abs=0.02)
-    assert all(result.channels[name].coverage == 1 for name in names if name != "corner_lr_gap")
-    part = result.impacts["predictable"]
-    assert sorted(part.pairs[:, 0]) == [0, 1, 3]
-    without = scene.with_values({"output.groups": []})
-    motion = [Table(table.frame[list(MOTION)].copy()) for table in runs]
-    motion[1].frame["slider_x"] += 1e-3
-    run = Runs(Table(motion[0].frame, events), *motion[1:])
-    assert compare(run, run, scene=without).impacts["predictable"].count_a == 0
+def test_the_wedge_scene_visits_all_situations_and_the_papers_case_never_two_opposite_corners():
+    found = {}
+    for name in ("wedge", "150rpm-0.2mm"):
+        scene = load_scene(name)
+        table = run_one(scene, "reference")
+        assert table.events is not None
+        found[name] = time_shares(table.events, (0.0, scene.duration))
+    assert min(found["wedge"].values()) > 0.02
+    assert found["150rpm-0.2mm"]["opposite"] == 0.0
+    assert min(found["150rpm-0.2mm"][key] for key in ("free", "one_corner", "one_side")) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("rows", "eighths"),
+    [
+        ([], 0),
+        ([("ll", 0, 8)], 0),  # a corner is no journal
+        ([("pin", 1, 3), ("ur", 2, 5), ("pin", 4, 5)], 3),
+        ([("pin", -1, 1), ("pin", 7, 9)], 2),
+        ([("pin", 1, 4), ("pin", 3, 5)], 4),  # rows that overlap are no second contact
+    ],
+)
+def test_the_pins_share_of_hand_made_tables(rows, eighths):
+    assert pin_share(contacts_of(*rows), (0.0, 8.0)) == pytest.approx(eighths / 8, **EXACT)
+
+
+def contact(
+    start: float = 0.01, count: int = 30, peak: float = 40.0, corner: str = "ll"
+) -> dict[str, object]:
+    phase = np.linspace(0.0, 1.0, count)
+    force = peak * np.sin(np.pi * phase)
+    force[count // 2] = peak
+    return {"corner": corner, "start": start, "time": list(2e-4 * phase), "force": list(force)}
+
+
+@pytest.fixture
+def events() -> pd.DataFrame:
+    start = np.array([0.01, 0.02])
+    return pd.DataFrame(
+        {"corner": ["ll", "ur"], "start": start, "end": start + 2e-4, "peak_force": [40.0, 40.0]}
+    )
+
+
+def pulse_columns(of: dict[str, object], row: int) -> dict[str, np.ndarray]:
+    """The columns of one contact in a table."""
+    time, force = (np.array(of[name]) for name in ("time", "force"))
+    return {"row": np.full(time.size, row), "time": of["start"] + time, "force": force}
+
+
+@pytest.mark.parametrize(
+    ("count", "peak", "drawn"),
+    [(30, 40.0, 1), (20, 40.3, 1), (5, 40.0, 1), (4, 40.0, 0), (30, 40.5, 0), (30, 0.0, 0)],
+)
+def test_what_a_table_has_of_a_contact_is_drawn_with_enough_points_and_the_same_peak(
+    events, count, peak, drawn
+):
+    found = contact(start=0.02, count=count, peak=peak)
+    found["time"] = 1e-6 + np.array(found["time"])  # the touch is inside a step
+    frame = pd.DataFrame({"time": [0.0, 1.0]})
+    pulses = noted(Table(frame, events, pulses=pulse_columns(found, row=1)))
+    assert [pulse.row for pulse in pulses] == [1] * drawn
+    for pulse in pulses:
+        # Differences of times of 0.02 s, rounded at 3.5e-18 s each
+        np.testing.assert_allclose(
+            pulse.time[:: (pulse.time.size - 1) // (count - 1)], found["time"], rtol=0, atol=1e-17
+        )
+        # A spline's nodes round at 1e-16 of the largest
+        noted_force = pulse.force[:: (pulse.time.size - 1) // (count - 1)]
+        np.testing.assert_allclose(noted_force, found["force"], rtol=0, atol=1e-15 * peak)
+        assert pulse.time.size >= PULSE_POINTS
+        assert pulse.force.max() == max(found["force"])  # the spline is monotone between points
+
+
+@pytest.mark.parametrize(
+    ("model", "changes"),
+    [
+        ("reference", {}),
+        ("reference", {"solver.reference.formulation": "multiplier"}),
+        ("reference", {"contact.law": "foundation"}),
+        ("exudyn", {"solver.exudyn.formulation": "full"}),
+        ("exudyn", {"solver.exudyn.formulation": "tree", "solver.exudyn.tolerance": 1e-9}),
+        # A side is one contact
+        ("exudyn", {"solver.exudyn.formulation": "tree", "contact.law": "foundation"}),
+    ],
+)
+def test_what_a_model_notes_is_what_samples_inside_contacts_show(model, changes):
+    # The first impacts, some of them chatter; later ones of another sampling are other ones
+    values = {"drive.cycles": 0.1, "output.groups": ["corners"], **changes}
+    base = run_one(load_scene("150rpm-0.2mm", values), model)
+    dense = run_one(load_scene("150rpm-0.2mm", {**values, "output.samples_per_cycle": 50_000}), model)
+    assert base.events is not None
+    pulses = noted(base)
+    # All but the last, which may last at the end
+    assert {pulse.row for pulse in pulses} >= set(range(len(base.events) - 1))
+    assert len(pulses) >= 5
+    for pulse in pulses:
+        event = base.events.iloc[pulse.row]
+        time = dense.time - event["start"]
+        inside = (time >= pulse.time[0]) & (time <= pulse.time[-1])
+        sharing = touching(event["corner"], base.provenance["scene"])
+        force = np.sum([dense.values(f"corner_{name}_normal")[inside] for name in sharing], axis=0)
+        # Points of an envelope are up to two of 16 parts apart, over which a line misses a half sine by
+        # (pi / 8)^2 / 8 of its peak, 0.019
+        line = np.interp(time[inside], pulse.time, pulse.force)
+        np.testing.assert_allclose(line, force, rtol=0, atol=0.04 * pulse.force.max())
+        assert pulse.time.size >= PULSE_POINTS == 20
+        assert pulse.force.max() == pytest.approx(event["peak_force"], rel=PULSE_PEAK)
+        assert PULSE_PEAK == 0.01
+        assert np.all(np.diff(pulse.time) > 0.0)
+        # The pulse's zero of time is the touch
+        assert 0.0 <= pulse.time[0] < pulse.time[-1] <= 1.0001 * (event["end"] - event["start"])

@@ -1,0 +1,274 @@
+"""What a baseline records of a run: few samples, where the model's own uncertainty is small, and its work.
+
+A sample can be a checkpoint where the run is predictable, as in `comparison.verdict.channel` but by the
+uncertainty of this model alone, and where the channel is further from zero than its threshold: a force is
+zero most of the time, whatever the model does.
+
+What round-off alone may lead to after chatter, perturbed runs do not show: runs from starts next to that of
+the gated run, its neighbours, count like them. On another machine round-off leads to one of them, after each
+chatter to another one.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from decimal import ROUND_CEILING, Context, Decimal
+from math import ceil, cos, floor, log10, pi, sin, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+
+from comparison.accuracy.levels import refinement, thresholds, thresholds_record, tight
+from comparison.accuracy.refine import family, table_of_family
+from comparison.accuracy.uncertainty import movable, moved, perturbation, spread, window_samples
+from comparison.engines.platform import platform_name, versions
+from comparison.execution.job import MODELS, Job, Progress, successful
+from comparison.execution.run import run_all
+from comparison.files import contents
+from comparison.regression.baseline import (
+    Baseline,
+    BaselineError,
+    Checkpoint,
+    Detection,
+    Rates,
+    RunRecord,
+    SceneRecord,
+    explain,
+    physics_hash,
+    source,
+)
+from comparison.scene import Scene
+from comparison.scene.formulation import smallest_in_exudyn
+from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import channels, expected
+from comparison.tables.table import Table
+from comparison.verdict.compare import Runs, model_uncertainty
+
+COUNT = 5
+"""Checkpoints of a channel: with ten scenes the file stays near 100 kB."""
+RECORDED = range(8)
+"""Of the neighbours, those that a baseline's thresholds count."""
+CONFIRMING = range(8, 28)
+"""Those that confirm a failed check: twenty, as a "differ" is confirmed by at least 19."""
+LATER = 5
+"""Chatter ends earlier or later from one start to the next, and what is left of it falls by decades within a
+hundredth of a cycle: neighbours are compared within a window wider than that of u by this factor."""
+RATES = Path("reports/detection/detection.json")
+"""The measured rates of the verdicts' errors, as seen from the baseline's folder."""
+
+Which = tuple[str, str]
+"""A model and a tier."""
+
+
+def gated_runs(scene: Scene) -> dict[Which, Job]:
+    """Return the runs of a scene that have a baseline."""
+    closest = tight(scene, MODELS)
+    assert closest is not None  # both models are ours
+    jobs = {
+        ("reference", "tight"): Job(closest, "reference"),
+        ("exudyn", "standard"): Job(scene, "exudyn"),
+    }
+    return jobs | (
+        {("exudyn", "tight"): Job(closest, "exudyn")} if smallest_in_exudyn(scene.data) == "tree" else {}
+    )
+
+
+def neighbours(gated: Job, tier: str, numbers: Sequence[int]) -> list[Job]:
+    """Return runs from starts next to its own, in all directions.
+
+    None without clearance, nor at the standard tier, where steps of the family differ by more than any start.
+    """
+    if tier != "tight" or movable(gated.scene) is None:
+        return []
+    jobs = []
+    for number in numbers:
+        # Once and twice as far as a perturbed run, turned by the golden angle from one to the next.
+        angle, shift = number * pi * (3.0 - sqrt(5.0)), (1 + number % 2) * perturbation(gated.scene)
+        jobs.append(Job(moved(gated.scene, shift * cos(angle), shift * sin(angle)), gated.model))
+    return jobs
+
+
+def scatter(gated: Job, table: Table, neighbours: Sequence[Table], channel: str) -> Array:
+    """Return the part of a run's uncertainty that its neighbours show, shape (n,), in the channel's unit."""
+    time = table.time
+    width = window_samples(gated.scene.period, float(time[-1] - time[0]) / (time.size - 1))
+    values = [neighbour.values(channel) for neighbour in neighbours]
+    return spread(table.values(channel), values, LATER * width)
+
+
+def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) -> RunRecord:
+    """Choose a run's checkpoints, spread evenly over the samples that can be one.
+
+    Parameters
+    ----------
+    runs
+        The run, and the others of its family that give the uncertainty.
+    gated, tier
+        What was run, at which of `comparison.accuracy.levels.TIERS`.
+    neighbours
+        The runs from starts next to its own.
+    """
+    limits, scene, time = thresholds(tier), gated.scene, runs.base.time
+    predictable: dict[str, BoolArray] = {}
+    checkpoints: dict[str, list[Checkpoint]] = {}
+    unexcited, unpredictable = [], []
+    for name in expected(scene.data):  # positions come before what follows from them
+        channel, values = channels()[name], runs.base.values(name)
+        u = model_uncertainty(runs, name, scene.period)
+        assert u is not None  # every model of ours can be refined
+        u = np.maximum(u, scatter(gated, runs.base, neighbours, name))
+        extent = float(np.ptp(values))
+        predictable[name] = u <= limits.alpha * channel.scale_value(scene.data, extent)
+        if channel.follows is not None:
+            predictable[name] &= predictable[channel.follows]
+        candidates = np.flatnonzero(predictable[name] & (np.abs(values) > limits.k * u))
+        if extent < channel.floor:
+            unexcited.append(name)
+        elif not candidates.size:
+            unpredictable.append(name)
+        else:
+            at = np.unique(((np.arange(COUNT) + 0.5) / COUNT * candidates.size).astype(int))
+            checkpoints[name] = [
+                _checkpoint(time[i], values[i], limits.k * u[i]) for i in candidates[at].tolist()
+            ]
+    return RunRecord(
+        settings=settings(scene.data, runs.base, gated.model),
+        counters=counters(runs.base),
+        spread=_spread(runs, neighbours),
+        unexcited=unexcited,
+        unpredictable=unpredictable,
+        channels=checkpoints,
+    )
+
+
+def settings(scene: Mapping[str, Any], table: Table, model: str) -> dict[str, Any]:
+    """Return the model's settings of a scene, with the formulation that it chose by itself."""
+    chosen = {key: table.provenance[key] for key in ("formulation",) if key in table.provenance}
+    return {**scene["solver"][model], **chosen}
+
+
+def counters(table: Table) -> dict[str, int]:
+    """Return the counters of a run's work, and how many contacts it had."""
+    contacts = 0 if table.events is None else len(table.events)
+    return {**table.provenance.get("counters", {}), "contacts": contacts}
+
+
+def renewed(
+    scenes: Sequence[Scene],
+    folder: Path,
+    old: Baseline | None = None,
+    *,
+    n_jobs: int = 1,
+    on_progress: Progress | None = None,
+) -> Baseline:
+    """Create the baseline of scenes: every gated run with its family, which determines the thresholds.
+
+    Parameters
+    ----------
+    scenes
+        All that it is to hold.
+    folder
+        Where it will be; paths of scenes are relative to it.
+    old
+        The baseline that it replaces; its rates are kept if there are no newer ones and the thresholds are
+        the same.
+    n_jobs, on_progress
+        As in `comparison.regression.check.gate`.
+
+    Raises
+    ------
+    BaselineError
+        If the thresholds changed without newly measured rates, or the file of the rates cannot be read.
+    RunError, SceneError
+        If a run does not succeed.
+    """
+    rates = _rates(folder / RATES, old)
+    planned = [
+        (scene, which, gated, dict(family(gated.scene, gated.model)), neighbours(gated, which[1], RECORDED))
+        for scene in scenes
+        for which, gated in gated_runs(scene).items()
+    ]
+    jobs = [job for *_, levels, others in planned for job in (*levels.values(), *others)]
+    outcomes = iter(run_all(jobs, n_jobs, on_progress))
+    records: dict[str, dict[str, dict[str, RunRecord]]] = {}
+    for scene, (model, tier), gated, levels, others in planned:
+        tables = {}
+        for kind, job in levels.items():
+            outcome = next(outcomes)
+            table = table_of_family(kind, outcome)
+            tables[kind] = successful(outcome, job) if table is None else table
+        nearby = [successful(next(outcomes), job) for job in others]
+        runs = Runs(refinement=refinement(model, gated.scene), **tables)
+        by_model = records.setdefault(scene.name, {})
+        by_model.setdefault(model, {})[tier] = record(runs, gated, tier, nearby)
+    return Baseline(
+        platform=platform_name(),
+        versions=versions(),
+        thresholds=thresholds_record(),
+        detection=rates,
+        scenes={
+            scene.name: SceneRecord.model_validate(
+                {"source": source(scene, folder), "hash": physics_hash(scene), **records[scene.name]}
+            )
+            for scene in scenes
+        },
+    )
+
+
+def _checkpoint(time: float, value: float, threshold: float) -> Checkpoint:
+    """Keep the significant digits: of the value to a hundredth of the threshold, of the threshold two."""
+    rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal(Decimal(float(threshold)))
+    return Checkpoint(float(f"{time:.9g}"), round(float(value), 2 - floor(log10(threshold))), float(rounded))
+
+
+def _spread(runs: Runs, neighbours: Sequence[Table]) -> dict[str, int]:
+    """Return the largest distance of each counter that varies.
+
+    The work of a run depends on its setting; its number of contacts does not, so for contacts the whole
+    family counts. Without neighbours (five bodies) the work varies in the proportion in which the contacts
+    do: where the family does not have the same ones, rounding alone leads to others, and their steps.
+    """
+    own = counters(runs.base)
+    others = [counters(neighbour) for neighbour in neighbours]
+    relatives = [run for run in (runs.finer, runs.coarser, *runs.perturbed_runs) if run is not None]
+    others += [{"contacts": counters(run)["contacts"]} for run in relatives]
+    largest = {
+        name: max((abs(other.get(name, value) - value) for other in others), default=0)
+        for name, value in own.items()
+    }
+    if not neighbours and own["contacts"]:
+        share = largest["contacts"] / own["contacts"]
+        largest |= {name: ceil(share * value) for name, value in own.items() if name != "contacts"}
+    return {name: distance for name, distance in largest.items() if distance}
+
+
+class _Measured(BaseModel):
+    """What of the rates' file is read; it may hold more."""
+
+    thresholds: dict[str, Any]
+    false_alarms: Rates
+    detected: Rates
+
+
+def _rates(path: Path, old: Baseline | None) -> Detection | None:
+    """Find the rates that belong to the present thresholds."""
+    if path.is_file():
+        try:
+            measured = _Measured.model_validate(json.loads(contents(path)))
+        except ValidationError as error:
+            raise BaselineError(f"{path}: {explain(error)}") from error
+        except OSError as error:
+            raise BaselineError(f"{path}: {error.strerror or error}") from error
+        except (ValueError, RecursionError) as error:
+            raise BaselineError(f"{path}: is not JSON text: {error}") from error
+        if measured.thresholds != thresholds_record():
+            raise BaselineError(f"{path}: was measured with other thresholds than those of thresholds.toml")
+        return Detection(false_alarms=measured.false_alarms, detected=measured.detected)
+    if old is None or old.detection is None:
+        return None
+    if old.thresholds != thresholds_record():
+        raise BaselineError(f"{path}: is required, with newly measured rates, since thresholds.toml changed")
+    return old.detection

@@ -1,0 +1,87 @@
+"""Sentences about a scene's reliability: a line for the terminal, notes for the report."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparison.execution.job import describe
+from comparison.reliability.assessment import ROUNDING
+from comparison.reliability.averages import ENOUGH
+from comparison.reliability.difference import Difference, FailedRun, ReliabilityComparison
+from comparison.reliability.errors import unit_of
+
+
+def rounded(value: float) -> str:
+    """Return a reliability with five digits as the paper prints it, with seven from 0.99 on."""
+    return f"{value:.5f}" if value < 0.99 else f"{value:.7f}"
+
+
+def missing(comparison: ReliabilityComparison) -> str:
+    """Return what prevented the comparison, in one line; empty where nothing did."""
+    why = comparison.missing
+    if isinstance(why, FailedRun):
+        run = "the ideal mechanism" if why.ideal else "with more samples"
+        return f"{run}: {describe(why.job, why.outcome)}"
+    return "" if why is None else str(why)
+
+
+def line(comparison: ReliabilityComparison) -> str:
+    """Return verdict, smallest reliability of each quantity and the largest difference of the models."""
+    if not comparison.quantities:
+        return f"not available: {missing(comparison)}"
+    smallest = [_smallest(name, difference) for name, difference in comparison.quantities.items()]
+    largest = max(comparison.quantities.values(), key=lambda difference: abs(difference.minimum))
+    known = np.isfinite(largest.half_width)
+    uncertainty = f"± {largest.half_width:.1e}" if known else "of unknown uncertainty"
+    return (
+        f"{comparison.verdict}: smallest of {', '.join(smallest)}; "
+        f"largest difference {abs(largest.minimum):.1e} {uncertainty}"
+    )
+
+
+def notes(comparison: ReliabilityComparison) -> list[str]:
+    """Return the notes on this scene's numbers: limits, cap, cycles."""
+    if not comparison.quantities:
+        return [f"Not available: {missing(comparison)}."]
+    settings, quantities = comparison.settings, comparison.quantities
+    size = "size of the error" if settings.errors == "absolute" else "signed error"
+    limits = []
+    for name, difference in quantities.items():
+        limit = difference.a.limits
+        lower = f"{limit.lower:g} to " if limit.lower else ""
+        limits.append(f"{name} {lower}{limit.upper:g} {unit_of(name)}")
+    return [
+        f"Mean and deviation over time of the {size} in each of {settings.bins} intervals of the crank "
+        f"cycle, against limits: {', '.join(limits)}.",
+        _cap(quantities),
+        _cycles(int(next(iter(quantities.values())).a.cycles.max())),
+    ]
+
+
+def _smallest(name: str, difference: Difference) -> str:
+    a, b = difference.a, difference.b
+    values = " and ".join(dict.fromkeys(rounded(of.minimum) for of in (a, b)))
+    if a.capped[a.worst] and b.capped[b.worst]:
+        return f"{name} {values} (the cap)"
+    angles = " and ".join(dict.fromkeys(f"{of.angle[of.worst]:g}" for of in (a, b)))
+    return f"{name} {values} at {angles} deg"
+
+
+def _cap(quantities: dict[str, Difference]) -> str:
+    capped = {name: int(np.sum(of.a.capped & of.b.capped)) for name, of in quantities.items()}
+    parts = [f"{name} in {n} of {quantities[name].a.angle.size} parts" for name, n in capped.items() if n]
+    values = " or ".join(dict.fromkeys(f"{of.a.cap:.10f}" for of in quantities.values()))
+    return (
+        f"Without any error R is {values}, the cap. Within {ROUNDING:g} of it, where R shows nothing of the "
+        f"mechanism but that the limit is wide: {'; '.join(parts) or 'none'}."
+    )
+
+
+def _cycles(count: int) -> str:
+    if count == 1:
+        return (
+            "Of one cycle nothing is known about others: for the intervals, what varies within a part of the "
+            "cycle is taken for what varies between cycles."
+        )
+    few = "" if count >= ENOUGH else ", few for an interval, and the first one still remembers its start"
+    return f"Cycles sampled: {count}{few}."
