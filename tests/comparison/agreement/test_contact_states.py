@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pandas as pd
 import pytest
-from comparison.agreement.contact_states import of_scene, pin_of_scene
 
 from comparison.execution.run import run_one
 from comparison.metrics.contacts import SITUATIONS
@@ -33,12 +32,12 @@ def test_the_shares_of_both_results_stand_in_the_numbers(make_table, scene):
 
 def test_without_events_or_without_corners_there_is_nothing_to_say(make_table, scene):
     a, b = Runs(Table(make_table().frame, contacts())), Runs(make_table())
-    first, second = of_scene(compare(a, b, scene=scene))
+    first, second = compare(a, b, scene=scene).situations
     assert first is not None
     assert second is None
     ideal = load_scene("ideal", {"output.samples_per_cycle": 200})
     runs = Runs(Table(make_table(of=ideal).frame, contacts()))
-    assert of_scene(compare(runs, runs, scene=ideal)) == (None, None)
+    assert compare(runs, runs, scene=ideal).situations == (None, None)
 
 
 def test_a_pin_with_clearance_has_a_share_beside_the_situations_of_a_slider_that_may_have_none():
@@ -46,11 +45,11 @@ def test_a_pin_with_clearance_has_a_share_beside_the_situations_of_a_slider_that
         scene = load_scene(name)
         runs = Runs(run_one(scene, "reference"))
         result = compare(runs, runs, scene=scene, labels=("reference", "exudyn"))
-        (share, _), (shares, _) = pin_of_scene(result), of_scene(result)
+        (share, _), (shares, _) = result.pin_contact, result.situations
         # Contacts of 0.1 to 0.4 ms, some five in 24 ms.
         assert 0.01 < share < 0.1
         assert (shares is not None) == situations
         assert as_mapping(result)["crank_pin_contact"]["reference"] == share
     guide = load_scene("150rpm-0.2mm", {"drive.cycles": 0.1})
     runs = Runs(run_one(guide, "reference"))
-    assert pin_of_scene(compare(runs, runs, scene=guide)) == (None, None)
+    assert compare(runs, runs, scene=guide).pin_contact == (None, None)

@@ -9,10 +9,9 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from comparison.accuracy.levels import AccuracyError
-from comparison.cli import batches, main
-from comparison.cli.progress import progress
+from comparison.cli import main
 from comparison.execution.job import MODELS
-from comparison.scene import load_scene
+from comparison.verdict import validate as judge
 from comparison.verdict.results import no_comparison
 from comparison.verdict.validate import Validation
 
@@ -24,14 +23,14 @@ def stop(monkeypatch):
     """Let the validation of a scene raise an error."""
 
     def at(name: str, error: BaseException) -> None:
-        usual = batches.validate
+        usual = judge.validate
 
         def validate(scenes, **options):
             if any(scene.name == name for scene in scenes):
                 raise error
             return usual(scenes, **options)
 
-        monkeypatch.setattr(batches, "validate", validate)
+        monkeypatch.setattr(judge, "validate", validate)
 
     return at
 
@@ -89,9 +88,7 @@ def test_a_refusal_before_anything_is_finished_is_one_line(stop, scene_file, cap
 
 
 def test_as_many_scenes_at_a_time_as_keep_the_workers_busy_and_the_share_only_grows(monkeypatch):
-    scenes = [
-        load_scene(name, {"drive.cycles": 1}) for name in ("ideal", "wedge", "crank-pin", "69GPa", "ideal")
-    ]
+    names = ["ideal", "wedge", "crank-pin", "69GPa", "surface"]
     sizes, shares = [], []
 
     def validate(batch, *, on_progress, **_):
@@ -103,12 +100,12 @@ def test_as_many_scenes_at_a_time_as_keep_the_workers_busy_and_the_share_only_gr
             for scene in batch
         ]
 
-    monkeypatch.setattr(batches, "validate", validate)
-    with progress("", quiet=True) as report:
-        monkeypatch.setattr(type(report), "__call__", lambda _, share: shares.append(share))
-        found = batches.validate_batches(scenes, models=MODELS, n_jobs=4, accuracy=None, report=report)
+    monkeypatch.setattr(judge, "validate", validate)
+    monkeypatch.setattr("comparison.cli.progress._Silence.__call__", lambda _, share: shares.append(share))
+    assert main(["validate", *names, "--set", "drive.cycles=1", "--jobs", "4", "-q", "--out", "v"]) == 2
     assert sizes == [2, 2, 1]
-    assert [result.comparison.name for result in found.results] == [scene.name for scene in scenes]
+    written = json.loads(Path("v/summary.json").read_text())["scenes"]
+    assert [scene["name"] for scene in written] == [f"{name}+drive.cycles=1" for name in names]
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0)
 

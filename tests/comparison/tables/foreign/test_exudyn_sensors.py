@@ -38,16 +38,20 @@ def runs(*steps: float, rod: float = ROD) -> None:
         put(f"{column}.toml", MAPPING.format(column=column))
 
 
-def compared(of: str, *options: str) -> tuple[int, dict]:
-    command = ["compare", f"{STEP:g}/{of}.txt", "exact.csv", "--mapping", f"{of}.toml", "--json", "n.json"]
-    code = main([*command, *options])
-    return code, json.loads(Path("n.json").read_text())["channels"]["slider"]
+@pytest.fixture
+def compared(capsys):
+    def judged(of: str, *options: str) -> tuple[int, dict]:
+        command = ["compare", f"{STEP:g}/{of}.txt", "exact.csv", "--mapping", f"{of}.toml", "--json"]
+        code = main([*command, *options])
+        return code, json.loads(capsys.readouterr().out)["channels"]["slider"]
+
+    return judged
 
 
 # Every step fulfils the constraints of positions: 6e-15 m of 0.2 m measured, round-off.
 # Velocities follow at second order: 2.8e-6 of 1.3 m/s measured.
 @pytest.mark.parametrize(("of", "tolerance"), [("position", 1e-12), ("velocity", 1e-5)])
-def test_sensors_agree_with_the_closed_form_and_a_longer_rod_differs(of, tolerance, capsys):
+def test_sensors_agree_with_the_closed_form_and_a_longer_rod_differs(of, tolerance, compared):
     runs(STEP)
     code, found = compared(of, "--tolerance", f"{tolerance:g}")
     assert (code, found["verdict"]) == (0, "agree")
@@ -55,7 +59,6 @@ def test_sensors_agree_with_the_closed_form_and_a_longer_rod_differs(of, toleran
     runs(STEP, rod=ROD + 1e-4)
     code, found = compared(of, "--tolerance", f"{tolerance:g}")
     assert (code, found["verdict"]) == (1, "differ")
-    capsys.readouterr()
 
 
 def test_the_uncertainty_from_sensor_files_covers_the_true_error_closely():
