@@ -15,8 +15,7 @@ from kept_accuracy import population
 from comparison.accuracy.sweeps import at, model_of
 from comparison.agreement.refinement.estimate import CHANNEL
 from comparison.agreement.refinement.work_precision import DECADES, WorkPrecision, work_precision
-from comparison.execution.job import Job
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, run_all
 from comparison.formatting import table
 from comparison.scene import Scene, SceneError
 

@@ -15,7 +15,7 @@ from math import inf, isfinite, nan
 from typing import Any
 
 from comparison.accuracy.measured import Front, front
-from comparison.engines.registry import OWN, declared
+from comparison.models import OWN, declared
 from comparison.scene import Scene
 
 NAMES = ("draft", "standard", "strict")

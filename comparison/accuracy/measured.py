@@ -15,8 +15,8 @@ from importlib.resources import files
 from math import inf, isclose, log, nan
 from typing import Any
 
+from comparison.models import forces, joints_with_clearance
 from comparison.scene import Scene, digest
-from comparison.scene.formulation import forces, joints_with_clearance
 
 USUAL = {
     (): "ideal",

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from math import isfinite
 
 from comparison.accuracy.levels import Expected, expected
-from comparison.engines.registry import OWN
+from comparison.models import OWN, forces, joints_with_clearance
 from comparison.scene import Scene
-from comparison.scene.formulation import forces, joints_with_clearance
 from comparison.tables import channels
 
 _CHAIN = {  # coordinates of the equations, by the joints with clearance

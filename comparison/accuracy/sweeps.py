@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from comparison.models import joints_with_clearance
 from comparison.scene import Scene
-from comparison.scene.formulation import joints_with_clearance
 
 TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 STEPS = (8e-6, 4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)

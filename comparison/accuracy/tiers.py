@@ -9,9 +9,8 @@ scene's settings. The thresholds of a tier are in ``thresholds.toml``.
 from __future__ import annotations
 
 from comparison.accuracy.levels import solver_values
-from comparison.engines.registry import OWN
+from comparison.models import OWN, smallest_in_exudyn
 from comparison.scene import Scene
-from comparison.scene.formulation import smallest_in_exudyn
 
 TIERS = ("standard", "tight")
 

@@ -32,7 +32,7 @@ from comparison.agreement.results import ChannelComparison, SceneComparison, sce
 from comparison.agreement.scene_verdict import scene_verdict
 from comparison.agreement.time_checks import between, check_holes, check_times, kinds, too_late
 from comparison.agreement.verdict import compare_channel
-from comparison.execution.quality_checks import contact_warnings
+from comparison.execution.quality import contact_warnings
 from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.align import align
 from comparison.tables.channels import expected

@@ -18,8 +18,8 @@ from comparison.agreement.confirmation import Run
 from comparison.agreement.planned_runs import families, ideal_runs, sorted_runs, table_of_family
 from comparison.agreement.refine import RunFamilies, settle, without_violation
 from comparison.agreement.results import SceneComparison, no_comparison
-from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Outcome, Progress, describe, run_all
+from comparison.models import MODELS
 from comparison.reliability.difference import ReliabilityComparison, compare_reliability
 from comparison.reliability.ideal import dense_scene
 from comparison.scene import Scene

@@ -32,7 +32,7 @@ from comparison.agreement.confirmation import Run, confirm
 from comparison.agreement.confirmation_causes import judged_samples
 from comparison.agreement.confirmation_starts import too_slow
 from comparison.agreement.results import SceneComparison
-from comparison.execution.job import VIOLATED, Outcome
+from comparison.execution.run import VIOLATED, Outcome
 from comparison.scene import Scene
 
 ENOUGH = 2

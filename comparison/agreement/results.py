@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.accuracy.thresholds import Thresholds
-from comparison.execution.job import Job
+from comparison.execution.run import Job
 from comparison.metrics.impacts import Impacts, impacts_of
 from comparison.metrics.signal_ratings import information
 from comparison.reliability.difference import ReliabilityComparison

@@ -44,7 +44,7 @@ def gate(
     quiet: Quiet = False,
 ) -> int:
     """Run each model by itself and compare it with its baseline: a regression gate for CI."""
-    from comparison.execution.workers import cpus
+    from comparison.execution.pool import cpus
     from comparison.files import check_folder, expanded
     from comparison.regression.baseline import read
     from comparison.regression.check import gate as hold_against

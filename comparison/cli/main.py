@@ -102,7 +102,7 @@ def plan(
     """Show what each model integrates for a scene, what it leaves out and why, and the cost of a run."""
     from comparison.accuracy.plan import channels_line, lines
     from comparison.accuracy.plan import plan as plan_run
-    from comparison.execution.job import MODELS
+    from comparison.models import MODELS
     from comparison.scene import load_scene, parse_set
 
     loaded = load_scene(scene, parse_set(overrides or []))

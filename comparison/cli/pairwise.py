@@ -20,7 +20,7 @@ def validate_pairs(models: Sequence[str], folder: Path, command: str, one: OnePa
     The runs of a model are the same in each of its pairs: all but the first time they come from the cache.
     """
     from comparison.agreement.standing import pairs
-    from comparison.execution.worker_process import kept_workers
+    from comparison.execution.pool import kept_workers
     from comparison.files import check_folder, write_json
     from comparison.report.pairwise import write_pairwise
     from comparison.report.text import exit_code

@@ -14,7 +14,7 @@ from comparison.cli.options import Accuracy, Model, NoProgress, Overrides, Scene
 from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
-    from comparison.execution.job import Job, Outcome, RunError
+    from comparison.execution.run import Job, Outcome, RunError
     from comparison.scene import Scene
     from comparison.tables.table import Table
 
@@ -57,10 +57,10 @@ def run(
     NAME.partial.csv.
     """
     from comparison.accuracy.levels import NAMES, is_measured, unmeasured, with_declared
-    from comparison.engines.registry import find
-    from comparison.execution.job import RunError
-    from comparison.execution.quality_checks import quality_warnings
+    from comparison.execution.quality import quality_warnings
+    from comparison.execution.run import RunError
     from comparison.files import check_file
+    from comparison.models import find
     from comparison.scene import load_scene, parse_set
     from comparison.tables.table_files import check_format, companions, write
 
@@ -96,8 +96,7 @@ def _single(scene: Scene, model: str, accuracy: str | None, *, quiet: bool) -> T
     """Run once, at the setting whose measured error bound meets the accuracy."""
     from comparison.accuracy.levels import measured_record, solver_values
     from comparison.accuracy.plan import expectation
-    from comparison.execution.job import Job, successful
-    from comparison.execution.run import run_uncached
+    from comparison.execution.run import Job, run_uncached, successful
 
     record = {}
     if accuracy is not None:
@@ -121,7 +120,7 @@ def _checked(
     """Run with an estimate of the error; the exit code tells whether it is as small as wanted."""
     from comparison.agreement.refinement.accurate_run import accurate_run
     from comparison.agreement.refinement.words import cost_before, result
-    from comparison.execution.workers import cpus
+    from comparison.execution.pool import cpus
 
     for line in wrapped(cost_before(scene, model, accuracy), rest="  "):
         say(line)
@@ -136,8 +135,8 @@ def _checked(
 
 def _kept(error: RunError, out: Path) -> RunError:
     """Write what there is of a run that did not succeed; return the error that says where."""
-    from comparison.execution.job import VIOLATED
-    from comparison.execution.job import RunError as Error
+    from comparison.execution.run import VIOLATED
+    from comparison.execution.run import RunError as Error
     from comparison.files import write_text
     from comparison.tables.table_files import write
 

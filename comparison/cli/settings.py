@@ -29,7 +29,7 @@ def settings(
     """
     from comparison.agreement.refinement.settings_words import basis, commands, table
     from comparison.agreement.refinement.work_precision import work_precision
-    from comparison.execution.workers import cpus
+    from comparison.execution.pool import cpus
     from comparison.files import check_file
     from comparison.report.work_precision import draw
     from comparison.scene import load_scene, parse_set

@@ -53,8 +53,7 @@ def validate(
     """
     from comparison.accuracy.tiers import TIERS
     from comparison.agreement.cross_check import options
-    from comparison.engines.registry import pair, several
-    from comparison.execution.job import MODELS
+    from comparison.models import MODELS, pair, several
     from comparison.scene import command_line, load_scene, name_with, parse_set, shipped_scenes
 
     changed, tiers = parse_set(overrides or []), TIERS[:1] if quick else TIERS
@@ -73,8 +72,7 @@ def validate(
     from comparison.agreement.recorded import departures
     from comparison.cli.batches import validate_batches
     from comparison.cli.verdicts import verdict_lines
-    from comparison.execution.worker_process import kept_workers
-    from comparison.execution.workers import cpus
+    from comparison.execution.pool import cpus, kept_workers
     from comparison.files import check_folder
     from comparison.report.summary import sentence
     from comparison.report.text import EXIT_CODES, exit_code

@@ -10,15 +10,13 @@ from pathlib import Path
 from comparison.accuracy.thresholds import thresholds_record
 from comparison.accuracy.tiers import tight
 from comparison.agreement.cases import Case
-from comparison.engines.platform import platform_name, versions
-from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Outcome, Progress, describe, run_all
+from comparison.models import MODELS, platform_name, smallest_in_exudyn, versions
 from comparison.regression.baseline import Baseline, RunRecord
 from comparison.regression.checkpoints import settings
 from comparison.regression.confirmation import Which, confirm
 from comparison.regression.deviation import COUNTERS_ELSEWHERE, Finding, changes
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
-from comparison.scene.formulation import smallest_in_exudyn
 
 
 @dataclass(frozen=True)

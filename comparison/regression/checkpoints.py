@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from comparison.accuracy.thresholds import thresholds
 from comparison.agreement.compare import Runs, model_uncertainty
-from comparison.execution.job import Job
+from comparison.execution.run import Job
 from comparison.regression.baseline import Checkpoint, RunRecord
 from comparison.regression.neighbours import scatter
 from comparison.tables.channels import channels, expected

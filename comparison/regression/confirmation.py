@@ -12,8 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from comparison.accuracy.thresholds import thresholds
-from comparison.execution.job import Job, Outcome
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Outcome, run_all
 from comparison.regression.baseline import Checkpoint, RunRecord
 from comparison.regression.checkpoints import settings
 from comparison.regression.deviation import changes

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from math import cos, pi, sin, sqrt
 
 from comparison.accuracy.uncertainty import movable, moved, perturbation, spread, window_samples
-from comparison.execution.job import Job
+from comparison.execution.run import Job
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
 

@@ -13,9 +13,8 @@ from comparison.accuracy.levels import refinement
 from comparison.accuracy.thresholds import thresholds_record
 from comparison.agreement.compare import Runs
 from comparison.agreement.planned_runs import family
-from comparison.engines.platform import platform_name, versions
-from comparison.execution.job import Job, Outcome, Progress, RunError
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Outcome, Progress, RunError, run_all
+from comparison.models import platform_name, versions
 from comparison.regression.baseline import (
     Baseline,
     BaselineError,

@@ -12,8 +12,8 @@ from comparison.reliability.averages import BLOCKS, halved, integrals, mismatch,
 from comparison.reliability.errors import PRIMITIVES, QUANTITIES, SliderErrors
 from comparison.reliability.interference import ROUNDING, cap, reliability_index, sensitivity
 from comparison.reliability.sampling import half_width, proportion, standard_error
-from comparison.scene.criteria import Limits
-from comparison.scene.criteria import Reliability as Settings
+from comparison.scene.schema import Limits
+from comparison.scene.schema import Reliability as Settings
 from comparison.tables.arrays import Array, BoolArray
 
 ROUND_OFF = 1e-13

@@ -27,7 +27,7 @@ import numpy as np
 from comparison.accuracy.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
 from comparison.reliability.assessment import Assessment, assess
 from comparison.reliability.errors import slider_errors
-from comparison.scene.criteria import Reliability as Settings
+from comparison.scene.schema import Reliability as Settings
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table, TableError
 

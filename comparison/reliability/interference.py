@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from comparison.scene.criteria import Limits
+from comparison.scene.schema import Limits
 from comparison.tables.arrays import Array
 
 ROUNDING = 5e-6

@@ -14,7 +14,7 @@ from half_sines import half_sines
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from comparison.agreement.results import Confirmation, SceneComparison
-from comparison.execution.job import Job
+from comparison.execution.run import Job
 from comparison.report import write_report
 from comparison.scene import load_scene
 

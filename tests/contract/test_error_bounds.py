@@ -12,8 +12,8 @@ import pytest
 import exudyn_model
 import reference_model
 from comparison.accuracy.levels import NAMES, expected, solver_values
+from comparison.models import joints_with_clearance
 from comparison.scene import Scene, load_scene, shipped_scenes
-from comparison.scene.formulation import joints_with_clearance
 
 SIMULATE = {"reference": reference_model.simulate, "exudyn": exudyn_model.simulate}
 WITH_CLEARANCE = [name for name in shipped_scenes() if joints_with_clearance(load_scene(name).data)]

@@ -7,7 +7,8 @@ from dataclasses import replace
 import pandas as pd
 
 from comparison.agreement.results import Confirmation
-from comparison.execution.job import MODELS, Outcome
+from comparison.execution.run import Outcome
+from comparison.models import MODELS
 
 
 class Models:

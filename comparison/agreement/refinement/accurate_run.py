@@ -25,8 +25,7 @@ from comparison.accuracy.levels import (
 from comparison.agreement.refinement.estimate import CHANNEL, FLOOR, Estimate
 from comparison.agreement.refinement.families import Families, Level, Run
 from comparison.agreement.refinement.steps import MOST_LEVELS, settings
-from comparison.execution.job import Job, Outcome, Progress, successful
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Outcome, Progress, run_all, successful
 from comparison.scene import Scene
 from comparison.tables.channels import UNCERTAINTY
 from comparison.tables.table import Table

@@ -10,10 +10,9 @@ from math import inf, isnan
 from comparison.accuracy.levels import expected
 from comparison.accuracy.sweeps import SETTINGS, at, formulations, key_of, model_of
 from comparison.agreement.refinement.estimate import CHANNEL
-from comparison.execution.job import RunError
-from comparison.execution.run import run_one
+from comparison.execution.run import RunError, run_one
+from comparison.models import smallest_in_exudyn
 from comparison.scene import Scene, SceneError
-from comparison.scene.formulation import smallest_in_exudyn
 from comparison.tables.arrays import Array
 
 EXACT = {"minimal": 1e-13, "tree": 1e-11, "full": 5e-7}

@@ -9,7 +9,7 @@ from comparison.accuracy.levels import refinement
 from comparison.accuracy.uncertainty import Runs, perturbed_scenes
 from comparison.agreement.planned_runs import levels
 from comparison.agreement.refinement.estimate import Estimate, estimate
-from comparison.execution.job import Outcome
+from comparison.execution.run import Outcome
 from comparison.scene import Scene
 from comparison.tables.table import Table
 

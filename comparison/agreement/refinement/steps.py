@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from comparison.accuracy.levels import NAMES, finer, metres, refinement, solver_values
 from comparison.accuracy.measured import front
-from comparison.engines.registry import OWN
+from comparison.models import OWN
 from comparison.scene import Scene
 
 MOST_LEVELS = 4

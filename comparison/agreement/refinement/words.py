@@ -10,7 +10,7 @@ from comparison.agreement.planned_runs import levels
 from comparison.agreement.refinement.accurate_run import AccurateRun, Limit
 from comparison.agreement.refinement.estimate import FLOOR, Estimate
 from comparison.agreement.refinement.steps import settings
-from comparison.execution.job import Outcome
+from comparison.execution.run import Outcome
 from comparison.scene import Scene
 
 

@@ -22,10 +22,9 @@ from comparison.accuracy.tiers import TIERS
 from comparison.accuracy.uncertainty import perturbed_scenes, spread, window_samples
 from comparison.agreement.refinement.candidates import Candidate, Timed, attempt, candidates
 from comparison.agreement.refinement.estimate import CHANNEL, FLOOR
-from comparison.execution.job import MODELS, kernels
-from comparison.execution.worker_process import Share
-from comparison.execution.workers import Died, work
+from comparison.execution.pool import Died, Share, work
 from comparison.metrics.pareto import pareto
+from comparison.models import MODELS
 from comparison.scene import Scene
 from comparison.tables.arrays import Array
 from comparison.tables.channels import channels
@@ -156,9 +155,8 @@ def work_precision(
     rows = {str(n): Timed(each, WAITING, nan) for n, each in enumerate(asked)}
     interrupted = False
     try:
-        kinds = {name: frozenset([kernels(each.scene, each.model)]) for name, each in affordable.items()}
         tasks = list(affordable.items())
-        with closing(work(attempt, tasks, n_jobs, until=begun + seconds, kernels=kinds)) as events:
+        with closing(work(attempt, tasks, n_jobs, until=begun + seconds)) as events:
             for name, event in events:
                 if isinstance(event, Share):
                     continue

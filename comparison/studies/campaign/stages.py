@@ -15,8 +15,9 @@ from comparison.accuracy.thresholds import thresholds
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.planned_runs import levels
 from comparison.agreement.results import SceneComparison
-from comparison.execution.job import MODELS, VIOLATED, Outcome
-from comparison.execution.ledger import Row
+from comparison.execution.run import VIOLATED, Outcome
+from comparison.execution.store import Row
+from comparison.models import MODELS
 from comparison.scene import Scene
 from comparison.studies.campaign.adjudication import Run, adjudicate
 from comparison.studies.campaign.population import Case

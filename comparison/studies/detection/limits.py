@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from comparison.agreement.compare import compare
-from comparison.execution.job import MODELS, RunError
+from comparison.execution.run import RunError
+from comparison.models import MODELS
 from comparison.scene import Scene
 from comparison.studies.detection.faults import DETECTED, scenes
 from comparison.studies.detection.pairs import Pair

@@ -11,8 +11,7 @@ import numpy as np
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.refine import settle, without_violation
 from comparison.agreement.results import SceneComparison
-from comparison.execution.job import RunError
-from comparison.execution.run import run_one
+from comparison.execution.run import RunError, run_one
 from comparison.files import plain
 from comparison.scene import Scene, SceneError
 from comparison.studies.detection.copies import load_copy

@@ -11,9 +11,9 @@ from comparison.accuracy.levels import refinement
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.uncertainty import Runs
 from comparison.agreement.planned_runs import levels
-from comparison.execution.job import MODELS, Job, Progress, successful
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.formatting import number, percent, quantity
+from comparison.models import MODELS
 from comparison.reliability.assessment import Assessment
 from comparison.reliability.averages import integrals
 from comparison.reliability.difference import MARGIN, Difference, compare_reliability

@@ -11,7 +11,7 @@ from math import log10, nan
 import numpy as np
 import pandas as pd
 
-from comparison.execution.task_store import SUCCESS
+from comparison.execution.tasks import SUCCESS
 from comparison.metrics.pareto import pareto
 from comparison.studies.shared.rates import rate
 from comparison.studies.tradeoff.methods import Sweep

@@ -12,10 +12,10 @@ import numpy as np
 from comparison.agreement.cross_check import validate
 from comparison.agreement.recorded import as_toml
 from comparison.agreement.results import SceneComparison
-from comparison.engines.platform import made_on
-from comparison.execution.job import Progress
+from comparison.execution.run import Progress
 from comparison.files import replacing
 from comparison.formatting import MISSING, percent
+from comparison.models import made_on
 from comparison.report.gallery import figures
 from comparison.report.summary import largest_predictable, sentence
 from comparison.report.svg import standalone, style

@@ -11,8 +11,8 @@ import pytest
 from comparison.accuracy.levels import NAMES, expected, solver_values
 from comparison.accuracy.measured import front, physics
 from comparison.accuracy.plan import expectation, lines, plan
+from comparison.models import joints_with_clearance
 from comparison.scene import load_scene, shipped_scenes
-from comparison.scene.formulation import joints_with_clearance
 
 FILE = tomllib.loads(files("comparison.accuracy").joinpath("measured.toml").read_text("utf-8"))
 SAFETY, ROUND_OFF = 3.0, 1e-15  # as benchmarks/error_bounds.py, which says why

@@ -9,8 +9,8 @@ from comparison.agreement import cross_check, planned_runs
 from comparison.agreement.compare import Runs, compare
 from comparison.agreement.cross_check import validate
 from comparison.agreement.refine import Settled
-from comparison.execution.job import MODELS, VIOLATED, Job, Outcome
-from comparison.execution.run import run_all
+from comparison.execution.run import VIOLATED, Job, Outcome, run_all
+from comparison.models import MODELS
 from comparison.report.text import reasons
 from comparison.scene import load_scene
 

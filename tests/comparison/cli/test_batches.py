@@ -13,7 +13,7 @@ from comparison.agreement.cross_check import Validation
 from comparison.agreement.results import no_comparison
 from comparison.cli import batches, main
 from comparison.cli.progress import progress
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.scene import load_scene
 
 pytestmark = pytest.mark.usefixtures("fake_models")

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from comparison.accuracy.thresholds import thresholds
 from comparison.agreement.compare import Runs, model_uncertainty
-from comparison.engines.platform import _processor, platform_name, versions
-from comparison.execution.job import Job
+from comparison.execution.run import Job
+from comparison.models import _processor, platform_name, versions
 from comparison.regression.baseline import (
     Baseline,
     Checkpoint,

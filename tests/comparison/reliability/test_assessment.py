@@ -8,7 +8,7 @@ from scipy.special import ndtr
 
 from comparison.reliability.assessment import assess
 from comparison.reliability.errors import QUANTITIES, slider_errors
-from comparison.scene.criteria import AccelerationLimits, Reliability
+from comparison.scene.schema import AccelerationLimits, Reliability
 
 PERIOD = 0.4
 LIMIT = 80.0

@@ -10,7 +10,7 @@ from scipy.stats import norm
 from comparison.accuracy.uncertainty import Runs
 from comparison.reliability.difference import MARGIN, ReliabilityComparison, compare_reliability
 from comparison.reliability.words import line, notes, rounded
-from comparison.scene.criteria import AccelerationLimits, Reliability
+from comparison.scene.schema import AccelerationLimits, Reliability
 from comparison.tables.table import TableError
 
 PERIOD = 0.4

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comparison.execution.cache import run_key
-from comparison.execution.run import run_one
+from comparison.execution.run import run_key, run_one
 from comparison.reliability.assessment import assess
 from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.reliability.ideal import dense_scene, ideal_scenes

@@ -14,7 +14,7 @@ from comparison.reliability.interference import (
     reliability_index,
     sensitivity,
 )
-from comparison.scene.criteria import Limits
+from comparison.scene.schema import Limits
 
 PHI_3 = 0.9986501020
 

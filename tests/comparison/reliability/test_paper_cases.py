@@ -7,8 +7,8 @@ import pytest
 from comparison.accuracy.tiers import tight
 from comparison.agreement.compare import Runs
 from comparison.agreement.cross_check import validate
-from comparison.execution.job import MODELS, Job
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, run_all
+from comparison.models import MODELS
 from comparison.reliability.difference import compare_reliability
 from comparison.reliability.ideal import dense_scene, ideal_scenes
 from comparison.scene import load_scene

@@ -11,7 +11,7 @@ from outline import page, words
 from comparison.agreement.observed_order import Order
 from comparison.agreement.results import Attribution, Confirmation, SceneComparison
 from comparison.cli.main import app
-from comparison.execution.job import Job
+from comparison.execution.run import Job
 from comparison.formatting import number, quantity
 from comparison.report.card import card
 from comparison.report.summary import worst_channel
