@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from comparison.accuracy.measured import SETTINGS, at
-from comparison.accuracy.sweeps import key_of, model_of
-from comparison.execution.job import RunError
-from comparison.execution.run import run_one
+from comparison.execution.run import RunError, run_one
+from comparison.models import key_of, model_of
 from comparison.scene import Scene, load_scene
 
 STARTS = {"minimal": 60, "multiplier": 10, "tree": 20, "full": 2}

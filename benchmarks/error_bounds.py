@@ -24,13 +24,10 @@ import error_bound_runs as runs
 import comparison
 from comparison.accuracy.levels import NAMES, AccuracyError, solver_values
 from comparison.accuracy.measured import SETTINGS, at, expected, physics
-from comparison.accuracy.sweeps import formulations, key_of, model_of
-from comparison.engines.platform import platform_name
-from comparison.engines.registry import fingerprint
-from comparison.execution.cache import cache_folder
-from comparison.execution.ledger import append_row, read_rows
 from comparison.execution.run import run_one
+from comparison.execution.store import append_row, cache_folder, read_rows
 from comparison.files import replacing
+from comparison.models import fingerprint, formulations, key_of, model_of, platform_name
 from comparison.scene import digest, load_scene, shipped_scenes
 
 TABLE = Path(comparison.__file__).parent / "accuracy" / "measured.toml"

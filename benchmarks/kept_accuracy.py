@@ -30,14 +30,10 @@ from comparison.accuracy.refine import (
     Level,
     accurate_run,
 )
-from comparison.engines.platform import platform_name
-from comparison.engines.registry import fingerprint
-from comparison.engines.source_hash import code_hash
-from comparison.execution.cache import cache_folder
-from comparison.execution.job import Outcome, RunError
-from comparison.execution.ledger import append_row, read_rows
-from comparison.execution.run import run_one
+from comparison.execution.run import Outcome, RunError, run_one
+from comparison.execution.store import append_row, cache_folder, read_rows
 from comparison.formatting import table
+from comparison.models import code_hash, fingerprint, platform_name
 from comparison.scene import Scene, SceneError, digest, load_scene
 from comparison.studies.campaign.population import case
 from comparison.studies.extremes.cells import SAMPLES, hypercube

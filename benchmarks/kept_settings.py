@@ -14,11 +14,10 @@ from kept_accuracy import population
 
 from comparison.accuracy.measured import at
 from comparison.accuracy.refine import CHANNEL
-from comparison.accuracy.sweeps import model_of
 from comparison.accuracy.work_precision import DECADES, WorkPrecision, work_precision
-from comparison.execution.job import Job
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, run_all
 from comparison.formatting import table
+from comparison.models import model_of
 from comparison.scene import Scene, SceneError
 
 JUDGES = {"minimal": 1e-14, "tree": 1e-12}

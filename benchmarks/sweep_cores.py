@@ -13,7 +13,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from comparison.execution.task_store import on_processes
+from comparison.execution.tasks import on_processes
 from comparison.scene import load_scene
 from comparison.studies.sweep.outputs import USUAL
 from comparison.studies.sweep.points import latin_hypercube

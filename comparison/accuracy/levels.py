@@ -19,8 +19,7 @@ from math import inf, nan
 from typing import Any
 
 from comparison.accuracy.measured import formulation, front
-from comparison.accuracy.sweeps import smallest_in_exudyn
-from comparison.engines.registry import OWN, declared
+from comparison.models import OWN, declared, smallest_in_exudyn
 from comparison.scene import Scene
 
 NAMES = ("draft", "standard", "strict")

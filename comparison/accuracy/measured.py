@@ -16,7 +16,7 @@ from importlib.resources import files
 from math import inf, isclose, isfinite, log, nan
 from typing import Any
 
-from comparison.accuracy.sweeps import forces, joints_with_clearance, key_of, model_of
+from comparison.models import forces, joints_with_clearance, key_of, model_of
 from comparison.scene import Scene, digest
 
 _TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)

@@ -9,8 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from comparison.accuracy.measured import Expected, expected
-from comparison.accuracy.sweeps import forces, joints_with_clearance
-from comparison.engines.registry import OWN
+from comparison.models import OWN, forces, joints_with_clearance
 from comparison.scene import Scene
 
 _BODIES = ("crank", "rod 2", "rocker", "rod 4", "slider")

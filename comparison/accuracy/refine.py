@@ -37,9 +37,8 @@ from comparison.accuracy.uncertainty import (
     spread,
     window_samples,
 )
-from comparison.engines.registry import OWN
-from comparison.execution.job import VIOLATED, Job, Outcome, Progress, successful
-from comparison.execution.run import run_all
+from comparison.execution.run import VIOLATED, Job, Outcome, Progress, run_all, successful
+from comparison.models import OWN
 from comparison.scene import Scene
 from comparison.tables.arrays import Array
 from comparison.tables.channels import UNCERTAINTY

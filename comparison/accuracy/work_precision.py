@@ -21,7 +21,6 @@ import numpy as np
 from comparison.accuracy.levels import TIERS, thresholds
 from comparison.accuracy.measured import SETTINGS, at, expected
 from comparison.accuracy.refine import CHANNEL, FLOOR
-from comparison.accuracy.sweeps import formulations, key_of, model_of, smallest_in_exudyn
 from comparison.accuracy.uncertainty import (
     SAFETY_FACTOR,
     covered,
@@ -30,10 +29,9 @@ from comparison.accuracy.uncertainty import (
     spread,
     window_samples,
 )
-from comparison.execution.job import MODELS, RunError, kernels
-from comparison.execution.run import run_one
-from comparison.execution.worker_process import Share
-from comparison.execution.workers import Died, work
+from comparison.execution.pool import Died, Share, work
+from comparison.execution.run import RunError, run_one
+from comparison.models import MODELS, formulations, key_of, model_of, smallest_in_exudyn
 from comparison.scene import Scene, SceneError
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import channels
@@ -243,8 +241,7 @@ def work_precision(
     tasks = exact | moved | affordable
     interrupted = False
     try:
-        compiled = {name: frozenset([kernels(task.scene, task.model)]) for name, task in tasks.items()}
-        running = work(attempt, list(tasks.items()), n_jobs, until=begun + seconds, kernels=compiled)
+        running = work(attempt, list(tasks.items()), n_jobs, until=begun + seconds)
         with closing(running) as events:
             for name, event in events:
                 if isinstance(event, Share):

@@ -3,9 +3,6 @@
 import sys
 
 try:
-    from comparison.execution.garbage import collect_rarely
-
-    collect_rarely()  # before the imports, which make most objects
     from comparison.cli.main import main
 except KeyboardInterrupt:  # importing takes long enough for a Ctrl-C
     print("sixbar: interrupted", file=sys.stderr)  # noqa: T201

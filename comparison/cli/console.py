@@ -174,7 +174,7 @@ def warn(warnings: Sequence[str]) -> None:
 
 def warn_about_the_cache() -> None:
     """Warn once per command where nothing, or not the usual folder, is the cache."""
-    from comparison.execution.cache import cache_folder, cache_warnings
+    from comparison.execution.store import cache_folder, cache_warnings
     from comparison.files import FolderError
 
     messages = cache_warnings()
@@ -221,7 +221,7 @@ def complain(text: str, code: int) -> int:
 
 def described(error: Exception) -> tuple[str, int]:
     """Return the message and the exit code of an error; an internal one asks for a report."""
-    from comparison.execution.job import RunError
+    from comparison.execution.run import RunError
 
     if isinstance(error, RunError):
         return str(error), 70 if error.outcome.status == "crashed" else 2
@@ -242,9 +242,9 @@ def described(error: Exception) -> tuple[str, int]:
 def is_refusal(error: Exception) -> bool:
     """Whether an error says in one line what is wrong with the input."""
     from comparison.accuracy.levels import AccuracyError
-    from comparison.engines.registry import EngineError
-    from comparison.execution.ledger import LedgerError
+    from comparison.execution.store import LedgerError
     from comparison.files import FolderError
+    from comparison.models import EngineError
     from comparison.regression.baseline import BaselineError
     from comparison.scene import SceneError
     from comparison.tables.table import TableError

@@ -48,7 +48,7 @@ def gate(
 
     SCENE: shipped names or TOML files; by default those of the baseline.
     """
-    from comparison.execution.workers import cpus
+    from comparison.execution.pool import cpus
     from comparison.files import check_folder, expanded
     from comparison.regression.baseline import read, scenes_of
     from comparison.regression.check import gate as hold_against

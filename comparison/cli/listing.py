@@ -74,7 +74,7 @@ def plan(scene: SceneName, overrides: Overrides = None, json: AsJson = False) ->
     Also what it leaves out and why. SCENE: a shipped scene or the path of a TOML file.
     """
     from comparison.accuracy.plan import plan as plan_run
-    from comparison.execution.job import MODELS
+    from comparison.models import MODELS
     from comparison.scene import load_scene, parse_set
     from comparison.words.accuracy import channels_line, plan_lines
 

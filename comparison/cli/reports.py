@@ -12,7 +12,7 @@ import re
 from pathlib import Path
 
 from comparison.cli.progress import progress
-from comparison.execution.workers import cpus
+from comparison.execution.pool import cpus
 from comparison.files import replacing
 from comparison.formatting import table
 from comparison.studies import NAMES, write_study

@@ -22,7 +22,7 @@ from comparison.cli.options import Accuracy, AsJson, Model, NoProgress, Override
 from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
-    from comparison.execution.job import Job, Outcome, RunError
+    from comparison.execution.run import Job, Outcome, RunError
     from comparison.scene import Scene
     from comparison.tables.table import Table
 
@@ -69,10 +69,10 @@ def run(
     """
     from comparison.accuracy.levels import NAMES, metres, with_declared
     from comparison.accuracy.measured import expected, is_measured
-    from comparison.engines.registry import find
-    from comparison.execution.job import RunError
-    from comparison.execution.quality_checks import quality_warnings
+    from comparison.execution.quality import quality_warnings
+    from comparison.execution.run import RunError
     from comparison.files import check_file
+    from comparison.models import find
     from comparison.scene import load_scene, parse_set
     from comparison.tables.table_files import check_format, companions, write
     from comparison.words.accuracy import unmeasured
@@ -108,8 +108,7 @@ def _single(scene: Scene, model: str, accuracy: str | None, *, quiet: bool) -> T
     """Run once, at the setting whose measured error bound meets the accuracy."""
     from comparison.accuracy.levels import solver_values
     from comparison.accuracy.measured import expected, measured_record
-    from comparison.execution.job import Job, successful
-    from comparison.execution.run import run_uncached
+    from comparison.execution.run import Job, run_uncached, successful
     from comparison.words.accuracy import expectation
 
     record = {}
@@ -132,7 +131,7 @@ def _checked(
 ) -> tuple[Table, int]:
     """Run with an estimate of the error; the exit code tells whether it is as small as wanted."""
     from comparison.accuracy.refine import accurate_run, expected_cost
-    from comparison.execution.workers import cpus
+    from comparison.execution.pool import cpus
     from comparison.words.accuracy import accuracy_line, cost_before
 
     say(*wrapped(cost_before(expected_cost(scene, model, accuracy)), rest="  "))
@@ -147,8 +146,8 @@ def _checked(
 
 def _kept(error: RunError, out: Path) -> RunError:
     """Write what there is of a run that did not succeed; return the error that says where."""
-    from comparison.execution.job import VIOLATED
-    from comparison.execution.job import RunError as Error
+    from comparison.execution.run import VIOLATED
+    from comparison.execution.run import RunError as Error
     from comparison.files import write_text
     from comparison.tables.table_files import write
 
@@ -184,7 +183,7 @@ def settings(
     Ctrl-C ends the runs: what was measured is printed.
     """
     from comparison.accuracy.work_precision import work_precision
-    from comparison.execution.workers import cpus
+    from comparison.execution.pool import cpus
     from comparison.files import check_file
     from comparison.report.work_precision import draw
     from comparison.scene import load_scene, parse_set

@@ -51,7 +51,7 @@ def _command(name: str) -> Callable[..., int]:
         small: Annotated[bool, typer.Option("--small", help="Few and short runs, for a trial.")] = False,
         quiet: NoProgress = False,
     ) -> int:
-        from comparison.execution.workers import cpus
+        from comparison.execution.pool import cpus
         from comparison.files import check_folder
         from comparison.studies import write_study
 
@@ -116,8 +116,8 @@ def sweep(
     SCENE: a shipped scene or the path of a TOML file. Writes sweep.csv. Finished runs are stored in the
     folder: the same command resumes an interrupted sweep. Failed runs are rows with the reason.
     """
-    from comparison.execution.task_store import on_processes
-    from comparison.execution.workers import cpus
+    from comparison.execution.pool import cpus
+    from comparison.execution.tasks import on_processes
     from comparison.files import check_folder
     from comparison.scene import load_scene, parse_set
     from comparison.studies.sweep.cluster import on_cluster

@@ -89,9 +89,8 @@ def validate(
     by then, marked as incomplete.
     """
     from comparison.accuracy.levels import TIERS
-    from comparison.engines.registry import pair, several
-    from comparison.execution.worker_process import kept_workers
-    from comparison.execution.workers import cpus
+    from comparison.execution.pool import cpus, kept_workers
+    from comparison.models import pair, several
     from comparison.scene import name_with, parse_set
     from comparison.words.record import as_mapping
 
@@ -122,8 +121,8 @@ def _validate_pair(
     """
     from comparison.cli.pages import write_validation
     from comparison.cli.verdicts import verdict_lines
-    from comparison.execution.job import MODELS
     from comparison.files import check_folder
+    from comparison.models import MODELS
     from comparison.scene import load_scene, name_with, shipped_scenes
     from comparison.verdict.results import EXIT_CODES, exit_code
     from comparison.verdict.shipped import departures, verdicts_record

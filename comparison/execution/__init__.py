@@ -1,1 +1,1 @@
-"""Execution of scenes by models in worker processes, with a cache of finished runs."""
+"""Execution of scenes by models in worker processes; finished runs and rows of studies are stored."""

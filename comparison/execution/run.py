@@ -1,28 +1,115 @@
-"""Runs of scenes by models in worker processes; the only module that starts a model."""
+"""Runs of scenes by models, what came of them; the only module that starts a model."""
 
 from __future__ import annotations
 
+import platform
 import traceback
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
 from copy import deepcopy
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
+from math import log10
 from typing import Any
 
-from comparison.engines.registry import fingerprint, load
-from comparison.execution.cache import fetch, keep, run_key
-from comparison.execution.job import Job, Outcome, Progress, successful
-from comparison.execution.task_order import execution_order
-from comparison.execution.worker_process import Share
-from comparison.execution.workers import Died, work
-from comparison.scene import Scene
+from comparison.execution.pool import Died, Share, work
+from comparison.execution.store import fetch, keep
+from comparison.models import OWN, code_hash, fingerprint, load, platform_name
+from comparison.scene import Scene, SceneError, digest
 from comparison.tables.channels import expected
 from comparison.tables.result import Result
 from comparison.tables.table import Table, TableError, check
 
+VIOLATED = "invariant-violated"
+"""Status of a run that violates an invariant of its model; its table is complete but invalid."""
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Job:
+    """Run of a scene by a model."""
+
+    scene: Scene
+    model: str
+
+    @property
+    def cost(self) -> float:
+        """Expected time, s, roughly: it orders the runs and weighs their progress."""
+        cycles, solver = float(self.scene.data["drive"]["cycles"]), self.scene.data["solver"]
+        if self.model == "exudyn" and solver["exudyn"].get("formulation") == "tree":
+            return float(cycles * 10 ** (-log10(solver["exudyn"]["tolerance"]) / 6 - 2.3))
+        if self.model == "exudyn":
+            return float(1.4e-5 * self.scene.duration / solver["exudyn"]["step"])
+        if self.model == "reference":
+            return float(cycles * 10 ** (-log10(solver["reference"]["tolerance"]) / 8 - 3))
+        return cycles
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Outcome of a run.
+
+    Attributes
+    ----------
+    status
+        ``"success"``; ``"bad input"``: the model refuses the scene; ``"crashed"``: the process died or the
+        model raised what it should not; ``"unusable"``: the table fails `comparison.tables.table.check`; or
+        the model's own status, such as ``"step-too-small"``.
+    message
+        One line; for a status of the model its remedy.
+    table
+        The result if the status is ``"success"``.
+    partial
+        Unchecked results of a run that ended with a status of the model: truncated where it stopped, complete
+        where it violated an invariant (`VIOLATED`).
+    traceback
+        Of what the model raised, if it crashed that way.
+    """
+
+    status: str
+    message: str = ""
+    table: Table | None = None
+    partial: Table | None = None
+    traceback: str = ""
+
+
+class RunError(RuntimeError):
+    """A run that did not succeed, with its outcome."""
+
+    def __init__(self, outcome: Outcome, job: Job) -> None:
+        self.outcome, self.job = outcome, job
+        super().__init__(describe(job, outcome))
+
+
+def describe(job: Job, outcome: Outcome) -> str:
+    """Describe in one line why a run did not succeed."""
+    where = f"scene {job.scene.name!r}"
+    if outcome.status == "bad input":
+        return f"{where}: {outcome.message}"
+    message = f"; {outcome.message}" if outcome.message else ""
+    return f"{where}: the {job.model} run did not succeed: {outcome.status}{message}"
+
+
+def successful(outcome: Outcome, job: Job) -> Table:
+    """Return the table of a run.
+
+    Raises
+    ------
+    SceneError
+        If the model refused the scene, or could not be imported.
+    RunError
+        If the run did not succeed.
+    """
+    if outcome.status == "bad input":
+        raise SceneError(describe(job, outcome))
+    if outcome.table is None:
+        raise RunError(outcome, job)
+    return outcome.table
+
 
 def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table:
-    """Run one scene by one model in this process, without the cache.
+    """Run one scene by one model in this process; nothing is stored.
 
     Parameters
     ----------
@@ -41,34 +128,27 @@ def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table
         If the run does not succeed.
     """
     job = Job(scene, model)
-    return successful(_outcome_of_scene(_attempt(job, progress), scene), job)
+    return successful(_with_scene(_attempt(job, progress), scene), job)
 
 
 def run_uncached(job: Job, on_progress: Progress | None = None) -> Outcome:
-    """Run one job without the cache: the reference in this process, any other model in a worker.
+    """Run one job, the reference in this process, any other model in a worker; nothing is stored.
 
     The reference has no code of its own that could end its process, and a second interpreter takes longer to
     start than most of its runs. A model that is unknown or cannot be imported is "bad input".
     """
-    if job.model == "reference":
-        return _outcome_of_scene(_attempt(job, on_progress), job.scene)
-    with closing(work(_attempt, [("", job)], 1)) as events:
-        for _, event in events:
-            if isinstance(event, Outcome):
-                return _outcome_of_scene(event, job.scene)
-            if isinstance(event, Died):
-                return Outcome("crashed", event.words)
-            if on_progress:
-                on_progress(event.value)
-    raise AssertionError("a worker's last event is an outcome or its death")
+
+    def report(_key: str, share: float) -> None:
+        if on_progress:
+            on_progress(share)
+
+    with closing(_outcomes([("", job)], 0 if job.model == "reference" else 1, report)) as outcomes:
+        ((_, outcome),) = outcomes
+    return _with_scene(outcome, job.scene)
 
 
-def run_all(
-    jobs: Sequence[Job],
-    n_jobs: int,
-    on_progress: Progress | None = None,
-) -> list[Outcome]:
-    """Run many scenes, equal ones once; cached runs are used, and each successful one is cached as it ends.
+def run_all(jobs: Sequence[Job], n_jobs: int, on_progress: Progress | None = None) -> list[Outcome]:
+    """Run many scenes, equal ones once; stored runs are used, and each successful one is stored as it ends.
 
     Parameters
     ----------
@@ -95,42 +175,80 @@ def run_all(
     """
     prints = {model: fingerprint(model) for model in {job.model for job in jobs}}
     keys = [run_key(job.scene, job.model, prints[job.model]) for job in jobs]
-    todo = dict(zip(keys, jobs, strict=True))
+    by_key = dict(zip(keys, jobs, strict=True))
     outcomes: dict[str, Outcome] = {}
-    for key, job in todo.items():
-        kept = fetch(key, *_demands(job))
-        if kept is not None:
-            outcomes[key] = Outcome("success", table=kept)
-    shares = {key: float(key in outcomes) for key in todo}
-    total = sum(job.cost for job in todo.values())
+    for key, job in by_key.items():
+        if (table := fetch(key, *_demands(job))) is not None:
+            outcomes[key] = Outcome("success", table=table)
+    shares = {key: float(key in outcomes) for key in by_key}
+    total = sum(job.cost for job in by_key.values())
 
     def report(key: str, share: float) -> None:
         shares[key] = share
         if on_progress:
-            on_progress(sum(todo[key].cost * share for key, share in shares.items()) / total)
+            on_progress(sum(by_key[key].cost * share for key, share in shares.items()) / total)
 
-    waiting = execution_order({key: job for key, job in todo.items() if key not in outcomes})
-    tasks = [(key, todo[key]) for key in waiting]
-    kinds = {key: job.kernels for key, job in tasks}
-    with closing(work(_attempt, tasks, n_jobs, kernels=kinds) if n_jobs else _in_turn(tasks)) as events:
+    waiting = _in_order((key, job) for key, job in by_key.items() if key not in outcomes)
+    with closing(_outcomes(waiting, n_jobs, report)) as finished:
+        for key, outcome in finished:
+            outcomes[key] = outcome
+            if outcome.table is not None:
+                keep(key, outcome.table)
+            report(key, 1.0)
+    return [_with_scene(outcomes[key], job.scene) for key, job in zip(keys, jobs, strict=True)]
+
+
+def run_key(scene: Scene, model: str, fingerprint: str) -> str:
+    """Return the hash of everything that can change the run of ``scene`` by ``model`` with this fingerprint.
+
+    Also of the code of this package that makes the table, and of the kind of machine, its processor too: a CI
+    service restores a cache on another machine than the one that wrote it. Of the solver settings only the
+    model's own count, but all of them for a model of another package, which may build on the others.
+    """
+    solver = scene.data["solver"]
+    physics = {key: part for key, part in scene.data.items() if key not in ("scene", "solver")}
+    return digest(
+        {
+            "scene": physics,
+            "solver": solver[model] if model in OWN else solver,
+            "model": model,
+            "fingerprint": fingerprint,
+            "code": code_hash(__name__),
+            "python": platform.python_version(),
+            "machine": platform_name(),
+        }
+    )
+
+
+def _in_order(jobs: Iterable[tuple[str, Job]]) -> list[tuple[str, Job]]:
+    """Order jobs: one of each formulation first, then the longest, so that no worker is idle at the end.
+
+    Two workers that begin with the same formulation compile the same code, which takes longer than most runs
+    (measured: 1.4 times the processor time of a first validation).
+    """
+    longest = sorted(jobs, key=lambda item: (-item[1].cost, item[0]))
+    by_formulation = {
+        (job.model, job.scene.data["solver"].get(job.model, {}).get("formulation")): key
+        for key, job in reversed(longest)
+    }
+    ahead = set(by_formulation.values())
+    return sorted(longest, key=lambda item: item[0] not in ahead)
+
+
+def _outcomes(
+    jobs: Sequence[tuple[str, Job]], n_jobs: int, on_share: Callable[[str, float], None]
+) -> Generator[tuple[str, Outcome]]:
+    """Run jobs by so many workers, or in this process if none, and yield each outcome as it comes."""
+    if not n_jobs:
+        for key, job in jobs:
+            yield key, _attempt(job, partial(on_share, key))
+        return
+    with closing(work(_attempt, jobs, n_jobs)) as events:
         for key, event in events:
             if isinstance(event, Share):
-                report(key, event.value)
-                continue
-            if isinstance(event, Died):
-                outcomes[key] = Outcome("crashed", event.words)
+                on_share(key, event.value)
             else:
-                outcomes[key] = event
-                if event.table is not None:
-                    keep(key, event.table)
-            report(key, 1.0)
-    return [_outcome_of_scene(outcomes[key], job.scene) for key, job in zip(keys, jobs, strict=True)]
-
-
-def _in_turn(tasks: Sequence[tuple[str, Job]]) -> Generator[tuple[str, Outcome]]:
-    """Run jobs one after the other in this process."""
-    for key, job in tasks:
-        yield key, _attempt(job, None)
+                yield key, Outcome("crashed", event.words) if isinstance(event, Died) else event
 
 
 def _attempt(job: Job, progress: Progress | None) -> Outcome:
@@ -152,7 +270,6 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
 
 
 def _simulate(model: str, scene: dict[str, Any], progress: Progress | None) -> Result:
-    """Start a model; imported here, so that reading tables and scenes requires none."""
     # A copy: modifications of the scene by a model must not enter the table's record.
     result: Result = load(model)(deepcopy(scene), progress=progress)
     return result
@@ -162,12 +279,11 @@ def _demands(job: Job) -> tuple[list[str], tuple[float, float]]:
     return expected(job.scene.data), (0.0, job.scene.duration)
 
 
-def _outcome_of_scene(outcome: Outcome, scene: Scene) -> Outcome:
-    table, partial = (part and _of_scene(part, scene) for part in (outcome.table, outcome.partial))
-    return replace(outcome, table=table, partial=partial)
-
-
-def _of_scene(table: Table, scene: Scene) -> Table:
-    """Record the complete scene, so that `sixbar compare` finds it beside the table."""
-    provenance = {**table.provenance, "scene_hash": scene.hash, "scene": scene.data}
-    return replace(table, provenance=provenance)
+def _with_scene(outcome: Outcome, scene: Scene) -> Outcome:
+    """Record the complete scene in the tables, so that `sixbar compare` finds it beside them."""
+    record = {"scene_hash": scene.hash, "scene": scene.data}
+    table, partial_table = (
+        table and replace(table, provenance={**table.provenance, **record})
+        for table in (outcome.table, outcome.partial)
+    )
+    return replace(outcome, table=table, partial=partial_table)

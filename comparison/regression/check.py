@@ -16,9 +16,8 @@ from typing import Literal
 import numpy as np
 
 from comparison.accuracy.levels import thresholds, thresholds_record
-from comparison.engines.platform import platform_name, versions
-from comparison.execution.job import Job, Outcome, Progress
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Outcome, Progress, run_all
+from comparison.models import platform_name, versions
 from comparison.regression.baseline import Baseline, Checkpoint, RunRecord, physics_hash
 from comparison.regression.record import (
     CONFIRMING,

@@ -24,10 +24,9 @@ from pydantic import BaseModel, ValidationError
 from comparison.accuracy.levels import refinement, thresholds, thresholds_record, tight
 from comparison.accuracy.refine import family, table_of_family
 from comparison.accuracy.uncertainty import movable, moved, perturbation, spread, window_samples
-from comparison.engines.platform import platform_name, versions
-from comparison.execution.job import MODELS, Job, Progress, successful
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.files import contents
+from comparison.models import MODELS, platform_name, smallest_in_exudyn, versions
 from comparison.regression.baseline import (
     Baseline,
     BaselineError,
@@ -41,7 +40,6 @@ from comparison.regression.baseline import (
     source,
 )
 from comparison.scene import Scene
-from comparison.scene.formulation import smallest_in_exudyn
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import channels, expected
 from comparison.tables.table import Table

@@ -37,8 +37,8 @@ from comparison.reliability.averages import (
     standard_error,
 )
 from comparison.reliability.errors import PRIMITIVES, QUANTITIES, SliderErrors
-from comparison.scene.criteria import Limits
-from comparison.scene.criteria import Reliability as Settings
+from comparison.scene.schema import Limits
+from comparison.scene.schema import Reliability as Settings
 from comparison.tables.arrays import Array, BoolArray
 
 ROUNDING = 5e-6

@@ -28,13 +28,13 @@ import numpy as np
 
 from comparison.accuracy.levels import coarser
 from comparison.accuracy.uncertainty import ROUND_OFF, Levels, Runs, uncertainty
-from comparison.execution.job import Job, Outcome
+from comparison.execution.run import Job, Outcome
 from comparison.reliability.assessment import Assessment, assess
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, load_scene
-from comparison.scene.criteria import Reliability as Settings
 from comparison.scene.loading import BASE
 from comparison.scene.schema import ExudynSolver, ReferenceSolver
+from comparison.scene.schema import Reliability as Settings
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table, TableError
 

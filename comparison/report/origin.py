@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from comparison.engines.platform import platform_name
+from comparison.models import platform_name
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 from matplotlib.ticker import LogLocator
 
 from comparison.accuracy.work_precision import WorkPrecision
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.report import svg
 
 _MARKS = {"minimal": "o", "multiplier": "s", "tree": "^", "full": "D"}

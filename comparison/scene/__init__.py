@@ -1,8 +1,7 @@
 """Scenes: read from TOML, validated, and converted to the mapping that a model takes.
 
-`loading` reads them; `overrides` changes their keys, and names what is changed; `schema`, `fields` and
-`criteria` define the keys; `error_messages` phrases validation errors; `formulation` selects the equations
-that a scene needs. `shipped` holds the shipped scenes.
+`loading` reads them; `overrides` changes their keys, and names what is changed; `schema` defines the keys.
+`shipped` holds the shipped scenes.
 """
 
 from comparison.scene.loading import (
@@ -15,8 +14,11 @@ from comparison.scene.loading import (
     shipped_scenes,
 )
 from comparison.scene.overrides import command_line, name_with
+from comparison.scene.schema import RandomInput, Reliability
 
 __all__ = [
+    "RandomInput",
+    "Reliability",
     "Scene",
     "SceneError",
     "command_line",

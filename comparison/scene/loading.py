@@ -20,11 +20,18 @@ from typing import Any
 from pydantic import ValidationError
 
 from comparison.files import contents
-from comparison.scene.criteria import RandomInput, Reliability
-from comparison.scene.error_messages import explain
-from comparison.scene.formulation import joints_with_clearance
-from comparison.scene.overrides import changed, command_line, merged, name_with, title_with, updated
-from comparison.scene.schema import SceneKeys
+from comparison.models import joints_with_clearance
+from comparison.scene.overrides import (
+    apply,
+    combine,
+    command_line,
+    explain,
+    merged,
+    name_with,
+    short,
+    title_with,
+)
+from comparison.scene.schema import RandomInput, Reliability, SceneKeys
 
 SCENES = Path(str(files("comparison.scene.shipped")))
 BASE = "paper"
@@ -45,11 +52,8 @@ class SceneError(ValueError):
 class Scene:
     """A complete and valid scene."""
 
-    name: str
-    title: str
-    description: str
     data: dict[str, Any]
-    """All keys but [compare] and [reliability], with defaults filled in; the input of a model."""
+    """All keys but the criteria, with defaults filled in; the input of a model."""
     warnings: tuple[str, ...]
     files: dict[str, Any]
     """The keys as its files give them, without overrides and defaults."""
@@ -65,6 +69,21 @@ class Scene:
     """[[random]]: random variables and their distributions; no run depends on them."""
 
     @property
+    def name(self) -> str:
+        """Name, of files too."""
+        return str(self.data["scene"]["name"])
+
+    @property
+    def title(self) -> str:
+        """Title, in one line."""
+        return str(self.data["scene"]["title"])
+
+    @property
+    def description(self) -> str:
+        """Description, empty if there is none."""
+        return str(self.data["scene"]["description"])
+
+    @property
     def period(self) -> float:
         """Period of one crank cycle, s."""
         return 60.0 / abs(float(self.data["drive"]["speed_rpm"]))
@@ -77,7 +96,7 @@ class Scene:
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 (hex) of all keys that can change a result: without texts, [compare] and [reliability]."""
+        """SHA-256 (hex) of all keys that can change a result: of `data` without the texts."""
         return digest({key: part for key, part in self.data.items() if key != "scene"})
 
     def with_values(self, values: Mapping[str, object]) -> Scene:
@@ -90,7 +109,7 @@ class Scene:
         SceneError
             If the changed scene is not valid.
         """
-        return _checked(self.files, updated(self.files, self.overrides, values), self.source)
+        return _checked(self.files, combine(self.files, self.overrides, values), self.source)
 
     def variant(self, values: Mapping[str, object]) -> Scene:
         """Return this scene at other settings or from another start, under its name and title.
@@ -101,13 +120,7 @@ class Scene:
             If it is not valid.
         """
         varied = self.with_values(values)
-        return replace(
-            varied,
-            name=self.name,
-            title=self.title,
-            description=self.description,
-            data=varied.data | {"scene": self.data["scene"]},
-        )
+        return replace(varied, data=varied.data | {"scene": self.data["scene"]})
 
     def command(self, verb: str, *options: str) -> str:
         """Return the command that does something to this scene; empty if it was not read from a file."""
@@ -134,9 +147,10 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
     SceneError
         One line with location, value and violated rule.
     """
-    path = _locate(str(name_or_path), Path(), str(name_or_path))
-    given = _named_by(_read(path, ()), path.stem)
-    return _checked(given, updated(given, {}, overrides or {}), str(name_or_path))
+    source = str(name_or_path)
+    path = _locate(source, Path(), source)
+    files = _named(_read(path, ()), path.stem)
+    return _checked(files, combine(files, {}, overrides or {}), source)
 
 
 def scene_from_mapping(data: Mapping[str, Any]) -> Scene:
@@ -147,7 +161,7 @@ def scene_from_mapping(data: Mapping[str, Any]) -> Scene:
     SceneError
         As for `load_scene`.
     """
-    return _checked(_named_by(data, "scene"), {}, "")
+    return _checked(_named(data, "scene"), {}, "")
 
 
 def parse_set(assignments: Sequence[str]) -> dict[str, object]:
@@ -176,7 +190,7 @@ def digest(value: object) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _locate(name: str, folder: Path, asked_by: str) -> Path:
+def _locate(name: str, folder: Path, wanted_by: str) -> Path:
     """Find the file: a shipped name first, else a path relative to ``folder``."""
     if name in (BASE, *shipped_scenes()):
         return SCENES / f"{name}.toml"
@@ -186,10 +200,10 @@ def _locate(name: str, folder: Path, asked_by: str) -> Path:
             return path
     except (OSError, RuntimeError) as error:  # too long a name; a user who does not exist
         reason = getattr(error, "strerror", None) or "there is no such home folder"
-        raise SceneError(f"scene {_line(asked_by)!r}: {reason}") from error
+        raise SceneError(f"scene {_line(wanted_by)!r}: {reason}") from error
     close = difflib.get_close_matches(name, shipped_scenes(), n=1)
     hint = f"did you mean {close[0]!r}?" if close else f"shipped are {', '.join(shipped_scenes())}"
-    raise SceneError(f"scene {asked_by!r}: {name!r} is neither a shipped scene nor a file; {hint}")
+    raise SceneError(f"scene {wanted_by!r}: {name!r} is neither a shipped scene nor a file; {hint}")
 
 
 def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
@@ -218,49 +232,43 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
         return data
     base = texts.pop("extends")
     if not isinstance(base, str):
-        raise SceneError(f"{where}: scene.extends = {base!r} must be a shipped name or a path")
+        raise SceneError(f"{where}: scene.extends = {short(base)} must be a shipped name or a path")
     inherited = _read(_locate(base, path.parent, path.stem), (*chain, path))
     inherited.pop("scene", None)
     return merged(inherited, data)
 
 
-def _named_by(given: Mapping[str, Any], usual: str) -> dict[str, Any]:
-    """Return the keys of a scene with a name."""
-    texts = given.get("scene", {})
-    return {**given, "scene": {"name": usual} | texts} if isinstance(texts, dict) else dict(given)
-
-
-def _texts(texts: dict[str, Any], overrides: Mapping[str, object]) -> dict[str, Any]:
-    """Return name, title and description: those of the files only of what is in the files."""
-    name = texts["name"]
-    changes = {key: value for key, value in overrides.items() if not key.startswith("scene.")}
-    if not changes or not isinstance(name, str):
-        return {"title": name} | texts
-    chosen = {key.removeprefix("scene."): value for key, value in overrides.items() if key not in changes}
-    return (
-        texts
-        | {"name": name_with(name, changes), "title": title_with(name, changes), "description": ""}
-        | chosen
-    )
+def _named(keys: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """Return the keys of a scene with this name, unless they have one."""
+    texts = keys.get("scene", {})
+    return {**keys, "scene": {"name": name} | texts} if isinstance(texts, dict) else dict(keys)
 
 
 def _checked(files: dict[str, Any], overrides: dict[str, object], source: str) -> Scene:
     """Fill in texts and defaults, validate, collect warnings."""
-    given, name = changed(files, overrides), Path(source).name
-    if isinstance(given["scene"], dict):
-        name = given["scene"]["name"]
-        given["scene"] = _texts(given["scene"], overrides)
+    given, name = apply(files, overrides), Path(source).name
+    if isinstance(texts := given["scene"], dict):
+        name = texts["name"]
+        changes = {key: value for key, value in overrides.items() if not key.startswith("scene.")}
+        if not changes or not isinstance(name, str):
+            texts = {"title": name} | texts
+        else:  # the files' texts are of what is in the files
+            derived = {
+                "name": name_with(name, changes),
+                "title": title_with(name, changes),
+                "description": "",
+            }
+            own = {key.removeprefix("scene."): overrides[key] for key in overrides.keys() - changes.keys()}
+            texts = texts | derived | own
+        given["scene"] = texts
     try:
         keys = SceneKeys.model_validate(given)
     except ValidationError as error:
-        raise SceneError(f"scene {name!r}: {explain(error)}") from error
+        raise SceneError(f"scene {short(name)}: {explain(error)}") from error
     data = keys.model_dump(exclude={"compare", "reliability", "random"})
     if data["initial"]["slider_offset"] is None:
         data["initial"]["slider_offset"] = data["mechanism"]["reference_offset"]
     return Scene(
-        name=keys.scene.name,
-        title=keys.scene.title,
-        description=keys.scene.description,
         data=data,
         warnings=_warnings(data),
         files=files,

@@ -1,52 +1,98 @@
-"""Overrides of a scene: dotted keys over its files, and the name, title and command line that follow."""
+"""Dotted keys of a scene: overrides, the name, title and command that follow, and errors of validation."""
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import json
 import re
 import shlex
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, get_args, get_origin
 
-from comparison.scene.error_messages import unit_of
-from comparison.scene.schema import NAME
+from pydantic import BaseModel, ValidationError
+
+from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Unit
 
 LONGEST = 54
 """Characters of a name that says what is changed: beside it there is room for a verdict in 80 columns."""
 _FORMULATION = "solver.exudyn.formulation"
-_OF_FORMULATION = ("solver.exudyn.step", "solver.exudyn.tolerance")
 _SHOWN = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa")}
 """Unit of a key -> that of a title, and the factor to it."""
-OF_PARTNERS = ("contact.youngs_modulus", "contact.poisson")
-PARTNERS = ("slider", "guide")
-"""Keys of a number for both partners of a contact, or of one for each."""
 _BARE = re.compile(r"(?!(true|false|inf|nan)$)[A-Za-z_][A-Za-z0-9_./-]*")  # no TOML: --set takes it as text
+_PLAIN = re.compile(r"[\w.-]+")  # a step of a key that is not quoted
+_RULES = {
+    "rule": "{text}",
+    "greater_than": "must be > {gt:g}",
+    "greater_than_equal": "must be >= {ge:g}",
+    "less_than": "must be < {lt:g}",
+    "less_than_equal": "must be <= {le:g}",
+    "finite_number": "must be finite",
+    "float_type": "must be a number",
+    "int_type": "must be an integer",
+    "int_from_float": "must be an integer",
+    "bool_type": "must be true or false",
+    "string_type": "must be a string",
+    "list_type": "must be a list",
+    "dict_type": "must be a section with keys of its own",
+    "model_type": "must be a section with keys of its own",
+    "literal_error": "must be {expected}",
+    "too_short": "must hold {min_length} values, not {actual_length}",
+    "too_long": "must hold {max_length} values, not {actual_length}",
+    "string_too_short": "must not be empty",
+    "string_too_long": "must have at most {max_length} characters",
+    "string_pattern_mismatch": "must be letters, digits and . _ + = - only: it names files",
+    "missing": "is missing",
+    "extra_forbidden": "is not a known key",
+    "not_installed": "is not a known key: no model of this name is installed",
+}
+"""Type of a pydantic error -> what is said of the value."""
 
 
-def changed(given: Mapping[str, Any], values: Mapping[str, object]) -> dict[str, Any]:
-    """Apply dotted keys to a scene.
+def apply(files: Mapping[str, Any], overrides: Mapping[str, object]) -> dict[str, Any]:
+    """Return the keys of a scene's files with dotted keys changed.
 
-    Exudyn's step and tolerance in a scene are meant for the scene's formulation. They have another meaning in
+    Exudyn's step and tolerance in a file are meant for the file's formulation. They have another meaning in
     another formulation chosen here: a step for the five bodies makes the tree take a hundred times its steps.
     """
-    solver, wanted = given.get("solver", {}), values.get(_FORMULATION)
+    solver, wanted = files.get("solver", {}), overrides.get(_FORMULATION)
     if wanted is not None and isinstance(solver, Mapping):
         exudyn = solver.get("exudyn", {})
         if isinstance(exudyn, Mapping) and exudyn.get("formulation", "auto") != wanted:
             kept = {key: value for key, value in exudyn.items() if key not in ("step", "tolerance")}
-            given = {**given, "solver": {**solver, "exudyn": kept}}
-    return merged(given, _nested(values))
+            files = {**files, "solver": {**solver, "exudyn": kept}}
+    nested: dict[str, Any] = {}
+    for dotted, value in overrides.items():
+        below: Any = value
+        for step in reversed(dotted.split(".")):
+            below = {step: below}
+        nested = merged(nested, below)
+    return merged(files, nested)
 
 
-def updated(
-    given: Mapping[str, Any], overrides: Mapping[str, object], values: Mapping[str, object]
+def merged(base: Mapping[str, Any], changes: Mapping[str, Any], section: str = "") -> dict[str, Any]:
+    """Merge ``changes`` into ``base``, section by section.
+
+    One partner's number over that of both leaves the other's as it is.
+    """
+    result = dict(base)
+    for key, value in changes.items():
+        below, dotted = result.get(key), f"{section}{key}"
+        if dotted in MATERIALS and value and not isinstance(below, dict | None):
+            below = dict.fromkeys(PARTNERS, below)
+        both_sections = isinstance(below, dict) and isinstance(value, dict)
+        result[key] = merged(below or {}, value, f"{dotted}.") if both_sections else value
+    return result
+
+
+def combine(
+    files: Mapping[str, Any], overrides: Mapping[str, object], values: Mapping[str, object]
 ) -> dict[str, object]:
     """Return the overrides of a scene whose keys are changed once more: those that differ from its files.
 
     Parameters
     ----------
-    given
+    files
         The keys as the files give them.
     overrides
         As they were, of single keys.
@@ -54,16 +100,51 @@ def updated(
         Dotted keys, of sections too.
     """
     values = _single("", values)
-    usual = overrides.get(_FORMULATION, _at(given, _FORMULATION) or "auto")
-    if values.get(_FORMULATION, usual) != usual:
-        overrides = {key: value for key, value in overrides.items() if key not in _OF_FORMULATION}
-    values = _with(overrides, values)
-    here = changed(given, {key: values[key] for key in (_FORMULATION,) if key in values})
+    formulation = overrides.get(_FORMULATION, _at(files, _FORMULATION) or "auto")
+    result = dict(overrides)
+    if values.get(_FORMULATION, formulation) != formulation:
+        for key in ("solver.exudyn.step", "solver.exudyn.tolerance"):
+            result.pop(key, None)
+    for key, value in values.items():
+        material = key.rpartition(".")[0]
+        if key in MATERIALS:  # of both partners: replaces that of each
+            result = {other: kept for other, kept in result.items() if not other.startswith(f"{key}.")}
+        elif material in MATERIALS and material in result:
+            result |= dict.fromkeys((f"{material}.{partner}" for partner in PARTNERS), result.pop(material))
+        result[key] = value
+    base = apply(files, {key: result[key] for key in (_FORMULATION,) if key in result})
     return {
         key: value
-        for key, value in values.items()
-        if not _same(value, _at(given if key == _FORMULATION else here, key))
+        for key, value in result.items()
+        if not _same(value, _at(files if key == _FORMULATION else base, key))
     }
+
+
+def _single(section: str, values: Mapping[str, object]) -> dict[str, object]:
+    """Return the values of single keys; an empty section is one itself."""
+    single: dict[str, object] = {}
+    for key, value in values.items():
+        dotted = f"{section}.{key}" if section else key
+        single |= _single(dotted, value) if isinstance(value, Mapping) and value else {dotted: value}
+    return single
+
+
+def _at(keys: Mapping[str, Any], dotted: str) -> object:
+    """Return the value of a dotted key, of a partner's that of both; None where there is none."""
+    value: Any = keys
+    for step in dotted.split("."):
+        value = value.get(step) if isinstance(value, Mapping) else None
+    material, _, partner = dotted.rpartition(".")
+    if value is None and material in MATERIALS and partner in PARTNERS:
+        both = _at(keys, material)
+        return None if isinstance(both, Mapping) else both
+    return value
+
+
+def _same(value: object, before: object) -> bool:
+    """Return whether a value would change nothing; true is not 1, nor is 1.0 where an integer has to be."""
+    integer = type(value) is int and isinstance(before, float) and value == before
+    return integer or _toml(value) == _toml(before)
 
 
 def name_with(name: str, overrides: Mapping[str, object]) -> str:
@@ -76,8 +157,14 @@ def name_with(name: str, overrides: Mapping[str, object]) -> str:
 
 def title_with(name: str, overrides: Mapping[str, object]) -> str:
     """Return a title: ``"150rpm-0.2mm with clearance.slider = 0.4 mm"``."""
-    changes = ", ".join(f"{key} = {_quantity(value, unit_of(key))}" for key, value in overrides.items())
-    return f"{name} with {changes}"
+    changes = []
+    for key, value in overrides.items():
+        text, unit = _text(value), _place(key.split("."))[1]
+        if isinstance(value, float):
+            factor, unit = _SHOWN.get(unit, (1.0, unit))
+            text = f"{factor * value:.12g}"
+        changes.append(f"{key} = {text} {unit}".rstrip())
+    return f"{name} with {', '.join(changes)}"
 
 
 def command_line(
@@ -89,71 +176,6 @@ def command_line(
     """
     changes = [word for key, value in overrides.items() for word in ("--set", f"{key}={_text(value)}")]
     return shlex.join(["sixbar", verb, *sources, *changes, *options])
-
-
-def merged(base: Mapping[str, Any], changes: Mapping[str, Any], section: str = "") -> dict[str, Any]:
-    """Merge ``changes`` into ``base``, section by section.
-
-    One partner's number over that of both leaves the other's as it is.
-    """
-    result = dict(base)
-    for key, value in changes.items():
-        below, whole = result.get(key), f"{section}{key}"
-        if whole in OF_PARTNERS and value and not isinstance(below, dict | None):
-            below = dict.fromkeys(PARTNERS, below)
-        sections = isinstance(below, dict) and isinstance(value, dict)
-        result[key] = merged(below or {}, value, f"{whole}.") if sections else value
-    return result
-
-
-def _with(overrides: Mapping[str, object], values: Mapping[str, object]) -> dict[str, object]:
-    """Return overrides of single keys with further ones: a number of both partners replaces those of each."""
-    result = dict(overrides)
-    for key, value in values.items():
-        both = key.rpartition(".")[0]
-        if key in OF_PARTNERS:
-            result = {old: kept for old, kept in result.items() if not old.startswith(f"{key}.")}
-        elif both in OF_PARTNERS and both in result:
-            result |= dict.fromkeys((f"{both}.{partner}" for partner in PARTNERS), result.pop(both))
-        result[key] = value
-    return result
-
-
-def _single(section: str, values: Mapping[str, object]) -> dict[str, object]:
-    """Return the values of single keys; an empty section is one itself."""
-    single: dict[str, object] = {}
-    for key, value in values.items():
-        whole = f"{section}.{key}" if section else key
-        single |= _single(whole, value) if isinstance(value, Mapping) and value else {whole: value}
-    return single
-
-
-def _nested(values: Mapping[str, object]) -> dict[str, Any]:
-    """Convert dotted keys to nested mappings."""
-    nested: dict[str, Any] = {}
-    for dotted, value in values.items():
-        inner: Any = value
-        for part in reversed(dotted.split(".")):
-            inner = {part: inner}
-        nested = merged(nested, inner)
-    return nested
-
-
-def _at(given: Mapping[str, Any], dotted: str) -> object:
-    """Return the value of a dotted key; None where there is none."""
-    both, _, partner = dotted.rpartition(".")
-    if both in OF_PARTNERS and partner in PARTNERS and not isinstance(_at(given, both), Mapping):
-        dotted = both
-    found: Any = given
-    for part in dotted.split("."):
-        found = found.get(part) if isinstance(found, Mapping) else None
-    return found
-
-
-def _same(value: object, there: object) -> bool:
-    """Return whether a value would change nothing; true is not 1, nor is 1.0 where an integer has to be."""
-    whole = type(value) is int and isinstance(there, float) and value == there
-    return whole or _toml(value) == _toml(there)
 
 
 def _text(value: object) -> str:
@@ -175,9 +197,66 @@ def _toml(value: object) -> str:
     return json.dumps(value, ensure_ascii=False, default=str).replace("\x7f", "\\u007f")
 
 
-def _quantity(value: object, unit: str) -> str:
-    """Return a value with its unit."""
-    if not isinstance(value, float):
-        return f"{_text(value)} {unit}".rstrip()
-    factor, unit = _SHOWN.get(unit, (1.0, unit))
-    return f"{factor * value:.12g} {unit}".rstrip()
+def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
+    """Phrase the first of pydantic's errors in one line: key, value, unit, rule.
+
+    Parameters
+    ----------
+    error
+        Of the validation of a file.
+    schema
+        Keys of that file, of which the nearest is suggested for an unknown one.
+    """
+    first = error.errors()[0]
+    kind, value, context = first["type"], first["input"], first.get("ctx", {})
+    steps = [str(step) for step in first["loc"]]
+    if ".".join(steps[:2]) in MATERIALS:
+        steps[2:3] = []  # the branch of the union, "number" or "partners"
+    if "key" in context:  # of `schema.rule`
+        steps, value = [*steps, *context["key"].split(".")], context.get("value")
+    key = ".".join(step if _PLAIN.fullmatch(step) else repr(step) for step in steps) or "the file"
+    text = _RULES[kind].format(**context) if kind in _RULES else " ".join(first["msg"].split())
+    if kind == "missing":
+        hint = ' (scene.extends = "paper" takes over the paper\'s numbers)' if schema is SceneKeys else ""
+        return f"{key} {text}{hint}"
+    section, unit = _place(steps, schema)
+    if kind in ("extra_forbidden", "not_installed"):
+        close = difflib.get_close_matches(steps[-1], section.model_fields if section else (), n=1)
+        hint = f"; did you mean {'.'.join([*steps[:-1], *close])}?" if close else ""
+        return f"{key} {text}{hint}"
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return f"{key} = {short(value)}{f' {unit}' if unit and number else ''} {text}"
+
+
+def short(value: object) -> str:
+    """Return a value as it was given, the middle left out where it is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python refuses to print integers of thousands of digits
+        return "an integer of thousands of digits"
+    return text if len(text) <= 120 else f"{text[:80]} ... {text[-20:]}"
+
+
+def _place(steps: Sequence[str], schema: type[BaseModel] = SceneKeys) -> tuple[type[BaseModel] | None, str]:
+    """Return the section that holds a key, None where there is none, and the key's unit, "" without one."""
+    section: type[BaseModel] | None = None
+    annotation: Any = schema
+    unit = ""
+    for step in steps:
+        if get_origin(annotation) in (list, dict):
+            annotation = get_args(annotation)[-1]
+            continue
+        section = _section(annotation)
+        field = section.model_fields.get(step) if section else None
+        annotation = field and field.annotation
+        unit = next(
+            (note.symbol for note in (field.metadata if field else ()) if isinstance(note, Unit)), unit
+        )
+    return section, unit
+
+
+def _section(annotation: Any) -> type[BaseModel] | None:
+    """Return the section in an annotation, such as that of the partners of a number."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next(filter(None, map(_section, get_args(annotation))), None)

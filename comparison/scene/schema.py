@@ -1,42 +1,73 @@
 """Keys of a scene: type, unit, rule for the value, and default where there is one.
 
 Numbers of the mechanism have no defaults here; they are given with their sources in ``shipped/paper.toml``,
-which a scene extends. Defaults exist only for optional keys (initial state, joints, output, solvers).
+which a scene extends. Defaults exist only for optional keys (initial state, joints, output, solvers, and the
+criteria, on which no run depends).
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import isfinite
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from comparison.engines.registry import engine_names
-from comparison.scene.criteria import Compare, RandomInput, Reliability
-from comparison.scene.fields import (
-    KG,
-    KGM2,
-    M_S,
-    M,
-    NotNegative,
-    Positive,
-    Real,
-    S,
-    Section,
-    Sign,
-    Unit,
-    gone,
-    rule,
-)
-from comparison.scene.formulation import smallest_in_exudyn
+from comparison.models import engine_names, is_setting, smallest_in_exudyn
 
 MAX_SAMPLES = 100_000_000  # a larger table would not fit into the memory of an ordinary machine
 MAX_SAMPLES_PER_CYCLE = 10**15  # of which a short share is asked for; below it floats count exactly
-
-
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._+=-]*$"
 """Of a scene, which names files."""
+MATERIALS = ("contact.youngs_modulus", "contact.poisson")
+PARTNERS = ("slider", "guide")
+"""Keys of a number for both partners of a contact, or of one for each."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Unit of a key, for messages."""
+
+    symbol: str
+
+
+def rule(key: str, value: object, text: str) -> PydanticCustomError:
+    """Build the error of a violated rule; the key is relative to the section that raises it."""
+    return PydanticCustomError("rule", "{text}", {"key": key, "value": value, "text": text})
+
+
+def _gone(name: str, instead: str) -> BeforeValidator:
+    """Reject a choice that is no longer there, and say what to take."""
+
+    def check(value: object) -> object:
+        if value == name:
+            raise PydanticCustomError("gone", "is gone: {instead}", {"instead": instead})
+        return value
+
+    return BeforeValidator(check)
+
+
+def _integer(value: object) -> object:
+    """Reject what is equal to an integer and is none: true, 1.0."""
+    if type(value) is not int:
+        raise PydanticCustomError("literal_error", "", {"expected": "-1 or 1"})
+    return value
+
+
+Real = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Poisson = Annotated[float, Field(gt=-1, le=0.5, allow_inf_nan=False)]
+Sign = Annotated[Literal[-1, 1], BeforeValidator(_integer)]
+M, KG, KGM2, S = Unit("m"), Unit("kg"), Unit("kg m^2"), Unit("s")
+M_S, M_S2, RAD, RAD_S = Unit("m/s"), Unit("m/s^2"), Unit("rad"), Unit("rad/s")
+
+
+class Section(BaseModel):
+    """Section of the scene file; unknown keys are rejected."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
 
 class Texts(Section):
@@ -91,7 +122,7 @@ class Drive(Section):
     @model_validator(mode="after")
     def _rotates(self) -> Self:
         if self.speed_rpm == 0:
-            raise rule("speed_rpm", self.speed_rpm, "must not be zero", "rpm")
+            raise rule("speed_rpm", self.speed_rpm, "must not be zero")
         if not isfinite(60.0 / self.speed_rpm * self.cycles):
             raise rule("cycles", self.cycles, f"last for ever at speed_rpm = {self.speed_rpm:g}")
         return self
@@ -101,9 +132,9 @@ class Initial(Section):
     """Initial state of the slider relative to the guide's centre line; None: on the ideal slider's line."""
 
     slider_offset: Annotated[Real | None, M] = None
-    slider_angle: Annotated[Real, Unit("rad")] = 0.0
+    slider_angle: Annotated[Real, RAD] = 0.0
     slider_vx: Annotated[Real, M_S] = 0.0
-    slider_omega: Annotated[Real, Unit("rad/s")] = 0.0
+    slider_omega: Annotated[Real, RAD_S] = 0.0
 
 
 class Joints(Section):
@@ -119,9 +150,6 @@ class Clearance(Section):
     slider: Annotated[NotNegative, M]
     crank_pin: Annotated[NotNegative, M]
     journal_radius: Annotated[Positive, M]
-
-
-Poisson = Annotated[float, Field(gt=-1, le=0.5, allow_inf_nan=False)]
 
 
 class Moduli(Section):
@@ -154,7 +182,7 @@ class Contact(Section):
 
     law: Annotated[
         Literal["hertz-corners", "paper-switching", "foundation"],
-        gone("strip", "the continuous law of a whole side is 'foundation'"),
+        _gone("strip", "the continuous law of a whole side is 'foundation'"),
     ]
     impact_speed: Literal["frozen", "current"] = "frozen"
     youngs_modulus: Annotated[
@@ -183,27 +211,23 @@ class Friction(Section):
     def _rises(self) -> Self:
         if self.transition_speed <= self.static_speed:
             bound = f"must be > friction.static_speed = {self.static_speed:g} m/s"
-            raise rule("transition_speed", self.transition_speed, bound, "m/s")
+            raise rule("transition_speed", self.transition_speed, bound)
         return self
 
 
 class Environment(Section):
     """Gravity along -y."""
 
-    gravity: Annotated[Real, Unit("m/s^2")]
+    gravity: Annotated[Real, M_S2]
 
 
 Group = Literal["accelerations", "corners", "joints", "energy"]
 
 
-def _usual_groups() -> list[Group]:
-    return ["accelerations", "corners"]
-
-
 class Output(Section):
     """Recorded channel groups and sampling density."""
 
-    groups: list[Group] = Field(default_factory=_usual_groups)
+    groups: list[Group] = Field(default=["accelerations", "corners"])
     samples_per_cycle: Annotated[int, Field(ge=2, le=MAX_SAMPLES_PER_CYCLE)] = 1000
 
     @model_validator(mode="after")
@@ -229,21 +253,14 @@ class ExudynSolver(Section):
     For five bodies the step is that in a contact, and steps in flight are up to 32 times as long; without
     clearance, or with a sample at each step all are equal. Samples two to four steps apart are interpolated
     in longer ones. The tolerance is Newton's. For the tree, which has error control, they are the largest
-    step and the local error tolerance.
+    step and the local error tolerance. In a scene "auto" is replaced by the smallest formulation that
+    yields the requested channels.
     """
 
-    formulation: Annotated[str, gone("native", "the five bodies with the scene's law are 'full'")] = "auto"
-    """"auto" is replaced by the name of the smallest formulation that yields the requested channels."""
+    formulation: Annotated[str, _gone("native", "the five bodies with the scene's law are 'full'")] = "auto"
     method: str = "auto"
     step: Annotated[Positive, S] = 2e-6
     tolerance: Positive = 1e-7
-
-    @model_validator(mode="before")
-    @classmethod
-    def _usual(cls, given: Any) -> Any:
-        if isinstance(given, dict) and given.get("formulation") == "tree":
-            return {"step": 1e-4, "tolerance": 1e-10} | given
-        return given
 
 
 class Solver(Section):
@@ -262,9 +279,75 @@ class Solver(Section):
             if not isinstance(settings, dict):
                 raise rule(name, settings, "must be a section with keys of its own")
             for key, value in settings.items():
-                if not (isinstance(value, str | int) or (isinstance(value, float) and isfinite(value))):
+                if not is_setting(value):
                     raise rule(f"{name}.{key}", value, "must be a string, a boolean or a finite number")
         return self
+
+
+class Compare(Section):
+    """Tolerance for two tables without uncertainties: a share of each channel's scale."""
+
+    tolerance: Positive | None = None
+
+
+class Limits(Section):
+    """Limits of the permitted error, for `comparison.reliability`: Delta_nu and Delta_mu of Eq. 38."""
+
+    lower: Real = 0.0
+    upper: Positive
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.lower >= self.upper:
+            raise rule("lower", self.lower, f"must be < upper = {self.upper:g}")
+        return self
+
+
+class DisplacementLimits(Limits):
+    """Of the slider's displacement: ISO 2768-1 f for a length of 0.12 m to 0.4 m; the stroke is 0.224 m."""
+
+    lower: Annotated[Real, M] = 0.0
+    upper: Annotated[Positive, M] = 2e-4
+
+
+class VelocityLimits(Limits):
+    """Of the slider's velocity: one hundredth of the largest that the ideal slider has at 150 rpm."""
+
+    lower: Annotated[Real, M_S] = 0.0
+    upper: Annotated[Positive, M_S] = 0.02
+
+
+class AccelerationLimits(Limits):
+    """Of the slider's acceleration: the published reliabilities imply 110 to 210 m/s^2, case by case."""
+
+    lower: Annotated[Real, M_S2] = 0.0
+    upper: Annotated[Positive, M_S2] = 150.0
+
+
+class Reliability(Section):
+    """Criteria for the slider's errors, see `comparison.reliability`.
+
+    bins: intervals of the crank cycle. errors: whether mean and deviation are those of e or of |e|.
+    """
+
+    bins: Annotated[int, Field(ge=1, le=10_000)] = 10
+    errors: Literal["signed", "absolute"] = "absolute"
+    displacement: DisplacementLimits = DisplacementLimits()
+    velocity: VelocityLimits = VelocityLimits()
+    acceleration: AccelerationLimits = AccelerationLimits()
+
+
+class RandomInput(Section):
+    """Random variable about the scene's value of a key, for the study random-inputs.
+
+    ``deviation`` is the standard deviation in the unit of the key; for a lognormal variable it must be small
+    against the value, which is the median. ``element`` counts from 0 where the key holds a list.
+    """
+
+    key: Annotated[str, Field(min_length=1)]
+    distribution: Literal["normal", "lognormal", "uniform"]
+    deviation: Positive
+    element: Annotated[int, Field(ge=0)] | None = None
 
 
 class SceneKeys(Section):
@@ -283,29 +366,30 @@ class SceneKeys(Section):
     solver: Solver = Solver()
     compare: Compare = Compare()
     reliability: Reliability = Reliability()
-    random: list[RandomInput] = Field(default_factory=list)
+    random: list[RandomInput] = Field(default=[])
 
     @model_validator(mode="before")
     @classmethod
-    def _smallest(cls, given: Any) -> Any:
-        """Insert Exudyn's smallest formulation where the scene leaves it open: its defaults depend on it."""
+    def _name_formulation(cls, given: Any) -> Any:
+        """Name Exudyn's smallest formulation where the scene leaves it open, and its usual settings."""
         if not isinstance(given, dict):
             return given
         solver, joints, output = (given.get(section, {}) for section in ("solver", "joints", "output"))
-        if not all(isinstance(section, dict) for section in (solver, joints, output)):
+        exudyn: Any = solver.get("exudyn", {}) if isinstance(solver, dict) else None
+        if not all(isinstance(section, dict) for section in (exudyn, joints, output)):
             return given  # validation rejects it
-        settings = solver.get("exudyn", {})
-        if not isinstance(settings, dict) or settings.get("formulation", "auto") != "auto":
-            return given
-        chosen = settings | {"formulation": smallest_in_exudyn(given)}
-        return given | {"solver": solver | {"exudyn": chosen}}
+        formulation = exudyn.get("formulation", "auto")
+        if formulation == "auto":
+            formulation = smallest_in_exudyn(given)
+        usual = {"step": 1e-4, "tolerance": 1e-10} if formulation == "tree" else {}
+        return given | {"solver": solver | {"exudyn": usual | exudyn | {"formulation": formulation}}}
 
     @model_validator(mode="after")
     def _together(self) -> Self:
         for joint in ("slider", "crank_pin"):
             if getattr(self.joints, joint) == "clearance" and getattr(self.clearance, joint) == 0:
                 bound = f"must be > 0 where joints.{joint} = 'clearance'"
-                raise rule(f"clearance.{joint}", 0.0, bound, "m")
+                raise rule(f"clearance.{joint}", 0.0, bound)
         samples = self.drive.cycles * self.output.samples_per_cycle
         if not 0.5 < samples <= MAX_SAMPLES:  # rounded: 1
             bound = f"times output.samples_per_cycle must give 1 to {MAX_SAMPLES} samples, not {samples:g}"

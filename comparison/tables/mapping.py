@@ -14,8 +14,8 @@ import numpy as np
 from pydantic import Field, PrivateAttr, ValidationError
 
 from comparison.files import contents
-from comparison.scene.error_messages import short
-from comparison.scene.fields import Positive, Real, Section, Sign
+from comparison.scene.overrides import short
+from comparison.scene.schema import Positive, Real, Section, Sign
 from comparison.tables.arrays import Array
 from comparison.tables.channels import Channel, channels
 from comparison.tables.table import TableError

@@ -26,7 +26,7 @@ import numpy as np
 
 from comparison.accuracy.levels import finer, tight
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.job import VIOLATED, Outcome
+from comparison.execution.run import VIOLATED, Outcome
 from comparison.scene import Scene
 from comparison.verdict.compare import compare
 from comparison.verdict.confirmation import Run, confirm, judged_samples, too_slow

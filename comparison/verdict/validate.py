@@ -13,8 +13,8 @@ from functools import cached_property
 from comparison.accuracy.levels import TIERS, solver_values, thresholds, tight, with_declared
 from comparison.accuracy.refine import families, sorted_runs, table_of_family
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Outcome, Progress, describe, run_all
+from comparison.models import MODELS
 from comparison.reliability.difference import (
     FailedRun,
     ReliabilityComparison,

@@ -9,7 +9,7 @@ from comparison.accuracy.plan import Plan
 from comparison.accuracy.refine import FLOOR, AccurateRun, Cost, Estimate, Limit
 from comparison.accuracy.uncertainty import SAFETY_FACTOR, movable, perturbation
 from comparison.accuracy.work_precision import Timed, WorkPrecision
-from comparison.execution.job import Outcome
+from comparison.execution.run import Outcome
 from comparison.scene import Scene
 from comparison.tables import channels
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from comparison.execution.job import describe
+from comparison.execution.run import describe
 from comparison.regression.check import (
     COUNTERS_ELSEWHERE,
     Changed,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from comparison.execution.job import describe
+from comparison.execution.run import describe
 from comparison.reliability.assessment import ROUNDING
 from comparison.reliability.averages import ENOUGH
 from comparison.reliability.difference import Difference, FailedRun, ReliabilityComparison

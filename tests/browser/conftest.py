@@ -13,7 +13,7 @@ import pytest
 from half_sines import half_sines
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from comparison.execution.job import Job
+from comparison.execution.run import Job
 from comparison.report import write_report
 from comparison.scene import load_scene
 from comparison.verdict.results import Confirmation, SceneComparison

@@ -15,7 +15,7 @@ import pandas as pd
 import pytest
 
 from comparison.cli.progress import Lines
-from comparison.engines.registry import GROUP
+from comparison.models import GROUP
 from comparison.scene import Scene, load_scene
 from comparison.tables.table import Table
 

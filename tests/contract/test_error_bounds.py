@@ -13,8 +13,8 @@ import exudyn_model
 import reference_model
 from comparison.accuracy.levels import NAMES, solver_values
 from comparison.accuracy.measured import expected
+from comparison.models import joints_with_clearance
 from comparison.scene import Scene, load_scene, shipped_scenes
-from comparison.scene.formulation import joints_with_clearance
 
 SIMULATE = {"reference": reference_model.simulate, "exudyn": exudyn_model.simulate}
 WITH_CLEARANCE = [name for name in shipped_scenes() if joints_with_clearance(load_scene(name).data)]

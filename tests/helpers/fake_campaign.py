@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import pandas as pd
 
-from comparison.execution.job import MODELS, Outcome
+from comparison.execution.run import Outcome
+from comparison.models import MODELS
 from comparison.verdict.results import Confirmation
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from comparison.execution.job import Outcome
+from comparison.execution.run import Outcome
 from comparison.scene import Scene, load_scene
 from comparison.tables.table import Table
 

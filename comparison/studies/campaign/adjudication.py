@@ -14,9 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from comparison.execution.job import MODELS, Outcome
-from comparison.execution.ledger import Row
+from comparison.execution.run import Outcome
+from comparison.execution.store import Row
 from comparison.formatting import quantity
+from comparison.models import MODELS
 from comparison.scene import Scene
 from comparison.studies.campaign.opinions import FINE_SAMPLES, Opinion, excerpt, opinions, restart_sample
 from comparison.studies.campaign.walls import Breach, breaches

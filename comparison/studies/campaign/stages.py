@@ -12,8 +12,9 @@ from dataclasses import asdict
 
 from comparison.accuracy.levels import refinement, thresholds
 from comparison.accuracy.refine import levels
-from comparison.execution.job import MODELS, VIOLATED, Outcome
-from comparison.execution.ledger import Row
+from comparison.execution.run import VIOLATED, Outcome
+from comparison.execution.store import Row
+from comparison.models import MODELS
 from comparison.scene import Scene
 from comparison.studies.campaign.adjudication import Run, adjudicate
 from comparison.studies.campaign.population import Case

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from comparison.accuracy.levels import thresholds
-from comparison.engines.platform import made_on, platform_name, versions
-from comparison.execution.job import MODELS, VIOLATED, Progress
-from comparison.execution.ledger import Row
+from comparison.execution.run import VIOLATED, Progress
+from comparison.execution.store import Row
 from comparison.formatting import percent, quantity
+from comparison.models import MODELS, made_on, platform_name, versions
 from comparison.studies.campaign import population, stages, tables
 from comparison.studies.campaign.adjudication import OPEN
 from comparison.studies.campaign.figures import draw_distances, draw_places

@@ -7,9 +7,9 @@ from typing import Any
 
 import pandas as pd
 
-from comparison.execution.job import MODELS
-from comparison.execution.ledger import Row
+from comparison.execution.store import Row
 from comparison.formatting import MISSING, number, percent, quantity
+from comparison.models import MODELS
 from comparison.studies.campaign.population import Case
 from comparison.studies.campaign.stages import COMPARED, DIFFER, OUTCOMES, UNDERESTIMATED
 from comparison.studies.detection.rates import share, upper_limit

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from comparison.execution.job import MODELS, Job, Outcome, Progress, RunError, kernels
-from comparison.execution.ledger import Row
-from comparison.execution.run import run_one
-from comparison.execution.task_order import Kernels
-from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
+from comparison.execution.run import Job, Outcome, Progress, RunError, run_one
+from comparison.execution.store import Row
+from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
+from comparison.models import MODELS
 from comparison.scene import Scene, SceneError
 from comparison.studies.campaign.adjudication import Run
 from comparison.studies.campaign.population import Case
@@ -37,11 +36,6 @@ class CaseTask(Task):
         scene, family = self.case.scene, self.case.family
         # Time grows with the duration of a cycle, which `Job.cost` leaves out.
         return Job(scene, "exudyn").cost * (5.0 if family else 1.0) * (1.0 + scene.period)
-
-    @property
-    def kernels(self) -> frozenset[Kernels]:
-        """Which code is compiled for it."""
-        return frozenset(kernels(self.case.scene, model) for model in MODELS)
 
 
 def run_cases(cases: Sequence[Case], n_jobs: int, on_progress: Progress | None) -> list[Row]:

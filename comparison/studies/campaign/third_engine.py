@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from comparison.engines.registry import engine_names
-from comparison.execution.job import MODELS, Job, Progress, successful
-from comparison.execution.ledger import Row
-from comparison.execution.task_store import Task, measure_all, on_processes
+from comparison.execution.run import Job, Progress, successful
+from comparison.execution.store import Row
+from comparison.execution.tasks import Task, measure_all, on_processes
+from comparison.models import MODELS, engine_names
 from comparison.scene import Scene, SceneError
 from comparison.studies.campaign.adjudication import CLOSE, OPEN, Evidence, Run
 from comparison.studies.campaign.opinions import excerpt

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from comparison.execution.job import Job, Outcome, Progress
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Outcome, Progress, run_all
 from comparison.formatting import MISSING, number, quantity, table
 from comparison.scene import Scene, load_scene
 from comparison.studies.contact_laws.figures import draw

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from comparison.execution.job import Outcome
+from comparison.execution.run import Outcome
 from comparison.formatting import number, quantity, table
 from comparison.reliability.errors import Peak, slider_errors
 from comparison.studies.shared.published import published

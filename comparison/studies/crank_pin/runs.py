@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from itertools import islice
 from math import degrees
 
-from comparison.execution.job import Job, Outcome, Progress, successful
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Outcome, Progress, run_all, successful
 from comparison.scene import Scene, load_scene
 from comparison.studies.crank_pin.peaks import Case, summarise
 from comparison.studies.shared.errors import shift_bound

@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from comparison.engines.registry import GROUP, OWN, load
+from comparison.models import GROUP, OWN, load
 
 
 @dataclass(frozen=True, kw_only=True)

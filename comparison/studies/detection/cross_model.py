@@ -20,7 +20,7 @@ from math import ceil, cos, degrees, pi, sin, sqrt
 
 import numpy as np
 
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.scene import Scene, load_scene, shipped_scenes
 from comparison.studies.detection.changes import changed
 from comparison.studies.detection.pairs import Pair

@@ -14,7 +14,7 @@ from importlib.resources import files
 from typing import Any, Literal
 
 from comparison.accuracy.levels import TIERS
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.scene import Scene, load_scene
 from comparison.studies.detection.copies import Change
 from comparison.studies.detection.pairs import Pair

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from comparison.execution.job import MODELS, RunError
+from comparison.execution.run import RunError
+from comparison.models import MODELS
 from comparison.scene import Scene
 from comparison.studies.detection.faults import DETECTED, scenes
 from comparison.studies.detection.pairs import Pair

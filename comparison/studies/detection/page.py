@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from comparison.engines.platform import made_on
 from comparison.formatting import MISSING, number, quantity, table
+from comparison.models import made_on
 from comparison.report import svg
 from comparison.studies.detection import alarm_tables, alarms, cross_model, limits
 from comparison.studies.detection.faults import Fault, Trial

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from comparison.execution.job import RunError
-from comparison.execution.run import run_one
+from comparison.execution.run import RunError, run_one
 from comparison.files import plain
 from comparison.scene import Scene, SceneError
 from comparison.studies.detection.copies import load_copy

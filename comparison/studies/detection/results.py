@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from comparison.accuracy.levels import thresholds_record
-from comparison.engines.platform import platform_name, versions
+from comparison.models import platform_name, versions
 from comparison.studies.detection import alarms, cross_model, limits, rounding
 from comparison.studies.detection.faults import Trial
 from comparison.studies.detection.rates import confirmation_of, count, interval

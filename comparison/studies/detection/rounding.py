@@ -14,8 +14,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from comparison.accuracy.levels import TIERS
-from comparison.execution.job import MODELS
 from comparison.execution.run import run_one
+from comparison.models import MODELS
 from comparison.studies.detection.copies import Change, load_copy
 from comparison.studies.detection.faults import scenes
 from comparison.studies.detection.tasks import Comparison, Found, Side, refusal

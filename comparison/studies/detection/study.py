@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
-from comparison.execution.job import Progress
+from comparison.execution.run import Progress
 from comparison.studies.detection import alarms, cross_model, limits, rounding
 from comparison.studies.detection.copies import installed
 from comparison.studies.detection.cross_model import Draw

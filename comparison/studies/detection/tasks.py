@@ -9,10 +9,8 @@ from typing import Any
 
 from comparison.accuracy.levels import refinement
 from comparison.accuracy.refine import levels, table_of_family
-from comparison.execution.job import Progress, RunError, kernels
-from comparison.execution.run import run_one
-from comparison.execution.task_order import Kernels
-from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
+from comparison.execution.run import Progress, RunError, run_one
+from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
 from comparison.scene import Scene
 from comparison.studies.detection.copies import load_copy
 from comparison.verdict.compare import Runs
@@ -33,11 +31,6 @@ class Side:
     def runs_by(self) -> str:
         """Name of the engine."""
         return self.engine or self.model
-
-    @property
-    def kernels(self) -> Kernels:
-        """Which code is compiled for it."""
-        return kernels(self.scene, self.model, self.engine)
 
     @property
     def cost(self) -> float:
@@ -62,11 +55,6 @@ class Comparison(Task):
     def models(self) -> tuple[str, ...]:
         """The engines of its sides."""
         return tuple(side.runs_by for side in self.sides)
-
-    @property
-    def kernels(self) -> frozenset[Kernels]:
-        """Which code is compiled for its sides."""
-        return frozenset(side.kernels for side in self.sides)
 
     @abstractmethod
     def find(self) -> Found:

@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from comparison.accuracy.levels import thresholds
-from comparison.execution.job import Job, Progress, successful
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.formatting import number, quantity
 from comparison.report import svg
 from comparison.scene import Scene, load_scene

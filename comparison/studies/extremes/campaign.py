@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from math import inf, nan
 
 from comparison.accuracy.measured import expected
-from comparison.execution.job import Progress
-from comparison.execution.ledger import Row
+from comparison.execution.run import Progress
+from comparison.execution.store import Row
 from comparison.scene import Scene, SceneError
 from comparison.studies.extremes.cells import CYCLES, CYCLES_AXIS, HYPERCUBE, LAWS, LITERAL_LAW, Cell
 from comparison.studies.extremes.formulations import (

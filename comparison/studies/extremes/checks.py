@@ -1,6 +1,6 @@
 """A posteriori accuracy of the runs that err more than their bound: whether a user is told.
 
-By the run itself, whose warnings `sixbar run` prints (`comparison.execution.quality_checks`), or by
+By the run itself, whose warnings `sixbar run` prints (`comparison.execution.quality`), or by
 ``sixbar run --check``: its estimate from a finer, a coarser and perturbed runs of the same scene exceeds the
 bound, or there is none. `sixbar run` names that check for every scene on which the bound was not measured.
 """
@@ -16,9 +16,9 @@ import numpy as np
 from comparison.accuracy.levels import refinement
 from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Levels, uncertainty, window_samples
-from comparison.execution.job import Progress
-from comparison.execution.ledger import Row
-from comparison.execution.quality_checks import FEW_STEPS, MUCH_DRIFT, MUCH_ENERGY
+from comparison.execution.quality import FEW_STEPS, MUCH_DRIFT, MUCH_ENERGY
+from comparison.execution.run import Progress
+from comparison.execution.store import Row
 from comparison.scene import Scene
 from comparison.studies.extremes.campaign import CellOutcome, scene_of
 from comparison.studies.extremes.cells import CYCLES

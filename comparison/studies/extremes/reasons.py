@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
 
-from comparison.execution.ledger import Row
-from comparison.execution.quality_checks import FEW_STEPS
+from comparison.execution.quality import FEW_STEPS
+from comparison.execution.store import Row
 from comparison.studies.extremes.campaign import CellOutcome
 from comparison.studies.extremes.causes import Cause, Reason
 from comparison.studies.extremes.cells import BASE_LABEL, LAWS, LITERAL_LAW, NEWTON

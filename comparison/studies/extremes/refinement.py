@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from math import nan
 
 from comparison.accuracy.levels import finer
-from comparison.execution.job import Progress
+from comparison.execution.run import Progress
 from comparison.studies.extremes.campaign import CellOutcome, perturbed, scene_of
 from comparison.studies.extremes.cells import CYCLES
 from comparison.studies.extremes.formulations import METHODS, STRICT, STRICT_IMPLICIT

@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from math import isnan
 from typing import TypeVar
 
-from comparison.execution.job import Progress, RunError, kernels
-from comparison.execution.ledger import Row
-from comparison.execution.quality_checks import energy_share, steps_per_contact
-from comparison.execution.run import run_one
-from comparison.execution.task_order import Kernels
-from comparison.execution.task_store import LATE, Task, measure_all, on_processes
+from comparison.execution.quality import energy_share, steps_per_contact
+from comparison.execution.run import Progress, RunError, run_one
+from comparison.execution.store import Row
+from comparison.execution.tasks import LATE, Task, measure_all, on_processes
 from comparison.scene import Scene, load_scene
 from comparison.studies.shared.benchmark_unit import unit_seconds
 from comparison.tables.table import Table
@@ -27,7 +25,7 @@ GRACE = 4.0
 """Times its limit, in wall time, after which its process is ended, should it not look at the time."""
 WARM = 0.02
 """Cycles of the run before, in which kernels are compiled: not counted."""
-_warm: set[Kernels] = set()
+_warm: set[tuple[str, str, str]] = set()
 
 Name = TypeVar("Name", bound=Hashable)
 
@@ -46,11 +44,6 @@ class CellRun(Task):
     scene: Scene
     model: str
     limit: float = LIMIT
-
-    @property
-    def kernels(self) -> frozenset[Kernels]:
-        """Which code the model compiles at its first run."""
-        return frozenset([(*kernels(self.scene, self.model), self.method)])
 
     @property
     def method(self) -> str:
@@ -107,10 +100,9 @@ def _in_time(progress: Progress, end: float) -> Progress:
 
 
 def _compile(task: CellRun) -> None:
-    """Run a little of an ordinary scene, once a process for each kind of kernels."""
-    (kind,) = task.kernels
-    if kind not in _warm:
-        formulation = task.scene.data["solver"][task.model]["formulation"]
+    """Run a little of an ordinary scene, once a process for each formulation and integrator."""
+    formulation = str(task.scene.data["solver"][task.model]["formulation"])
+    if (kind := (task.model, formulation, task.method)) not in _warm:
         solver = {"formulation": formulation, "method": task.method}
         usual = {f"solver.{task.model}.{key}": value for key, value in solver.items()}
         run_one(load_scene(BASE, usual | {"drive.cycles": WARM}), task.model)
@@ -121,7 +113,7 @@ def measure(table: Table, scene: Scene) -> Row:
     """Return what is kept of a run, also of one that ended early.
 
     ``x``: slider_x from the guide's centre line at the samples of the first cycle, m; ``share``: of the time
-    that was run; ``energy_share``, ``steps_per_contact``: see `comparison.execution.quality_checks`;
+    that was run; ``energy_share``, ``steps_per_contact``: see `comparison.execution.quality`;
     ``constraint_m``: largest violation of a constraint, m; ``contacts``: their number, and
     ``largest_force_N``; ``steps``; ``work``: right-hand sides, or Newton iterations. None for what was not
     asked for or does not apply.

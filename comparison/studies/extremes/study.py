@@ -10,7 +10,7 @@ from typing import Any
 
 import pandas as pd
 
-from comparison.execution.job import Progress
+from comparison.execution.run import Progress
 from comparison.files import replacing
 from comparison.studies.extremes import figures, tables
 from comparison.studies.extremes.campaign import LONG_LIMIT, SHORT_LIMIT, run_campaign

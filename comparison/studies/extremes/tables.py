@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from comparison.execution.ledger import Row
+from comparison.execution.store import Row
 from comparison.formatting import number, quantity
 from comparison.studies.extremes.campaign import CellOutcome
 from comparison.studies.extremes.causes import Cause, kind

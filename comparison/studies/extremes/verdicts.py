@@ -9,8 +9,8 @@ from math import nan
 
 import numpy as np
 
-from comparison.execution.ledger import Row
-from comparison.execution.quality_checks import MUCH_DRIFT, MUCH_ENERGY
+from comparison.execution.quality import MUCH_DRIFT, MUCH_ENERGY
+from comparison.execution.store import Row
 
 
 class Class(StrEnum):

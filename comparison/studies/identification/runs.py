@@ -9,8 +9,8 @@ from itertools import product
 import numpy as np
 import pandas as pd
 
-from comparison.execution.job import MODELS, Job, Progress, successful
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Progress, run_all, successful
+from comparison.models import MODELS
 from comparison.reliability.errors import slider_errors
 from comparison.scene import load_scene
 from comparison.studies.identification.facts import BASE

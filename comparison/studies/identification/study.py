@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from comparison.execution.job import Progress
+from comparison.execution.run import Progress
 from comparison.studies.identification import figures
 from comparison.studies.identification.facts import printed_facts
 from comparison.studies.identification.fitting import Fit, Profile, fit, profile

@@ -7,10 +7,9 @@ from functools import partial
 
 import numpy as np
 
-from comparison.execution.job import Progress
-from comparison.execution.ledger import Row
-from comparison.execution.run import run_one
-from comparison.execution.task_store import SUCCESS, Task
+from comparison.execution.run import Progress, run_one
+from comparison.execution.store import Row
+from comparison.execution.tasks import SUCCESS, Task
 from comparison.scene import Scene
 from comparison.studies.nonlinear.methods.perturbed_orbits import PerturbedOrbits, follow
 from comparison.studies.nonlinear.press import CLEAR_OF_WALLS, Press, Run, by_cycle, gaps, scale, states

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from enum import Enum
 
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.studies.nonlinear.methods.lyapunov import Exponent, closest_measured
 from comparison.studies.nonlinear.scenes import DISTANCES, Key
 

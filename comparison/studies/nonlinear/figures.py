@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from comparison.execution.job import Job, Outcome
+from comparison.execution.run import Job, Outcome
 from comparison.formatting import prefix, quantity
 from comparison.report import svg
 from comparison.studies.nonlinear.chains import SAMPLES

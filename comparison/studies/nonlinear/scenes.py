@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from comparison.execution.job import MODELS, Job
+from comparison.execution.run import Job
+from comparison.models import MODELS
 from comparison.scene import Scene, load_scene
 from comparison.studies.nonlinear.chains import Chain
 

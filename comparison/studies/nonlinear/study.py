@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from comparison.execution.job import MODELS, Outcome, Progress, successful
-from comparison.execution.run import run_all
-from comparison.execution.task_store import measure_all, on_processes
+from comparison.execution.run import Outcome, Progress, run_all, successful
+from comparison.execution.tasks import measure_all, on_processes
 from comparison.formatting import quantity
+from comparison.models import MODELS
 from comparison.scene import Scene
 from comparison.studies.nonlinear import chains, figures, scenes, tables
 from comparison.studies.nonlinear.chains import SAMPLES, TRANSIENT

@@ -9,8 +9,8 @@ from math import nan
 import numpy as np
 
 from comparison.accuracy.levels import thresholds
-from comparison.execution.job import MODELS
 from comparison.formatting import MISSING, quantity, table
+from comparison.models import MODELS
 from comparison.scene import Scene
 from comparison.studies.ensembles.statistics import Sample, distances
 from comparison.studies.nonlinear.chaos import verdict

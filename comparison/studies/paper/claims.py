@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 from scipy.signal import find_peaks
 
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES
 from comparison.scene import load_scene
 from comparison.studies.nonlinear.chaos import Chaos, verdict

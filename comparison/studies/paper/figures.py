@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
-from comparison.execution.job import MODELS
 from comparison.formatting import pretty_unit
+from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES
 from comparison.report import svg
 from comparison.report.decimate import envelope, upper_envelope

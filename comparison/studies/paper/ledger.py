@@ -11,11 +11,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.reliability.assessment import cap
 from comparison.reliability.errors import QUANTITIES
 from comparison.scene import load_scene
-from comparison.scene.criteria import Limits
+from comparison.scene.schema import Limits
 from comparison.studies.paper.measures import PEAKS, REACH, Measured, measure, reliabilities, scene_of
 from comparison.studies.paper.runs import Runs
 from comparison.studies.paper.tolerances import missing, one_limit

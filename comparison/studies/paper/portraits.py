@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.report import svg
 from comparison.report.decimate import envelope
 from comparison.scene import load_scene

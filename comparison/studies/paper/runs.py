@@ -8,8 +8,8 @@ from itertools import islice, product
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.execution.job import MODELS, Job, Progress, successful
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Progress, run_all, successful
+from comparison.models import MODELS
 from comparison.reliability.difference import ideal_scenes
 from comparison.reliability.errors import SliderErrors, slider_errors
 from comparison.scene import Scene, load_scene

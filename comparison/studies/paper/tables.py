@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from comparison.execution.job import MODELS
 from comparison.formatting import MISSING, NO_BREAK, number, quantity
+from comparison.models import MODELS
 from comparison.reliability.errors import unit_of
 from comparison.studies.paper.claims import Criterion, Evidence, Judged, Verdict
 from comparison.studies.paper.figures import WORDS

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.reliability.assessment import Assessment, cap, implied_limit, reliability
 from comparison.reliability.errors import unit_of
-from comparison.scene.criteria import Limits
+from comparison.scene.schema import Limits
 from comparison.studies.paper.measures import reliabilities, scene_of
 from comparison.studies.paper.runs import Runs
 from comparison.studies.shared.published import Published, printed_rows, published

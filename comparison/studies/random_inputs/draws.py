@@ -10,13 +10,12 @@ from itertools import chain, islice
 import numpy as np
 import pandas as pd
 
-from comparison.execution.job import Progress, RunError
-from comparison.execution.ledger import Row
-from comparison.execution.run import run_one
-from comparison.execution.task_store import Task, measure_all, on_processes
+from comparison.execution.run import Progress, RunError, run_one
+from comparison.execution.store import Row
+from comparison.execution.tasks import Task, measure_all, on_processes
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, SceneError
-from comparison.scene.criteria import RandomInput
+from comparison.scene.schema import RandomInput
 from comparison.studies.random_inputs.inputs import values_at
 from comparison.studies.sweep.runs import IDEAL
 from comparison.tables.arrays import Array

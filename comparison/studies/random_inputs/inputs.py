@@ -11,7 +11,7 @@ from typing import Any
 from scipy.stats import norm
 
 from comparison.scene import Scene, SceneError
-from comparison.scene.criteria import RandomInput
+from comparison.scene.schema import RandomInput
 from comparison.studies.shared.scenes import settable
 from comparison.tables.arrays import Array
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from comparison.execution.job import Progress
+from comparison.execution.run import Progress
 from comparison.formatting import quantity
 from comparison.scene import Scene, load_scene
-from comparison.scene.criteria import RandomInput
+from comparison.scene.schema import RandomInput
 from comparison.studies.random_inputs import tables
 from comparison.studies.random_inputs.draws import RESPONSES, Drawn, Draws, run_draws
 from comparison.studies.random_inputs.figures import draw_gradients, draw_precision, draw_probabilities

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from comparison.formatting import MISSING, quantity
-from comparison.scene.criteria import RandomInput
+from comparison.scene.schema import RandomInput
 from comparison.studies.random_inputs.draws import RESPONSES, Drawn
 from comparison.studies.random_inputs.inputs import label
 from comparison.studies.random_inputs.second_moment import Plane, counted_probability, failure_probability

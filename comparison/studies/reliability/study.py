@@ -10,9 +10,9 @@ import numpy as np
 from comparison.accuracy.levels import refinement, thresholds
 from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.job import MODELS, Job, Progress, successful
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Progress, run_all, successful
 from comparison.formatting import number, percent, quantity
+from comparison.models import MODELS
 from comparison.reliability.assessment import ROUNDING, Assessment, cap
 from comparison.reliability.averages import integrals
 from comparison.reliability.difference import (

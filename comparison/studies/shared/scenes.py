@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from comparison.accuracy.levels import tight
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.scene import Scene
-from comparison.scene.overrides import OF_PARTNERS, PARTNERS
+from comparison.scene.schema import MATERIALS, PARTNERS
 
 
 def leaves(data: Mapping[str, Any], above: str = "") -> dict[str, Any]:
@@ -26,7 +26,7 @@ def settable(data: Mapping[str, Any]) -> dict[str, Any]:
 
     They are the `leaves`, and a material's number for both partners of a contact as well as for each.
     """
-    both = {key: data["contact"][key.removeprefix("contact.")] for key in OF_PARTNERS}
+    both = {key: data["contact"][key.removeprefix("contact.")] for key in MATERIALS}
     each = {f"{key}.{partner}": value for key, value in both.items() for partner in PARTNERS}
     return each | both | leaves(data)
 

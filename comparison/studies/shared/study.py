@@ -8,7 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from comparison.execution.job import Progress
+from comparison.execution.run import Progress
 from comparison.files import replacing, replacing_in, write_json
 from comparison.studies.shared.page import single_page
 

@@ -9,8 +9,8 @@ from contextlib import suppress
 from typing import Any
 from urllib.parse import urlsplit
 
-from comparison.execution.task_store import Finished, Lost, Spread, Task
-from comparison.execution.worker_process import Attempt
+from comparison.execution.pool import Attempt
+from comparison.execution.tasks import Finished, Lost, Spread, Task
 from comparison.studies.sweep.points import SweepError
 
 PATIENCE = 10.0

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from comparison.execution.job import Progress
-from comparison.execution.ledger import Row
-from comparison.execution.run import run_one
-from comparison.execution.task_store import Task
+from comparison.execution.run import Progress, run_one
+from comparison.execution.store import Row
+from comparison.execution.tasks import Task
 from comparison.scene import Scene, digest
 from comparison.studies.sweep.outputs import measure, needs_ideal
 from comparison.studies.sweep.points import Point

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from comparison.engines.registry import find
-from comparison.execution.job import Progress
-from comparison.execution.task_store import Spread, measure_all
+from comparison.execution.run import Progress
+from comparison.execution.tasks import Spread, measure_all
 from comparison.files import replacing
+from comparison.models import find
 from comparison.scene import Scene
 from comparison.studies.sweep.outputs import check_names
 from comparison.studies.sweep.points import Point, check_keys

@@ -10,8 +10,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator
 
-from comparison.execution.job import MODELS
-from comparison.execution.task_store import SUCCESS
+from comparison.execution.tasks import SUCCESS
+from comparison.models import MODELS
 from comparison.report import svg
 from comparison.studies.tradeoff.front import asymptotic, curve_of, front
 from comparison.studies.tradeoff.measure import QUANTITIES

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.accuracy.work_precision import pareto
-from comparison.execution.task_store import SUCCESS
+from comparison.execution.tasks import SUCCESS
 from comparison.studies.shared.rates import rate
 from comparison.studies.tradeoff.methods import Sweep
 from comparison.tables.arrays import BoolArray

@@ -7,7 +7,7 @@ from math import isnan, nan
 
 import pandas as pd
 
-from comparison.execution.ledger import Row
+from comparison.execution.store import Row
 from comparison.formatting import MISSING, number
 from comparison.scene import Scene, load_scene
 from comparison.studies.shared.formulations import MINIMAL, MULTIPLIERS, TREE, Method

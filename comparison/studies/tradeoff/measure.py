@@ -12,10 +12,9 @@ from functools import cache, partial
 
 import numpy as np
 
-from comparison.execution.job import Job, Progress, RunError, successful
-from comparison.execution.ledger import Row
-from comparison.execution.run import run_all, run_one
-from comparison.execution.task_store import Task
+from comparison.execution.run import Job, Progress, RunError, run_all, run_one, successful
+from comparison.execution.store import Row
+from comparison.execution.tasks import Task
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, SceneError
 from comparison.studies.shared.formulations import MINIMAL, TREE

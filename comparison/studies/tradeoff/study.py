@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from comparison.engines.platform import platform_name
-from comparison.execution.job import Progress
-from comparison.execution.ledger import Row
-from comparison.execution.task_store import SUCCESS, measure_all, on_processes
+from comparison.execution.run import Progress
+from comparison.execution.store import Row
+from comparison.execution.tasks import SUCCESS, measure_all, on_processes
 from comparison.formatting import quantity
+from comparison.models import platform_name
 from comparison.studies.shared.study import Study
 from comparison.studies.tradeoff import growth, tables
 from comparison.studies.tradeoff.figures import COSTS, draw

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from comparison.engines.platform import made_on
-from comparison.execution.job import Progress
+from comparison.execution.run import Progress
 from comparison.files import replacing
 from comparison.formatting import MISSING, percent
+from comparison.models import made_on
 from comparison.report.gallery import figures
 from comparison.report.svg import standalone, style
 from comparison.scene import load_scene, shipped_scenes

@@ -12,7 +12,7 @@ pytest.importorskip("pinocchio", reason="pin has no wheel for this Python and pl
 from pinocchio_press import simulate
 
 from comparison.cli import main
-from comparison.engines.registry import load
+from comparison.models import load
 from comparison.scene import load_scene
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("installed")]

@@ -7,7 +7,7 @@ import pytest
 
 from comparison.accuracy.levels import AccuracyError
 from comparison.accuracy.refine import FLOOR, Limit, accurate_run
-from comparison.execution.job import RunError
+from comparison.execution.run import RunError
 from comparison.scene import SceneError, load_scene
 from tests.helpers.known_error import USUAL, KnownError, exact, growing, steady
 

@@ -10,7 +10,7 @@ import pytest
 
 from comparison.accuracy.levels import AccuracyError
 from comparison.cli import main
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.verdict import validate as judge
 from comparison.verdict.results import no_comparison
 from comparison.verdict.validate import Validation

@@ -17,7 +17,7 @@ import pytest
 from faulty_disk import contents, failing, small_files
 
 from comparison.cli import main
-from comparison.execution.cache import fetch, keep
+from comparison.execution.store import fetch, keep
 from comparison.report.origin import origin
 
 pytest.importorskip("resource", reason="limits of file sizes are POSIX")

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from comparison.cli import main
-from comparison.execution.ledger import LARGEST as LARGEST_STORE
-from comparison.execution.ledger import LedgerError, read_rows
+from comparison.execution.store import LARGEST_LEDGER as LARGEST_STORE
+from comparison.execution.store import LedgerError, read_rows
 from comparison.files import LARGEST_TEXT
 from comparison.scene.loading import LARGEST_FILE
 from comparison.studies.sweep.points import LARGEST_LIST

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from comparison.cli import main
-from comparison.execution.job import Job
-from comparison.execution.run import run_all, run_uncached
+from comparison.execution.run import Job, run_all, run_uncached
 from comparison.scene import load_scene
 from comparison.tables.table_files import read
 
@@ -53,34 +52,6 @@ def _elsewhere(tmp_path, monkeypatch):
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
-
-
-def kill_the_hanging(log: Path) -> bool:
-    """Kill the process whose model hangs, as the system does when memory runs out."""
-    for line in log.read_text().splitlines():
-        _, gravity, _, process = line.split()
-        if gravity == "7.0":
-            os.kill(int(process), signal.SIGKILL)
-            return True
-    return False
-
-
-def test_a_killed_process_costs_its_own_run_only(scene, fake_models, gravity):
-    planned = [
-        Job(scene.with_values({"environment.gravity": g, "drive.cycles": cycles}), "exudyn")
-        for g, cycles in ((gravity.hang, 3.0), (gravity.normal, 1.0), (9.0, 1.0))
-    ]
-    killed = []
-
-    def on_progress(_share: float) -> None:
-        if not killed and kill_the_hanging(fake_models):
-            killed.append(True)
-
-    outcomes = run_all(planned, 1, on_progress)
-    assert killed
-    assert [outcome.status for outcome in outcomes] == ["crashed", "success", "success"]
-    assert outcomes[0].message == "its process was killed by SIGKILL"
-    assert outcomes[0].partial is None
 
 
 @pytest.mark.usefixtures("wide")
@@ -159,9 +130,8 @@ def test_an_iteration_that_does_not_converge_is_a_status_and_keeps_what_was_comp
     assert outcome.partial.provenance["scene"]["drive"]["cycles"] == 0.1
 
 
-@pytest.mark.parametrize("friction", [2.0, 5.0])
-def test_the_same_on_the_command_line(friction, capfd):
-    changes = REACTIONS | {"output.groups": '["joints"]', "friction.coefficient": friction}
+def test_the_same_on_the_command_line(capfd):
+    changes = REACTIONS | {"output.groups": '["joints"]', "friction.coefficient": 5.0}
     assert main(command("exudyn", changes)) == 2
     out, err = capfd.readouterr()
     assert out == ""
@@ -184,18 +154,17 @@ def test_a_run_that_ended_and_means_little_is_written_with_a_warning(capfd):
 
 @pytest.mark.parametrize("model", ["reference", "exudyn"])
 @pytest.mark.parametrize(
-    ("changes", "reported"),
+    ("changes", "rule"),
     [
         ({"clearance.slider": -1e-4}, "scene '150rpm-0.2mm': clearance.slider = -0.0001 m must be >= 0"),
-        ({"mechanism.rod2.length": 0.1}, "': mechanism: "),  # cannot be assembled
-        ({"contact.poisson": 0.7}, "contact.poisson = 0.7 must be <= 0.5"),
+        ({"mechanism.rod2.length": 0.1}, "': mechanism: "),  # cannot be assembled: found by the model
     ],
 )
-def test_a_scene_out_of_range_is_one_line(model, changes, reported, capfd):
+def test_a_scene_out_of_range_is_one_line(model, changes, rule, capfd):
     assert main(command(model, SHORT | changes)) == 2
     out, err = capfd.readouterr()
     assert out == ""
-    assert reported in err
+    assert rule in err
     assert err.count("\n") == 1
     assert list(Path.cwd().iterdir()) == []
 

@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from comparison.accuracy.levels import thresholds
-from comparison.engines.platform import _processor, platform_name, versions
-from comparison.execution.job import Job
+from comparison.execution.run import Job
+from comparison.models import _processor, platform_name, versions
 from comparison.regression.baseline import (
     Baseline,
     Checkpoint,

@@ -13,7 +13,7 @@ import pytest
 from gate_command import edit, gate
 
 from comparison.accuracy.levels import thresholds_record
-from comparison.execution.job import VIOLATED
+from comparison.execution.run import VIOLATED
 from comparison.regression import record
 from comparison.regression.baseline import read
 from comparison.scene import shipped_scenes

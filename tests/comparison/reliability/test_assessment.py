@@ -16,7 +16,7 @@ from comparison.reliability.assessment import (
     sensitivity,
 )
 from comparison.reliability.errors import QUANTITIES, slider_errors
-from comparison.scene.criteria import AccelerationLimits, Limits, Reliability
+from comparison.scene.schema import AccelerationLimits, Limits, Reliability
 
 PHI_3 = 0.9986501020
 

@@ -9,9 +9,8 @@ from scipy.stats import norm
 
 from comparison.accuracy.levels import tight
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.cache import run_key
-from comparison.execution.job import MODELS, Job, Outcome
-from comparison.execution.run import run_all, run_one
+from comparison.execution.run import Job, Outcome, run_all, run_key, run_one
+from comparison.models import MODELS
 from comparison.reliability.assessment import assess
 from comparison.reliability.difference import (
     MARGIN,
@@ -23,7 +22,7 @@ from comparison.reliability.difference import (
 )
 from comparison.reliability.errors import QUANTITIES, slider_errors
 from comparison.scene import load_scene
-from comparison.scene.criteria import AccelerationLimits, Reliability
+from comparison.scene.schema import AccelerationLimits, Reliability
 from comparison.studies.reliability.study import STUDY
 from comparison.tables.table import TableError
 from comparison.verdict.validate import validate

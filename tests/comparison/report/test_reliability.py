@@ -14,7 +14,7 @@ from comparison.reliability.difference import ReliabilityComparison, compare_rel
 from comparison.report.page import render
 from comparison.report.reliability import against_angle, drawings, section
 from comparison.report.svg import style
-from comparison.scene.criteria import Reliability
+from comparison.scene.schema import Reliability
 from comparison.tables.table import Table
 from comparison.verdict.results import SceneComparison
 

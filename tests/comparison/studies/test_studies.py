@@ -12,10 +12,10 @@ import pandas as pd
 import pytest
 
 from comparison.cli import main, reports
-from comparison.engines.platform import platform_name
-from comparison.execution.job import Outcome
-from comparison.execution.worker_process import kept_workers
+from comparison.execution.pool import kept_workers
+from comparison.execution.run import Outcome
 from comparison.formatting import table
+from comparison.models import platform_name
 from comparison.reliability.errors import Peak
 from comparison.report import svg
 from comparison.scene import load_scene, shipped_scenes

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from comparison.accuracy.levels import AccuracyError, finer
-from comparison.execution.job import MODELS, VIOLATED, Job, Outcome
-from comparison.execution.run import run_all
+from comparison.execution.run import VIOLATED, Job, Outcome, run_all
+from comparison.models import MODELS
 from comparison.scene import load_scene
 from comparison.verdict import validate as judge
 from comparison.verdict.compare import Runs, compare

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from comparison.cli.main import app
-from comparison.execution.job import Job
+from comparison.execution.run import Job
 from comparison.formatting import number, quantity
 from comparison.scene import load_scene
 from comparison.verdict.results import Attribution, Confirmation, Refinement, SceneComparison

@@ -8,8 +8,9 @@ from math import tau
 import numpy as np
 import pandas as pd
 
-from comparison.execution.job import MODELS, Job
+from comparison.execution.run import Job
 from comparison.formatting import number, quantity
+from comparison.models import MODELS
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.impact import rod4_inclination

@@ -8,8 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from comparison.execution.job import Job, Outcome, Progress
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Outcome, Progress, run_all
 from comparison.formatting import number
 from comparison.scene import Scene
 from comparison.studies.shared.frames import Columns, markdown, rows_table

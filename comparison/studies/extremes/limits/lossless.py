@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from comparison.execution.job import MODELS
 from comparison.formatting import quantity
+from comparison.models import MODELS
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.limits.convergence import Case, Limit, Panel
 from comparison.tables.table import Table

@@ -7,8 +7,9 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from comparison.execution.job import MODELS, Job
+from comparison.execution.run import Job
 from comparison.formatting import number, quantity
+from comparison.models import MODELS
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.limits.convergence import Case, Limit, Panel
 from comparison.studies.shared.switches import contacts, corner_stiffness

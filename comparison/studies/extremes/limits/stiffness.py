@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import CubicHermiteSpline
 
-from comparison.execution.job import MODELS, Job
+from comparison.execution.run import Job
 from comparison.formatting import number, quantity
+from comparison.models import MODELS
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.impact import depth, effective_mass, restitution
 from comparison.studies.extremes.limits.convergence import Case, Limit, Panel

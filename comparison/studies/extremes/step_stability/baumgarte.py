@@ -11,8 +11,7 @@ from functools import partial
 
 import pandas as pd
 
-from comparison.execution.job import Job, Outcome, Progress
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Outcome, Progress, run_all
 from comparison.formatting import MISSING, number, quantity
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.step_stability.explicit import limit, longest_step

@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparison.execution.job import Job, Outcome, Progress
-from comparison.execution.run import run_all
+from comparison.execution.run import Job, Outcome, Progress, run_all
 from comparison.scene import Scene, load_scene
 from comparison.studies.extremes.impact import duration, effective_mass
 from comparison.studies.extremes.step_stability.fixed_steps import METHODS, rebounds

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from comparison.execution.job import Progress
+from comparison.execution.run import Progress
 from comparison.studies.extremes.step_stability import baumgarte, contacts_tables, figures
 from comparison.studies.extremes.step_stability.contacts import LEAST, Impact, run_impacts, run_map
 from comparison.studies.extremes.step_stability.fixed_steps import METHODS

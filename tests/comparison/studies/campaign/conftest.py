@@ -6,7 +6,7 @@ import pytest
 from fake_campaign import Models
 
 from comparison.accuracy.levels import tight
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.scene import load_scene
 from comparison.studies.campaign.population import Case
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from fake_campaign import as_it_is, refuse
 
-from comparison.execution.job import Outcome
+from comparison.execution.run import Outcome
 from comparison.studies.campaign import stages
 from comparison.studies.campaign.adjudication import OPEN
 from comparison.studies.campaign.population import cases

@@ -19,7 +19,8 @@ from fake_campaign import as_it_is, refuse
 
 from comparison.accuracy.levels import tight
 from comparison.cli import main
-from comparison.execution.job import MODELS, Outcome
+from comparison.execution.run import Outcome
+from comparison.models import MODELS
 from comparison.scene import load_scene
 from comparison.studies.campaign import population, stages, study
 from comparison.studies.campaign.adjudication import OPEN, Evidence, decide, unmatched

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 from fake_campaign import as_it_is
 
-from comparison.execution.job import MODELS, Outcome
+from comparison.execution.run import Outcome
+from comparison.models import MODELS
 from comparison.studies.campaign import third_engine
 from comparison.studies.campaign.adjudication import OPEN
 from comparison.studies.campaign.stages import examine

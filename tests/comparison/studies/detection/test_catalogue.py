@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from comparison.engines.registry import EngineError, engine_names, find
+from comparison.models import EngineError, engine_names, find
 from comparison.studies.detection.copies import CatalogueError, changed, installed, package
 from comparison.studies.detection.faults import DETECTED, catalogue, controls, scenes, trials
 from comparison.studies.detection.pairs import summary

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from comparison.accuracy.levels import tight
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.scene import load_scene
 from comparison.studies.detection.changes import AT_CRANK_PIN, AT_SLIDER, BOTH, MOST_KEYS, changed
 from comparison.studies.detection.cross_model import (

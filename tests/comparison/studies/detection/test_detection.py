@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from comparison.execution.ledger import read_rows
+from comparison.execution.store import read_rows
 from comparison.studies.detection import alarms
 from comparison.studies.detection.copies import installed
 from comparison.studies.detection.faults import catalogue, controls, trials

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from comparison.accuracy.uncertainty import moved
-from comparison.execution.job import VIOLATED, Job, Outcome, RunError
+from comparison.execution.run import VIOLATED, Job, Outcome, RunError
 from comparison.studies.detection import limits, pairs
 from comparison.studies.detection.faults import Trial, catalogue, scenes
 from comparison.studies.detection.pairs import Pair
@@ -80,7 +80,7 @@ def test_wrong_code_runs_its_ensemble_itself_and_runs_that_fail_are_left_out(ask
         raise RunError(Outcome("chatter"), None)
 
     monkeypatch.setattr(pairs, "run_one", run_one)
-    monkeypatch.setattr("comparison.execution.job.describe", lambda *_: "chatter")
+    monkeypatch.setattr("comparison.execution.run.describe", lambda *_: "chatter")
     assert pair.ensemble(starts(pair), "reference") == []
 
 

@@ -7,8 +7,7 @@ import platform
 
 import pytest
 
-from comparison.engines.platform import platform_name
-from comparison.execution.job import MODELS
+from comparison.models import MODELS, platform_name
 from comparison.studies.detection import rounding
 from comparison.studies.detection.copies import changed, installed, package
 from comparison.studies.detection.rounding import PLACES, REARRANGED, ROUNDINGS, effective, hashes

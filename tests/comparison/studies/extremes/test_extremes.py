@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from comparison.execution.cache import cache_folder
+from comparison.execution.store import cache_folder
 from comparison.scene import load_scene
 from comparison.studies.extremes import tables
 from comparison.studies.extremes.campaign import CellOutcome, run_campaign

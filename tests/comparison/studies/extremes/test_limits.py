@@ -8,8 +8,8 @@ from functools import partial
 import pandas as pd
 import pytest
 
-from comparison.execution.job import MODELS, Outcome
-from comparison.execution.run import run_one
+from comparison.execution.run import Outcome, run_one
+from comparison.models import MODELS
 from comparison.studies.extremes.impact import restitution
 from comparison.studies.extremes.limits import clearance, lossless, speed, stiffness
 from comparison.studies.extremes.limits.convergence import Limit, jobs, orders, runs, values

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.studies.nonlinear.methods.lyapunov import Exponent
 from comparison.studies.nonlinear.scenes import FORGETTING, MAIN, USUAL
 from comparison.studies.nonlinear.tables import without_memory

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.scene import load_scene
 from comparison.studies.nonlinear.methods.lyapunov import Exponent
 from comparison.studies.paper import runs

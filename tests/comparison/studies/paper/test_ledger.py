@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.reliability.assessment import cap, reliability
 from comparison.scene import load_scene, shipped_scenes
-from comparison.scene.criteria import Limits
+from comparison.scene.schema import Limits
 from comparison.studies.identification import facts
 from comparison.studies.paper import ledger, measures, runs, tables, tolerances
 from comparison.studies.paper.ledger import Outcome, Size, Use

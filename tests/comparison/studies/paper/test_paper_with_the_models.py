@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from comparison.execution.job import MODELS
 from comparison.execution.run import run_one
+from comparison.models import MODELS
 from comparison.studies.paper import measures, runs
 from comparison.studies.paper.study import STUDY
 from comparison.studies.shared.published import published

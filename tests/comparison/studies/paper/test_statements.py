@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comparison.execution.job import MODELS
+from comparison.models import MODELS
 from comparison.scene import load_scene
 from comparison.studies.nonlinear import chaos, scenes
 from comparison.studies.nonlinear.study import STUDY as NONLINEAR

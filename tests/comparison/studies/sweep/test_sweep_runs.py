@@ -16,7 +16,7 @@ import pandas as pd
 import pytest
 
 from comparison.cli import main
-from comparison.execution.ledger import LedgerError, append_row, read_rows
+from comparison.execution.store import LedgerError, append_row, read_rows
 
 ROOT = Path(__file__).parents[4]
 

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from comparison.accuracy.plan import plan
-from comparison.execution.task_store import measure_all, on_processes
+from comparison.execution.tasks import measure_all, on_processes
 from comparison.studies.shared.formulations import (
     METHODS,
     MINIMAL,

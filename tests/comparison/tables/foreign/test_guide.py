@@ -90,7 +90,7 @@ def test_names_of_another_program_are_escaped_in_the_report(capsys):
     assert "&lt;b&gt;y&lt;/b&gt;" in html
 
 
-def test_the_channels_of_the_guide_compare():
+def test_the_channels_of_the_guide_compare(capsys):
     _, mapping = re.findall(r"```toml\n(.*?)```", GUIDE, re.DOTALL)
     put("map.toml", mapping)
     time = np.linspace(0, 1, 101)

@@ -1,17 +1,16 @@
-"""Task store of all studies: tasks are measured in worker processes, each row is stored on completion.
+"""Tasks of studies: measured in worker processes, their rows stored as each is completed.
 
 The key of a row is everything that can change it: the task's own identity (scenes and settings), the code and
-data that the measure depends on (`comparison.engines.source_hash`), the models' code, the versions of the
+data that the measure depends on (`comparison.models.code_hash`), the models' code, the versions of the
 libraries, and the kind of machine.
 """
 
 from __future__ import annotations
 
-import os
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import closing, suppress
+from contextlib import closing
 from dataclasses import dataclass, fields, is_dataclass
 from functools import partial
 from importlib.metadata import version
@@ -21,15 +20,10 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
-from comparison.engines.platform import platform_name, versions
-from comparison.engines.registry import fingerprint
-from comparison.engines.source_hash import code_hash
-from comparison.execution.cache import cache_folder
-from comparison.execution.job import Progress, RunError
-from comparison.execution.ledger import Row, append_row, read_rows
-from comparison.execution.task_order import Kernels, execution_order
-from comparison.execution.worker_process import Attempt, Share
-from comparison.execution.workers import Died, Late, work
+from comparison.execution.pool import Attempt, Died, Late, Share, work
+from comparison.execution.run import Progress, RunError
+from comparison.execution.store import Row, append_row, cache_folder, read_rows
+from comparison.models import code_hash, fingerprint, platform_name, versions
 from comparison.scene import Scene, SceneError, digest
 
 SUCCESS, CRASHED, LATE = "success", "crashed", "work-limit"
@@ -45,7 +39,7 @@ class Task(ABC):
     @property
     def identity(self) -> Mapping[str, Any]:
         """What distinguishes it from other tasks of its measure, as JSON holds it: all fields."""
-        identity: Mapping[str, Any] = _by_fields(self)
+        identity: Mapping[str, Any] = _plain(self)
         return identity
 
     @property
@@ -58,23 +52,18 @@ class Task(ABC):
         """Expected time, s."""
         return 1.0
 
-    @property
-    def kernels(self) -> frozenset[Kernels]:
-        """Code that it compiles if no task before it did."""
-        return frozenset()
 
-
-def _by_fields(value: Any) -> Any:
+def _plain(value: Any) -> Any:
     """Return a value as JSON holds it: records by their fields, a scene by its hash."""
     if isinstance(value, Scene):
         return value.hash
     if isinstance(value, BaseModel):
         return value.model_dump()
     if is_dataclass(value):
-        return {field.name: _by_fields(getattr(value, field.name)) for field in fields(value)}
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, Mapping):
-        return {key: _by_fields(part) for key, part in value.items()}
-    return [_by_fields(part) for part in value] if isinstance(value, list | tuple) else value
+        return {key: _plain(part) for key, part in value.items()}
+    return [_plain(part) for part in value] if isinstance(value, list | tuple) else value
 
 
 T = TypeVar("T", bound=Task)
@@ -103,7 +92,7 @@ def measure_all(
     *,
     ledger: Path | None = None,
 ) -> list[Row]:
-    """Measure tasks without a stored row, equal tasks once.
+    """Measure tasks without a stored row, equal tasks once, the longest first.
 
     Parameters
     ----------
@@ -116,7 +105,7 @@ def measure_all(
     on_progress
         Called with the finished share of the expected work, 0 to 1.
     ledger
-        File of the rows; None: in the folder of `comparison.execution.cache`.
+        File of the rows; None: in `comparison.execution.store.cache_folder`.
 
     Returns
     -------
@@ -136,19 +125,14 @@ def measure_all(
         ledger = cache_folder() / f"{'-'.join(measure.__module__.split('.')[-2:])}-{code[:16]}.jsonl"
     keys = _keys(measure, tasks)
     by_key = dict(zip(keys, tasks, strict=True))
-    kept = read_rows(ledger)
-    with suppress(OSError):  # `comparison.execution.cache` deletes what was not used for a month
-        os.utime(ledger)
-    rows = {key: kept[key] for key in by_key if key in kept}
-    waiting = {
-        key: by_key[key] for key in execution_order({k: t for k, t in by_key.items() if k not in rows})
-    }
+    stored = read_rows(ledger)
+    rows = {key: stored[key] for key in by_key if key in stored}
+    waiting = sorted(by_key.keys() - rows.keys(), key=lambda key: (-by_key[key].cost, key))
     total = sum(task.cost for task in by_key.values()) or 1.0
-    done = total - sum(task.cost for task in waiting.values())
-    attempt = partial(_attempt, measure)
-    for environment in dict.fromkeys(task.environment for task in waiting.values()):
-        group = {key: task for key, task in waiting.items() if task.environment == environment}
-        with closing(spread(attempt, group)) as finished:
+    done = total - sum(by_key[key].cost for key in waiting)
+    for environment in dict.fromkeys(by_key[key].environment for key in waiting):
+        group = {key: by_key[key] for key in waiting if by_key[key].environment == environment}
+        with closing(spread(partial(_attempt, measure), group)) as finished:
             for key, row in finished:
                 if isinstance(row, Lost):
                     rows[key] = {"status": CRASHED, "message": row.words}
@@ -163,14 +147,13 @@ def measure_all(
 def on_processes(n_jobs: int, limit: float = inf) -> Spread:
     """Return a `Spread` over a number of local processes.
 
-    A task that takes longer than the limit, s, is stopped (`comparison.execution.workers.work`); its row
-    records this, with the finished share.
+    A task that takes longer than the limit, s, is stopped (`comparison.execution.pool.work`); its row records
+    this, with the finished share.
     """
 
     def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
         environment = dict(next(iter(tasks.values())).environment) if tasks else {}
-        kinds = {key: task.kernels for key, task in tasks.items()}
-        with closing(work(attempt, list(tasks.items()), n_jobs, limit, environment, kernels=kinds)) as events:
+        with closing(work(attempt, list(tasks.items()), n_jobs, limit, environment)) as events:
             for key, event in events:
                 if isinstance(event, Died):
                     yield key, Lost(event.words)
@@ -184,10 +167,7 @@ def on_processes(n_jobs: int, limit: float = inf) -> Spread:
 
 def _keys(measure: Measure[T], tasks: Sequence[T]) -> list[str]:
     prints = {name: fingerprint(name) for name in sorted({name for task in tasks for name in task.models})}
-    common = {
-        "machine": platform_name(),
-        "versions": versions() | {"pandas": version("pandas")},
-    }
+    common = {"machine": platform_name(), "versions": versions() | {"pandas": version("pandas")}}
     return [
         digest(
             {

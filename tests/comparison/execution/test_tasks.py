@@ -1,20 +1,22 @@
-"""The store of all studies: rows are found again by what can change them, and by nothing else."""
+"""Tasks of studies: their rows are found again by what can change them, and by nothing else."""
 
 from __future__ import annotations
 
 import json
+import os
+import signal
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import pytest
 
-from comparison.execution import task_store
-from comparison.execution.job import Outcome, RunError
-from comparison.execution.ledger import LedgerError, read_rows
-from comparison.execution.task_store import CRASHED, SUCCESS, Lost, Task, measure_all
-from comparison.scene import Scene, SceneError, load_scene
-from comparison.scene.criteria import RandomInput
+from comparison.execution import tasks as module
+from comparison.execution.run import Outcome, RunError
+from comparison.execution.store import LedgerError, read_rows
+from comparison.execution.tasks import CRASHED, LATE, SUCCESS, Lost, Task, measure_all, on_processes
+from comparison.scene import RandomInput, Scene, SceneError, load_scene
 
 
 @dataclass(frozen=True)
@@ -87,11 +89,20 @@ def square(task, progress):
     return {"square": task.number**2}
 
 
+def attempted(task, progress):
+    if task.number == 11.0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    progress(0.0)
+    while task.number == 17.0:
+        time.sleep(0.01)
+    return square(task, progress)
+
+
 @pytest.fixture
 def here(monkeypatch, tmp_path):
     """Spread in this process, in a folder of its own; what was worked off, environment by environment."""
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr(task_store, "code_hash", lambda *modules: " ".join(modules))
+    monkeypatch.setattr(module, "code_hash", lambda *modules: " ".join(modules))
     log = []
 
     def spread(attempt, tasks):
@@ -131,7 +142,7 @@ def test_other_code_another_model_or_machine_makes_rows_stale(here, monkeypatch)
         ("version", lambda _: "another"),
     ):
         with monkeypatch.context() as changed:
-            changed.setattr(task_store, name, value)
+            changed.setattr(module, name, value)
             measured(here, 2.0)
     measured(here, 2.0)
     assert len(here[1]) == 6
@@ -139,11 +150,11 @@ def test_other_code_another_model_or_machine_makes_rows_stale(here, monkeypatch)
 
 def test_the_code_of_the_measure_and_that_of_the_task_count(here, monkeypatch):
     codes = {square.__module__: "old", "tasks": "old"}
-    monkeypatch.setattr(task_store, "code_hash", lambda *modules: " ".join(codes[each] for each in modules))
+    monkeypatch.setattr(module, "code_hash", lambda *names: " ".join(codes[name] for name in names))
     monkeypatch.setattr(Square, "__module__", "tasks")
     measured(here, 2.0)
-    for count, module in enumerate(codes, 2):
-        codes[module] = "new"
+    for count, name in enumerate(codes, 2):
+        codes[name] = "new"
         measured(here, 2.0)
         assert len(here[1]) == count
 
@@ -184,3 +195,11 @@ def test_rows_are_kept_where_one_asks_and_a_folder_that_is_not_there_is_reported
     assert [row["square"] for row in read_rows(ledger).values()] == [4.0]
     with pytest.raises(LedgerError, match="cannot be written"):
         measured(here, 4.0, ledger=tmp_path / "nowhere" / "mine.jsonl")
+
+
+def test_on_processes_one_that_dies_is_lost_and_one_that_is_late_is_a_row():
+    tasks = {name: Square(number) for name, number in (("usual", 2.0), ("dies", 11.0), ("hangs", 17.0))}
+    rows = dict(on_processes(1, limit=4.0)(attempted, tasks))  # each has 40 s to start
+    assert rows["usual"] == {"square": 4.0}
+    assert rows["dies"] == Lost("its process was killed by SIGKILL")
+    assert rows["hangs"] == {"status": LATE, "message": "stopped after 4 s", "share": 0.0}

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.execution.quality_checks import energy_share, quality_warnings, steps_per_contact
+from comparison.execution.quality import energy_share, quality_warnings, steps_per_contact
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
 from comparison.tables.table import Table

@@ -1,1 +1,0 @@
-"""Simulation engines: built-in and installed models, their platform and source hashes."""

@@ -1,0 +1,250 @@
+"""Isolated worker processes: a task that kills its process affects no other task.
+
+``multiprocessing`` is used directly. A ``ProcessPoolExecutor`` and loky abandon all of their tasks when one
+process dies, without reporting which task it was. The limit of pebble's ``ProcessPool`` counts from when a
+worker takes a task, compilation included, its workers cannot report progress, and it starts them at times of
+its own, at which the environment that they inherit is not theirs.
+"""
+
+from __future__ import annotations
+
+import io
+import multiprocessing
+import os
+import signal
+import sys
+import time
+import warnings
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from math import inf
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection, wait
+from typing import Any
+
+Attempt = Callable[[Any, Callable[[float], None]], Any]
+"""What a worker does with a task: it gets the task and a function to report the finished share to."""
+READY = 10.0
+"""Times its limit that a task may take before its own work begins."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """Finished share of a task, 0 to 1."""
+
+    value: float
+
+
+@dataclass(frozen=True)
+class Died:
+    """The process ended before the task did."""
+
+    exit_code: int | None
+
+    @property
+    def words(self) -> str:
+        """Description of the end of the process."""
+        if self.exit_code is not None and self.exit_code < 0:
+            return f"its process was killed by {signal.Signals(-self.exit_code).name}"
+        return f"its process ended with code {self.exit_code}"
+
+
+@dataclass(frozen=True)
+class Late:
+    """The task was stopped at its time limit, with the share finished by then."""
+
+    share: float
+
+
+def cpus() -> int:
+    """Return the number of CPUs available to this process."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def work(
+    attempt: Attempt,
+    tasks: Sequence[tuple[str, Any]],
+    n_workers: int,
+    limit: float = inf,
+    environment: Mapping[str, str] | None = None,
+    until: float = inf,
+) -> Generator[tuple[str, Any]]:
+    """Distribute tasks to worker processes in the given order and yield their events as they occur.
+
+    Close the generator (`contextlib.closing`) to end what its workers do at once; the processes end with it,
+    but for `kept_workers`.
+
+    Parameters
+    ----------
+    attempt
+        A function of a module. It must not raise.
+    tasks
+        Names and what ``attempt`` is called with; must survive pickling.
+    n_workers
+        How many processes work at a time; they are started when there is work for them.
+    limit
+        s; a task that takes longer is terminated with its process. Counted from where it reports a share of
+        0; until then, to start a process and to compile, it has `READY` times as long.
+    environment
+        Variables of the worker processes alone, for what a library reads only while its process starts.
+    until
+        Reading of `time.monotonic` at which all tasks are terminated; those that wait have no event.
+
+    Yields
+    ------
+    name, event
+        The event is a `Share`, or else the last of this task: what ``attempt`` returned, `Died` or `Late`.
+    """
+    waiting = deque(tasks)
+    variables = dict(environment or {})
+    idle = _take_kept(variables)
+    busy: dict[Any, _Worker] = {}  # by connection
+    try:
+        while waiting or busy:
+            if time.monotonic() >= until:
+                waiting.clear()
+            while waiting and len(busy) < n_workers:
+                worker = idle.pop() if idle else _Worker(variables)
+                name, task = waiting.popleft()
+                worker.task, worker.share = name, 0.0
+                worker.end = min(until, time.monotonic() + READY * limit)
+                busy[worker.connection] = worker
+                with suppress(OSError):  # the worker is dead: its connection reads as ended below
+                    worker.connection.send((attempt, task))
+            if not busy:
+                break
+            next_end = min(worker.end for worker in busy.values())
+            ready = wait(list(busy), None if next_end == inf else max(0.0, next_end - time.monotonic()))
+            for worker in [w for c, w in busy.items() if c not in ready and w.end <= time.monotonic()]:
+                del busy[worker.connection]
+                _end([worker])
+                yield worker.task, Late(worker.share)
+            for connection in ready:
+                worker = busy[connection]
+                try:
+                    event = worker.connection.recv()
+                except (EOFError, OSError):
+                    worker.process.join()
+                    event = Died(worker.process.exitcode)
+                if isinstance(event, Share):
+                    worker.share = event.value
+                    if event.value == 0.0:
+                        worker.end = min(until, time.monotonic() + limit)
+                else:
+                    del busy[connection]
+                    if not isinstance(event, Died):
+                        idle.append(worker)
+                yield worker.task, event
+    finally:
+        _end(busy.values())
+        if _kept is None:
+            _end(idle)
+        else:
+            _kept.extend(idle)
+
+
+class _Worker:
+    """A spawned process with variables added to its environment, our end of its pipe, and its task."""
+
+    task: str
+    share: float
+    end: float
+    """Reading of `time.monotonic` at which the task is terminated."""
+
+    def __init__(self, environment: Mapping[str, str]) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.environment = environment
+        self.connection, theirs = context.Pipe()
+        self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        with _inherited(environment):
+            self.process.start()
+        theirs.close()  # so that the end of the process ends the connection
+
+
+_kept: list[_Worker] | None = None
+
+
+@contextmanager
+def kept_workers() -> Iterator[None]:
+    """Let workers live on from one call of `work` to the next in this context.
+
+    A process needs seconds to start and to load compiled code. Not the general rule: a worker does not see
+    what happens to the sources, or to the environment of this process, after it was started.
+    """
+    global _kept
+    if _kept is not None:
+        yield
+        return
+    _kept = []
+    try:
+        yield
+    finally:
+        workers, _kept = _kept, None
+        _end(workers)
+
+
+def _take_kept(environment: Mapping[str, str]) -> list[_Worker]:
+    """Take those of the kept workers that have this environment; the others end."""
+    if _kept is None:
+        return []
+    workers, _kept[:] = list(_kept), []
+    fit = [w for w in workers if w.environment == environment and w.process.is_alive()]
+    _end([worker for worker in workers if worker not in fit])
+    return fit
+
+
+def _end(workers: Iterable[_Worker]) -> None:
+    """End workers at once, whatever they are doing."""
+    workers = list(workers)
+    for worker in workers:
+        worker.process.kill()
+    for worker in workers:
+        worker.process.join()
+
+
+@contextmanager
+def _inherited(environment: Mapping[str, str]) -> Iterator[None]:
+    """Set what a process that is started here inherits: variables, one thread for numpy, and no Ctrl-C.
+
+    A terminal sends Ctrl-C to all processes, but to end workers is their parent's business. The signal is
+    held back from the very start: while Python starts, it would end in a traceback.
+    """
+    one_thread = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    variables = {**environment, **one_thread}
+    before = {name: os.environ.get(name) for name in variables}
+    can_mask = hasattr(signal, "pthread_sigmask")
+    if can_mask:
+        # multiprocessing's own process first: whoever starts it has its mask cleared.
+        resource_tracker.ensure_running()
+    os.environ.update(variables)
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT]) if can_mask else set()
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+        if can_mask:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _serve(connection: Connection) -> None:
+    """Process tasks until the connection ends (in the worker)."""
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")  # numpy's, of numbers that the checks of the run report
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # for systems without a signal mask to inherit
+    os.dup2(2, 1)  # what a model prints must not stand between the lines that a script reads from stdout
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(line_buffering=True)  # and must not be lost with a process that is ended
+
+    def report(share: float) -> None:  # what is no number is the model's own error
+        connection.send(Share(min(1.0, max(0.0, float(share)))))
+
+    with suppress(EOFError, OSError):
+        while True:
+            attempt, task = connection.recv()
+            connection.send(attempt(task, report))

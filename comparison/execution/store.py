@@ -1,0 +1,231 @@
+"""Results on disk, by keys that hash everything that can change them: nothing is computed twice.
+
+A run is a folder ``runs/<key>`` with one table and its companions; a row of a study is a line of a ledger, a
+file to which rows are appended. There is no pickle. What is stored is complete or absent, and is used only if
+it has the checksum that it was stored with: what is damaged is reported to this module's logger and computed
+again.
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import json
+import logging
+import os
+import shutil
+import stat
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from platformdirs import user_cache_path
+
+from comparison.files import FolderError, check_size, plain, write_json
+from comparison.tables.table import Table, TableError, check
+from comparison.tables.table_files import read, write
+
+KEEP_DAYS = 30
+RUNS, TABLE, SUMS = "runs", "run.csv", "sha256.json"
+LARGEST_LEDGER = 2_000_000_000
+"""Bytes: a million rows take less."""
+Row = dict[str, Any]
+_LOG = logging.getLogger(__name__)
+
+
+class LedgerError(ValueError):
+    """Ledger that cannot be read or written; the message is one line."""
+
+
+def cache_folders() -> Iterator[Path]:
+    """Yield ``$SIXBAR_CACHE_DIR`` or this package's folder in the user's cache, then a temporary one.
+
+    The temporary one is this user's alone: what another user may have written is not used.
+    """
+    named = os.environ.get("SIXBAR_CACHE_DIR")
+    with suppress(RuntimeError):  # no home folder
+        usual = Path(named) if named else user_cache_path("sixbar-crossval", appauthor=False)
+        if named or usual.is_absolute():
+            yield usual
+    with suppress(OSError):
+        user = os.getuid() if hasattr(os, "getuid") else 0
+        temporary = Path(tempfile.gettempdir()) / f"sixbar-crossval-{user}"
+        temporary.mkdir(mode=0o700, exist_ok=True)
+        status = temporary.lstat()
+        if stat.S_ISDIR(status.st_mode) and (
+            os.name != "posix" or (status.st_uid == user and not status.st_mode & 0o077)
+        ):
+            yield temporary
+
+
+def cache_folder() -> Path:
+    """Return the first of `cache_folders` that can be written, made if missing.
+
+    Raises
+    ------
+    FolderError
+        If there is none.
+    """
+    for folder in cache_folders():
+        with suppress(OSError):
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                return folder
+    raise FolderError("no cache folder can be written; SIXBAR_CACHE_DIR names one")
+
+
+def cache_warnings() -> list[str]:
+    """Say in one line where results and compiled code are stored, if not where they should be."""
+    tried = list(cache_folders())
+    try:
+        folder = cache_folder()
+    except FolderError:
+        return ["no cache folder can be written: nothing is cached; SIXBAR_CACHE_DIR names one"]
+    if folder == tried[0] and folder.name.rpartition("-")[0] != "sixbar-crossval":
+        return []
+    unusable = "there is no home folder" if folder == tried[0] else f"{tried[0]} cannot be written"
+    return [f"{unusable}: the cache is in {folder}; SIXBAR_CACHE_DIR names another"]
+
+
+def fetch(key: str, channels: list[str], span: tuple[float, float]) -> Table | None:
+    """Return the stored run, or None if there is none that is sound and passes `check`.
+
+    A damaged one is deleted. A folder that can only be read is used.
+    """
+    for folder in _searched():
+        path = folder / RUNS / key
+        try:
+            if not path.is_dir():
+                continue
+            if _sums(path) == json.loads((path / SUMS).read_text("utf-8")):
+                table = read(path / TABLE)
+                check(table, channels, span)
+                with suppress(OSError):  # for `_delete_unused`; the folder may be read-only
+                    os.utime(path)
+                return table
+            reason = "its files are not as they were stored"
+        except (OSError, ValueError) as error:  # of JSON and of tables: ValueErrors
+            reason = " ".join(str(error).split())
+        _LOG.warning("the cached run %s is damaged and is run again: %s", path, reason)
+        shutil.rmtree(path, ignore_errors=True)
+    return None
+
+
+def _searched() -> list[Path]:
+    """Return `cache_folders` down to the one that is written."""
+    folders = list(cache_folders())
+    with suppress(FolderError):
+        return folders[: folders.index(cache_folder()) + 1]
+    return folders
+
+
+def keep(key: str, table: Table) -> None:
+    """Store a run and delete what was not used for a month; do nothing if that is impossible."""
+    with suppress(FolderError, OSError, TableError):
+        folder = cache_folder()
+        _delete_unused(folder)
+        (folder / RUNS).mkdir(mode=0o700, exist_ok=True)
+        part = Path(tempfile.mkdtemp(prefix=".part-", dir=folder / RUNS))
+        try:
+            write(table, part / TABLE)
+            write_json(_sums(part), part / SUMS)
+            part.rename(folder / RUNS / key)  # fails if another process was first
+        finally:
+            shutil.rmtree(part, ignore_errors=True)
+
+
+def _delete_unused(folder: Path) -> None:
+    oldest = time.time() - KEEP_DAYS * 86400
+    for path in (*folder.glob("*.jsonl"), *(folder / RUNS).glob("*")):
+        with suppress(OSError):
+            if path.stat().st_mtime < oldest:
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def _sums(folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of each file of a run but that of the sums themselves."""
+    return {
+        path.name: hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.iterdir())
+        if path.name != SUMS
+    }
+
+
+def read_rows(ledger: Path) -> dict[str, Row]:
+    """Return the rows of a ledger by their keys; none if there is no file.
+
+    A line cut off by the end of its writer is skipped, like one that is damaged.
+
+    Raises
+    ------
+    LedgerError
+        If the file cannot be read.
+    """
+    try:
+        check_size(ledger, LARGEST_LEDGER)
+        lines = ledger.read_bytes().split(b"\n")
+    except FileNotFoundError:
+        return {}
+    except OSError as error:
+        raise LedgerError(f"{ledger}: {error.strerror or error}") from error
+    with suppress(OSError):  # for `_delete_unused`
+        os.utime(ledger)
+    sound = [_sound(line) for line in lines]
+    # Lines that do not end like one were cut off when their writer was killed.
+    if damaged := sum(
+        entry is None and line.endswith(b"}") for entry, line in zip(sound, lines, strict=True)
+    ):
+        _LOG.warning("%s: %d lines are damaged or of another version: measured again", ledger, damaged)
+    return dict(entry for entry in sound if entry)
+
+
+def _sound(line: bytes) -> tuple[str, Row] | None:
+    """Return key and row of a line; None if it is not as it was stored."""
+    try:
+        entry = json.loads(line)
+        key, row = entry["key"], entry["row"]
+        sound = entry["sha256"] == _row_sum(key, row) and isinstance(row, dict) and isinstance(key, str)
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return None
+    return (key, row) if sound else None
+
+
+def append_row(ledger: Path, key: str, row: Mapping[str, Any]) -> Row:
+    """Store a row; return it as it will be read (the same numbers bit for bit, non-finite ones as None).
+
+    Raises
+    ------
+    LedgerError
+        If it cannot be written, such as on a full disk; stored rows remain.
+    """
+    stored = plain(row)
+    entry = {"key": key, "row": stored, "sha256": _row_sum(key, stored)}
+    text = json.dumps(entry, allow_nan=False, separators=(",", ":"))
+    try:
+        _append(ledger, text.encode() + b"\n")
+    except OSError as error:
+        raise LedgerError(f"{ledger}: cannot be written: {error.strerror or error}") from error
+    kept: Row = json.loads(text)["row"]
+    return kept
+
+
+def _append(path: Path, line: bytes) -> None:
+    """Append a line in one write: those of two processes do not mix."""
+    handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+    try:
+        if size := os.fstat(handle).st_size:
+            os.lseek(handle, size - 1, os.SEEK_SET)
+            if os.read(handle, 1) != b"\n":  # its last writer was killed
+                line = b"\n" + line
+        if os.write(handle, line) < len(line):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    finally:
+        os.close(handle)
+
+
+def _row_sum(key: str, row: Mapping[str, Any]) -> str:
+    text = json.dumps([key, row], sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -1,0 +1,389 @@
+"""The models that run a scene: their formulations, where they are found, and what their results depend on.
+
+A package registers a model by an entry point, resolved on request (``docs/engine.md`` has a complete
+example):
+
+    [project.entry-points."sixbar.models"]
+    mine = "my_package:simulate"
+
+The two of this project are listed here rather than as entry points: they are available without installation,
+and no other package can take their names. Whatever is stored of a result is stored under the fingerprint of
+its model, the hash of the code of this package that made it, the platform and the versions of libraries.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import os
+import platform
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import redirect_stdout
+from functools import cache
+from importlib.metadata import EntryPoint, PackageNotFoundError, distributions, entry_points, version
+from importlib.util import find_spec
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+GROUP = "sixbar.models"
+OWN = {
+    name: EntryPoint(name, target, GROUP)
+    for name, target in (("reference", "reference_model:simulate"), ("exudyn", "exudyn_model:simulate"))
+}
+MODELS = ("reference", "exudyn")
+"""Default pair of models."""
+ROOT = Path(__file__).parents[1]
+"""Folder that contains the packages."""
+
+_LIBRARIES = ("numpy", "scipy", "numba", "exudyn")
+# The C mathematical library and numba's compiler select code paths with different rounding by these features.
+_FEATURES = ("avx2", "avx512f", "fma", "asimd", "sve")
+# Variables that make them select others. Where glibc's say something else, stored results are computed again.
+_CHOSEN = {
+    "OPENBLAS_CORETYPE": "OpenBLAS for",
+    "GLIBC_TUNABLES": "glibc with",
+    "NUMBA_CPU_NAME": "numba for",
+    "NUMBA_CPU_FEATURES": "numba with",
+}
+
+
+class EngineError(ValueError):
+    """Unusable model; the message is one line."""
+
+
+# Formulations: a driven crank and ideal joints leave no degree of freedom; every clearance adds two
+# coordinates, and only these are integrated. The other bodies matter where joint forces or energies are
+# requested: Exudyn then needs all five bodies with their constraints, while the reference obtains both by
+# force balance from the reduced motion. A larger formulation runs only where a scene names it.
+FORMULATIONS = {
+    "minimal": ("reference", "tolerance"),
+    "multiplier": ("reference", "tolerance"),
+    "tree": ("exudyn", "tolerance"),
+    "full": ("exudyn", "step"),
+}
+"""Name -> model, and the key of its solver that controls the error; those of a model from the smallest on.
+
+"minimal" and "tree" integrate only what a clearance frees, "multiplier" and "full" all bodies, constrained.
+"""
+
+FORCES = ("joints", "energy")
+"""Channel groups that require the motion of all bodies."""
+
+
+def formulations(scene: Mapping[str, Any]) -> list[str]:
+    """Return the formulations that can run a scene; all record the motion of the slider."""
+    free = joints_with_clearance(scene)
+    impossible = {"multiplier": "crank_pin" in free, "tree": not free}
+    return [name for name in FORMULATIONS if not impossible.get(name)]
+
+
+def model_of(formulation: str) -> str:
+    """Return the model that has a formulation."""
+    return FORMULATIONS[formulation][0]
+
+
+def key_of(formulation: str) -> str:
+    """Return the dotted key that controls the error: ``"solver.exudyn.step"``."""
+    return "solver.{}.{}".format(*FORMULATIONS[formulation])
+
+
+def smallest_in_exudyn(scene: Mapping[str, Any]) -> str:
+    """Return Exudyn's smallest formulation that yields the requested channels, "tree" or "full".
+
+    An implicit method, which the scene has to name, requires "full".
+    """
+    method = scene.get("solver", {}).get("exudyn", {}).get("method", "auto")
+    explicit = method in ("auto", "dopri5")
+    return "tree" if explicit and joints_with_clearance(scene) and not forces(scene) else "full"
+
+
+def joints_with_clearance(scene: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the joints with clearance, of "crank_pin" and "slider"."""
+    joints = scene.get("joints", {})
+    defaults = (("crank_pin", "ideal"), ("slider", "clearance"))
+    return tuple(name for name, usual in defaults if joints.get(name, usual) == "clearance")
+
+
+def forces(scene: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the requested channel groups that require the motion of all bodies."""
+    groups = scene.get("output", {}).get("groups", ())
+    return tuple(group for group in FORCES if isinstance(groups, list) and group in groups)
+
+
+# Registry.
+
+
+def engine_names() -> list[str]:
+    """Names of all models, our own first."""
+    return [*OWN, *sorted({point.name for point in entry_points(group=GROUP)} - OWN.keys())]
+
+
+def find(name: str) -> EntryPoint:
+    """Look up a model by name without importing it.
+
+    Raises
+    ------
+    EngineError
+        If no model or more than one has this name.
+    """
+    targets = {point.value: point for point in entry_points(group=GROUP) if point.name == name}
+    points = [*([OWN[name]] if name in OWN else []), *targets.values()]
+    if not points:
+        raise EngineError(f"model {name!r} is not known; available: {', '.join(engine_names())}")
+    if len(points) > 1:
+        raise EngineError(f"model {name!r} is registered twice: {' and '.join(p.value for p in points)}")
+    return points[0]
+
+
+def pair(names: str) -> tuple[str, str]:
+    """Parse the names of the two models to compare, as in ``"reference,exudyn"``.
+
+    Raises
+    ------
+    EngineError
+        If these are not two different available models.
+    """
+    first, _, second = names.partition(",")
+    if not second or first == second:
+        raise EngineError(f"models {names!r} must be two names, as in reference,exudyn")
+    return find(first).name, find(second).name
+
+
+def several(names: str) -> list[str]:
+    """Parse the names of three or more models to compare, as in ``"reference,exudyn,mine"``.
+
+    Raises
+    ------
+    EngineError
+        If one is not available or named twice.
+    """
+    models = [find(name).name for name in names.split(",")]
+    if twice := next((name for name in models if models.count(name) > 1), None):
+        raise EngineError(f"models {names!r}: {twice} is named twice")
+    return models
+
+
+def load(name: str) -> Callable[..., Any]:
+    """Import a model and return its ``simulate``.
+
+    Raises
+    ------
+    EngineError
+        If there is no such model, or the object of its entry point cannot be imported or called.
+    """
+    point = OWN.get(name) or find(name)  # searching all packages takes a sixth of a short run
+    try:
+        with redirect_stdout(sys.stderr):  # what it prints must not stand among results
+            simulate = point.load()
+    except (Exception, SystemExit) as error:
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise EngineError(f"model {name!r} cannot be imported from {point.value!r}: {reason}") from error
+    if not callable(simulate):
+        kind = type(simulate).__name__
+        raise EngineError(f"model {name!r}: {point.value!r} is not a function but a {kind}")
+    return simulate  # type: ignore[no-any-return] # the result is checked on return
+
+
+def declared(name: str) -> dict[str, Any]:
+    """Return the default settings that an installed model declares: its function's ``settings``, if any.
+
+    Of a model that cannot be imported none, since its run reports why.
+
+    Raises
+    ------
+    EngineError
+        If they are not names with a string, a boolean or a finite number each.
+    """
+    if name in OWN:
+        return {}
+    try:
+        settings = getattr(load(name), "settings", {})
+    except EngineError:
+        return {}
+    if not isinstance(settings, Mapping):
+        raise EngineError(f"model {name!r}: settings must be a mapping, not {type(settings).__name__}")
+    for key, value in settings.items():
+        if not is_setting(value):
+            message = f"settings[{key!r}] = {value!r} must be a string, a boolean or a finite number"
+            raise EngineError(f"model {name!r}: {message}")
+    return dict(settings)
+
+
+def is_setting(value: object) -> bool:
+    """Return whether a value can be a setting of an installed model."""
+    return isinstance(value, str | int) or (isinstance(value, float) and isfinite(value))
+
+
+# What a result depends on.
+
+
+def fingerprint(name: str) -> str:
+    """Hash of everything that can change a model: the files of its package and the versions of its imports.
+
+    Python files are hashed without comments and docstrings. For models of other packages the versions of all
+    installed distributions count, since their imports are unknown. Other inputs (a program that a model
+    starts, a file in the user's folder) are not detected.
+    """
+    point = find(name)
+    total = hashlib.sha256(point.value.encode())
+    package = point.module.partition(".")[0]
+    for path in _files(package):
+        # Its place in the package, wherever that is installed.
+        place = str(path).rpartition(f"{os.sep}{package}{os.sep}")[2]
+        total.update(f"{place if package in path.parts else path.name}\0{file_hash(path)}\0".encode())
+    if name in OWN:
+        lines = [f"{library} {_version(library)}" for library in _LIBRARIES]
+    else:
+        lines = sorted({f"{installed.name} {installed.version}" for installed in distributions()})
+    for line in lines:
+        total.update(f"{line}\n".encode())
+    return total.hexdigest()
+
+
+@cache
+def code_hash(*modules: str) -> str:
+    """Return the hash of the code and data that modules of this package depend on."""
+    return hash_of(tuple(sorted({path for module in modules for path in closure(module)})))
+
+
+def hash_of(files: tuple[Path, ...], root: Path = ROOT) -> str:
+    """Return the hash of files and of their paths below the root; modules count by their code."""
+    total = hashlib.sha256()
+    for path in files:
+        total.update(f"{path.relative_to(root)}\0{file_hash(path)}\0".encode())
+    return total.hexdigest()
+
+
+@cache
+def closure(module: str, root: Path = ROOT) -> tuple[Path, ...]:
+    """Return the files that a module depends on, itself included, sorted.
+
+    They are those of all modules of its package that it imports, directly or not, and the data that one of
+    these reads by ``importlib.resources.files("a.package")``.
+
+    Parameters
+    ----------
+    module
+        Dotted name.
+    root
+        Folder that contains the package.
+    """
+    package = module.partition(".")[0]
+    paths: set[Path] = set()
+    waiting, seen = [module], set[str]()
+    while waiting:
+        name = waiting.pop()
+        base = root.joinpath(*name.split("."))
+        path = next((p for p in (base.with_suffix(".py"), base / "__init__.py") if p.is_file()), None)
+        if name in seen or path is None:  # None: an object within a module
+            continue
+        seen.add(name)
+        paths.add(path)
+        tree = ast.parse(path.read_bytes())
+        waiting += [imported for imported in _imports(tree) if imported.partition(".")[0] == package]
+        waiting += [name.rpartition(".")[0]] if "." in name else []  # its parent packages are imported too
+        for folder in _data_folders(tree):
+            data = root.joinpath(*folder.split(".")).glob("*")
+            paths.update(path for path in data if path.suffix in (".toml", ".csv"))
+    return tuple(sorted(paths))
+
+
+def file_hash(path: Path) -> str:
+    """Return the hash of a file; for Python files that of the code without comments and docstrings."""
+    content = path.read_bytes()
+    return _source_hash(content) if path.suffix == ".py" else hashlib.sha256(content).hexdigest()
+
+
+@cache
+def _source_hash(source: bytes) -> str:
+    try:
+        tree = ast.parse(source)
+    except (SyntaxError, ValueError):  # why it cannot be run its import says
+        return hashlib.sha256(source).hexdigest()
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list):
+            node.body = [part for part in body if not _is_text(part)]  # type: ignore[attr-defined]
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
+
+
+def _is_text(node: ast.stmt) -> bool:
+    """Return whether a statement is a string, such as a docstring."""
+    constant = node.value if isinstance(node, ast.Expr) else None
+    return isinstance(constant, ast.Constant) and isinstance(constant.value, str)
+
+
+def _imports(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def _data_folders(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "files":
+            yield from (str(argument.value) for argument in node.args if isinstance(argument, ast.Constant))
+
+
+def _files(package: str) -> list[Path]:
+    """List the files of a package, compiled modules and data included, or the single file of a module."""
+    spec = find_spec(package)
+    if spec is None:
+        return []
+    if spec.submodule_search_locations is None:
+        return [Path(spec.origin)] if spec.origin and Path(spec.origin).is_file() else []
+    files = [path for folder in spec.submodule_search_locations for path in Path(folder).rglob("*")]
+    return sorted(path for path in files if path.is_file() and "__pycache__" not in path.parts)
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "none"
+
+
+@cache
+def platform_name() -> str:
+    """Return system, C library and processor: ``"Linux x86_64, glibc 2.36, AMD EPYC 25/1 avx2 fma"``.
+
+    Followed by what the environment makes OpenBLAS, the C library and numba take it for, if anything.
+    """
+    parts = (
+        f"{platform.system()} {platform.machine()}",
+        " ".join(platform.libc_ver()).strip(),
+        _processor(Path("/proc/cpuinfo")),
+        *(f"{words} {chosen}" for name, words in _CHOSEN.items() if (chosen := os.environ.get(name))),
+    )
+    return ", ".join(part for part in parts if part)
+
+
+def _processor(cpuinfo: Path) -> str:
+    """Return the processor's model, family, number and features from ``/proc/cpuinfo``."""
+    try:
+        lines = cpuinfo.read_text("utf-8", errors="replace").splitlines()
+    except OSError:
+        return platform.processor()
+    first: dict[str, str] = {}
+    for line in lines:
+        key, _, value = line.partition(":")
+        first.setdefault(key.strip(), value.strip())
+    flags = first.get("flags", first.get("Features", "")).split()
+    numbers = "/".join(first[key] for key in ("cpu family", "model") if key in first)
+    parts = (first.get("model name", ""), numbers, *(name for name in _FEATURES if name in flags))
+    return " ".join(part for part in parts if part)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that compute."""
+    return {"python": platform.python_version()} | {name: _version(name) for name in _LIBRARIES}
+
+
+def made_on() -> str:
+    """Return machine and versions in one line, for display below numbers that depend on them."""
+    return f"{platform_name()}; {', '.join(f'{name} {number}' for name, number in versions().items())}"

@@ -1,0 +1,152 @@
+"""Worker processes: what they inherit, what their end costs, and when they end."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+import warnings
+from contextlib import closing
+
+import pytest
+
+from comparison.execution.pool import Died, Late, Share, kept_workers, work
+
+VARIABLE = "SIXBAR_TEST_VARIABLE"
+
+
+def do(task, report):
+    """Do what a task says; return the process, and what it inherited."""
+    if task == "warn":
+        warnings.warn("overflow encountered in multiply", RuntimeWarning, stacklevel=1)
+    if task == "die":
+        os._exit(3)
+    if task == "killed":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if task == "wait":
+        report(0.0)  # its work begins
+        report(0.25)
+        threading.Event().wait()
+    if task == "interrupt":
+        os.kill(os.getpid(), signal.SIGINT)  # as a terminal's Ctrl-C, which all processes get
+    for share in (-1.0, 0.5, 2.0) if task == "report" else ():
+        report(share)
+    return os.getpid(), os.environ.get(VARIABLE), os.environ["OMP_NUM_THREADS"]
+
+
+def events_of(*tasks, n_workers=1, **options):
+    named = [(f"{number} {task}", task) for number, task in enumerate(tasks)]
+    with closing(work(do, named, n_workers, **options)) as events:
+        return list(events)
+
+
+def running(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_a_process_that_dies_costs_its_own_task_only():
+    died, (name, (pid, *_)), killed, (_, (after, *_)) = events_of("die", "one", "killed", "two")
+    assert died == ("0 die", Died(3))
+    assert name == "1 one"
+    assert killed[1].words == "its process was killed by SIGKILL"
+    assert pid != after
+    assert not running(after)
+
+
+def test_warnings_of_python_do_not_reach_the_terminal_nor_an_interrupt_a_worker(capfd, monkeypatch):
+    monkeypatch.setattr("sys.warnoptions", [])
+    events = events_of("warn", "interrupt", "one")
+    assert len({result[0] for _, result in events}) == 1
+    assert capfd.readouterr() == ("", "")
+
+
+def test_shares_are_bounded_and_come_before_the_result():
+    *shares, (name, _) = events_of("report")
+    assert [share for _, share in shares] == [Share(0.0), Share(0.5), Share(1.0)]
+    assert name == "0 report"
+
+
+def test_an_environment_is_that_of_the_workers_alone_and_has_one_thread(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    before = dict(os.environ)
+    [(_, (_, value, threads))] = events_of("one", environment={VARIABLE: "set", "OMP_NUM_THREADS": "3"})
+    # One thread all the same: a sum over threads has no order of its own.
+    assert (value, threads) == ("set", "1")
+    assert dict(os.environ) == before
+
+
+def test_at_a_given_time_all_that_runs_is_terminated_and_nothing_else_begins():
+    """However long a process takes to start: one that has not begun by then ends too."""
+    last = dict(events_of("wait", "wait", "wait", n_workers=2, until=time.monotonic() + 0.5))
+    assert set(last) == {"0 wait", "1 wait"}
+    assert all(isinstance(event, Late) for event in last.values())
+    assert events_of("wait", until=time.monotonic()) == []
+
+
+def prepare(awaited, report):
+    """Work for ever if nothing is awaited; else prepare until the file is there, and report nothing."""
+    if awaited is None:
+        do("wait", report)
+    while not awaited.exists():
+        time.sleep(0.01)
+
+
+def test_the_limit_counts_from_a_share_of_0_and_preparing_may_take_ten_times_as_long(tmp_path):
+    """What works is stopped first, with its share; what still prepares then is not, and has 27 s left."""
+    late = tmp_path / "late"
+    tasks = [("works", None), ("prepares", late), ("next", late)]
+    last = {}
+    with closing(work(prepare, tasks, 2, limit=3.0)) as events:
+        for name, event in events:
+            last[name] = event
+            if isinstance(event, Late):
+                late.touch()
+    assert last == {"works": Late(0.25), "prepares": None, "next": None}
+
+
+def test_closing_ends_what_the_workers_do():
+    with closing(work(do, [("wait", "wait")], 1)) as events:
+        next(events)
+        (child,) = multiprocessing.active_children()
+    assert not running(child.pid)
+
+
+def test_an_interrupt_ends_the_workers_and_keeps_none():
+    def interrupted():
+        with closing(work(do, [("wait", "wait")], 1)) as events:
+            for _ in events:
+                raise KeyboardInterrupt
+
+    with kept_workers(), pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert multiprocessing.active_children() == []
+
+
+def test_workers_live_on_where_they_are_kept_for_their_own_environment_and_no_longer():
+    with kept_workers():
+        [(_, (first, *_))], [(_, (second, *_))] = events_of("one"), events_of("two")
+        assert first == second
+        assert running(first)
+        [(_, (other, value, _))] = events_of("one", environment={VARIABLE: "set"})
+        assert (other != first, value) == (True, "set")
+        assert not running(first)
+        [(_, (again, *_))] = events_of("one", environment={VARIABLE: "set"})
+        assert again == other
+    assert not running(other)
+
+
+def test_a_worker_that_died_is_not_kept():
+    with kept_workers():
+        _, (_, (after, *_)) = events_of("die", "one")
+        os.kill(after, signal.SIGKILL)
+        while any(child.pid == after for child in multiprocessing.active_children()):
+            time.sleep(0.01)
+        [(_, (another, *_))] = events_of("two")
+        assert another != after
