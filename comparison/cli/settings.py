@@ -31,7 +31,7 @@ def settings(
     from comparison.agreement.refinement.work_precision import work_precision
     from comparison.execution.workers import cpus
     from comparison.files import check_file
-    from comparison.report.work_precision import draw
+    from comparison.report.figures import draw_work_precision
     from comparison.scene import load_scene, parse_set
 
     if not 0 < seconds < float("inf"):
@@ -56,7 +56,7 @@ def settings(
         say(f"{part}:")
         say(f"  {command}")
     if out is not None:
-        say(str(draw(found, out)))
+        say(str(draw_work_precision(found, out)))
     if found.interrupted:
         # Not the usual line of an interrupted command: timed runs are not cached.
         raise SystemExit(complain("interrupted; the other settings were not measured", INTERRUPTED))

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-
 from comparison.report.pictures.animation import write_animation
 from comparison.report.pictures.motion import motion
+
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 
