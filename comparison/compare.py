@@ -1,5 +1,5 @@
-"""Comparison of two results; re-exports `comparison.agreement.compare`."""
+"""Comparison of two results; re-exports `comparison.verdict.compare`."""
 
-from comparison.agreement.compare import Runs, compare
+from comparison.verdict.compare import Runs, compare
 
 __all__ = ["Runs", "compare"]

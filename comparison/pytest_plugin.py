@@ -63,9 +63,10 @@ def _assert_agree(
     SceneError
         If the scene does not exist.
     """
-    from comparison.agreement.compare import Runs, compare, recorded_scene
     from comparison.scene import load_scene
     from comparison.tables.table import TableError
+    from comparison.verdict.compare import Runs, compare, recorded_scene
+    from comparison.words.verdicts import reason, scene_reason
 
     __tracebackhide__ = True  # the line to show is the test's
     labels = _label(a, "a"), _label(b, "b")
@@ -86,9 +87,9 @@ def _assert_agree(
     if result.verdict == "agree" or (result.verdict == "indeterminate" and allow_indeterminate):
         return
     on = "" if loaded is None else f" on scene {loaded.name!r}"
-    lines = [f"{' and '.join(labels)}{on}: {result.verdict}: {result.reason}"]
+    lines = [f"{' and '.join(labels)}{on}: {result.verdict}: {scene_reason(result)}"]
     lines += [
-        f"  {name}: {channel.verdict}: {channel.reason}"
+        f"  {name}: {channel.verdict}: {reason(channel)}"
         for name, channel in result.channels.items()
         if channel.verdict == "differ"
     ]

@@ -21,7 +21,7 @@ uninformative. A window is used instead of a running maximum because diverged ru
 contact.
 
 Five runs are a small sample: where motion magnifies errors by decades they may be close by chance. Where more
-runs M_i of the same setting from moved starts are there (`comparison.agreement.confirmation`), u is never
+runs M_i of the same setting from moved starts are there (`comparison.verdict.confirmation`), u is never
 below :math:`F_e \max_i \max_{W(t)} |S - M_i|`.
 """
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from comparison.agreement.results import SceneComparison
+from comparison.verdict.results import SceneComparison
+from comparison.words.verdicts import reason, why
 
 Status = Literal["passed", "failed", "skipped", "error"]
 _STATUS: dict[str, Status] = {
@@ -51,7 +52,11 @@ def of_comparisons(comparisons: Sequence[SceneComparison]) -> list[Case]:
         for tier in comparison.tiers
         for case in (
             Case(
-                comparison.name, tier.tier, "verdict", _STATUS[tier.verdict], _message(tier.verdict, tier.why)
+                comparison.name,
+                tier.tier,
+                "verdict",
+                _STATUS[tier.verdict],
+                _message(tier.verdict, why(tier)),
             ),
             *(
                 Case(
@@ -59,7 +64,7 @@ def of_comparisons(comparisons: Sequence[SceneComparison]) -> list[Case]:
                     tier.tier,
                     name,
                     _STATUS[channel.verdict],
-                    _message(channel.verdict, channel.reason),
+                    _message(channel.verdict, reason(channel)),
                 )
                 for name, channel in tier.channels.items()
             ),
@@ -67,5 +72,5 @@ def of_comparisons(comparisons: Sequence[SceneComparison]) -> list[Case]:
     ]
 
 
-def _message(verdict: str, why: str) -> str:
-    return f"{verdict}: {why}"
+def _message(verdict: str, text: str) -> str:
+    return f"{verdict}: {text}"

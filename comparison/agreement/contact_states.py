@@ -13,9 +13,9 @@ from typing import TypeVar
 import numpy as np
 import pandas as pd
 
-from comparison.agreement.results import SceneComparison
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CORNERS, PIN
+from comparison.verdict.results import SceneComparison
 
 SITUATIONS = {
     "free": "free",

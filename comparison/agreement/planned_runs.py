@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from comparison.accuracy.levels import coarser, finer, refinement
 from comparison.accuracy.uncertainty import perturbed_scenes
-from comparison.agreement.compare import Runs
 from comparison.execution.job import VIOLATED, Job, Outcome
 from comparison.reliability.ideal import ideal_scenes
 from comparison.scene import Scene
 from comparison.tables.table import Table
+from comparison.verdict.compare import Runs
 
 
 def family(scene: Scene, model: str) -> list[tuple[str, Job]]:

@@ -6,19 +6,14 @@ depends on them: they are drawn.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from comparison.tables.arrays import Array
 from comparison.tables.table import Table
-
-if TYPE_CHECKING:
-    from comparison.agreement.cross_check import Validation
 
 POINTS = 20
 """Points of a drawn pulse at least; fewer noted ones are joined by a monotone spline."""
@@ -45,21 +40,6 @@ class Pulse:
     row: int
     time: Array
     force: Array
-
-
-Pulses = Mapping[tuple[str, str], tuple[Sequence[Pulse], Sequence[Pulse]]]
-"""By scene and tier, of either model."""
-
-
-def resolved(results: Sequence[Validation]) -> Pulses:
-    """Return the resolved contacts of both models; those whose runs failed have none."""
-    pulses = {}
-    for result in results:
-        runs = {"standard": result.runs, "tight": result.tight_runs}
-        for tier in result.comparison.tiers:
-            a, b = (noted(run.base) if (run := runs[tier.tier].get(label)) else [] for label in tier.labels)
-            pulses[result.comparison.name, tier.tier] = a, b
-    return pulses
 
 
 def noted(table: Table) -> list[Pulse]:

@@ -7,12 +7,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from comparison.accuracy.tiers import TIERS
-from comparison.agreement.cross_check import Validation, options, validate
 from comparison.agreement.planned_runs import family
-from comparison.agreement.results import no_comparison
 from comparison.cli.console import described, is_refusal
 from comparison.cli.progress import Reporter
 from comparison.scene import Scene
+from comparison.verdict.results import no_comparison
+from comparison.verdict.validate import Validation, options, validate
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def validate_batches(
     Parameters
     ----------
     scenes, models, n_jobs, accuracy, tiers
-        As in `comparison.agreement.cross_check.validate`.
+        As in `comparison.verdict.validate.validate`.
     report
         Gets the finished share of the expected work, and a few words on each finished batch.
 

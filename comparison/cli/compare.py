@@ -14,8 +14,8 @@ from comparison.cli.options import REPORTS, AllowIndeterminate, OutFolder
 from comparison.cli.pages import write_page
 
 if TYPE_CHECKING:
-    from comparison.agreement.recorded_runs import Recorded
     from comparison.tables.table import Table
+    from comparison.verdict.recorded import Recorded
 
 Finer = Annotated[Path | None, typer.Option(help="The run at a finer setting.", show_default=False)]
 Coarser = Annotated[Path | None, typer.Option(help="The run at a coarser setting.", show_default=False)]
@@ -73,14 +73,16 @@ def compare(
     they are judged as by `sixbar validate`. Else a tolerance decides; without one: metrics and
     "indeterminate".
     """
-    from comparison.agreement.compare import recorded_scene
-    from comparison.agreement.recorded_runs import compare_recorded
     from comparison.cli.verdicts import channel_lines, verdict_lines
     from comparison.files import check_file, check_folder, write_json
-    from comparison.report.text import EXIT_CODES, as_mapping, exit_code, shift_line
     from comparison.scene import command_line, load_scene
     from comparison.tables.foreign import AT_EVENTS, read_tables
     from comparison.tables.mapping import load_mapping
+    from comparison.verdict.compare import recorded_scene
+    from comparison.verdict.recorded import compare_recorded
+    from comparison.verdict.results import EXIT_CODES, exit_code
+    from comparison.words.record import as_mapping
+    from comparison.words.verdicts import shift_line
 
     if tolerance is not None and not 0 < tolerance < float("inf"):
         raise typer.BadParameter(f"--tolerance {tolerance:g} must be a positive number")
@@ -170,7 +172,7 @@ def _paths(runs: dict[str, Any]) -> list[Path]:
 
 
 def _recorded(runs: dict[str, Any], tables: Any, refinement: str | None, option: str) -> Recorded:
-    from comparison.agreement.recorded_runs import Recorded
+    from comparison.verdict.recorded import Recorded
 
     def table(path: Path | None) -> Table | None:
         return None if path is None else next(tables)

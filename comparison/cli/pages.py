@@ -8,21 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from comparison.agreement.cross_check import Validation
-    from comparison.agreement.pulses import Pulses
-    from comparison.agreement.results import SceneComparison
-    from comparison.report.card import Orders
-
-
-def incomplete(comparisons: Sequence[SceneComparison], missing: Sequence[str]) -> str:
-    """Return which scenes were not compared; nothing if all were."""
-    if not missing:
-        return ""
-    total = len(comparisons) + len(missing)
-    return (
-        f"Incomplete: interrupted after {len(comparisons)} of {total} scenes. Not compared: "
-        f"{', '.join(missing)}."
-    )
+    from comparison.verdict.results import SceneComparison
+    from comparison.verdict.validate import Validation
 
 
 def write_validation(
@@ -31,21 +18,19 @@ def write_validation(
     command: str,
     code: int,
     missing: Sequence[str],
-    pulses: Pulses | None = None,
 ) -> tuple[Path, list[str]]:
     """Write the report with its tables and summaries; return its path, and where partial results are.
 
     Tables of an earlier call are deleted where there is none now: they would appear to belong to this report.
     """
-    from comparison.agreement.observed_order import observed_orders
     from comparison.files import replacing_in, write_json, write_text
-    from comparison.report.text import as_mapping
     from comparison.tables.table_files import write
+    from comparison.words.record import as_mapping
 
     comparisons = [result.comparison for result in results]
     kept = []
     with replacing_in(folder) as part:
-        page = write_page(comparisons, part, command, observed_orders(results), missing, pulses)
+        page = write_page(comparisons, part, command, missing)
         for result in results:
             for model, run in result.runs.items():
                 write(run.base, part / "tables" / f"{result.comparison.name}-{model}.csv")
@@ -86,9 +71,7 @@ def write_page(
     comparisons: Sequence[SceneComparison],
     folder: Path,
     command: str,
-    orders: Orders | None = None,
     missing: Sequence[str] = (),
-    pulses: Pulses | None = None,
 ) -> Path:
     """Write the report of one or more scenes into a folder and return its path.
 
@@ -107,8 +90,6 @@ def write_page(
         title=title,
         command=command,
         origin=origin(),
-        orders=orders,
-        pulses=pulses,
     )
 
 
@@ -118,19 +99,19 @@ def _write_for_ci(
     """Write the files for continuous integration: JUnit XML and a Markdown summary."""
     from comparison.agreement.cases import Case, of_comparisons
     from comparison.report.ci import write_job_summary, write_junit
-    from comparison.report.summary import sentence
+    from comparison.words.verdicts import headline, incomplete, why
 
     cases = [
         *of_comparisons(comparisons),
         *(Case(name, "standard", "verdict", "error", "not compared: interrupted") for name in missing),
     ]
     write_junit(cases, folder / "junit.xml", name="sixbar validate")
-    said = [sentence(comparisons), incomplete(comparisons, missing), f"Made by: {command}"]
+    said = [headline(comparisons), incomplete(comparisons, missing), f"Made by: {command}"]
     write_job_summary(
         folder / "summary.md",
         title="Cross-validation of the two models",
         sentences=[line for line in said if line],
         headings=("scene", "tier", "verdict", "why"),
-        rows=[(c.name, tier.tier, tier.verdict, tier.why) for c in comparisons for tier in c.tiers],
+        rows=[(c.name, tier.tier, tier.verdict, why(tier)) for c in comparisons for tier in c.tiers],
         cases=cases,
     )

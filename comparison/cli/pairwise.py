@@ -19,11 +19,12 @@ def validate_pairs(models: Sequence[str], folder: Path, command: str, one: OnePa
 
     The runs of a model are the same in each of its pairs: all but the first time they come from the cache.
     """
-    from comparison.agreement.standing import pairs
     from comparison.execution.worker_process import kept_workers
     from comparison.files import check_folder, write_json
     from comparison.report.pairwise import write_pairwise
-    from comparison.report.text import exit_code
+    from comparison.verdict.results import exit_code
+    from comparison.verdict.several import pairs
+    from comparison.words.verdicts import standing as sentence
 
     folder = check_folder(folder)
     codes, found = [], {}
@@ -37,8 +38,13 @@ def validate_pairs(models: Sequence[str], folder: Path, command: str, one: OnePa
     code = exit_code(codes)
     page = write_pairwise(rows, folder, models=models, command=command)
     scenes = [
-        {"name": row.name, **vars(row.standing)}
-        | {"verdicts": {" and ".join(result.pair): result.found["verdict"] for result in row.results}}
+        {
+            "name": row.name,
+            "outcome": row.standing.outcome,
+            "outlier": row.standing.outlier,
+            "sentence": sentence(row.standing),
+            "verdicts": {" and ".join(result.pair): result.found["verdict"] for result in row.results},
+        }
         for row in rows
     ]
     write_json(
@@ -47,15 +53,15 @@ def validate_pairs(models: Sequence[str], folder: Path, command: str, one: OnePa
     width = max(len(row.name) for row in rows)
     say("all together:")
     for row in rows:
-        for line in wrapped(row.standing.sentence, first=f"{row.name:<{width}}  "):
+        for line in wrapped(sentence(row.standing), first=f"{row.name:<{width}}  "):
             say(line)
     say(str(page))
     return code
 
 
 def _rows(models: Sequence[str], found: dict[tuple[str, str], list[dict[str, Any]]]) -> list[Any]:
-    from comparison.agreement.standing import standing
     from comparison.report.pairwise import PairResult, Row
+    from comparison.verdict.several import standing
 
     rows = []
     for scenes in zip(*found.values(), strict=True):

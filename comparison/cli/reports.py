@@ -20,7 +20,7 @@ from comparison.studies.verdicts.study import RECORD
 
 BEGIN, END = "<!-- verdicts: generated, do not edit -->", "<!-- end of verdicts -->"
 REPORTS = Path("reports")
-PACKAGE = Path("comparison/agreement")
+PACKAGE = Path("comparison/verdict")
 """Root of the working tree with the README, which need not be the installed one."""
 SHOWN = (
     "scene",

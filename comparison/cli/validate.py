@@ -22,7 +22,7 @@ from comparison.cli.options import (
     SceneNames,
     Verbose,
 )
-from comparison.cli.pages import incomplete, write_validation
+from comparison.cli.pages import write_validation
 from comparison.cli.pairwise import validate_pairs
 from comparison.cli.progress import progress
 
@@ -52,10 +52,10 @@ def validate(
     Stopped by Ctrl-C, it writes the report of the scenes finished by then, marked as incomplete.
     """
     from comparison.accuracy.tiers import TIERS
-    from comparison.agreement.cross_check import options
     from comparison.engines.registry import pair, several
     from comparison.execution.job import MODELS
     from comparison.scene import command_line, load_scene, name_with, parse_set, shipped_scenes
+    from comparison.verdict.validate import options
 
     changed, tiers = parse_set(overrides or []), TIERS[:1] if quick else TIERS
     names = models.split(",")
@@ -69,15 +69,15 @@ def validate(
                 scenes, own, jobs, accuracy, two, overrides, allow_indeterminate, quick, verbose, quiet
             ),
         )
-    from comparison.agreement.pulses import resolved
-    from comparison.agreement.recorded import departures
     from comparison.cli.batches import validate_batches
     from comparison.cli.verdicts import verdict_lines
     from comparison.execution.worker_process import kept_workers
     from comparison.execution.workers import cpus
     from comparison.files import check_folder
-    from comparison.report.summary import sentence
-    from comparison.report.text import EXIT_CODES, exit_code
+    from comparison.verdict.results import EXIT_CODES, exit_code
+    from comparison.verdict.shipped import departures, verdicts_record
+    from comparison.words.verdicts import departures as departure_line
+    from comparison.words.verdicts import headline, incomplete
 
     both = pair(models)
     loaded = [
@@ -109,15 +109,14 @@ def validate(
         ]
         code = INTERRUPTED if missing else exit_code(codes, allow_indeterminate=allow_indeterminate)
         lines = [] if quiet else verdict_lines(comparisons, verbose=verbose)
-        said = [sentence(comparisons), incomplete(comparisons, missing)]
+        said = [headline(comparisons), incomplete(comparisons, missing)]
         if both == MODELS and accuracy is None:
-            said.append(departures(loaded[: len(results)], comparisons))
+            record = verdicts_record()
+            departed = departures(loaded[: len(results)], comparisons, record)
+            said.append(departure_line(departed, record["made"]))
         for line in (*lines, *(line for each in said for line in wrapped(each))):
             typer.echo(line)
-        pulses = resolved(results)
-    page, kept = saved(
-        lambda folder: write_validation(results, folder, command, code, missing, pulses), folder
-    )
+    page, kept = saved(lambda folder: write_validation(results, folder, command, code, missing), folder)
     for line in (*(line for each in kept for line in wrapped(each)), str(page)):
         say(line)
     for scene in loaded[: len(results)]:

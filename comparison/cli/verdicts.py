@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isfinite
 
-from comparison.agreement.results import SceneComparison
 from comparison.cli.layout import coloured, columns, wrapped
 from comparison.formatting import MISSING, NO_BREAK, number, percent
-from comparison.report.rule import ratio
-from comparison.report.summary import worst_channel
-from comparison.report.text import reasons
+from comparison.verdict.results import SceneComparison
+from comparison.words.verdicts import mark, ratio, reason, reasons, scene_reason
 
 _COVERAGE, _RATIO = 3, 4
 
@@ -30,7 +28,7 @@ def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = Fal
     shown = [heading]
     for line, (_, tier) in zip(lines, tiers, strict=True):
         shown.append(line)
-        shown += [each for what, said in reasons(tier) for each in wrapped(said, first=f"    {what:<12}  ")]
+        shown += [each for topic, text in reasons(tier) for each in wrapped(text, first=f"    {topic:<12}  ")]
     return shown
 
 
@@ -68,13 +66,13 @@ def _row(name: str, tier: SceneComparison) -> tuple[str, ...]:
 def _note(tier: SceneComparison) -> str:
     """Return in a few words where the models part, or what is missing."""
     if tier.verdict == "cannot compare":
-        return tier.reason.removeprefix(f"scene {tier.name!r}: ")
+        return scene_reason(tier).removeprefix(f"scene {tier.name!r}: ")
     notes = []
     if tier.verdict == "differ" and tier.attribution is not None and tier.attribution.outside_in:
         notes.append(f"{tier.attribution.outside_in} from {tier.attribution.outside_from:.3f} s")
-    if tier.mark:
-        notes.append(tier.mark)
-    worst = worst_channel(tier)
+    if mark(tier):
+        notes.append(mark(tier))
+    worst = tier.worst_channel
     if tier.verdict == "indeterminate" and worst is not None:
-        notes.append(f"{worst.channel}: {worst.reason}")
+        notes.append(f"{worst.channel}: {reason(worst)}")
     return "; ".join(notes)

@@ -1,6 +1,6 @@
 """Checkpoints of a run for a baseline: few samples, where the model's own uncertainty is small.
 
-A sample can be a checkpoint where the run is predictable, as in `comparison.agreement.verdict` but by the
+A sample can be a checkpoint where the run is predictable, as in `comparison.verdict.channel` but by the
 uncertainty of this model alone, and where the channel is further from zero than its threshold: a force is
 zero most of the time, whatever the model does.
 """
@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from comparison.accuracy.thresholds import thresholds
-from comparison.agreement.compare import Runs, model_uncertainty
 from comparison.execution.job import Job
 from comparison.regression.baseline import Checkpoint, RunRecord
 from comparison.regression.neighbours import scatter
 from comparison.tables.channels import channels, expected
 from comparison.tables.table import Table
+from comparison.verdict.compare import Runs, model_uncertainty
 
 COUNT = 5  # of a channel: with ten scenes the file stays near 100 kB
 

@@ -11,7 +11,6 @@ from pydantic import BaseModel, ValidationError
 
 from comparison.accuracy.levels import refinement
 from comparison.accuracy.thresholds import thresholds_record
-from comparison.agreement.compare import Runs
 from comparison.agreement.planned_runs import family
 from comparison.engines.platform import platform_name, versions
 from comparison.execution.job import Job, Outcome, Progress, RunError
@@ -30,6 +29,7 @@ from comparison.regression.checkpoints import record
 from comparison.regression.neighbours import RECORDED, neighbours
 from comparison.scene import Scene, SceneError
 from comparison.tables.table import Table
+from comparison.verdict.compare import Runs
 
 RATES = Path("reports/detection/detection.json")
 """The measured rates of the verdicts' errors, as seen from the baseline's folder."""

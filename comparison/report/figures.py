@@ -11,12 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
-from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.execution.job import MODELS
 from comparison.formatting import decade, prefix, pretty_unit
 from comparison.reliability.difference import Difference
 from comparison.report import svg
 from comparison.tables.arrays import Array
+from comparison.verdict.results import ChannelComparison, SceneComparison
+from comparison.words.verdicts import threshold_name
 
 if TYPE_CHECKING:
     from comparison.agreement.refinement.work_precision import WorkPrecision
@@ -26,13 +27,6 @@ _LEFT, _RIGHT = 0.155, 0.985  # of its width
 _DECADES = 16  # of a logarithmic axis at most: double precision has no more
 _CROSSES = 80  # at most, to remain distinguishable
 _LONGEST = 24  # letters of a name in a legend
-
-
-def threshold_name(channel: ChannelComparison) -> str:
-    """Return the name of the threshold of a difference, "2 u" or "tolerance"; empty without one."""
-    if channel.threshold is None:
-        return ""
-    return "tolerance" if channel.u is None else f"{channel.limits.k:g} u"
 
 
 def relative_to_guide(scene: SceneComparison, channel: ChannelComparison) -> float:

@@ -5,24 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import isfinite, isnan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.formatting import MISSING, number, percent, quantity
 from comparison.metrics.impacts import WINDOW
 from comparison.reliability.difference import MARGIN
 from comparison.reliability.words import notes
 from comparison.report import tables
-from comparison.report import verdicts_today as verdicts
 from comparison.report.figures import channel_figure
 from comparison.report.plots import is_derived, scene_plots
 from comparison.report.schematic import schematic
 from comparison.report.templates import Origin, interactive_page, write_page
+from comparison.verdict.results import ChannelComparison, SceneComparison, rank
+from comparison.words import verdicts
 
-if TYPE_CHECKING:
-    from comparison.agreement.pulses import Pulse, Pulses
-
-_SEVERITY = ("unexcited", "agree", "indeterminate", "differ", "cannot compare")
 _BUILT_IN = {
     "reference": "a hand-written solver of the paper's equations",
     "exudyn": "the same press, written independently as a multibody model in Exudyn",
@@ -37,8 +33,6 @@ def write_report(
     title: str,
     command: str,
     origin: Origin | None = None,
-    orders: verdicts.Orders | None = None,
-    pulses: Pulses | None = None,
 ) -> Path:
     """Write ``report.html`` into a folder and return its path.
 
@@ -54,16 +48,12 @@ def write_report(
         Command that reproduces the whole report.
     origin
         Of the report; None: not stated.
-    orders
-        Observed orders of convergence, where they are known.
-    pulses
-        Contact forces resolved in time, where they are known.
 
     Notes
     -----
     Equal arguments give identical bytes.
     """
-    html = render(comparisons, title=title, command=command, origin=origin, orders=orders, pulses=pulses)
+    html = render(comparisons, title=title, command=command, origin=origin)
     return write_page(html, out / "report.html")
 
 
@@ -73,36 +63,34 @@ def render(
     title: str,
     command: str,
     origin: Origin | None = None,
-    orders: verdicts.Orders | None = None,
-    pulses: Pulses | None = None,
 ) -> str:
     """Return the page as text; see `write_report`."""
     # Equally severe scenes stay in their order.
-    ordered = sorted(comparisons, key=lambda scene: -max(severity(tier.verdict) for tier in scene.tiers))
+    ordered = sorted(comparisons, key=lambda scene: -rank(scene.worst_verdict))
     tiers = list(dict.fromkeys(tier.tier for scene in ordered for tier in scene.tiers))
     channels = [c for scene in ordered for tier in scene.tiers for c in tier.channels.values()]
     of_tables = bool(ordered) and all(scene.ran is None and scene.failed is None for scene in ordered)
     if of_tables and len(ordered) == 1 and not all(label in title for label in ordered[0].labels):
         title = f"{' and '.join(ordered[0].labels)}: {title[0].lower()}{title[1:]}"
     judged = [tier for scene in ordered for tier in scene.tiers]
-    scenes = [_scene(scene, f"s{n}", orders or {}, pulses or {}) for n, scene in enumerate(ordered)]
+    scenes = [_scene(scene, f"s{n}") for n, scene in enumerate(ordered)]
     if len(ordered) == 1:  # of many they would be most of the page; summary.json has them
         scenes[0]["information"] = tables.information_table(ordered[0])
     return interactive_page(
         "report.html.j2",
         title=title,
         command=command,
-        verdict_of_all=max((tier.verdict for tier in judged), key=severity, default="cannot compare"),
+        verdict_of_all=verdicts.overall_verdict(comparisons),
         headline=verdicts.headline(comparisons),
         failing=[
             {"name": scene.name, "tier": tier.tier, "verdict": tier.verdict, "key": f"s{n}-{tier.tier}"}
             for n, scene in enumerate(ordered)
             for tier in scene.tiers
-            if severity(tier.verdict) > severity("agree")
+            if rank(tier.verdict) > rank("agree")
         ],
         worst=_worst(ordered),
         tiers=tiers,
-        ratio=verdicts.ratio_name(comparisons),
+        ratio=verdicts.ratio(comparisons)[0],
         threshold=_threshold(channels),
         of_tables=of_tables,
         models=_models(judged),
@@ -113,11 +101,6 @@ def render(
         margin=MARGIN,
         definition=verdicts.definition(comparisons),
     )
-
-
-def severity(verdict: str) -> int:
-    """Return how severe a verdict is; an unknown one is the worst."""
-    return _SEVERITY.index(verdict) if verdict in _SEVERITY else len(_SEVERITY)
 
 
 def _threshold(channels: Sequence[ChannelComparison]) -> str:
@@ -133,7 +116,7 @@ def _worst(scenes: Sequence[SceneComparison]) -> dict[str, Any] | None:
     None where no channel was judged.
     """
     judged = [
-        (severity(tier.verdict), channel.ratio, f"s{n}-{tier.tier}", tier, channel)
+        (rank(tier.verdict), channel.ratio, f"s{n}-{tier.tier}", tier, channel)
         for n, scene in enumerate(scenes)
         for tier in scene.tiers
         if (channel := _figured(tier)) is not None
@@ -153,12 +136,9 @@ def _worst(scenes: Sequence[SceneComparison]) -> dict[str, Any] | None:
 
 
 def _figured(tier: SceneComparison) -> ChannelComparison | None:
-    """Return the channel to be drawn of a scene: the decisive one, else the least predictable one."""
-    if tier.verdict != "indeterminate" and tier.decisive is not None:
-        return tier.decisive
+    """Return the channel to be drawn of a scene: that which decides, else the first that was excited."""
     excited = [channel for channel in tier.channels.values() if channel.verdict != "unexcited"]
-    undecided = [channel for channel in excited if channel.verdict == "indeterminate"]
-    return min(undecided or excited, key=lambda channel: channel.coverage, default=None)
+    return tier.worst_channel or next(iter(excited), None)
 
 
 def _figure(tier: SceneComparison, channel: ChannelComparison, key: str) -> dict[str, Any]:
@@ -173,23 +153,19 @@ def _figure(tier: SceneComparison, channel: ChannelComparison, key: str) -> dict
     }
 
 
-def _scene(scene: SceneComparison, key: str, orders: verdicts.Orders, pulses: Pulses) -> dict[str, Any]:
+def _scene(scene: SceneComparison, key: str) -> dict[str, Any]:
     """Return the template data of one scene; ``key`` is the prefix of its ids."""
-    tiers = [_tier(tier, f"{key}-{tier.tier}", orders) for tier in scene.tiers]
+    tiers = [_tier(tier, f"{key}-{tier.tier}") for tier in scene.tiers]
     # That with the worst verdict first.
-    plotted = sorted(scene.tiers, key=lambda tier: -severity(tier.verdict))
-    nothing: tuple[Sequence[Pulse], Sequence[Pulse]] = ((), ())
-    plots = [
-        {"tier": tier.tier, "text": scene_plots(tier, pulses.get((tier.name, tier.tier), nothing))}
-        for tier in plotted
-    ]
+    plotted = sorted(scene.tiers, key=lambda tier: -rank(tier.verdict))
+    plots = [{"tier": tier.tier, "text": scene_plots(tier)} for tier in plotted]
     drawn = next((channel for tier in plotted if (channel := _figured(tier)) is not None), None)
     owner = next((tier for tier in plotted if drawn is not None and drawn in tier.channels.values()), scene)
     contacts = tables.contact_table(scene)
     return {
         "key": key,
         "name": scene.name,
-        "worst": max((tier.verdict for tier in scene.tiers), key=severity),
+        "worst": scene.worst_verdict,
         "sections": _sections(scene, tiers, plotted=any(data["text"] for data in plots)),
         "title": scene.title,
         "description": scene.description,
@@ -232,13 +208,13 @@ def _sections(
     return [(key, name) for key, (name, there) in sections.items() if there]
 
 
-def _tier(tier: SceneComparison, key: str, orders: verdicts.Orders) -> dict[str, Any]:
+def _tier(tier: SceneComparison, key: str) -> dict[str, Any]:
     """Return the template data of a scene at one tier."""
     decisive, confirmation = tier.decisive, tier.confirmation
-    card = verdicts.card(tier, orders)
+    card = verdicts.card(tier)
     facts = {
         "Predictable": percent(tier.coverage, tier.coverage_error),
-        "Of these explained": percent(tier.attribution.explained) if tier.attribution else MISSING,
+        "Of these explained": percent(tier.attribution.explained),
         "Order of convergence": card.order,
     }
     return {
@@ -254,6 +230,7 @@ def _tier(tier: SceneComparison, key: str, orders: verdicts.Orders) -> dict[str,
         "confirmation": verdicts.confirmation(tier),
         "suspicious": confirmation is not None and confirmation.suspicious,
         "reason": verdicts.scene_reason(tier),
+        "finer": verdicts.finer_runs(tier),
         "attribution": verdicts.attribution_lines(tier),
         "channels": tables.channel_table(tier) if tier.channels else None,
         "cells": {name: _cell(channel) for name, channel in tier.channels.items()},

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from comparison.agreement.standing import Pair, Standing
 from comparison.formatting import MISSING, number, percent, quantity
 from comparison.report.plots import table_plots
 from comparison.report.templates import interactive_page, write_page
 from comparison.tables.channels import channels
 from comparison.tables.table import Table, TableError
 from comparison.tables.table_files import read
+from comparison.verdict.several import Pair, Standing
+from comparison.words.verdicts import standing, standings
 
 _DRAWN = 3
 """Models on common plots at most: of more lines over each other none can be followed."""
@@ -59,20 +60,14 @@ def write_pairwise(rows: Sequence[Row], folder: Path, *, models: Sequence[str], 
 
     The curves are those of the tables that the pairs' reports have written into the folder.
     """
-    outcomes = [row.standing.outcome for row in rows]
     html = interactive_page(
         "pairwise.html.j2",
         title=f"{len(models)} models against each other",
         models=models,
         pairs=[result.pair for result in rows[0].results],
         rows=rows,
-        outliers={
-            model: sum(row.standing.alone == model for row in rows)
-            for model in models
-            if any(row.standing.alone == model for row in rows)
-        },
-        agreed=outcomes.count("agree"),
-        rest=len(rows) - outcomes.count("agree") - outcomes.count("alone"),
+        lead=standings([row.standing for row in rows]),
+        sentence=standing,
         plots=[_plots(row, folder, models) for row in rows],
         command=command,
     )

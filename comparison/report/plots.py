@@ -12,23 +12,22 @@ import json
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from comparison.agreement.results import ChannelComparison, SceneComparison
+from comparison.agreement.pulses import Pulse
 from comparison.files import plain
 from comparison.formatting import pretty_unit
-from comparison.report.figures import relative_to_guide, threshold_name
+from comparison.report.figures import relative_to_guide
 from comparison.report.svg import envelope, upper_envelope
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CONTACTS, CORNERS, channels
 from comparison.tables.table import Table
-
-if TYPE_CHECKING:
-    from comparison.agreement.pulses import Pulse
+from comparison.verdict.results import ChannelComparison, SceneComparison
+from comparison.words.verdicts import threshold_name
 
 MOST = 6_000
 """Samples; of a longer run the envelopes are kept."""
@@ -66,11 +65,11 @@ def is_derived(channel: ChannelComparison) -> bool:
     return corner and channel.verdict not in {"differ", "unexcited"}
 
 
-def scene_plots(scene: SceneComparison, pulses: tuple[Sequence[Pulse], Sequence[Pulse]] = ((), ())) -> str:
+def scene_plots(scene: SceneComparison) -> str:
     """Return the plots of a scene at one tier as Base64; empty if there is nothing to draw.
 
     Channels that were not excited are omitted, and those that follow from others (`is_derived`), unless one
-    of these decides the verdict. The pulses are the resolved contacts of either model.
+    of these decides the verdict.
     """
     decisive = scene.decisive
     shown = [
@@ -102,7 +101,7 @@ def scene_plots(scene: SceneComparison, pulses: tuple[Sequence[Pulse], Sequence[
         "threshold": threshold_name(decisive or shown[0]),
         "first": first,
     }
-    return _pack(head, scene.time, curves, scene.events, pulses)
+    return _pack(head, scene.time, curves, scene.events, scene.pulses)
 
 
 def table_plots(

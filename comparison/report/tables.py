@@ -14,16 +14,16 @@ import numpy as np
 import pandas as pd
 
 from comparison.agreement.contact_states import SITUATIONS, of_scene, pin_of_scene
-from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.reliability.assessment import Assessment
 from comparison.reliability.difference import Difference
 from comparison.reliability.errors import unit_of
 from comparison.reliability.words import rounded
 from comparison.report import svg
-from comparison.report import verdicts_today as verdicts
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CONTACTS, PIN
+from comparison.verdict.results import ChannelComparison, SceneComparison
+from comparison.words import verdicts
 
 Groups = Sequence[tuple[str, Sequence[str]]]
 

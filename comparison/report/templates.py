@@ -16,18 +16,9 @@ from markupsafe import Markup
 
 from comparison.engines.platform import platform_name
 from comparison.files import replacing
+from comparison.words.verdicts import SYMBOLS
 
 ASSETS = Path(__file__).with_name("assets")
-SYMBOLS = {
-    "agree": "✓",
-    "differ": "✗",
-    "indeterminate": "?",
-    "undecided": "?",
-    "unexcited": "○",
-    "cannot compare": "!",
-}
-"""Signs beside the words of a verdict, so that colour is not needed to find it."""
-
 TEMPLATES = jinja2.Environment(
     loader=jinja2.FileSystemLoader(ASSETS),
     autoescape=True,

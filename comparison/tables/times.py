@@ -114,16 +114,6 @@ class Shift:
         """Whether the shift exceeds its uncertainty."""
         return abs(self.value) > self.uncertainty
 
-    def sentence(self, labels: tuple[str, str]) -> str:
-        """Return the estimate as one sentence."""
-        if self.reason:
-            return f"A time shift between the two cannot be estimated: {self.reason}."
-        size = f"{abs(self.value):.3g} s ± {self.uncertainty:.2g} s"
-        if not self.seen:
-            return f"No significant time shift: {size}."
-        late, early = labels[::-1] if self.value > 0 else labels
-        return f"{late} is later than {early} by {size} (estimated, not applied)."
-
 
 def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel] | None = None) -> Shift:
     r"""Estimate the time shift between two results on a common grid.

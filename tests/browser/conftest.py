@@ -13,10 +13,10 @@ import pytest
 from half_sines import half_sines
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from comparison.agreement.results import Confirmation, SceneComparison
 from comparison.execution.job import Job
 from comparison.report import write_report
 from comparison.scene import load_scene
+from comparison.verdict.results import Confirmation, SceneComparison
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 

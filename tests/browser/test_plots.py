@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page
 
-from comparison.agreement.results import SceneComparison
 from comparison.tables.channels import CORNERS
+from comparison.verdict.results import SceneComparison
 
 pytestmark = pytest.mark.browser
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page
 
-from comparison.agreement.results import SceneComparison
+from comparison.verdict.results import SceneComparison
 
 pytestmark = pytest.mark.browser
 

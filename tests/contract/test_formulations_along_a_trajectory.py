@@ -4,9 +4,10 @@ import pytest
 
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.uncertainty import Levels, round_off, uncertainty, window_samples
-from comparison.agreement.verdict import compare_channel
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
+from comparison.verdict.channel import compare_channel
+from comparison.words.verdicts import reason
 from reference_model import simulate
 from reference_model.reactions import REACTIONS
 
@@ -52,4 +53,4 @@ def test_reactions_and_torque_agree_within_twice_their_uncertainty(runs, name) -
         limits=thresholds(),
     )
     assert compared.coverage > 0.9  # else there is little to agree on
-    assert compared.explained >= 0.99, compared.reason
+    assert compared.explained >= 0.99, reason(compared)

@@ -6,11 +6,12 @@ import pytest
 import exudyn_model
 import reference_model
 from comparison.accuracy.levels import refinement
-from comparison.agreement.compare import Runs, compare
 from comparison.agreement.planned_runs import levels
-from comparison.agreement.results import SceneComparison
 from comparison.scene import load_scene
 from comparison.tables.table import Table
+from comparison.verdict.compare import Runs, compare
+from comparison.verdict.results import SceneComparison
+from comparison.words.verdicts import scene_reason
 
 MODELS = {"reference": reference_model, "exudyn": exudyn_model}
 # Every group: Exudyn then has its constraints at velocity level.
@@ -18,7 +19,7 @@ ALL = {"output.groups": ["accelerations", "corners", "joints", "energy"]}
 
 
 def compared(name: str, changes: dict) -> SceneComparison:
-    """As `comparison.agreement.cross_check`: three levels and two perturbed runs of each model."""
+    """As `comparison.verdict.validate`: three levels and two perturbed runs of each model."""
     scene = load_scene(name, changes)
     runs = {}
     for model, package in MODELS.items():
@@ -48,7 +49,7 @@ def test_models_agree_within_their_uncertainty(name, changes) -> None:
             assert channel.coverage >= (0.95 if name == "wedge" else 0.05), channel.channel
     assert found.channels["slider_y"].explained >= 0.99
     if name == "wedge":
-        assert found.verdict == "agree", found.reason
+        assert found.verdict == "agree", scene_reason(found)
 
 
 @pytest.mark.slow
@@ -56,7 +57,7 @@ def test_models_agree_within_their_uncertainty(name, changes) -> None:
 def test_models_agree_with_clearance_at_the_crank_pin_at_shorter_steps(name) -> None:
     """A sixteenth of the step leaves enough predictable samples for a verdict, and it is agreement."""
     found = compared(name, {"solver.exudyn.step": 1.25e-7, "solver.reference.tolerance": 1e-12})
-    assert found.verdict == "agree", found.reason
+    assert found.verdict == "agree", scene_reason(found)
     for name in ("slider_y", "slider_ay"):
         assert found.channels[name].coverage >= 0.5
         assert found.channels[name].explained >= 0.99
@@ -68,7 +69,7 @@ def test_models_agree_with_clearance_at_the_crank_pin_without_joints(name) -> No
     settings = {"formulation": "tree", "step": 1e-4, "tolerance": 1e-11}
     changes = {f"solver.exudyn.{key}": value for key, value in settings.items()}
     found = compared(name, changes | {"solver.reference.tolerance": 1e-12})
-    assert found.verdict == "agree", found.reason
+    assert found.verdict == "agree", scene_reason(found)
     for channel in found.channels.values():
         if channel.verdict != "unexcited":
             assert channel.explained >= 0.99, channel.channel

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pandas as pd
 
-from comparison.agreement.results import Confirmation
 from comparison.execution.job import MODELS, Outcome
+from comparison.verdict.results import Confirmation
 
 
 class Models:

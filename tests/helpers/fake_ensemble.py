@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.agreement.compare import compare
-from comparison.agreement.confirmation import confirm
 from comparison.scene import Scene, digest
 from comparison.tables.table import Table
+from comparison.verdict.compare import compare
+from comparison.verdict.confirmation import confirm
 
 MODELS = ("reference", "exudyn")
 

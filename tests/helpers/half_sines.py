@@ -3,7 +3,7 @@
 import numpy as np
 
 from comparison.agreement.pulses import Pulse
-from comparison.agreement.results import SceneComparison
+from comparison.verdict.results import SceneComparison
 
 COUNT = 25
 

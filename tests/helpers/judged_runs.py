@@ -11,14 +11,16 @@ import numpy as np
 import pandas as pd
 
 from comparison.accuracy.levels import refinement
+from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.tiers import tight
 from comparison.accuracy.uncertainty import Runs
-from comparison.agreement.compare import compare
 from comparison.agreement.planned_runs import levels
-from comparison.agreement.results import SceneComparison
 from comparison.execution.run import run_one
 from comparison.scene import Scene, load_scene
 from comparison.tables.table import Table
+from comparison.verdict.compare import compare, scene_verdict
+from comparison.verdict.results import ChannelComparison, SceneComparison
+from comparison.words.verdicts import scene_reason
 
 MODELS = ("reference", "exudyn")
 KINDS = ("base", "finer", "coarser", "perturbed", "other_perturbed")
@@ -158,3 +160,18 @@ def each(runs: Runs, change: Callable[[Table], Table]) -> Runs:
 def frames(runs: Runs) -> dict[str, pd.DataFrame]:
     """The bare numbers of one model's runs."""
     return {kind: getattr(runs, kind).frame for kind in KINDS if getattr(runs, kind) is not None}
+
+
+def decided(channels: dict[str, ChannelComparison]) -> tuple[str, str]:
+    """Return the verdict of a scene with these channels at the standard tier, and why."""
+    scene = SceneComparison(
+        name="press",
+        title="",
+        description="",
+        labels=("a", "b"),
+        verdict=scene_verdict(channels, thresholds().coverage),
+        time=np.empty(0),
+        period=None,
+        channels=channels,
+    )
+    return scene.verdict, scene_reason(scene)

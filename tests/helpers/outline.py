@@ -2,8 +2,8 @@
 
 from html.parser import HTMLParser
 
-from comparison.agreement.results import SceneComparison
 from comparison.report.page import render
+from comparison.verdict.results import SceneComparison
 
 VOID = {"meta", "link", "br", "img", "hr", "input", "path", "rect", "use"}
 

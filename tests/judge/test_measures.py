@@ -10,13 +10,13 @@ from judged_runs import CASES, compared, random_scene
 from scipy.interpolate import CubicHermiteSpline
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.agreement.compare import compare
 from comparison.metrics.iso18571 import rating
 from comparison.metrics.norms import rms, sprague_geers, tube_share
 from comparison.tables.align import resample
 from comparison.tables.channels import Channel
 from comparison.tables.table import Table
 from comparison.tables.times import estimate
+from comparison.verdict.compare import compare
 
 
 def noise(seed: int, size: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

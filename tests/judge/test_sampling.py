@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from judged_runs import Judged, compared, each, random_scene, random_tables
 
-from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.formatting import percent
 from comparison.tables.table import Table
+from comparison.verdict.results import ChannelComparison, SceneComparison
 
 SEEDS = (2, 3)
 FINE = 3000  # samples a cycle; a third of them is what the scenes write

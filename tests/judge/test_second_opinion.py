@@ -13,13 +13,12 @@ from judged_runs import CASES, Judged, changed_scene, compared, frames, random_s
 
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.uncertainty import Runs
-from comparison.agreement.compare import compare
-from comparison.agreement.results import SceneComparison
-from comparison.agreement.scene_verdict import scene_verdict
-from comparison.agreement.verdict import compare_channel
 from comparison.execution.run import run_one
 from comparison.metrics.impacts import WINDOW, begin_where, compare_impacts
 from comparison.tables.channels import channels
+from comparison.verdict.channel import compare_channel
+from comparison.verdict.compare import compare, scene_verdict
+from comparison.verdict.results import SceneComparison
 
 EXACT = ("verdict", "outside")
 # Numbers that both make of the same few operations in another order.
@@ -210,7 +209,7 @@ def test_what_is_met_exactly_is_met(beyond, predictable, verdict):
     )
     assert (found.verdict, found.coverage, found.outside) == (verdict, predictable / 200, beyond)
     assert found.worst_threshold == 10 * digit
-    assert scene_verdict({"slider_ax": found}, thresholds().coverage)[0] == verdict
+    assert scene_verdict({"slider_ax": found}, thresholds().coverage) == verdict
     by_tolerance = compare_channel(
         channels()["slider_ax"],
         time,

@@ -11,13 +11,13 @@ from judged_runs import KINDS, compared, random_scene
 from scipy.io import savemat
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.agreement.compare import compare
 from comparison.metrics import norms
 from comparison.tables.align import align
 from comparison.tables.channels import channels
 from comparison.tables.foreign import read_tables
 from comparison.tables.mapping import load_mapping
 from comparison.tables.table import Table
+from comparison.verdict.compare import compare
 
 FOREIGN = {
     "m": ("mm", 1e3), "rad": ("deg", 180 / np.pi), "m/s": ("mm/s", 1e3), "rad/s": ("deg/s", 180 / np.pi),

@@ -9,8 +9,8 @@ import numpy as np
 
 from comparison.accuracy.thresholds import thresholds
 from comparison.accuracy.uncertainty import Runs, spread, window_samples
-from comparison.agreement.compare import model_uncertainty
 from comparison.tables.arrays import Array
+from comparison.verdict.compare import model_uncertainty
 
 CHANNEL = "slider_x"
 """Whose error an accuracy means."""

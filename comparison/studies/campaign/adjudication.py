@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from comparison.agreement.results import SceneComparison
 from comparison.execution.job import MODELS, Outcome
 from comparison.execution.ledger import Row
 from comparison.formatting import quantity
@@ -24,6 +23,7 @@ from comparison.studies.campaign.walls import Breach, breaches
 from comparison.tables.arrays import Array
 from comparison.tables.channels import CONTACTS
 from comparison.tables.table import Table
+from comparison.verdict.results import SceneComparison
 
 Run = Callable[[Scene, str], Outcome]
 WINDOW = 0.05

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from comparison.accuracy.thresholds import thresholds
-from comparison.agreement.compare import Runs, model_uncertainty
 from comparison.scene import Scene
 from comparison.tables.channels import channels
 from comparison.tables.table import Table
+from comparison.verdict.compare import Runs, model_uncertainty
 
 TIER = "tight"
 LIMIT = 1e-8

@@ -12,9 +12,7 @@ from dataclasses import asdict
 
 from comparison.accuracy.levels import refinement
 from comparison.accuracy.thresholds import thresholds
-from comparison.agreement.compare import Runs, compare
 from comparison.agreement.planned_runs import levels
-from comparison.agreement.results import SceneComparison
 from comparison.execution.job import MODELS, VIOLATED, Outcome
 from comparison.execution.ledger import Row
 from comparison.scene import Scene
@@ -24,6 +22,8 @@ from comparison.studies.campaign.screening import TIER, screen
 from comparison.studies.campaign.walls import breaches
 from comparison.studies.detection.pairs import summary
 from comparison.tables.table import Table, TableError
+from comparison.verdict.compare import Runs, compare
+from comparison.verdict.results import SceneComparison
 
 Confirm = Callable[[SceneComparison, tuple[Runs, Runs], Scene, Run], SceneComparison]
 """Confirms a verdict "differ" by ensembles: a comparison, the runs, what they ran, who runs it."""

@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from comparison.agreement.compare import Runs
-from comparison.agreement.confirmation import confirm as confirm_by_ensembles
-from comparison.agreement.results import SceneComparison
 from comparison.execution.job import MODELS, Job, Outcome, Progress, RunError, kernels
 from comparison.execution.ledger import Row
 from comparison.execution.run import run_one
@@ -18,6 +15,9 @@ from comparison.studies.campaign.adjudication import Run
 from comparison.studies.campaign.population import Case
 from comparison.studies.campaign.stages import examine, nothing_found
 from comparison.tables.table import Table
+from comparison.verdict.compare import Runs
+from comparison.verdict.confirmation import confirm as confirm_by_ensembles
+from comparison.verdict.results import SceneComparison
 
 LIMIT = 3600.0
 """s after which a scene is broken off. A model ends each of its runs at a limit of work of its own; this is

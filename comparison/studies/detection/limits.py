@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from comparison.agreement.compare import compare
 from comparison.execution.job import MODELS, RunError
 from comparison.scene import Scene
 from comparison.studies.detection.faults import DETECTED, scenes
@@ -17,6 +16,7 @@ from comparison.studies.detection.pairs import Pair
 from comparison.studies.detection.tasks import Comparison, Found, Side, cached_runs, runs
 from comparison.studies.shared.scenes import leaves
 from comparison.tables.table import TableError
+from comparison.verdict.compare import compare
 
 PARAMETERS = (
     ("Young's modulus", "contact.youngs_modulus", "press"),

@@ -8,9 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from comparison.agreement.compare import Runs, compare
-from comparison.agreement.refine import settle, without_violation
-from comparison.agreement.results import SceneComparison
 from comparison.execution.job import RunError
 from comparison.execution.run import run_one
 from comparison.files import plain
@@ -20,10 +17,14 @@ from comparison.studies.detection.tables import SPOILS
 from comparison.studies.detection.tasks import Comparison, Found, Side, cached_runs, refusal
 from comparison.studies.shared.scenes import leaves
 from comparison.tables.table import Table, TableError
+from comparison.verdict.compare import Runs, compare
+from comparison.verdict.refinement import settle, without_violation
+from comparison.verdict.results import SceneComparison
+from comparison.words.verdicts import confirmation, scene_reason
 
 _MOVED = ("initial.slider_offset", "initial.slider_angle", "mechanism.crank_angle_deg")
 """Where an ensemble's starts lie apart."""
-_CONFIRMATION = ("outcome", "members", "factor", "suspicious", "sentence")
+_CONFIRMATION = ("outcome", "members", "factor", "suspicious")
 """What is kept of a confirmation."""
 
 
@@ -173,9 +174,10 @@ def summary(result: SceneComparison) -> Found:
             }
     return {
         "verdict": result.verdict,
-        "reason": result.reason,
+        "reason": scene_reason(result),
         "channels": {name: [c.verdict, c.coverage] for name, c in result.channels.items()},
         "first": first,
         "refined": result.refined,
-        "confirmation": made and plain({name: getattr(made, name) for name in _CONFIRMATION}),
+        "confirmation": made
+        and plain({name: getattr(made, name) for name in _CONFIRMATION} | {"sentence": confirmation(result)}),
     }

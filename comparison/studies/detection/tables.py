@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparison.agreement.compare import Runs
 from comparison.tables.channels import CORNERS
 from comparison.tables.table import Table
+from comparison.verdict.compare import Runs
 
 Spoil = Callable[[Runs, Runs], tuple[Runs, Runs]]
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from comparison.accuracy.levels import refinement
-from comparison.agreement.compare import Runs
 from comparison.agreement.planned_runs import levels, table_of_family
 from comparison.execution.job import Progress, RunError, kernels
 from comparison.execution.run import run_one
@@ -16,6 +15,7 @@ from comparison.execution.task_order import Kernels
 from comparison.execution.task_store import SUCCESS, Task, measure_all, on_processes
 from comparison.scene import Scene
 from comparison.studies.detection.copies import load_copy
+from comparison.verdict.compare import Runs
 
 Found = dict[str, Any]
 

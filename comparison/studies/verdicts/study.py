@@ -9,26 +9,26 @@ from pathlib import Path
 
 import numpy as np
 
-from comparison.agreement.cross_check import validate
-from comparison.agreement.recorded import as_toml
-from comparison.agreement.results import SceneComparison
 from comparison.engines.platform import made_on
 from comparison.execution.job import Progress
 from comparison.files import replacing
 from comparison.formatting import MISSING, percent
 from comparison.report.figures import channel_figure
-from comparison.report.summary import largest_predictable, sentence
 from comparison.report.svg import standalone
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies.shared.frames import rows_table
 from comparison.studies.shared.study import Study
+from comparison.verdict.results import SceneComparison
+from comparison.verdict.shipped import as_toml
+from comparison.verdict.validate import validate
+from comparison.words.verdicts import headline, mark
 
 TARGET = 1e-9
 """m; of the difference of x at the tight tier, on the predictable samples."""
 ABOVE = "†"
 """Marks a difference above the target."""
 RECORD = "verdicts.toml"
-"""What `comparison.agreement.recorded` reads, in the study's folder; ``make reports`` packages it."""
+"""What `comparison.verdict.shipped` reads, in the study's folder; ``make reports`` packages it."""
 PICTURE_OF = ("150rpm-0.2mm", "slider_x")
 NOTE = f"""
 {ABOVE} above {TARGET:.0e} m, the target for x at the tight tier; the verdict compares the difference with the
@@ -55,7 +55,7 @@ def page(results: Results) -> dict[str, str]:
     """Return what stands in the page."""
     table = rows_table(row(comparison) for comparison in results.comparisons)
     return {
-        "finding": sentence(results.comparisons),
+        "finding": headline(results.comparisons),
         "table": table,
         "note": NOTE if ABOVE in table else "",
     } | results.made
@@ -69,7 +69,7 @@ def row(scene: SceneComparison) -> dict[str, str]:
         size = np.abs(scene.channels["slider_x"].difference)
         first, whole = size[scene.time <= (scene.period or np.inf)].max(), size.max()
     if tight and tight.channels:
-        x_tight = largest_predictable(tight.channels["slider_x"])
+        x_tight = tight.channels["slider_x"].largest_predictable
     mark = f" {ABOVE}" if x_tight > TARGET else ""
     return {
         "scene": scene.title,
@@ -87,8 +87,7 @@ def row(scene: SceneComparison) -> dict[str, str]:
 def _verdict(scene: SceneComparison | None) -> str:
     if scene is None:
         return "not run"
-    mark = f" ({scene.mark})" if scene.mark else ""
-    return f"**{scene.verdict}**{mark}"
+    return f"**{scene.verdict}**" + (f" ({mark(scene)})" if mark(scene) else "")
 
 
 def _shares(scene: SceneComparison | None, tier: str = "") -> dict[str, str]:

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.agreement.compare import Runs, compare
 from comparison.agreement.contact_states import SITUATIONS, of_scene, pin_of_scene, pin_share, time_shares
 from comparison.execution.run import run_one
-from comparison.report.text import as_mapping
 from comparison.scene import load_scene
 from comparison.tables.table import Table
+from comparison.verdict.compare import Runs, compare
+from comparison.words.record import as_mapping
 
 # Shares are sums of at most some ten quotients of binary fractions: a few units of the last place.
 EXACT = {"rel": 0, "abs": 1e-15}

@@ -9,12 +9,12 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from comparison.accuracy.levels import AccuracyError
-from comparison.agreement.cross_check import Validation
-from comparison.agreement.results import no_comparison
 from comparison.cli import batches, main
 from comparison.cli.progress import progress
 from comparison.execution.job import MODELS
 from comparison.scene import load_scene
+from comparison.verdict.results import no_comparison
+from comparison.verdict.validate import Validation
 
 pytestmark = pytest.mark.usefixtures("fake_models")
 

@@ -9,9 +9,10 @@ import pytest
 
 from comparison.accuracy.levels import expected
 from comparison.cli import main
-from comparison.report.text import exit_code
 from comparison.scene import load_scene
 from comparison.tables.table_files import read
+from comparison.verdict.results import exit_code
+from comparison.verdict.shipped import Departure
 
 pytestmark = pytest.mark.usefixtures("fake_models")
 
@@ -88,12 +89,13 @@ def test_run_writes_the_table_and_says_where(scene_file, capsys):
 def test_validate_says_last_where_a_verdict_is_not_the_one_on_record(options, said, capsys, monkeypatch):
     """Of the scenes as they are shipped at their own settings: with others verdicts may well be others."""
     monkeypatch.setattr(
-        "comparison.agreement.recorded.departures", lambda scenes, _: f"not on record: {scenes[0].name}"
+        "comparison.verdict.shipped.departures",
+        lambda scenes, *_: [Departure(scenes[0].name, "tight", "agree", "differ")],
     )
     assert main(["validate", "ideal", "--out", "v", *options]) == 0
     *_, before, page = capsys.readouterr().out.splitlines()
     assert Path(page).is_file()
-    assert (before == "not on record: ideal") == said
+    assert ("ideal, tight: agree, not differ" in before) == said
 
 
 def error_bound(path, **solver):

@@ -10,10 +10,10 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from comparison.agreement.cross_check import validate
 from comparison.cli import main
 from comparison.scene import load_scene
 from comparison.tables.table_files import read
+from comparison.verdict.validate import validate
 
 pytestmark = pytest.mark.usefixtures("fake_models")
 

@@ -27,21 +27,21 @@ def outcome() -> dict:
 
 
 @pytest.mark.usefixtures("third")
-def test_the_model_that_differs_from_both_others_stands_alone(scene_file, gravity, capsys):
+def test_the_model_that_differs_from_both_others_is_the_outlier(scene_file, gravity, capsys):
     extra = "[solver.third]\ntolerance = 1e-9\n"
     assert main(["validate", scene_file("odd", gravity.differ, extra), *MODELS, "--out", "all"]) == 1
     (found,) = outcome()["scenes"]
-    assert (found["outcome"], found["alone"]) == ("alone", "exudyn")
+    assert (found["outcome"], found["outlier"]) == ("outlier", "exudyn")
     assert found["verdicts"] == {
         "reference and exudyn": "differ", "reference and third": "agree", "exudyn and third": "differ",
     }  # fmt: skip
     lines = capsys.readouterr().out.splitlines()
-    assert "odd  Exudyn stands alone: it differs from reference and third, which agree." in lines
+    assert "odd  Exudyn is the outlier: it differs from reference and third, which agree." in lines
     page = Path("all/report.html").read_text("utf-8")
     for pair in ("reference-exudyn", "reference-third", "exudyn-third"):
         assert f'href="{pair}/report.html"' in page
         assert Path("all", pair, "report.html").is_file()
-    assert "Of 1 scene: exudyn stands alone on 1." in page
+    assert "Of 1 scene: exudyn is the outlier on 1." in page
 
 
 @pytest.mark.usefixtures("third")
@@ -49,7 +49,7 @@ def test_a_model_that_fails_leaves_the_others_compared(scene_file, gravity):
     scene = scene_file("fails", gravity.fail, "[solver.third]\ntolerance = 1e-9\n")
     assert main(["validate", scene, *MODELS, "--out", "all"]) == 2
     (found,) = outcome()["scenes"]
-    assert (found["outcome"], found["alone"]) == ("agree", "")
+    assert (found["outcome"], found["outlier"]) == ("agree", "")
     assert "exudyn cannot be compared" in found["sentence"]
 
 

@@ -10,12 +10,12 @@ from types import SimpleNamespace
 import pytest
 
 from comparison.accuracy.levels import with_declared
-from comparison.agreement.cross_check import validate
 from comparison.cli import main
 from comparison.engines.registry import EngineError, declared
 from comparison.engines.registry import load as load_model
 from comparison.scene import load_scene
 from comparison.tables.channels import expected
+from comparison.verdict.validate import validate
 
 Install = Callable[..., Path]
 

@@ -13,8 +13,6 @@ from pathlib import Path
 import pytest
 
 from comparison.accuracy.levels import AccuracyError, solver_values
-from comparison.agreement.compare import recorded_scene
-from comparison.agreement.cross_check import validate
 from comparison.cli import main
 from comparison.engines import registry
 from comparison.engines.registry import EngineError, engine_names, find, fingerprint
@@ -22,6 +20,9 @@ from comparison.execution.cache import run_key
 from comparison.execution.job import Job
 from comparison.execution.run import run_all
 from comparison.scene import SceneError, load_scene
+from comparison.verdict.compare import recorded_scene
+from comparison.verdict.validate import validate
+from comparison.words.verdicts import scene_reason
 
 PAGE = (Path(__file__).parents[3] / "docs" / "engine.md").read_text("utf-8")
 Install = Callable[..., Path]
@@ -66,7 +67,7 @@ def test_two_installed_models_are_refined_and_judged_by_their_uncertainty():
     settings = {"solver.odd.tolerance": 1e-8, "solver.even.tolerance": 1e-8}
     scene = load_scene("ideal", GROUPS | settings)
     (same,) = validate([scene], models=("odd", "even"))
-    assert same.comparison.verdict == "agree", same.comparison.reason
+    assert same.comparison.verdict == "agree", scene_reason(same.comparison)
     assert same.comparison.command == scene.command("validate", "--models", "odd,even")
     tolerances = [run.provenance["scene"]["solver"]["odd"]["tolerance"] for run in (
         same.runs["odd"].base, same.runs["odd"].finer, same.runs["odd"].coarser)]  # fmt: skip

@@ -91,7 +91,7 @@ def test_a_killed_process_is_reported_in_one_line_and_the_other_scenes_are_repor
         (tmp_path / f"{name}.toml").write_text(
             f'[scene]\nextends = "paper"\n[environment]\ngravity = {g}\n[output]\nsamples_per_cycle = 100\n'
         )
-    import comparison.agreement.cross_check
+    import comparison.verdict.validate
 
     left = []
 
@@ -106,7 +106,7 @@ def test_a_killed_process_is_reported_in_one_line_and_the_other_scenes_are_repor
 
         return run_all(jobs, n_jobs, on_progress)
 
-    monkeypatch.setattr(comparison.agreement.cross_check, "run_all", watched)
+    monkeypatch.setattr(comparison.verdict.validate, "run_all", watched)
     bad, good = (str(tmp_path / f"{name}.toml") for name in ("bad", "good"))
     assert main(["validate", bad, good, "--out", "v", "--jobs", "1"]) == 70
     out, err = capfd.readouterr()

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from comparison.agreement.compare import Runs, compare
 from comparison.metrics.impacts import WINDOW, Impacts, begin_where, compare_impacts, impacts_of, match
-from comparison.report.text import as_mapping
 from comparison.tables.table import Table
+from comparison.verdict.compare import Runs, compare
+from comparison.words.record import as_mapping
 
 CORNERS = ("ll", "lr", "ul", "ur")
 MOTION = ("time", "slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")

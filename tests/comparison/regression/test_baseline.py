@@ -13,7 +13,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from comparison.accuracy.thresholds import thresholds
-from comparison.agreement.compare import Runs, model_uncertainty
 from comparison.engines.platform import _processor, platform_name, versions
 from comparison.execution.job import Job
 from comparison.regression.baseline import (
@@ -26,6 +25,7 @@ from comparison.regression.baseline import (
     write,
 )
 from comparison.regression.checkpoints import COUNT, record
+from comparison.verdict.compare import Runs, model_uncertainty
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 positive = st.floats(min_value=0, exclude_min=True, allow_infinity=False)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import pytest
 
 from comparison.accuracy.tiers import tight
-from comparison.agreement.compare import Runs
-from comparison.agreement.cross_check import validate
 from comparison.execution.job import MODELS, Job
 from comparison.execution.run import run_all
 from comparison.reliability.difference import compare_reliability
 from comparison.reliability.ideal import dense_scene, ideal_scenes
 from comparison.scene import load_scene
 from comparison.studies.reliability.study import STUDY
+from comparison.verdict.compare import Runs
+from comparison.verdict.validate import validate
 
 pytestmark = pytest.mark.slow
 

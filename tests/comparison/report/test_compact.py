@@ -4,10 +4,10 @@ import re
 
 import pytest
 
-from comparison.agreement.results import SceneComparison
 from comparison.report import svg
 from comparison.report.compact import compact
 from comparison.report.gallery import representative
+from comparison.verdict.results import SceneComparison
 
 NUMBER = re.compile(r"-?\d*\.?\d+")
 

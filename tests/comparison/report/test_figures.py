@@ -10,10 +10,10 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from comparison.agreement.results import SceneComparison
 from comparison.report import svg
 from comparison.report.figures import ChannelFigure, Curves
 from comparison.report.gallery import figures
+from comparison.verdict.results import SceneComparison
 
 
 @pytest.fixture(autouse=True)

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from half_sines import half_sines
 
-from comparison.agreement.results import Attribution, SceneComparison
 from comparison.report import svg
 from comparison.report.gallery import figures
 from comparison.report.impact_figure import draw_impact, representative_impact
+from comparison.verdict.results import Attribution, SceneComparison
 
 
 def test_the_largest_impact_is_drawn_and_where_the_models_differ_the_last_one_before(

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from outline import words
 
-from comparison.agreement.results import SceneComparison
 from comparison.report import origin
 from comparison.report.page import render
+from comparison.verdict.results import SceneComparison
 
 
 def git(folder: Path, *arguments: str) -> str:

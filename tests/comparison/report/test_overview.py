@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from outline import page, words
 
-from comparison.agreement.results import SceneComparison
 from comparison.formatting import number, percent
 from comparison.report import overview
 from comparison.report.page import render
+from comparison.verdict.results import SceneComparison
 
 
 def test_the_ratio_is_at_most_one_exactly_where_a_channel_agrees(

@@ -11,11 +11,11 @@ import pandas as pd
 import pytest
 from outline import Outline, page, words
 
-from comparison.agreement.results import ChannelComparison, SceneComparison
 from comparison.report import page as page_module
 from comparison.report import svg, write_report
 from comparison.report.gallery import figures
 from comparison.report.page import render
+from comparison.verdict.results import ChannelComparison, SceneComparison
 
 
 def test_the_verdict_comes_first_and_names_every_scene(html: str) -> None:

@@ -6,7 +6,7 @@ from html import escape as html_escape
 
 from outline import page, words
 
-from comparison.agreement.results import Confirmation, SceneComparison
+from comparison.verdict.results import Confirmation, SceneComparison
 
 
 def test_the_crank_pins_contacts_stand_beside_the_corners_and_its_share_by_itself(

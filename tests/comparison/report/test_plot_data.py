@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from half_sines import COUNT, half_sines
 
-from comparison.agreement.results import SceneComparison
 from comparison.report import rule
 from comparison.report.plot_data import MOST, plot_data
+from comparison.verdict.results import SceneComparison
 
 
 def unpacked(text: str) -> tuple[dict[str, Any], bytes]:

@@ -10,13 +10,13 @@ import pandas as pd
 import pytest
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.agreement.results import SceneComparison
 from comparison.reliability.difference import ReliabilityComparison, compare_reliability
 from comparison.report.page import render
 from comparison.report.reliability import against_angle, drawings, section
 from comparison.report.svg import style
 from comparison.scene.criteria import Reliability
 from comparison.tables.table import Table
+from comparison.verdict.results import SceneComparison
 
 SETTINGS = Reliability()
 

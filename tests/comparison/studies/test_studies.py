@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.agreement.compare import Runs, compare
 from comparison.cli import main, reports
 from comparison.engines.platform import platform_name
 from comparison.execution.job import Outcome
@@ -25,6 +24,7 @@ from comparison.studies.contact_laws import study as contact_laws
 from comparison.studies.crank_pin.peaks import Case, met, peaks_table, powers
 from comparison.studies.verdicts import study as verdicts
 from comparison.tables.table import Table
+from comparison.verdict.compare import Runs, compare
 
 OTHER_FILES = {"detection": {"detection.json"}, "paper": {"report.html"}, "extremes": {"cells.csv"}}
 

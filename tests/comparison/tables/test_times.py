@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
 from comparison.tables.times import SAME_GRID, Hole, estimate, hermite, holes, isolated
+from comparison.words.verdicts import shift as shift_sentence
 
 EVEN = np.arange(201) * 0.01
 PERIOD = 0.4
@@ -98,7 +99,9 @@ def test_a_shift_is_measured(shift, names):
     assert abs(estimated.value - shift) < 1e-7
     assert estimated.uncertainty < 1e-6
     late, early = ("b", "a") if shift > 0 else ("a", "b")
-    assert estimated.sentence(("a", "b")).startswith(f"{late} is later than {early} by {abs(shift):.3g} s")
+    assert shift_sentence(estimated, ("a", "b")).startswith(
+        f"{late} is later than {early} by {abs(shift):.3g} s"
+    )
 
 
 @settings(max_examples=30)
@@ -114,7 +117,7 @@ def test_equal_results_have_none_and_an_offset_is_none():
     same = estimate(TIME, a, a)
     assert not same.seen
     assert same.uncertainty == pytest.approx(SAME_GRID * PERIOD / 1000, rel=1e-12)
-    assert same.sentence(("a", "b")).startswith("No significant time shift")
+    assert shift_sentence(same, ("a", "b")).startswith("No significant time shift")
     moved = estimate(TIME, a, a | {"slider_y": a["slider_y"] + 0.01, "slider_x": a["slider_x"] + 1e-3})
     assert abs(moved.value) < 1e-12
 
@@ -158,7 +161,7 @@ def test_where_the_signals_cannot_tell_they_say_so(a, b, reason):
     assert np.isnan(shift.value)
     assert not shift.seen
     assert reason in shift.reason
-    assert reason in shift.sentence(("a", "b"))
+    assert reason in shift_sentence(shift, ("a", "b"))
 
 
 def test_a_million_samples_are_as_good():

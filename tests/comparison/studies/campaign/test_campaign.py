@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from fake_campaign import as_it_is, refuse
 
-from comparison.agreement.results import Confirmation
 from comparison.execution.job import Outcome
 from comparison.studies.campaign import stages
 from comparison.studies.campaign.adjudication import OPEN
 from comparison.studies.campaign.population import cases
 from comparison.studies.campaign.stages import examine
+from comparison.verdict.results import Confirmation
 
 
 def test_every_scene_starts_between_its_walls_and_is_the_same_whatever_the_count():

@@ -18,7 +18,6 @@ from contact_tables import contacts_of
 from fake_campaign import as_it_is, refuse
 
 from comparison.accuracy.tiers import tight
-from comparison.agreement.results import Confirmation
 from comparison.cli import main
 from comparison.execution.job import MODELS, Outcome
 from comparison.scene import load_scene
@@ -30,6 +29,7 @@ from comparison.studies.campaign.stages import examine
 from comparison.studies.campaign.tasks import CaseTask, examine_case, run_cases, run_here
 from comparison.studies.campaign.walls import Breach, breaches
 from comparison.tables.table import Table
+from comparison.verdict.results import Confirmation
 
 SEED_VARIABLE = "SIXBAR_CAMPAIGN_SEED"
 

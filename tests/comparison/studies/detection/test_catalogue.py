@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from comparison.agreement.compare import Runs, compare
 from comparison.engines.registry import EngineError, engine_names, find
 from comparison.studies.detection.copies import CatalogueError, changed, installed, package
 from comparison.studies.detection.faults import DETECTED, catalogue, controls, scenes, trials
@@ -19,6 +18,7 @@ from comparison.studies.detection.tables import SPOILS
 from comparison.studies.detection.tasks import Side, runs
 from comparison.tables.channels import expected
 from comparison.tables.table import TableError
+from comparison.verdict.compare import Runs, compare
 
 FAULTS = catalogue()
 CODE = [fault for fault in FAULTS if fault.kind == "code"]

@@ -7,15 +7,15 @@ from dataclasses import replace
 import pytest
 
 from comparison.accuracy.uncertainty import moved
-from comparison.agreement.compare import Runs
-from comparison.agreement.refine import Settled
-from comparison.agreement.results import Confirmation
 from comparison.execution.job import VIOLATED, Job, Outcome, RunError
 from comparison.studies.detection import limits, pairs
 from comparison.studies.detection.faults import Trial, catalogue, scenes
 from comparison.studies.detection.pairs import Pair
 from comparison.studies.detection.tables import SPOILS
 from comparison.studies.detection.tasks import Side, runs
+from comparison.verdict.compare import Runs
+from comparison.verdict.refinement import Settled
+from comparison.verdict.results import Confirmation
 
 FAULTS = {(fault.name, fault.model): fault for fault in catalogue()}
 

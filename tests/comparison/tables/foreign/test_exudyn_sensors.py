@@ -10,10 +10,10 @@ import pytest
 from exudyn_slider_crank import ROD, closed_form, simulate
 from foreign_tables import put
 
-from comparison.agreement.recorded_runs import Recorded, compare_recorded
 from comparison.cli import main
 from comparison.tables.foreign import read_tables
 from comparison.tables.mapping import load_mapping
+from comparison.verdict.recorded import Recorded, compare_recorded
 
 MAPPING = """
 compare = ["slider"]

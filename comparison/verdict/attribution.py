@@ -1,0 +1,276 @@
+"""Attribution of a difference to a setting of one model, the numerics of both, or the models themselves.
+
+Each side is refined separately. With the difference E = a - b, the remainders are E_a = a_finer - b and E_b =
+a - b_finer: if b's step causes the difference, refining b divides E by factor^order and refining a leaves it
+unchanged; if the equations differ, neither has an effect. Magnitudes are root mean squares over the channel's
+scale, of the decisive samples: those outside their band where the models differ, else all judged samples, in
+the channels whose verdict is the scene's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from math import hypot, inf, isfinite, log, nan, sqrt
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from comparison.accuracy.levels import AccuracyError, finer, solver_values
+from comparison.accuracy.uncertainty import Runs, round_off, spread, window_samples
+from comparison.scene import Scene
+from comparison.tables.arrays import Array, BoolArray
+from comparison.verdict.results import Attribution, ChannelComparison, Refinement
+
+Channels = Mapping[str, ChannelComparison]
+Masks = Mapping[str, BoolArray]
+
+_NEAR = 5  # windows of u to either side, i.e. 5 % of a cycle: about one flight between two impacts
+_HALF = 0.5  # of what a refinement should remove; less explains nothing
+_LITTLE = 0.1  # of the difference: what the other's refinement may also remove
+_REFINED = ("a", "b", "both")
+
+
+def attribute(
+    runs: tuple[Runs, Runs],
+    results: Channels,
+    time: Array,
+    *,
+    verdict: str,
+    tier: str,
+    labels: tuple[str, str],
+    scene: Scene | None,
+) -> Attribution:
+    """Attribute the differences of a scene.
+
+    Parameters
+    ----------
+    runs
+        Of both models.
+    results, time
+        The judged channels and their common time (s), shape (n,).
+    verdict, tier, labels, scene
+        As in `comparison.verdict.results.SceneComparison`.
+
+    Returns
+    -------
+    attribution
+        For tables without uncertainty only the first sample outside the tolerance.
+    """
+    excited = {name: channel for name, channel in results.items() if channel.verdict != "unexcited"}
+    # A scene may differ by a time shift alone, which no channel shows: then all channels count.
+    deciding = {name: channel for name, channel in excited.items() if channel.verdict == verdict} or excited
+    attribution = _first(deciding if verdict == "differ" else excited, time)
+    if scene is None or not excited or any(channel.u is None for channel in excited.values()):
+        return attribution
+    judged = {name: channel.judged for name, channel in excited.items()}
+    outside = {name: channel.beyond for name, channel in excited.items()}
+    differs = _explained(judged, outside, deciding) < next(iter(excited.values())).limits.share
+    samples = window_samples(scene.period, float(time[-1] - time[0]) / (time.size - 1))
+    unpredictable = _unpredictable(runs, results, time, samples)
+    return replace(
+        attribution,
+        explained=_explained(judged, outside, excited),
+        still_moves=_still_moves(runs, deciding, outside, _NEAR * samples) if differs else {},
+        refinements=tuple(
+            _refinement(label, model, scene, results) for label, model in zip(labels, runs, strict=True)
+        ),
+        strict_helps=tier == "standard" and _coarser_than_strict(unpredictable, labels, scene),
+        **_causes(runs, deciding, outside if differs else judged, differs=differs),
+        **unpredictable,
+    )
+
+
+def observed_order(runs: Runs, results: Channels) -> float:
+    """Return the order at which one model's errors follow its setting; nan if unknown.
+
+    With d_c and d_f the root mean squares of coarser minus base and of base minus finer, over the channel's
+    scale, of the predictable samples of all excited channels, it is log(d_c / d_f) / log(r) for levels that
+    differ by the factor r. It means something where the runs are in their asymptotic range: with located
+    events and a tolerance, errors need not follow any power.
+    """
+    if runs.coarser is None or runs.finer is None:
+        return nan
+    coarse = fine = 0.0
+    for name, channel in results.items():
+        if channel.verdict == "unexcited":
+            continue
+        base, kept = runs.base.values(name), channel.predictable
+        if base.shape != kept.shape:
+            return nan  # a table that was interpolated
+        coarse += float(np.sum(((runs.coarser.values(name) - base)[kept] / channel.scale) ** 2))
+        fine += float(np.sum(((base - runs.finer.values(name))[kept] / channel.scale) ** 2))
+    if not (coarse > 0.0 and fine > 0.0):
+        return nan
+    order = log(sqrt(coarse / fine)) / log(runs.refinement[0])
+    return order if isfinite(order) else nan
+
+
+def _first(channels: Channels, time: Array) -> Attribution:
+    """Find the first sample outside; of several channels the one that is the farthest outside there."""
+    starts = []
+    for name, channel in channels.items():
+        beyond, threshold = channel.beyond, channel.threshold
+        if threshold is not None and beyond.any():
+            first = int(beyond.argmax())
+            limit = float(threshold[first])
+            starts.append((first, -abs(float(channel.difference[first])) / limit if limit else -inf, name))
+    if not starts:
+        return Attribution()
+    first, _, name = min(starts)
+    return Attribution(outside_from=float(time[first]), outside_in=name)
+
+
+def _explained(judged: Masks, outside: Masks, names: Iterable[str]) -> float:
+    total = sum(int(judged[name].sum()) for name in names)
+    return 1.0 - sum(int(outside[name].sum()) for name in names) / total if total else nan
+
+
+def _causes(runs: tuple[Runs, Runs], deciding: Channels, masks: Masks, *, differs: bool) -> dict[str, Any]:
+    """Return the remainder of the difference under refinement on the masked samples, and its cause."""
+    parts = {name: _squares(runs, channel, masks[name]) for name, channel in deciding.items()}
+    total = {key: sum(part[key] for part in parts.values()) for key in ("base", *_REFINED)}
+    remaining = _remaining(total)
+    gain = {"a": runs[0].gain, "b": runs[1].gain, "both": min(model.gain for model in runs)}
+    removes = {key: 1 - remaining[key] >= _HALF * (1 - 1 / gain[key]) for key in _REFINED}
+    count = sum(int(masks[name].sum()) for name in deciding)
+    rounded = sum(_rounded(channel, masks[name], runs[0].base.time) for name, channel in deciding.items())
+    if not count:
+        cause = ""
+    elif differs:
+        cause = "models"
+    elif rounded == count:
+        cause = "round-off"
+    elif removes["a"] and remaining["b"] >= 1 - _LITTLE:
+        cause = "a"
+    elif removes["b"] and remaining["a"] >= 1 - _LITTLE:
+        cause = "b"
+    else:
+        cause = "both" if removes["both"] else "neither"
+    channels = {name: _remaining(part) for name, part in parts.items()}
+    return {"cause": cause, "remaining": remaining, "channels": channels}
+
+
+def _squares(runs: tuple[Runs, Runs], channel: ChannelComparison, mask: BoolArray) -> dict[str, float]:
+    """Sum the squares of the scaled difference, original and refined, on the masked samples."""
+    a, b = channel.a[mask], channel.b[mask]
+    fine_a, fine_b = (_finer(model, channel)[mask] for model in runs)
+    differences = {"base": a - b, "a": fine_a - b, "b": a - fine_b, "both": fine_a - fine_b}
+    return {key: float(np.sum((values / channel.scale) ** 2)) for key, values in differences.items()}
+
+
+def _rounded(channel: ChannelComparison, mask: BoolArray, time: Array) -> int:
+    """Count the masked samples at which the difference is within round-off."""
+    absolute = channel.definition.round_off
+    floor = hypot(*(round_off(values, time, absolute) for values in (channel.a, channel.b)))
+    return int((np.abs(channel.difference[mask]) <= floor).sum())
+
+
+def _remaining(squares: Mapping[str, float]) -> dict[str, float]:
+    base = squares["base"]
+    return {key: sqrt(squares[key] / base) if base > 0 else nan for key in _REFINED}
+
+
+def _still_moves(
+    runs: tuple[Runs, Runs], deciding: Channels, outside: Masks, half_width: int
+) -> dict[str, float]:
+    """Return the share of outside samples near which refinement changes a run by as much as its error.
+
+    That is by 1 - 1/gain of the difference. At the sample itself it cannot, or u would be larger; nearby it
+    indicates that u is small by chance.
+    """
+    shares = {}
+    for side, model in zip("ab", runs, strict=True):
+        count = total = 0
+        for name, channel in deciding.items():
+            moved = np.abs(_finer(model, channel) - model.base.values(name))
+            widest = maximum_filter1d(moved, 2 * half_width + 1, mode="nearest")
+            far = (widest >= (1 - 1 / model.gain) * np.abs(channel.difference))[outside[name]]
+            count, total = count + int(far.sum()), total + far.size
+        shares[side] = count / total if total else nan
+    return shares
+
+
+def _unpredictable(
+    runs: tuple[Runs, Runs], results: Channels, time: Array, half_width: int
+) -> dict[str, Any]:
+    """Return why the samples of the indeterminate channels are not predictable, and from when."""
+    reasons: dict[str, list[BoolArray]] = {}
+    for name, channel in results.items():
+        if channel.verdict != "indeterminate":
+            continue
+        followed = [results[key] for key in (name, channel.definition.follows or "") if key in results]
+        large_a = np.logical_or.reduce([_large(each, each.u_a) for each in followed])
+        large_b = np.logical_or.reduce([_large(each, each.u_b) for each in followed])
+        spreads = [_large(each, _spread(model, each, half_width)) for model in runs for each in followed]
+        cases = {
+            "a": large_a & ~large_b,
+            "b": large_b & ~large_a,
+            "each": large_a & large_b,
+            "together": ~(large_a | large_b),
+            "neighbours": np.logical_or.reduce(spreads),
+        }
+        for key, case in cases.items():
+            reasons.setdefault(key, []).append(~channel.predictable & case)
+    count = {key: sum(int(mask.sum()) for mask in masks) for key, masks in reasons.items()}
+    causes = ("a", "b", "each", "together")
+    total = sum(count[key] for key in causes) if count else 0
+    if not total:
+        return {}
+    chief = max(causes, key=lambda key: count[key])
+    first = int(np.logical_or.reduce(reasons[chief]).argmax())
+    return {
+        "unpredictable": {key: number / total for key, number in count.items()},
+        "unpredictable_from": float(time[first]),
+    }
+
+
+def _large(channel: ChannelComparison, u: Array | None) -> BoolArray:
+    """Return where a part of u alone is too large to predict the sample, shape (n,)."""
+    if u is None:
+        return np.zeros(channel.time.shape, dtype=np.bool_)
+    return u > channel.limits.alpha * channel.scale
+
+
+def _spread(model: Runs, channel: ChannelComparison, half_width: int) -> Array:
+    name = channel.channel
+    return spread(model.original.values(name), [run.values(name) for run in model.perturbed_runs], half_width)
+
+
+def _finer(model: Runs, channel: ChannelComparison) -> Array:
+    """Return the refined run of a channel that has an uncertainty, shape (n,)."""
+    assert model.finer is not None
+    return model.finer.values(channel.channel)
+
+
+def _refinement(label: str, model: Runs, scene: Scene, results: Channels) -> Refinement:
+    """Describe the setting that a level changes, and those changed along with it."""
+    factor, order = model.refinement
+    refined, settings = finer(label, scene), {}
+    if refined is not None:
+        old, new = (which.data["solver"][label] for which in (scene, refined))
+        changed = [key for key in old if isinstance(old[key], float) and old[key] != new[key]]
+        chief = min(changed, key=lambda key: abs(old[key] / new[key] - factor))
+        settings = {chief: old[chief]} | {key: old[key] for key in changed}
+    return Refinement(label, settings, factor, order, observed_order(model, results))
+
+
+def _coarser_than_strict(unpredictable: Mapping[str, Any], labels: tuple[str, str], scene: Scene) -> bool:
+    """Return whether a model that limits the coverage runs at a setting coarser than strict."""
+    shares = unpredictable.get("unpredictable")
+    if not shares:
+        return False
+    limiting = [
+        label for key, label in zip("ab", labels, strict=True) if shares[key] == max(shares["a"], shares["b"])
+    ]
+    return any(_coarse(label, scene) for label in limiting)
+
+
+def _coarse(model: str, scene: Scene) -> bool:
+    try:
+        strict = solver_values(model, "strict", scene)
+    except AccuracyError:
+        return False
+    settings = scene.data["solver"].get(model, {})
+    return all(settings[key.rpartition(".")[2]] > value for key, value in strict.items())

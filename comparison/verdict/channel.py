@@ -1,0 +1,145 @@
+"""Verdict of two results (agree, differ, indeterminate) for one channel.
+
+The rule is that of verification and validation after ASME V&V 20-2009 (section 1): a difference ``E`` between
+two results is explained by their numerical uncertainty ``u`` where ``|E| <= k u``; outside there is a
+difference of models. It is applied sample by sample, on the samples where the uncertainty is small against
+the scale of the channel (the predictable ones).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import nan
+from typing import Any
+
+import numpy as np
+
+from comparison.accuracy.thresholds import Thresholds
+from comparison.accuracy.uncertainty import combined
+from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import Channel
+from comparison.verdict.results import Basis, ChannelComparison
+
+
+def compare_channel(
+    channel: Channel,
+    time: Array,
+    a: Array,
+    b: Array,
+    *,
+    scene: Mapping[str, Any] | None,
+    u: tuple[Array | None, Array | None],
+    within: BoolArray | None = None,
+    tolerance: float | None,
+    limits: Thresholds,
+    share: float = 1.0,
+) -> ChannelComparison:
+    """Judge one channel on a common grid; arrays of shape (n,).
+
+    A sample at which both results are exactly zero is no evidence: a corner force is zero most of the time,
+    and a force that is missing altogether would agree with 99 % of the samples. The share of explained
+    samples is therefore taken over the predictable samples at which at least one of the two is not zero.
+
+    Where too few samples are predictable, a channel still differs if too few are explained even with all
+    unpredictable ones counted as explained: a model's error may be what makes its motion unpredictable. So
+    does a position or a velocity if even the largest uncertainty of all times explains too few samples. A
+    channel in a wrong unit has an uncertainty in that unit, which may be too large for any sample to be
+    predictable and yet negligible against the difference.
+
+    Parameters
+    ----------
+    channel
+        The compared channel.
+    time, a, b
+        Common time (s) and the two results.
+    scene
+        The scene mapping, for the scale; None: the range is the scale, of both where there are uncertainties,
+        of ``a`` where a tolerance decides: an outlier in ``b`` must not widen what is allowed.
+    u
+        Numerical uncertainties of a and of b; one that is None makes both unused.
+    within
+        The samples that may be judged at all: where the position that this channel follows is predictable,
+        and where its value follows from samples; None: all.
+    tolerance
+        Share of the scale that is allowed where there is no uncertainty; None: "indeterminate".
+    limits
+        The tier's numbers.
+    share
+        Of the samples that must be within a tolerance.
+    """
+    u_both = None if u[0] is None or u[1] is None else combined(u[0], u[1])
+    extent = float(np.ptp(a)) if u_both is None else float(np.ptp(np.concatenate([a, b])))
+    scale = channel.scale_value(scene, extent)
+    if u_both is None:
+        limits, predictable = replace(limits, share=share), np.ones(time.shape, dtype=np.bool_)
+    else:
+        predictable = u_both <= limits.alpha * scale
+    comparison = ChannelComparison(
+        definition=channel,
+        scale=scale,
+        time=time,
+        a=a,
+        b=b,
+        u_a=u[0],
+        u_b=u[1],
+        tolerance=None if u_both is not None or tolerance is None else tolerance * scale,
+        predictable=predictable if within is None else predictable & within,
+        limits=limits,
+        verdict="indeterminate",
+        basis=Basis.NO_LIMIT,
+    )
+    judgement = _by_samples(comparison)
+    # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
+    if judgement["verdict"] == "indeterminate" and u_both is not None and channel.follows is None:
+        judgement |= _by_largest_uncertainty(comparison, limits.k * float(u_both.max()))
+    return replace(comparison, **judgement)
+
+
+def _by_samples(channel: ChannelComparison) -> dict[str, Any]:
+    """Compare the judged samples with their thresholds; return the judgement's fields."""
+    judged, threshold, limits = channel.judged, channel.threshold, channel.limits
+    count, nonzero = int(judged.sum()), int(channel.nonzero.sum())
+    fixed = channel.u is None
+    explained, outside, numbers = nan, 0, {}
+    if threshold is not None and count:
+        size = np.abs(channel.difference)
+        # A fixed threshold may be zero: of a channel that is constant in the first table.
+        divisor = 1.0 if fixed else np.maximum(threshold, np.finfo(np.float64).tiny)
+        worst = int(np.where(judged, size / divisor, -1.0).argmax())
+        inside = (size <= threshold)[judged]
+        explained, outside = float(np.mean(inside)), count - int(inside.sum())
+        numbers = {"worst": worst, "worst_threshold": float(threshold[worst])}
+    few_outside = not fixed and outside < limits.least_outside
+    verdict = "indeterminate"
+    if channel.extent < channel.definition.floor:
+        verdict, basis = "unexcited", Basis.RANGE
+    elif threshold is None:
+        basis = Basis.NO_LIMIT
+    elif channel.coverage < limits.coverage and outside <= (1.0 - limits.share) * nonzero:
+        basis = Basis.COVERAGE
+    elif not count:
+        basis = Basis.NOTHING_JUDGED
+    elif few_outside and count < limits.least_judged:
+        basis = Basis.FEW_JUDGED
+    elif few_outside and explained < limits.share:
+        basis = Basis.FEW_OUTSIDE
+    else:
+        verdict, basis = "differ" if explained < limits.share else "agree", Basis.SAMPLES
+    return {"verdict": verdict, "basis": basis, "explained": explained, "outside": outside, **numbers}
+
+
+def _by_largest_uncertainty(channel: ChannelComparison, largest: float) -> dict[str, Any]:
+    """Let a channel differ if even the largest threshold of all times explains too few samples."""
+    size = np.abs(channel.difference)
+    inside = size[channel.nonzero] <= largest
+    if not inside.size or np.mean(inside) >= channel.limits.share:
+        return {}
+    return {
+        "verdict": "differ",
+        "basis": Basis.LARGEST,
+        "explained": nan,
+        "outside": int((~inside).sum()),
+        "worst": int(size.argmax()),
+        "worst_threshold": largest,
+    }

@@ -1,0 +1,407 @@
+"""Comparison of two models' runs of a scene, or of any two tables, channel by channel.
+
+Coverage and RMS depend on where the samples are: most contacts are shorter than the distance of two, and u
+sees them or not. Their errors are estimated as those of a quadrature of first order: the same runs are judged
+on every second and on every fourth sample, and three times the larger of the changes, that on every fourth
+halved, is the error (the factor of safety of two grids after Roache). Largest values and ranges are those of
+the samples: no coarser grid tells what lies between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from math import isnan, nan
+from typing import Any
+
+import numpy as np
+
+from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.uncertainty import (
+    SAFETY_FACTOR,
+    WINDOW,
+    Levels,
+    Runs,
+    round_off,
+    uncertainty,
+    window_samples,
+)
+from comparison.agreement.pulses import noted
+from comparison.execution.quality_checks import contact_warnings
+from comparison.formatting import instant
+from comparison.scene import Scene, SceneError, scene_from_mapping
+from comparison.tables.align import Aligned, align, continuous
+from comparison.tables.arrays import Array
+from comparison.tables.channels import expected
+from comparison.tables.table import Table, TableError, check
+from comparison.tables.times import holes, isolated
+from comparison.verdict.attribution import attribute
+from comparison.verdict.channel import compare_channel
+from comparison.verdict.results import ChannelComparison, SceneComparison, scene_coverage
+
+_BESIDES = ("crank", "own")  # groups of channels
+_FEW = 16  # samples; of fewer every fourth one tells nothing
+
+__all__ = ["Runs", "compare", "recorded_scene"]
+
+
+def compare(
+    a: Runs,
+    b: Runs,
+    *,
+    scene: Scene | None = None,
+    tolerance: float | None = None,
+    share: float = 1.0,
+    period: float | None = None,
+    labels: tuple[str, str] = ("a", "b"),
+    name: str = "compare",
+    command: str = "",
+    warnings: tuple[str, ...] = (),
+    tier: str = "standard",
+    only: Sequence[str] | None = None,
+    ensembles: tuple[Sequence[Table], Sequence[Table]] = ((), ()),
+) -> SceneComparison:
+    """Compare two models' runs of a scene, or any two tables.
+
+    Parameters
+    ----------
+    a, b
+        With a finer run each: judged by their numerical uncertainty. Else by the tolerance.
+    scene
+        Scene of the tables: determines their required channels, time span and scales. Without it both must
+        hold the same channels over the same time, and scales are ranges.
+    tolerance
+        Share of each channel's scale; only for tables without uncertainty. With neither, the verdict is
+        "indeterminate". Without a scene the scales are the ranges of ``a``.
+    share
+        Of the samples that must be within the tolerance.
+    period
+        Of the motion, s, whose hundredth is the window of an uncertainty; None: the scene's, else the span.
+    labels, name, command, warnings
+        Names of the two results, of the comparison, its command, and further warnings.
+    tier
+        One of `comparison.accuracy.tiers.TIERS`, whose thresholds apply.
+    only
+        Channels to compare, among those requested by the scene; None: all.
+    ensembles
+        Additional runs of each model at its base's setting and times, see `comparison.verdict.confirmation`.
+
+    Raises
+    ------
+    TableError
+        If the tables cannot be compared: a channel missing or unexpected, a number that is not finite, time
+        that does not increase, a truncated run.
+    """
+    both = tuple(zip(labels, (a, b), strict=True))
+    tables = {f"{label}{which}": table for label, runs in both for which, table in _runs(runs)}
+    names = _names(a.base, b.base, scene, only)
+    for label, table in tables.items():
+        check(table, names, None if scene is None else (0.0, scene.duration), name=label)
+    _check_times(both)
+    warnings += _check_holes(both)
+    warnings += tuple(f"{label}: {line}" for label, runs in both for line in contact_warnings(runs.base))
+    aligned = align(a.base, b.base, names)
+    interpolated = {"a": 0, "b": 1}.get(aligned.interpolated)
+    if interpolated is not None:
+        if a.finer is not None and b.finer is not None:
+            raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
+        warnings += (
+            f"{labels[interpolated]} was interpolated to the times of the other: events shorter than a "
+            "sample are not resolved",
+        )
+    if aligned.unknown:
+        count = sum(int(part.sum()) for part in aligned.unknown.values())
+        warnings += (
+            f"{count} samples of {len(aligned.unknown)} channels are not judged: a contact starts or ends "
+            "between them and the nearest samples of the interpolated table",
+        )
+    limits = thresholds(tier)
+    period = period if scene is None else scene.period
+    window = float(a.base.time[-1] - a.base.time[0]) if period is None else period
+    known = a.base.known | b.base.known
+
+    def judged(every: int) -> dict[str, ChannelComparison]:
+        results: dict[str, ChannelComparison] = {}
+        for channel in map(known.__getitem__, names):  # positions come before what follows from them
+            unknown, position = aligned.unknown.get(channel.name), results.get(channel.follows or "")
+            masks = [] if unknown is None else [~unknown[::every]]
+            masks += [] if position is None else [position.predictable]
+            results[channel.name] = compare_channel(
+                channel,
+                aligned.time[::every],
+                aligned.a[channel.name][::every],
+                aligned.b[channel.name][::every],
+                scene=None if scene is None else scene.data,
+                u=(
+                    model_uncertainty(a, channel.name, window, ensembles[0], every),
+                    model_uncertainty(b, channel.name, window, ensembles[1], every),
+                ),
+                within=np.logical_and.reduce(masks) if masks else None,
+                tolerance=tolerance,
+                limits=limits,
+                share=share,
+            )
+        return results
+
+    grids = [judged(every) for every in (1, 2, 4)] if aligned.time.size >= _FEW else [judged(1)]
+    results = {
+        name: replace(
+            channel,
+            coverage_error=_sampling_error([grid[name].coverage for grid in grids]),
+            rms_error=_sampling_error([grid[name].rms_difference for grid in grids]),
+        )
+        for name, channel in grids[0].items()
+    }
+    if interpolated is not None and tolerance is not None:
+        warnings += _between((a, b)[interpolated].base, labels[interpolated], aligned, results, tolerance)
+    verdict, allowed_shift = scene_verdict(results, limits.coverage), nan
+    if verdict != "differ" and not isnan(allowed_shift := _exceeded_shift(results, aligned, tolerance)):
+        verdict = "differ"
+    return SceneComparison(
+        name=name if scene is None else scene.name,
+        title="Two tables" if scene is None else scene.title,
+        description="" if scene is None else scene.description,
+        labels=labels,
+        verdict=verdict,
+        warnings=(() if scene is None else scene.warnings) + warnings,
+        time=aligned.time,
+        period=period,
+        channels=results,
+        events=(a.base.events, b.base.events),
+        pulses=(noted(a.base), noted(b.base)),
+        provenance={label: table.provenance for label, table in tables.items()},
+        scene=None if scene is None else scene.data,
+        command=command,
+        tier=tier,
+        shift=aligned.shift,
+        allowed_shift=allowed_shift,
+        coverage_error=_sampling_error([scene_coverage(grid) for grid in grids]),
+        attribution=attribute(
+            (a, b), results, aligned.time, verdict=verdict, tier=tier, labels=labels, scene=scene
+        ),
+    )
+
+
+def scene_verdict(results: Mapping[str, ChannelComparison], floor: float) -> str:
+    """Verdict of a scene, by the rule of a channel applied to all excited ones together.
+
+    One channel that differs makes the scene differ. Else its coverage
+    (`comparison.verdict.results.scene_coverage`) is held against the same floor as a channel's. A scene
+    without an excited channel is indeterminate: nothing was compared.
+
+    Parameters
+    ----------
+    results
+        The channels.
+    floor
+        Smallest coverage, `Thresholds.coverage`.
+    """
+    verdicts = {result.verdict for result in results.values()}
+    if "differ" in verdicts:
+        return "differ"
+    return "agree" if "agree" in verdicts and scene_coverage(results) >= floor else "indeterminate"
+
+
+def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
+    """Find the scene that both tables record; settings of solvers and output may differ.
+
+    Returns
+    -------
+    scene, warnings
+        No scene where they record none; none and a warning where they record two that differ.
+    """
+    record_a, record_b = a.provenance.get("scene"), b.provenance.get("scene")
+    if not isinstance(record_a, dict) or not isinstance(record_b, dict):
+        return None, ()
+    sections = {*record_a, *record_b} - {"scene", "solver", "output"}
+    changed = sorted(section for section in sections if record_a.get(section) != record_b.get(section))
+    if changed:
+        return None, (
+            f"the tables are of different scenes ({', '.join(changed)} differ): the scales are ranges",
+        )
+    # Scales and channels do not depend on settings, and the model of a table need not be installed here.
+    record = {section: part for section, part in record_a.items() if section != "solver"}
+    for solver in (_solvers(a) | _solvers(b), {}):
+        try:
+            return scene_from_mapping(record | {"solver": solver}), ()
+        except SceneError as error:
+            reason = error
+    return None, (f"the scene recorded beside the tables is not used: {reason}",)
+
+
+def model_uncertainty(
+    runs: Runs, name: str, period: float, ensemble: Sequence[Table] = (), every: int = 1
+) -> Array | None:
+    """Uncertainty of one channel of one model, in its unit; None without a finer run.
+
+    The window is a hundredth of the period (s) to either side; where the distance of the samples varies, the
+    largest number of samples that any such window holds. Of every so many samples only the first one is
+    looked at: shape (n,) or fewer.
+    """
+    if runs.finer is None:
+        return None
+
+    def values(run: Table) -> Array:
+        return run.values(name)[::every]
+
+    time, base = runs.base.time[::every], values(runs.base)
+    interval = float(time[-1] - time[0]) / (time.size - 1)
+    held = np.searchsorted(time, time + WINDOW * period) - np.arange(1, time.size + 1)
+    factor, order = runs.refinement
+    levels = Levels(
+        base=base,
+        finer=values(runs.finer),
+        coarser=None if runs.coarser is None else values(runs.coarser),
+        perturbed=tuple(map(values, runs.perturbed_runs)),
+        factor=factor,
+        order=order,
+        ensemble=tuple(map(values, ensemble)),
+    )
+    return uncertainty(
+        levels,
+        max(window_samples(period, interval), int(held.max())),
+        round_off(base, time, runs.base.known[name].round_off),
+    )
+
+
+def _sampling_error(values: Sequence[float]) -> float:
+    """Estimate the error of a number from its values on all, every second and every fourth sample."""
+    if len(values) < 3:
+        return nan
+    fine, half, quarter = values
+    return SAFETY_FACTOR * float(np.maximum(abs(half - fine), abs(quarter - fine) / 2))
+
+
+def _solvers(table: Table) -> dict[str, Any]:
+    """Return the recorded settings of the model that wrote a table, by its name."""
+    model, solvers = table.provenance.get("model"), table.provenance["scene"].get("solver", {})
+    return {model: solvers[model]} if isinstance(model, str) and model in solvers else {}
+
+
+def _runs(runs: Runs) -> Iterator[tuple[str, Table]]:
+    """Yield the runs of a model with what follows its name in messages."""
+    tables = {
+        "": runs.base,
+        " finer": runs.finer,
+        " perturbed": runs.perturbed,
+        " other perturbed": runs.other_perturbed,
+        " coarser": runs.coarser,
+    }
+    yield from ((which, table) for which, table in tables.items() if table is not None)
+
+
+def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
+    """Return the channels that both must hold: the scene's, or else all of either."""
+    known = a.known | b.known
+    if scene is None:
+        return [name for name in known if name in a.frame or name in b.frame or name in (only or ())]
+    # Besides what every run of the scene holds there may be channels that no model writes.
+    names = expected(scene.data)
+    names += [
+        name
+        for name, channel in known.items()
+        if channel.group in _BESIDES and (name in a.frame or name in b.frame)
+    ]
+    if other := [name for name in only or () if name not in names]:
+        raise TableError(f"scene {scene.name!r}: has no channel {other[0]} to compare")
+    return names if only is None else [name for name in names if name in only]
+
+
+def _check_times(both: tuple[tuple[str, Runs], ...]) -> None:
+    """Reject runs of one model on different grids, and tables of which one ends early.
+
+    One sample of the coarser table is allowed at either end: two grids rarely end together.
+    """
+    for label, runs in both:
+        for which, table in _runs(runs):
+            if not np.array_equal(table.time, runs.base.time):
+                raise TableError(f"{label}{which}: its times differ from those of {label}")
+    (label_a, a), (label_b, b) = ((label, runs.base.time) for label, runs in both)
+    slack = max(float(np.median(np.diff(a))), float(np.median(np.diff(b)))) * (1 + 1e-6)
+    if abs(a[0] - b[0]) > slack or abs(a[-1] - b[-1]) > slack:
+        ends = a[0], a[-1], b[0], b[-1]
+        (start_a, end_a, start_b, end_b) = (instant(end, *ends) for end in ends)
+        raise TableError(
+            f"{label_a} spans {start_a} to {end_a} s and {label_b} {start_b} to {end_b} s: "
+            "one of them is truncated"
+        )
+
+
+def _check_holes(both: tuple[tuple[str, Runs], ...]) -> tuple[str, ...]:
+    """Reject a table with a hole in its times; one missing row, or a hole in both, is a warning."""
+    shared = np.array_equal(both[0][1].base.time, both[1][1].base.time)
+    warnings = []
+    for label, runs in both[:1] if shared else both:
+        gaps = holes(runs.base.time)
+        if not gaps:
+            continue
+        longest = max(gaps, key=lambda hole: hole.end - hole.start)
+        missing = sum(hole.missing for hole in gaps)
+        message = "both tables have" if shared else f"{label} has"
+        start, end = instant(longest.start, longest.end), instant(longest.end, longest.start)
+        message += f" no row between {start} and {end} s"
+        message += f" (and {len(gaps) - 1} more such holes)" if len(gaps) > 1 else ""
+        message += f": {missing} {'row is' if missing == 1 else 'rows are'} missing" if missing else ""
+        if not shared and missing != 1:
+            raise TableError(message)
+        warnings.append(message)
+    return tuple(warnings)
+
+
+def _between(
+    table: Table, label: str, aligned: Aligned, results: Mapping[str, ChannelComparison], tolerance: float
+) -> tuple[str, ...]:
+    """Report single samples of the interpolated table that stand out between the compared times."""
+    time = table.time
+    used = np.isin(time, aligned.time)
+    if time.size < 3 or used.all():
+        return ()
+    apart = {
+        name: np.where(
+            used,
+            0.0,
+            isolated(time, continuous(table.values(name), result.definition), tolerance * result.scale),
+        )
+        for name, result in results.items()
+    }
+    apart = {name: distance for name, distance in apart.items() if distance.any()}
+    if not apart:
+        return ()
+    name = max(apart, key=lambda name: float(apart[name].max()) / (results[name].scale or 1.0))
+    worst = int(apart[name].argmax())
+    return (
+        f"{label}: samples between the compared times are not judged; some stand out from their neighbours "
+        f"by more than the tolerance, in {len(apart)} channels, most of all {name} at "
+        f"t = {instant(time[worst], time[worst - 1], time[worst + 1])} s by {apart[name][worst]:.3g} "
+        f"{results[name].unit}".rstrip(),
+    )
+
+
+def _exceeded_shift(
+    results: Mapping[str, ChannelComparison], aligned: Aligned, tolerance: float | None
+) -> float:
+    """Return the time shift that a tolerance allows, s, where it is exceeded; else nan.
+
+    Under a shift most samples of a slow channel stay within a share of its range, so samples alone would
+    accept it. The limit is the tolerance times the time in which a position traverses its scale at the scale
+    of its rate, the least of all positions: with a scene a hundredth of a crank cycle. Uncertainties have no
+    such limit.
+    """
+    times = []
+    for position in results.values():
+        rate = position.definition.rate
+        if rate is None or position.verdict == "unexcited" or position.u is not None:
+            continue
+        if rate in results:
+            scale = results[rate].scale
+        else:
+            slopes = [np.gradient(values, aligned.time) for values in (position.a, position.b)]
+            scale = max(float(np.ptp(slope)) for slope in slopes)
+        if not scale:  # of a constant rate
+            scale = float(np.abs(np.diff(position.a) / np.diff(aligned.time)).max())
+        if scale:
+            times.append(position.scale / scale)
+    limit = (tolerance or 0.0) * min(times, default=0.0)
+    shift = aligned.shift
+    exceeded = limit and not shift.reason and abs(shift.value) - shift.uncertainty > limit
+    return limit if exceeded else nan

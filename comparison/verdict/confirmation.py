@@ -1,0 +1,469 @@
+r"""Confirmation of a verdict "differ" by ensembles of runs before it is reported.
+
+The five runs that give a model's uncertainty are a small sample. Where motion magnifies errors by decades,
+the error of a run is one draw from a wide distribution, shared by all later samples, and five draws may lie
+together by chance. So each model is rerun from many starts, perturbed at random by the size of its own error
+at the setting that was judged, and the other model's run is ranked in that ensemble by one statistic per
+scene: its largest distance from the centre over all predictable samples of all channels, in units of the
+ensemble's standard deviation or of u, whichever is larger (`comparison.metrics.outliers`).
+
+A difference is confirmed if each model's run is farther from the other's ensemble than every member left out
+of it; the smallest rank with n members is 1 / (n + 1). Exudyn's run of five bodies is too slow for an
+ensemble: it is ranked in one of the other model, perturbed by its error.
+
+If it is not confirmed, the uncertainty was too small. It is replaced by that of the ensembles, and the runs
+are judged again. By the choice of `comparison.accuracy.uncertainty.ENSEMBLE_FACTOR` they differ then only
+where each run is outside the other's ensemble: on fewer samples, but a confirmed difference.
+
+**Starts.** An error e of the start has grown to G e where the response is G. The perturbed runs of a model
+show G: they were moved by a known distance. So the error |S - S_f| of its run is equivalent to |S - S_f| / G
+at the start. The starts lie apart by the median over x, and the angle times the slider's length, at all
+samples before the first unpredictable one. Moved by |S - S_f| itself, an ensemble would spread G times as far
+as the model errs (measured: median 6 in x, 90 in the angle, in the first cycle of poisson-0.33) and hide what
+differs. But an integration error is not present from the start: that of the five bodies is 7e-4
+(90rpm-0.5mm) and 2e-3 (90rpm-0.1mm) of what it becomes, before the first contact. Until t its equivalent is
+
+.. math:: w(t) = \max_{s \le t} \frac{\max_{r \le s} |S - S_f|(r)}{\max_{r \le s} G(r)},
+
+and where that is less than the distance of the starts, the deviations of the members at t are scaled down
+accordingly. Moved by less than the perturbed runs were, an ensemble would be narrower than what it is to
+correct: both are never less than those (`comparison.accuracy.uncertainty.perturbation`).
+
+**Causes.** Where an ensemble splits into clusters, or spreads much farther than u, a discontinuous event
+decides: a contact that occurs in some runs only, because motion grazes a wall or a model occasionally misses
+a contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from math import nan
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR, Runs, movable, moved, perturbation
+from comparison.metrics.outliers import Parting, clustered, distances, parting_contact, split
+from comparison.scene import Scene, digest
+from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.table import Table
+from comparison.verdict.compare import compare
+from comparison.verdict.results import Basis, ChannelComparison, Confirmation, Doubt, SceneComparison
+
+MEMBERS = {"reference": 99}
+"""Runs in an ensemble, by model; the reference takes 0.03 s each."""
+OTHER_MEMBERS = 30
+"""Of any other model; Exudyn's tree takes about 1 s a run at the tight tier."""
+ENOUGH = 19
+"""Members that can show a rank of 5 %; with fewer nothing is confirmed, nor taken back."""
+# Responses below it are round-off: a few operations on coordinates of 0.55 m.
+_NO_RESPONSE = 1e-15
+
+Run = Callable[[Sequence[Scene], str], list[Table]]
+"""Runs scenes by a model and returns the tables of the runs that succeeded."""
+Ensembles = Mapping[int, Sequence[Table]]
+"""Of the first model (0) and the second (1); of one that is too slow there is none."""
+
+
+def confirm(
+    result: SceneComparison,
+    runs: tuple[Runs, Runs],
+    *,
+    scene: Scene,
+    models: tuple[str, str],
+    run: Run,
+) -> SceneComparison:
+    """Confirm a verdict "differ" by ensembles, or correct the uncertainty that it rests on.
+
+    Parameters
+    ----------
+    result
+        A comparison of these runs. One with another verdict is returned unchanged, without further runs.
+    runs
+        Of both models.
+    scene
+        Scene of the runs, with the settings of this tier.
+    models
+        Names of the two models.
+    run
+        Runs the ensembles; called once per model that is not too slow.
+
+    Returns
+    -------
+    comparison
+        With its ``confirmation``: "confirmed" or "unconfirmed" where the verdict is still "differ",
+        "underestimated" where it is now "agree" or "indeterminate", by a corrected uncertainty.
+    """
+    if result.verdict != "differ":
+        return result
+    if any(channel.u is None for channel in result.channels.values()):
+        return _unconfirmed(result, Doubt.TOLERANCE)
+    if movable(scene) is None:
+        return _unconfirmed(result, Doubt.RIGID)
+    errors = _ensemble_errors(result, runs, scene, models)
+    if not errors:
+        return _unconfirmed(result, Doubt.SLOW)
+    ensembles = {}
+    for side, error in errors.items():
+        base = runs[side].base
+        members = [
+            table
+            for table in run(moved_starts(scene, models[side], error.shift), models[side])
+            if np.array_equal(table.time, base.time)  # a third model may choose its times
+        ]
+        ensembles[side] = scaled_members(members, base, error.share)
+
+    def judge(large: Ensembles) -> SceneComparison:
+        judged = compare(
+            *runs,
+            scene=scene,
+            labels=result.labels,
+            command=result.command,
+            tier=result.tier,
+            only=list(result.channels),
+            ensembles=(large.get(0, ()), large.get(1, ())),
+        )
+        return replace(
+            judged,
+            name=result.name,
+            warnings=result.warnings,
+            tight=result.tight,
+            reliability=result.reliability,
+        )
+
+    shifts = (errors[0].shift if 0 in errors else nan, errors[1].shift if 1 in errors else nan)
+    return _decided(result, runs, ensembles, shifts, judge)
+
+
+def confirm_recorded(
+    result: SceneComparison,
+    runs: tuple[Runs, Runs],
+    ensembles: tuple[Sequence[Table], Sequence[Table]],
+    judge: Callable[[tuple[Sequence[Table], Sequence[Table]]], SceneComparison],
+) -> SceneComparison:
+    """Confirm a verdict "differ" by runs that are there already, or correct the uncertainty.
+
+    Parameters
+    ----------
+    result, runs
+        As of `confirm`.
+    ensembles
+        Runs of each program from moved starts, at its base's setting and times.
+    judge
+        Compares the runs with the uncertainty of ensembles.
+    """
+    if result.verdict != "differ":
+        return result
+    members = {side: list(tables) for side, tables in enumerate(ensembles) if tables}
+    if not members:
+        return _unconfirmed(result, Doubt.NO_STARTS)
+    return _decided(
+        result, runs, members, (nan, nan), lambda large: judge((large.get(0, ()), large.get(1, ())))
+    )
+
+
+def _decided(
+    result: SceneComparison,
+    runs: tuple[Runs, Runs],
+    ensembles: Ensembles,
+    shifts: tuple[float, float],
+    judge: Callable[[Ensembles], SceneComparison],
+) -> SceneComparison:
+    """Confirm a difference by ensembles of at least `ENOUGH` members, or judge with their uncertainty."""
+    members = (len(ensembles.get(0, ())), len(ensembles.get(1, ())))
+    large = {side: tables for side, tables in ensembles.items() if len(tables) >= ENOUGH}
+    farther, excess = _ranks(result, runs, large)
+    if any(farther.values()):
+        judged = judge(large)
+        if judged.verdict != "differ":
+            confirmation = Confirmation(
+                "underestimated",
+                members=members,
+                shifts=shifts,
+                farther=(farther.get(0, 0), farther.get(1, 0)),
+                since=result.attribution.outside_from,
+            )
+            return replace(judged, confirmation=_explained(confirmation, result, judged, runs, large))
+        result, (farther, excess) = judged, _ranks(judged, runs, large)
+    if len(large) < len(ensembles):
+        return _unconfirmed(result, Doubt.FEW_RUNS, members, shifts)
+    since = result.attribution.outside_from
+    first, second = ([model.base, *large.get(side, ())] for side, model in enumerate(runs))
+    confirmation = Confirmation(
+        "confirmed",
+        members=members,
+        shifts=shifts,
+        excess=min(excess.values()),
+        since=since,
+        parting=_parting(first, second, result, since),
+        parted=result.labels,
+    )
+    return replace(result, confirmation=confirmation)
+
+
+def _unconfirmed(
+    result: SceneComparison,
+    doubt: Doubt,
+    members: tuple[int, int] = (0, 0),
+    shifts: tuple[float, float] = (nan, nan),
+) -> SceneComparison:
+    since = result.attribution.outside_from
+    return replace(result, confirmation=Confirmation("unconfirmed", doubt, members, shifts, since=since))
+
+
+def judged_samples(channel: ChannelComparison) -> tuple[BoolArray, Array]:
+    """Return the samples of a channel that decide, shape (n,), and u on these; it has an uncertainty.
+
+    Where the largest u of all times decides, these are all samples, as in `comparison.verdict.channel`.
+    """
+    assert channel.u is not None
+    if channel.basis is Basis.LARGEST:
+        return channel.nonzero, np.full(int(channel.nonzero.sum()), channel.u.max())
+    return channel.judged, channel.u[channel.judged]
+
+
+def _ranks(
+    result: SceneComparison, runs: tuple[Runs, Runs], ensembles: Ensembles
+) -> tuple[dict[int, int], dict[int, float]]:
+    """Rank each model's run in the other's ensemble, over the predictable samples of all judged channels.
+
+    Returns
+    -------
+    farther, excess
+        By the side of the ensemble: number of members that lie, left out, at least as far from the others as
+        the other model's run from all; distance of that run over that of the farthest member.
+    """
+    farther, excess = {}, {}
+    for side, tables in ensembles.items():
+        members, other = np.zeros(len(tables)), 0.0
+        for name, channel in result.channels.items():
+            if channel.verdict == "unexcited":
+                continue
+            mask, floor = judged_samples(channel)
+            values = np.array([table.values(name)[mask] for table in tables])
+            left_out, away = distances(values, runs[1 - side].base.values(name)[mask], floor)
+            members, other = np.maximum(members, left_out), max(other, away)
+        farther[side] = int((members >= other).sum())
+        excess[side] = other / float(members.max()) if members.max() > 0.0 else np.inf
+    return farther, excess
+
+
+# Starts
+
+
+class StartingError(NamedTuple):
+    """Initial perturbation equivalent to a model's error."""
+
+    shift: float
+    """Standard deviation of the starts of an ensemble, m."""
+    until: Array
+    """Equivalent error accumulated until each sample, w(t), m, shape (n,)."""
+
+    @property
+    def share(self) -> Array:
+        """Weight of the members' deviations at each sample, up to 1, shape (n,)."""
+        return np.minimum(self.until / self.shift, 1.0)
+
+
+def too_slow(scene: Scene, model: str) -> bool:
+    """Return whether a model is too slow for an ensemble at the settings of a scene, at some 10 s a run."""
+    return model == "exudyn" and scene.data["solver"]["exudyn"]["formulation"] == "full"
+
+
+def _ensemble_errors(
+    result: SceneComparison, runs: tuple[Runs, Runs], scene: Scene, models: tuple[str, str]
+) -> dict[int, StartingError]:
+    """Return the starting error of each model that has an ensemble, by side.
+
+    The run of a model that is too slow is ranked in the other's ensemble, with the larger of both errors.
+    """
+    positions = [result.channels[name] for name in ("slider_x", "slider_angle") if name in result.channels]
+    first = [int(channel.predictable.argmin()) for channel in positions if not channel.predictable.all()]
+    before = min(first, default=result.time.size)
+    errors = [starting_error(model, scene, before) for model in runs]
+    slow = [too_slow(scene, model) for model in models]
+    if any(slow):
+        larger = StartingError(max(e.shift for e in errors), np.maximum(*(e.until for e in errors)))
+        errors = [larger, larger]
+    return {side: errors[side] for side in (0, 1) if not slow[side]}
+
+
+def starting_error(runs: Runs, scene: Scene, before: int) -> StartingError:
+    """Return the initial perturbation equivalent to a model's error; see above.
+
+    Parameters
+    ----------
+    runs
+        The model's.
+    scene
+        Whose start is `movable`.
+    before
+        Number of samples before the first unpredictable one; later ones add nothing.
+    """
+    least = perturbation(scene)
+    until = np.full(runs.base.time.size, least)
+    lengths = {"slider_x": 1.0}
+    if movable(scene) == "slider":
+        lengths["slider_angle"] = scene.data["mechanism"]["slider"]["length"]
+    worth = [np.zeros(1)]
+    for name, length in lengths.items():
+        if runs.finer is None or not runs.perturbed_runs:
+            continue
+        error = length * np.abs(runs.base.values(name) - runs.finer.values(name))[:before]
+        original = runs.original.values(name)
+        apart = np.max([np.abs(original - run.values(name)) for run in runs.perturbed_runs], axis=0)
+        response = length * apart[:before] / least
+        known = response > _NO_RESPONSE / least
+        worth.append(error[known] / response[known])
+        # At once by the start's own distance: the crank pin's, where that is moved, grows into it.
+        grown = np.maximum.accumulate(np.maximum(response, 1.0))
+        arisen = np.maximum.accumulate(np.maximum.accumulate(error) / grown)
+        until[:before] = np.maximum(until[:before], arisen)
+    until = np.maximum.accumulate(until)
+    return StartingError(max(float(np.median(np.concatenate(worth))), least), until)
+
+
+def moved_starts(scene: Scene, model: str, shift: float) -> list[Scene]:
+    """Draw the starts of a model's ensemble, normally distributed in both coordinates; always the same ones.
+
+    Parameters
+    ----------
+    scene
+        Whose start is `movable`.
+    model
+        Whose ensemble: every model draws starts of its own.
+    shift
+        Standard deviation of the slider's offset, and of its angle times its length, m.
+    """
+    seed = int(digest({"scene": scene.hash, "model": model})[:16], 16)
+    draws = shift * np.random.default_rng(seed).standard_normal((MEMBERS.get(model, OTHER_MEMBERS), 2))
+    return [moved(scene, float(across), float(turned)) for across, turned in draws]
+
+
+def scaled_members(members: Sequence[Table], base: Table, share: Array) -> list[Table]:
+    """Return an ensemble whose members deviate from the model's run by what has arisen until each sample.
+
+    Parameters
+    ----------
+    members
+        Runs from moved starts.
+    base
+        The run from the start itself; the members have its times and channels.
+    share
+        Shape (n,), see `StartingError`.
+    """
+    centre = base.frame.drop(columns="time")
+    return [
+        replace(
+            member,
+            frame=pd.concat(
+                [base.frame["time"], centre + (member.frame[centre.columns] - centre).mul(share, axis=0)],
+                axis=1,
+            ),
+        )
+        for member in members
+    ]
+
+
+# Causes
+
+
+def _explained(
+    confirmation: Confirmation,
+    before: SceneComparison,
+    after: SceneComparison,
+    runs: tuple[Runs, Runs],
+    ensembles: Ensembles,
+) -> Confirmation:
+    """Add the factor of the underestimation and, if that is suspicious, the decisive contact."""
+    factor, worst = _underestimation(before, after)
+    cluster = _cluster(before, ensembles)
+    confirmation = replace(confirmation, factor=factor, clustered=cluster is not None)
+    if not confirmation.suspicious:
+        return confirmation
+    side, name, sample = cluster or _farthest(worst, before, after, runs, ensembles)
+    tables = [runs[side].base, *ensembles[side]]
+    above = split(np.array([table.values(name)[sample] for table in tables]))
+    low, high = (
+        [table for table, is_above in zip(tables, above, strict=True) if is_above == which]
+        for which in (False, True)
+    )
+    label = before.labels[side]
+    parting = _parting(low, high, before, float(before.time[sample]))
+    return replace(confirmation, parting=parting, parted=(label, label))
+
+
+def _underestimation(before: SceneComparison, after: SceneComparison) -> tuple[float, str]:
+    """Return the largest factor of underestimation, and its channel.
+
+    That is the ensembles' largest distance over u, at the samples at which the difference was outside k u.
+    Elsewhere an ensemble may be wider without having made the difference; and of these samples the share
+    that a verdict may leave unexplained does not count, such as one in which a contact begins.
+    """
+    factors = {}
+    for name, channel in before.channels.items():
+        if channel.verdict != "differ":
+            continue
+        mask, floor = judged_samples(channel)
+        outside = np.abs(channel.difference[mask]) > channel.limits.k * floor
+        ratio = _u(after, name)[mask][outside] / (ENSEMBLE_FACTOR * floor[outside])
+        factors[name] = float(np.quantile(ratio, channel.limits.share, method="lower"))
+    worst = max(factors, key=lambda name: factors[name])
+    return factors[worst], worst
+
+
+def _cluster(result: SceneComparison, ensembles: Ensembles) -> tuple[int, str, int] | None:
+    """Return model, channel and first sample of an ensemble that splits into clusters; None if none does.
+
+    Only positions and velocities are considered: a force jumps at either end of every contact, so a sample
+    there separates runs that coincide afterwards. A channel's clusters count if they last for more samples
+    than a verdict may leave unexplained.
+    """
+    clusters = []
+    for side, tables in ensembles.items():
+        for name, channel in result.channels.items():
+            if channel.verdict == "unexcited" or channel.definition.follows is not None:
+                continue
+            mask, floor = judged_samples(channel)
+            parted = clustered(np.array([table.values(name)[mask] for table in tables]), floor)
+            if parted.sum() > (1.0 - channel.limits.share) * parted.size:
+                clusters.append((int(np.flatnonzero(mask)[parted.argmax()]), side, name))
+    if not clusters:
+        return None
+    sample, side, name = min(clusters)
+    return side, name, sample
+
+
+def _farthest(
+    name: str,
+    before: SceneComparison,
+    after: SceneComparison,
+    runs: tuple[Runs, Runs],
+    ensembles: Ensembles,
+) -> tuple[int, str, int]:
+    """Return model, channel and sample with the largest underestimation of a channel's uncertainty."""
+    mask, floor = judged_samples(before.channels[name])
+    sample = int(np.flatnonzero(mask)[(_u(after, name)[mask] / floor).argmax()])
+    width = {
+        side: np.ptp([table.values(name)[sample] for table in (runs[side].base, *tables)])
+        for side, tables in ensembles.items()
+    }
+    return max(width, key=lambda side: width[side]), name, sample
+
+
+def _parting(
+    first: Sequence[Table], second: Sequence[Table], result: SceneComparison, until: float
+) -> Parting | None:
+    """Return the contact that separates two groups of runs; None if there is none, or no event tables."""
+    one, other = ([table.events for table in group if table.events is not None] for group in (first, second))
+    if not one or not other or result.period is None:
+        return None
+    return parting_contact((one, other), period=result.period, until=until)
+
+
+def _u(result: SceneComparison, name: str) -> Array:
+    u = result.channels[name].u
+    assert u is not None
+    return u

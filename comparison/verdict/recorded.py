@@ -1,0 +1,142 @@
+"""Comparison of two programs by runs that exist as tables, for programs that cannot be started here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from comparison.accuracy.levels import recorded_refinement
+from comparison.accuracy.uncertainty import TIME_ROUND_OFF, Runs
+from comparison.scene import Scene
+from comparison.tables.align import unwound
+from comparison.tables.table import Table, TableError
+from comparison.verdict.compare import compare
+from comparison.verdict.confirmation import confirm_recorded
+from comparison.verdict.results import SceneComparison
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """Runs of one program."""
+
+    base: Table
+    finer: Table | None = None
+    """None: the program has no uncertainty, and nothing else may be given."""
+    coarser: Table | None = None
+    perturbed: Sequence[Table] = ()
+    """From moved starts. The first two are part of the uncertainty, at the coarser setting if there is such a
+    run; any more form an ensemble at the setting of the base."""
+    refinement: tuple[float, float] | None = None
+    """Factor between two settings and order of the error; None: as recorded beside the base."""
+
+    @property
+    def ensemble(self) -> Sequence[Table]:
+        """Runs that confirm a difference."""
+        return self.perturbed[2:]
+
+    @property
+    def known_refinement(self) -> tuple[float, float] | None:
+        """Factor and order as given, else those of the recorded model; None for another program."""
+        record = self.base.provenance
+        model, scene = record.get("model"), record.get("scene")
+        if self.refinement is not None or not isinstance(model, str) or not isinstance(scene, dict):
+            return self.refinement
+        settings = scene.get("solver", {}).get(model)
+        return recorded_refinement(model, settings) if isinstance(settings, dict) else None
+
+    @property
+    def runs(self) -> Runs:
+        """All but the ensemble."""
+        first, second, *_ = (*self.perturbed, None, None)
+        known = self.known_refinement
+        return Runs(self.base, self.finer, first, self.coarser, second, *([] if known is None else [known]))
+
+
+def compare_recorded(
+    a: Recorded,
+    b: Recorded,
+    *,
+    scene: Scene | None,
+    labels: tuple[str, str],
+    warnings: tuple[str, ...] = (),
+    **options: Any,
+) -> SceneComparison:
+    """Compare two programs by their runs, and confirm a difference by their ensembles.
+
+    Parameters
+    ----------
+    a, b
+        With a finer run each: judged by their numerical uncertainty; with neither: by the tolerance.
+    scene, labels, warnings, options
+        As of `comparison.verdict.compare.compare`.
+
+    Raises
+    ------
+    TableError
+        If the tables cannot be compared, or only one of the programs has a finer run.
+    """
+    for label, program in zip(labels, (a, b), strict=True):
+        if program.finer is None and (program.coarser is not None or program.perturbed):
+            raise TableError(f"{label}: coarser and perturbed runs count only beside a finer one")
+    if (a.finer is None) != (b.finer is None):
+        lacks = labels[0] if a.finer is None else labels[1]
+        raise TableError(f"{lacks} has no finer run, the other one has: an uncertainty needs both or neither")
+    a, b = _at_its_times(a), _at_its_times(b)
+    if a.finer is None:
+        return compare(a.runs, b.runs, scene=scene, labels=labels, warnings=warnings, **options)
+    # Whole revolutions are taken out of the angles: runs that count them differently are one.
+    like = a.base
+    a, b = (_with_runs(program, lambda run: unwound(run, like)) for program in (a, b))
+    runs = a.runs, b.runs
+    assumed = (_assumed(label, program) for label, program in zip(labels, (a, b), strict=True))
+    warnings += tuple(filter(None, assumed))
+    judge = partial(compare, *runs, scene=scene, labels=labels, warnings=warnings, **options)
+    return confirm_recorded(
+        judge(), runs, (a.ensemble, b.ensemble), lambda ensembles: judge(ensembles=ensembles)
+    )
+
+
+def _with_runs(program: Recorded, change: Callable[[Table], Table]) -> Recorded:
+    """Return a program with all its runs changed."""
+    return replace(
+        program,
+        base=change(program.base),
+        finer=program.finer and change(program.finer),
+        coarser=program.coarser and change(program.coarser),
+        perturbed=[change(run) for run in program.perturbed],
+    )
+
+
+def _at_its_times(program: Recorded) -> Recorded:
+    """Give all runs of a program the times of its base where they differ by what adding up steps rounds."""
+    column = program.base.frame["time"]
+
+    def at_the_times_of_its_base(run: Table) -> Table:
+        # What is no number is refused by the comparison.
+        if run.frame["time"].dtype.kind not in "fiu" or run.time.size != time.size or not time.size:
+            return run
+        # Late times round coarsely.
+        rounding = max(TIME_ROUND_OFF * (time[-1] - time[0]), 4 * np.spacing(np.abs(time).max()))
+        if not 0.0 < np.abs(run.time - time).max() <= rounding:
+            return run
+        return replace(run, frame=run.frame.assign(time=time))
+
+    if column.dtype.kind not in "fiu":
+        return program
+    time = program.base.time
+    return _with_runs(program, at_the_times_of_its_base)
+
+
+def _assumed(label: str, program: Recorded) -> str:
+    """Return what the uncertainty of a program rests on for want of runs or of a statement."""
+    parts = []
+    if not program.perturbed:
+        parts.append("without perturbed runs its uncertainty leaves out how neighbouring motions diverge")
+    if program.coarser is not None and program.known_refinement is None:
+        factor, order = program.runs.refinement
+        parts.append(f"factor {factor:g} between its settings and order {order:g} of its error are assumed")
+    return f"{label}: {'; '.join(parts)}" if parts else ""

@@ -1,0 +1,205 @@
+"""Verdicts of a model with fixed steps are refined until it is known what its runs converge to.
+
+The uncertainty of Exudyn's five bodies rests on three step sizes. In stiff contacts these can err alike: two
+runs with one wrong sequence of contacts lie close together, both far from the solution (measured at 0.4 mm of
+clearance: errors of x of 1.3e-6, 7.5e-7, 7.7e-7, 1.2e-8 and 3.0e-9 m at 2, 1, 0.5, 0.25 and 0.125 us). An
+ensemble does not show that, since its starts are moved, not its steps. So a verdict other than "agree" is
+judged again with both models one level finer (five bodies at half the step), and so on:
+
+- "agree" at any level stands: numerical errors, the cause of nearly all differences, vanish with the step;
+- "differ" stands where the difference outlasts two refinements, i.e. where these have moved the five bodies
+  by a small part of it (`CONVERGED`), and the ensembles confirm it at that level. Where the third opinion
+  contradicts it, the tree of the same package at the tight tier, it must outlast all levels;
+- "differ" after which the runs still move by as much as they differ stands only where the third opinion shows
+  it as well; else what they converge to is unknown, and the verdict is "indeterminate";
+- "indeterminate" stands after `ENOUGH` levels: the motion, not the step, is what cannot be predicted;
+- a run that violates an invariant at the scene's own step gives no verdict, and a smaller step is the remedy:
+  the first verdict is that of the next level (`without_violation`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from comparison.accuracy.levels import finer
+from comparison.accuracy.tiers import tight
+from comparison.accuracy.uncertainty import Runs
+from comparison.execution.job import VIOLATED, Outcome
+from comparison.scene import Scene
+from comparison.verdict.compare import compare
+from comparison.verdict.confirmation import Run, confirm, judged_samples, too_slow
+from comparison.verdict.results import SceneComparison
+
+ENOUGH = 2
+"""Levels after which "indeterminate" stands, and after which "differ" can."""
+MOST = 4
+"""Levels at most: 2 us become 0.125 us, in 16 times the time of a run."""
+SMALLEST_STEP = 1.2e-7
+"""s; beyond `ENOUGH` levels none below this, where a run of two cycles takes minutes."""
+FINEST_TOLERANCE = 1e-12
+"""Of the reference, whose finer run is a tenth of it; below there is only round-off."""
+CONVERGED = 0.25
+"""Of a difference: the most by which either of the last two refinements moved the run, at the median of the
+samples that differ. At second order a halved step leaves a quarter of an error, so runs whose difference is
+an error move by three quarters of it at the next level.
+"""
+
+RunFamilies = Callable[[Scene], tuple[Runs, Runs] | None]
+"""Runs the families of both models at the settings of a scene; None if a run did not succeed."""
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A verdict that stands, with the runs and the scene's settings that it is of."""
+
+    comparison: SceneComparison
+    runs: tuple[Runs, Runs]
+    scene: Scene
+
+
+def settle(
+    result: SceneComparison,
+    runs: tuple[Runs, Runs],
+    *,
+    scene: Scene,
+    models: tuple[str, str],
+    run: Run,
+    run_families: RunFamilies,
+    level: int = 0,
+) -> Settled:
+    """Confirm a verdict "differ" by ensembles; one of a model with fixed steps is first refined.
+
+    Parameters
+    ----------
+    result, runs, scene, models, run
+        As of `comparison.verdict.confirmation.confirm`.
+    run_families
+        Called once a level, and once for the third opinion.
+    level
+        By which the runs are finer than the scene's own.
+    """
+    levels = [Settled(replace(result, refined=level), runs, scene)]
+    if result.verdict not in ("differ", "indeterminate") or not any(too_slow(scene, m) for m in models):
+        return _confirmed(levels[0], models, run)
+    opinion: str | None = None
+    while True:
+        last = levels[-1]
+        stays = last.comparison.verdict == "differ" and _converged(levels, models)
+        if stays and opinion is None:
+            opinion = _third_opinion(last, models, run, run_families)
+        closer = _finer(last.scene, models, level + len(levels))
+        if stays and (opinion != "agree" or closer is None):
+            return _confirmed(last, models, run)
+        if last.comparison.verdict == "indeterminate" and len(levels) > ENOUGH:
+            return last
+        again = None if closer is None else run_families(closer)
+        if closer is None or again is None:
+            break
+        levels.append(_judged(closer, again, levels[0].comparison, level + len(levels)))
+        if levels[-1].comparison.verdict == "agree":
+            return levels[-1]
+    if last.comparison.verdict != "differ":
+        return last
+    if opinion is None and len(levels) > ENOUGH:
+        opinion = _third_opinion(last, models, run, run_families)
+    if len(levels) <= ENOUGH or opinion == "differ":  # no finer run was to be had, or none is needed
+        return _confirmed(last, models, run)
+    return replace(last, comparison=replace(last.comparison, verdict="indeterminate", unsettled=True))
+
+
+def without_violation(
+    scene: Scene,
+    failed: Sequence[tuple[str, Outcome]],
+    models: tuple[str, str],
+    run_families: RunFamilies,
+) -> tuple[Scene, tuple[Runs, Runs], str] | None:
+    """Return scene and families one level finer, where stepped models violate an invariant at their steps.
+
+    Parameters
+    ----------
+    scene, models, run_families
+        As of `settle`.
+    failed
+        Each run that did not succeed, by its model; at least one.
+
+    Returns
+    -------
+    scene, runs, warning
+        None if a model failed otherwise, or fails again.
+    """
+    if any(outcome.status != VIOLATED or not too_slow(scene, model) for model, outcome in failed):
+        return None
+    closer = _finer(scene, models, 1)
+    runs = None if closer is None else run_families(closer)
+    if closer is None or runs is None:
+        return None
+    step = scene.data["solver"]["exudyn"]["step"]
+    messages = "; ".join(outcome.message for _, outcome in failed)
+    return closer, runs, f"judged at half the scene's step, {step:g} s, at which five bodies fail: {messages}"
+
+
+def _finer(scene: Scene, models: Sequence[str], level: int) -> Scene | None:
+    """Return the scene with both models one level finer; None at the last, or if one cannot be refined."""
+    closer: Scene | None = scene
+    for model in dict.fromkeys(models):
+        tolerance = scene.data["solver"].get(model, {}).get("tolerance", 1.0)
+        if closer is not None and not (model == "reference" and tolerance <= 1.01 * FINEST_TOLERANCE):
+            closer = finer(model, closer)
+    if closer is None or level > MOST:
+        return None
+    small = closer.data["solver"]["exudyn"]["step"] < SMALLEST_STEP
+    return None if small and level > ENOUGH else closer
+
+
+def _judged(closer: Scene, runs: tuple[Runs, Runs], first: SceneComparison, level: int) -> Settled:
+    comparison = compare(
+        *runs,
+        scene=closer,
+        labels=first.labels,
+        command=first.command,
+        tier=first.tier,
+        only=list(first.channels),
+    )
+    return Settled(replace(comparison, name=first.name, warnings=first.warnings, refined=level), runs, closer)
+
+
+def _converged(levels: Sequence[Settled], models: Sequence[str]) -> bool:
+    """Return whether what differs at the last level has outlasted two refinements of the stepped models."""
+    if len(levels) <= ENOUGH:
+        return False
+    comparison, scene = levels[-1].comparison, levels[-1].scene
+    ratios = []
+    for name, channel in comparison.channels.items():
+        if channel.verdict != "differ":
+            continue
+        mask, u = judged_samples(channel)
+        difference = np.abs(channel.difference[mask])
+        outside = difference > channel.limits.k * u
+        moves = [
+            np.abs(coarse.runs[side].base.values(name) - fine.runs[side].base.values(name))[mask]
+            for coarse, fine in zip(levels[-3:], levels[-2:], strict=False)
+            for side, model in enumerate(models)
+            if too_slow(scene, model)
+        ]
+        ratios.append(np.max(moves, axis=0)[outside] / difference[outside])
+    return bool(np.median(np.concatenate(ratios)) <= CONVERGED)
+
+
+def _third_opinion(last: Settled, models: tuple[str, str], run: Run, run_families: RunFamilies) -> str:
+    """Return the verdict at the tight tier, if there the tree replaces five bodies; else nothing."""
+    closer = tight(last.scene, models)
+    if closer is None or any(too_slow(closer, model) for model in models):
+        return ""
+    runs = run_families(closer)
+    if runs is None:
+        return ""
+    comparison = compare(*runs, scene=closer, labels=last.comparison.labels, tier="tight")
+    return confirm(comparison, runs, scene=closer, models=models, run=run).verdict
+
+
+def _confirmed(last: Settled, models: tuple[str, str], run: Run) -> Settled:
+    comparison = confirm(last.comparison, last.runs, scene=last.scene, models=models, run=run)
+    return replace(last, comparison=replace(comparison, refined=last.comparison.refined))

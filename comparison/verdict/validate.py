@@ -1,0 +1,280 @@
+"""The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them.
+
+A verdict "differ" is confirmed by ensembles, and any but "agree" of five bodies by finer runs
+(`comparison.verdict.refinement`), once all scenes are judged; where the models agree no run is added.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from comparison.accuracy.levels import solver_values, with_declared
+from comparison.accuracy.thresholds import thresholds
+from comparison.accuracy.tiers import TIERS, tight
+from comparison.accuracy.uncertainty import Runs
+from comparison.agreement.planned_runs import families, ideal_runs, sorted_runs, table_of_family
+from comparison.execution.job import MODELS, Job, Outcome, Progress, describe
+from comparison.execution.run import run_all
+from comparison.reliability.difference import ReliabilityComparison, compare_reliability
+from comparison.reliability.ideal import dense_scene
+from comparison.scene import Scene
+from comparison.tables.table import Table, TableError
+from comparison.verdict.compare import compare
+from comparison.verdict.confirmation import Run
+from comparison.verdict.refinement import RunFamilies, settle, without_violation
+from comparison.verdict.results import SceneComparison, no_comparison
+
+Outcomes = dict[tuple[str, str], Outcome]
+"""By model and name of the run in its family."""
+
+
+@dataclass(frozen=True)
+class Validation:
+    """Results of a scene.
+
+    Attributes
+    ----------
+    comparison
+        At the standard tier, and in its ``tight`` at the tight one. The verdict is "cannot compare", and
+        there are no channels, where a run did not succeed.
+    runs
+        Model -> its runs at the standard tier, where all of them succeeded.
+    crashed
+        Whether a run crashed.
+    partial
+        Table of the run that a verdict "cannot compare" names, by tier, model and run ("tight exudyn finer"):
+        up to where the model stopped, or complete where the run violated an invariant.
+    tracebacks
+        Of the run that crashed with an exception, by the same names.
+    """
+
+    comparison: SceneComparison
+    runs: dict[str, Runs] = field(default_factory=dict)
+    crashed: bool = False
+    partial: dict[str, Table] = field(default_factory=dict)
+    tracebacks: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """A comparison to be made at one tier."""
+
+    scene: Scene
+    tier: str
+    models: tuple[str, str]
+    command: str
+    closer_command: str = ""
+
+    @cached_property
+    def jobs(self) -> list[dict[tuple[str, str], Job]]:
+        """Runs of the verdict, those with the samples of the reliability, those of the ideal mechanism."""
+        dense = families(dense_scene(self.scene), self.models)
+        return [families(self.scene, self.models), dense, ideal_runs(self.scene, self.models)]
+
+    def compare(self, scene: Scene, runs: tuple[Runs, Runs], *warnings: str) -> SceneComparison:
+        """Compare runs at the settings of a scene."""
+        return compare(
+            *runs,
+            scene=scene,
+            tolerance=scene.tolerance,
+            labels=self.models,
+            command=self.command,
+            warnings=warnings,
+            tier=self.tier,
+        )
+
+
+def validate(
+    scenes: Sequence[Scene],
+    *,
+    models: tuple[str, str] = MODELS,
+    n_jobs: int = 1,
+    accuracy: str | float | None = None,
+    tiers: Sequence[str] = TIERS,
+    on_progress: Progress | None = None,
+) -> list[Validation]:
+    """Run the scenes by two models and compare.
+
+    Parameters
+    ----------
+    scenes
+        Scenes to run.
+    models
+        Built-in or installed models. A model with neither a tolerance nor a step in its settings cannot be
+        refined: then the scene's ``[compare] tolerance`` decides.
+    n_jobs
+        Worker processes.
+    accuracy
+        For both models at the standard tier, see `comparison.accuracy.levels.solver_values`; None: the
+        scenes' settings.
+    tiers
+        "standard", or both; the tight tier is for the built-in models only, see `comparison.accuracy.tiers`.
+    on_progress
+        Called with the finished share, 0 to 1; again from 0 for each finer level and each ensemble.
+
+    Raises
+    ------
+    AccuracyError
+        If the accuracy is out of reach.
+    EngineError
+        If a model is not known.
+
+    Notes
+    -----
+    Uses worker processes: a script that calls this needs ``if __name__ == "__main__":``.
+    """
+
+    def run_jobs(jobs: dict[tuple[str, str], Job]) -> Outcomes:
+        return dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
+
+    def run(starts: Sequence[Scene], model: str) -> list[Table]:
+        members = run_all([Job(start, model) for start in starts], n_jobs, on_progress)
+        return [outcome.table for outcome in members if outcome.table is not None]
+
+    def run_families(scene: Scene) -> tuple[Runs, Runs] | None:
+        outcomes = run_jobs(families(scene, models))
+        if _failed(outcomes):
+            return None
+        runs = sorted_runs(scene, models, outcomes)
+        return runs[models[0]], runs[models[1]]
+
+    plans = [plan for scene in scenes for plan in _plans(scene, models, accuracy, tiers)]
+    parts = [part for plan in plans for part in plan.jobs]
+    outcomes = iter(run_all([job for part in parts for job in part.values()], n_jobs, on_progress))
+    finished = iter([{which: next(outcomes) for which in part} for part in parts])
+    results: list[Validation] = []
+    for plan in plans:
+        own, dense, ideal = next(finished), next(finished), next(finished)
+        result = _settled(plan, own, run, run_families)
+        if result.runs:
+            reliability = _reliability(plan, dense, ideal)
+            result = replace(result, comparison=replace(result.comparison, reliability=reliability))
+        if plan.tier == "standard":
+            results.append(result)
+        else:
+            results[-1] = _with_tight(results[-1], result)
+    return results
+
+
+def options(models: Sequence[str], accuracy: str | float | None, tiers: Sequence[str]) -> list[str]:
+    """Return the options by which ``sixbar validate`` does the same as `validate`."""
+    return (
+        ([] if "tight" in tiers else ["--quick"])
+        + (["--models", ",".join(models)] if tuple(models) != MODELS else [])
+        + (["--accuracy", str(accuracy)] if accuracy is not None else [])
+    )
+
+
+def _plans(
+    scene: Scene, models: tuple[str, str], accuracy: str | float | None, tiers: Sequence[str]
+) -> list[_Plan]:
+    """Return the comparisons of a scene, one a tier."""
+    usual = with_declared(scene, models)
+    strict = tight(usual, models) if "tight" in tiers else None
+    if accuracy is not None:
+        values: dict[str, object] = {}
+        for model in models:
+            values |= solver_values(model, accuracy, usual)
+        usual = usual.variant(values)
+    command, closer = (
+        scene.command("validate", *options(models, wanted, tiers)) for wanted in (accuracy, "strict")
+    )
+    refinable = set(models) <= set(MODELS) and accuracy in (None, "draft", "standard")
+    plans = [_Plan(usual, "standard", models, command, closer if refinable else "")]
+    return plans if strict is None else [*plans, _Plan(strict, "tight", models, command)]
+
+
+def _failed(outcomes: Outcomes) -> Outcomes:
+    """Return the outcomes without a table that a family can use."""
+    return {
+        which: outcome for which, outcome in outcomes.items() if table_of_family(which[1], outcome) is None
+    }
+
+
+def _settled(plan: _Plan, outcomes: Outcomes, run: Run, run_families: RunFamilies) -> Validation:
+    """Compare the runs; confirm a difference, withdraw it, or refine the runs until the verdict stands."""
+    scene, models, level = plan.scene, plan.models, 0
+    failed = _failed(outcomes)
+    if failed:
+        finer = without_violation(
+            scene, [(model, outcome) for (model, _), outcome in failed.items()], models, run_families
+        )
+        if finer is None:
+            return _failure(plan, failed)
+        (scene, pair, warning), level = finer, 1
+        comparison = plan.compare(scene, pair, warning)
+    else:
+        runs = sorted_runs(scene, models, outcomes)
+        pair = runs[models[0]], runs[models[1]]
+        try:
+            comparison = plan.compare(scene, pair)
+        except TableError as error:
+            return Validation(_refused(plan, f"scene {scene.name!r}: {error}"))
+    settled = settle(
+        comparison, pair, scene=scene, models=models, run=run, run_families=run_families, level=level
+    )
+    comparison = replace(settled.comparison, ran=settled.scene, closer_command=plan.closer_command)
+    return Validation(comparison, dict(zip(models, settled.runs, strict=True)))
+
+
+def _refused(plan: _Plan, error: str, failed: Job | None = None) -> SceneComparison:
+    refusal = no_comparison(
+        plan.scene, error, labels=plan.models, command=plan.command, tier=plan.tier, failed=failed
+    )
+    return replace(refusal, ran=plan.scene)
+
+
+def _failure(plan: _Plan, failed: Outcomes) -> Validation:
+    """Report a run that did not succeed: of several the first that crashed, if one did."""
+    which = next((name for name in failed if failed[name].status == "crashed"), next(iter(failed)))
+    name, outcome, job = " ".join((plan.tier, *which)), failed[which], plan.jobs[0][which]
+    refusal = _refused(plan, describe(job, outcome), None if outcome.status == "bad input" else job)
+    return Validation(
+        refusal,
+        crashed=outcome.status == "crashed",
+        partial={} if outcome.partial is None else {name: outcome.partial},
+        tracebacks={name: outcome.traceback} if outcome.traceback else {},
+    )
+
+
+def _with_tight(usual: Validation, closer: Validation) -> Validation:
+    return replace(
+        usual,
+        comparison=replace(usual.comparison, tight=closer.comparison),
+        crashed=usual.crashed or closer.crashed,
+        partial=usual.partial | closer.partial,
+        tracebacks=usual.tracebacks | closer.tracebacks,
+    )
+
+
+def _reliability(plan: _Plan, dense: Outcomes, ideal: Outcomes) -> ReliabilityComparison | None:
+    """Compare the reliabilities of both models; a failed run for it is only reported.
+
+    None where an installed model does not run the ideal mechanism at all: it refuses it, or lacks channels.
+    """
+    scene, (a, b) = plan.scene, plan.models
+    unable = ("bad input", "unusable")
+    if any(model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()):
+        return None
+    _, dense_jobs, ideal_jobs = plan.jobs
+    for what, jobs, outcomes in (
+        ("with more samples", dense_jobs, dense),
+        ("the ideal mechanism", ideal_jobs, ideal),
+    ):
+        for which, outcome in _failed(outcomes).items():
+            missing = f"{what}: {describe(jobs[which], outcome)}"
+            return ReliabilityComparison(scene.reliability, missing=missing)
+    runs, ideals = (sorted_runs(scene, plan.models, outcomes) for outcomes in (dense, ideal))
+    try:
+        quantities = compare_reliability(
+            (runs[a], runs[b]),
+            (ideals[a], ideals[b]),
+            scene.period,
+            scene.reliability,
+            thresholds(plan.tier).k,
+        )
+    except TableError as error:
+        return ReliabilityComparison(scene.reliability, missing=str(error))
+    return ReliabilityComparison(scene.reliability, quantities)

@@ -1,0 +1,1 @@
+"""Sentences about results: the only place that makes them, of numbers that other rooms found."""

@@ -1,0 +1,146 @@
+"""A comparison as a mapping: all results without curves, for JSON."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, fields
+from typing import Any
+
+from comparison.agreement.contact_states import of_scene, pin_of_scene
+from comparison.metrics.impacts import Impacts
+from comparison.reliability.difference import Difference, ReliabilityComparison
+from comparison.reliability.errors import unit_of
+from comparison.verdict.results import Attribution, ChannelComparison, Confirmation, SceneComparison
+from comparison.words import verdicts as words
+
+_NUMBERS = (
+    "coverage",
+    "coverage_error",
+    "explained",
+    "max_difference",
+    "rms_difference",
+    "rms_error",
+    "max_scaled",
+    "rms_scaled",
+    "ratio",
+    "largest_ratio",
+    "worst_time",
+    "worst_difference",
+    "worst_threshold",
+    "outside",
+)
+
+
+def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
+    """Return all results without curves, for JSON; undefined numbers are nan (written as null)."""
+    return {
+        "name": comparison.name,
+        "tier": comparison.tier,
+        "refined": comparison.refined,
+        "title": comparison.title,
+        "verdict": comparison.verdict,
+        "reason": words.scene_reason(comparison),
+        "decisive_channel": None if comparison.decisive is None else comparison.decisive.channel,
+        "ratio": None if comparison.decisive is None else comparison.decisive.ratio,
+        "warnings": list(comparison.warnings),
+        "labels": list(comparison.labels),
+        "samples": int(comparison.time.size),
+        "time_shift": None if comparison.shift is None else vars(comparison.shift),
+        "command": comparison.command,
+        "situations": dict(zip(comparison.labels, of_scene(comparison), strict=True)),
+        "crank_pin_contact": dict(zip(comparison.labels, pin_of_scene(comparison), strict=True)),
+        "confirmation": None
+        if comparison.confirmation is None
+        else _confirmation(comparison.confirmation) | {"sentence": words.confirmation(comparison)},
+        "attribution": _attribution(comparison.attribution)
+        | {"sentences": words.attribution_lines(comparison)}
+        if comparison.channels
+        else None,
+        "impacts": None
+        if comparison.impacts is None
+        else {part: _impacts(impacts) for part, impacts in comparison.impacts.items()},
+        "reliability": None
+        if comparison.reliability is None
+        else _reliability(comparison.reliability, comparison.labels),
+        "channels": {name: _channel(channel) for name, channel in comparison.channels.items()},
+        "provenance": comparison.provenance,
+        "tight": None if comparison.tight is None else as_mapping(comparison.tight),
+    }
+
+
+def _confirmation(result: Confirmation) -> dict[str, Any]:
+    numbers = {
+        key: value for key, value in asdict(result).items() if key not in ("doubt", "parting", "parted")
+    }
+    return numbers | {"suspicious": result.suspicious, "contact": words.parting(result)}
+
+
+def _attribution(result: Attribution) -> dict[str, Any]:
+    numbers = asdict(result)
+    refinements = [asdict(change) for change in result.refinements]
+    return numbers | {"refinements": refinements}
+
+
+def _channel(channel: ChannelComparison) -> dict[str, Any]:
+    numbers = {name: getattr(channel, name) for name in _NUMBERS}
+    return {
+        "verdict": channel.verdict,
+        "reason": words.reason(channel),
+        "unit": channel.unit,
+        "scale": channel.scale,
+        **numbers,
+        "information": dict(channel.metrics),
+    }
+
+
+def _reliability(found: ReliabilityComparison, labels: tuple[str, str]) -> dict[str, Any]:
+    return {
+        "verdict": found.verdict,
+        "missing": found.missing,
+        "bins": found.settings.bins,
+        "errors": found.settings.errors,
+        "quantities": {
+            name: _quantity(name, difference, labels) for name, difference in found.quantities.items()
+        },
+    }
+
+
+def _quantity(name: str, found: Difference, labels: tuple[str, str]) -> dict[str, Any]:
+    models = {
+        label: {
+            "smallest": of.minimum,
+            "smallest_interval": list(of.interval),
+            "smallest_at_deg": float(of.angle[of.worst]),
+            "reliability": of.reliability.tolist(),
+            "low": of.low.tolist(),
+            "high": of.high.tolist(),
+            "at_cap": of.capped.tolist(),
+            "mean": of.mean.tolist(),
+            "deviation": of.deviation.tolist(),
+            "within": of.within.tolist(),
+            "within_low": of.within_low.tolist(),
+            "within_high": of.within_high.tolist(),
+        }
+        for label, of in zip(labels, (found.a, found.b), strict=True)
+    }
+    return {
+        "verdict": found.verdict,
+        "unit": unit_of(name),
+        "lower_limit": found.a.limits.lower,
+        "upper_limit": found.a.limits.upper,
+        "cap": found.a.cap,
+        "angle_deg": found.a.angle.tolist(),
+        "cycles": found.a.cycles.tolist(),
+        "difference": found.minimum,
+        "half_width_sampling": found.sampling,
+        "half_width_numerical": found.numerical,
+        "half_width_quadrature": found.quadrature,
+        "half_width": found.half_width,
+        "differences": found.curve.tolist(),
+        "half_widths": found.curve_half_width.tolist(),
+        "models": models,
+    }
+
+
+def _impacts(impacts: Impacts) -> dict[str, Any]:
+    numbers = {field.name: getattr(impacts, field.name) for field in fields(impacts) if field.name != "pairs"}
+    return {"matched": len(impacts.pairs), **numbers}

@@ -1,0 +1,178 @@
+"""Runs from files: the uncertainty and the verdict of `sixbar validate`, and what is missing is said."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparison.accuracy.uncertainty import Runs
+from comparison.cli import main
+from comparison.scene import load_scene
+from comparison.tables.table import Table, TableError
+from comparison.tables.table_files import read, write
+from comparison.verdict.confirmation import ENOUGH
+from comparison.verdict.recorded import Recorded, compare_recorded
+from comparison.verdict.validate import Validation, validate
+from comparison.words.verdicts import confirmation, scene_reason
+
+pytestmark = pytest.mark.usefixtures("elsewhere")
+KINDS = {"finer": "finer", "coarser": "coarser", "perturbed": "perturbed", "other_perturbed": "perturbed"}
+
+
+def files(validation: Validation, folder: Path) -> list[str]:
+    """Write all runs; the command line that compares them."""
+    arguments = []
+    for side, (model, runs) in zip("ab", validation.runs.items(), strict=True):
+        arguments.insert(0 if side == "a" else 1, str(write(runs.base, folder / f"{model}.csv")))
+        for kind, option in KINDS.items():
+            path = write(getattr(runs, kind), folder / f"{model}-{kind}.csv")
+            arguments += [f"--{option}-{side}", str(path)]
+    return ["compare", *arguments]
+
+
+def recorded(validation: Validation, folder: Path) -> list[Recorded]:
+    def table(model: str, kind: str) -> Table:
+        return read(folder / f"{model}-{kind}.csv")
+
+    return [
+        Recorded(
+            read(folder / f"{model}.csv"),
+            table(model, "finer"),
+            table(model, "coarser"),
+            [table(model, "perturbed"), table(model, "other_perturbed")],
+        )
+        for model in validation.runs
+    ]
+
+
+@pytest.mark.usefixtures("fake_models")
+@pytest.mark.parametrize("case", ["alike", "differ"])
+def test_files_of_a_validation_give_its_uncertainty_and_verdict_bit_for_bit(
+    scene_file, gravity, tmp_path, capsys, case
+):
+    scene = load_scene(scene_file("own", gravity.differ if case == "differ" else 9.81))
+    (run,) = validate([scene], tiers=["standard"])
+    command = files(run, tmp_path)
+    result = compare_recorded(*recorded(run, tmp_path), scene=scene, labels=("reference", "exudyn"))
+    for name, expected in run.comparison.channels.items():
+        found = result.channels[name]
+        for part in ("u_a", "u_b", "u", "difference", "predictable"):
+            assert getattr(found, part).tobytes() == getattr(expected, part).tobytes(), (name, part)
+        for part in ("verdict", "coverage", "explained", "scale", "basis", "worst_time"):
+            np.testing.assert_equal(getattr(found, part), getattr(expected, part), err_msg=f"{name} {part}")
+    assert (result.verdict, result.coverage, scene_reason(result)) == (
+        run.comparison.verdict,
+        run.comparison.coverage,
+        scene_reason(run.comparison),
+    )
+    capsys.readouterr()
+    # The command line finds the scene beside the tables.
+    assert main([*command, "--json", "n.json"]) == (1 if case == "differ" else 0)
+    numbers = json.loads(Path("n.json").read_text())
+    assert numbers["reason"] == scene_reason(run.comparison)
+    assert numbers["attribution"]["explained"] == pytest.approx(
+        run.comparison.attribution.explained, rel=1e-15
+    )
+    if case == "differ":
+        # `validate` ran ensembles; from files there is none.
+        assert run.comparison.confirmation.outcome == "confirmed"
+        assert numbers["confirmation"]["outcome"] == "unconfirmed"
+        assert "differ (unconfirmed, 0 runs)" in capsys.readouterr().out
+
+
+TIME = np.arange(401) * 2e-3
+
+
+def runs(error: float, wave: float = 0.0, count: int = 2, spread: float = 1e-9) -> Recorded:
+    """Runs of a method of second order; perturbed ones lie around the base."""
+    rng = np.random.default_rng(1)
+
+    def table(size: float, offset: float = 0.0) -> Table:
+        y = 0.1 * np.cos(9 * TIME) * (1 + size + wave) + offset
+        return Table(pd.DataFrame({"time": TIME, "slider_y": y}))
+
+    perturbed = [table(4 * error, spread), table(4 * error, -spread)][:count]
+    ensemble = [table(error, spread * rng.standard_normal()) for _ in range(count - 2)]
+    return Recorded(table(error), table(error / 4), table(4 * error), [*perturbed, *ensemble])
+
+
+def verdict(a: Recorded, b: Recorded, **options):
+    return compare_recorded(a, b, scene=None, labels=("a", "b"), **options)
+
+
+def test_without_a_scene_the_period_sets_the_window():
+    assert verdict(runs(1e-6), runs(2e-6)).verdict == "agree"
+    # A window of the whole span takes the largest error everywhere.
+    wide = verdict(runs(1e-6), runs(2e-6), period=100.0).channels["slider_y"].u
+    assert np.ptp(wide) == 0.0
+    assert np.ptp(verdict(runs(1e-6), runs(2e-6)).channels["slider_y"].u) > 0.0
+
+
+def test_the_refinement_of_a_program_is_assumed_aloud_or_stated():
+    result = verdict(runs(1e-6), replace(runs(1e-6), refinement=(2.0, 2.0)))
+    assert result.warnings == ("a: factor 2 between its settings and order 2 of its error are assumed",)
+    # Of fourth order the three levels do not show it: a factor of safety of 3 instead of 1.25 * 4 / 3.
+    other = verdict(runs(1e-6), replace(runs(1e-6), refinement=(2.0, 4.0)))
+    assert (other.channels["slider_y"].u_b >= 1.7 * result.channels["slider_y"].u_b).all()
+
+
+def test_a_difference_stays_unconfirmed_without_enough_runs_and_is_confirmed_by_them():
+    for count, outcome in ((2, "unconfirmed"), (2 + ENOUGH - 1, "unconfirmed"), (2 + ENOUGH, "confirmed")):
+        result = verdict(runs(1e-7, count=count), runs(1e-7, wave=1e-3, count=count))
+        assert (result.verdict, result.confirmation.outcome) == ("differ", outcome)
+        assert result.confirmation.members == (count - 2, count - 2)
+    assert "no runs from moved starts" in confirmation(verdict(runs(1e-7), runs(1e-7, wave=1e-3)))
+
+
+def test_an_ensemble_that_spreads_as_far_withdraws_the_difference():
+    a, b = (
+        replace(of, perturbed=[of.base, of.base, *of.perturbed[2:]])
+        for of in (runs(1e-7, count=42, spread=1e-4), runs(1e-7, wave=1e-4, count=42, spread=1e-4))
+    )
+    result = verdict(a, b)
+    assert (result.verdict, result.confirmation.outcome) == ("agree", "underestimated")
+
+
+def test_runs_that_make_no_uncertainty_are_refused():
+    whole = runs(1e-6)
+    with pytest.raises(TableError, match=r"^b has no finer run, the other one has"):
+        verdict(whole, Recorded(whole.base))
+    with pytest.raises(TableError, match=r"^b: coarser and perturbed runs count only beside a finer one"):
+        verdict(whole, Recorded(whole.base, None, whole.coarser))
+    lean = Recorded(whole.base, whole.finer)
+    assert "leaves out how neighbouring motions diverge" in verdict(lean, whole).warnings[0]
+    assert Runs(whole.base).refinement == lean.runs.refinement
+    other = replace(whole, finer=Table(whole.finer.frame.iloc[::2].reset_index(drop=True)))
+    with pytest.raises(TableError, match=r"^b finer: its times differ from those of b$"):
+        verdict(whole, other)
+
+
+def test_times_that_differ_by_the_rounding_of_added_steps_are_the_same():
+    whole = runs(1e-6)
+    one = Table(whole.finer.frame.assign(time=TIME + 1e-14 * np.sin(1e5 * TIME)))
+    found = verdict(replace(whole, finer=one), whole).channels["slider_y"]
+    assert found.u_a.tobytes() == verdict(whole, whole).channels["slider_y"].u_a.tobytes()
+    late = Table(whole.finer.frame.assign(time=TIME + 1e-10 * (TIME > 0.4)))
+    with pytest.raises(TableError, match=r"^a finer: its times differ from those of a$"):
+        verdict(replace(whole, finer=late), whole)
+
+
+@pytest.mark.parametrize("which", ["base", "finer", "coarser"])
+def test_a_heading_among_the_times_is_refused(which):
+    whole = runs(1e-6)
+    table = getattr(whole, which)
+    bad = Table(table.frame.assign(time=["time", *map(str, table.time[1:])]))
+    with pytest.raises(TableError, match=r"^a.*: time is not a number in data row 1: 'time'$"):
+        verdict(replace(whole, **{which: bad}), whole)
+
+
+@pytest.mark.parametrize("text", ["2", "1,2", "a,b", "2,0", "2,4,1"])
+def test_a_refinement_that_is_none_is_bad_input(text, tmp_path, capsys):
+    path = write(runs(1e-6).base, tmp_path / "a.csv")
+    assert main(["compare", str(path), str(path), "--refinement-a", text]) == 2
+    assert "must be a factor above 1 and an order" in capsys.readouterr().err

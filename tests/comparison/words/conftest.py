@@ -1,0 +1,39 @@
+"""Scenes of a made-up press."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from bouncing_press import make_scene
+
+from comparison.verdict.results import SceneComparison
+
+
+@pytest.fixture(scope="session")
+def scene() -> SceneComparison:
+    """Two crank cycles on which both models agree."""
+    return make_scene()
+
+
+@pytest.fixture(scope="session")
+def differing() -> SceneComparison:
+    """The same with the second model's normal forces 3 % too large."""
+    return make_scene(
+        "stiff", alter=lambda columns: {k: 1.03 * v if "normal" in k else v for k, v in columns.items()}
+    )
+
+
+@pytest.fixture
+def broken(scene: SceneComparison) -> SceneComparison:
+    """A scene that could not be compared, with a title that a careless page would run."""
+    return replace(
+        scene,
+        name="broken",
+        title="<script>alert('x')</script> & $x^2$",
+        verdict="cannot compare",
+        error="exudyn: slider_vx is nan in row 17",
+        channels={},
+        events=(None, None),
+        provenance={},
+    )
