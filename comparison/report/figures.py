@@ -87,26 +87,25 @@ def _models(axes: Axes, scene: SceneComparison, channel: ChannelComparison) -> N
 def _difference(axes: Axes, channel: ChannelComparison) -> None:
     """Plot |difference|, the largest of each column, its threshold, and crosses where it is beyond."""
     time, size, threshold = channel.time, np.abs(channel.difference), channel.threshold
-    axes.set_yscale("log", nonpositive="clip")
+    edge = svg.envelope(size if threshold is None else threshold)
     kept = svg.upper_envelope(size)
+    shown = size[kept] if threshold is None else np.concatenate([size[kept], threshold[edge]])
+    axes.set_yscale("log", nonpositive="clip")
+    axes.set_ylim(*_decades(shown))
     axes.plot(time[kept], size[kept], color=svg.DIFFERENCE, label="|difference|")
-    shown = [size[kept]]
     if threshold is not None:
-        kept = svg.envelope(threshold)
         axes.plot(
-            time[kept],
-            threshold[kept],
+            time[edge],
+            threshold[edge],
             color=svg.THRESHOLD,
             lw=1.2,
             dashes=(3.5, 1.2, 1, 1.2),
             label=threshold_name(channel),
         )
-        shown.append(threshold[kept])
     if (beyond := channel.beyond).any():
         marks = svg.upper_envelope(np.where(beyond, size, 0.0), _CROSSES)
         marks = marks[beyond[marks]]
         axes.plot(time[marks], size[marks], "x", color=svg.OUTSIDE, ms=4, label="beyond")
-    axes.set_ylim(*_decades(np.concatenate(shown)))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_locator(LogLocator(numticks=6))
     # Powers as plain text: laid out as mathematics they took half of the time of a drawing.

@@ -214,7 +214,9 @@ def _tier(tier: SceneComparison, key: str) -> dict[str, Any]:
     card = verdicts.card(tier)
     facts = {
         "Predictable": percent(tier.coverage, tier.coverage_error),
-        "Of these explained": percent(tier.attribution.explained),
+        "Within the tolerance" if isnan(tier.coverage) else "Of these explained": percent(
+            tier.attribution.explained
+        ),
         "Order of convergence": card.order,
     }
     return {

@@ -1,7 +1,7 @@
 """Data of the interactive plots: curves of two or more models, their differences and thresholds, packed.
 
 The numbers have the digits that a plot shows, are deflated, and written as Base64; ``plots.js`` reads them.
-Of a channel the first model's values are stored in 65,535 steps of their range, the others by their
+Of a channel the first model's values are stored in 65,534 steps of their range, the others by their
 difference from it and the threshold with 5 bits of mantissa, i.e. to 1.6 %.
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -154,14 +155,16 @@ def _pack(
 ) -> str:
     kept = _kept(curves, time)
     described, arrays = [], []
-    step = (time[-1] - time[0]) / (time.size - 1)
-    even = np.abs(time - time[0] - step * np.arange(time.size)).max() <= _UNIFORM * (time[-1] - time[0])
+    interval = (time[-1] - time[0]) / (time.size - 1)
+    even = np.abs(time - time[0] - interval * np.arange(time.size)).max() <= _UNIFORM * (time[-1] - time[0])
     arrays.append(_integers(np.diff(kept, prepend=0)) if even else _planes(time[kept] - time[0], "<f8"))
     for curve in curves:
         first, *others = (np.asarray(values)[kept] - curve.zero for values in curve.models)
+        # Zero lies on the grid of values, so that what does not touch or move is exactly zero.
         low, high = float(first.min()), float(first.max())
-        steps = np.rint((first - low) * (65535.0 / (high - low))) if high > low else np.zeros(kept.size)
-        arrays.append(_integers(np.diff(steps, n=2, prepend=[0.0, 0.0])))
+        step = (high - low) / 65534.0 or abs(low) or 1.0
+        lowest = math.floor(low / step)
+        arrays.append(_integers(np.diff(np.rint(first / step) - lowest, n=2, prepend=[0.0, 0.0])))
         arrays += [_halves(first - other) for other in others]
         if curve.threshold is not None:
             # The sign is free: negative where the sample is not predictable.
@@ -177,7 +180,7 @@ def _pack(
                 "unit": pretty_unit(curve.unit),
                 "verdict": curve.verdict,
                 "guide": bool(curve.zero),
-                "range": [low, high],
+                "grid": [lowest, step],
                 "threshold": curve.threshold is not None,
                 "outside": beyond[:1].tolist(),
             }
@@ -192,7 +195,7 @@ def _pack(
         "samples": int(kept.size),
         "of": int(time.size),
         "start": float(time[0]),
-        "step": float(step) if even else None,
+        "step": float(interval) if even else None,
         "contacts": [_contacts(table) for table in events],
         "first": [name for name in dict.fromkeys(head["first"]) if name in names] or names[:1],
         "pulses": resolved,

@@ -37,8 +37,8 @@ function animate(viewer) {
     slider.setAttribute("y", (at(F)[1] - slider.height.baseVal.value / 2).toFixed(1));
     heading.textContent = `press at ${t.toFixed(4)} s`;
     // Relative displacements are enlarged alike, so that a corner touches its wall where its gap is zero.
-    const forces = Object.keys(corners).map(name => channel(`corner_${name}_normal`)).filter(Boolean).flatMap(c => c.range[1]);
-    const strongest = Math.max(1e-12, ...data.contacts.flat().map(k => k[3]), ...forces);
+    data.strongest ??= Math.max(1e-12, ...data.contacts.flat().map(k => k[3]), ...Object.keys(corners)
+      .flatMap(name => channel(`corner_${name}_normal`)?.values[0] ?? []));
     data.labels.forEach((_, side) => {
       const value = name => channel(name)?.values[side][index] ?? 0, model = STYLES[side].name;
       const x = value("slider_x"), turned = value("slider_angle") * g.length / 2;
@@ -47,7 +47,7 @@ function animate(viewer) {
       part(`.body.${model}`).setAttribute("points", Object.values(places).map(p => p.map(v => v.toFixed(1)).join()).join(" "));
       for (const [name, [i]] of Object.entries(corners)) {
         // Square root: small forces beside the peak of the first impact remain visible.
-        const force = value(`corner_${name}_normal`), long = force > 0 ? 8 + 40 * Math.sqrt(Math.min(1, force / strongest)) : 0;
+        const force = value(`corner_${name}_normal`), long = force > 0 ? 8 + 40 * Math.sqrt(Math.min(1, force / data.strongest)) : 0;
         const [px, py] = places[name], z = py + (side ? 3 : -3), way = -i;
         part(`.force.${model}.${name}`).setAttribute("d", long ? `M${px} ${z}h${way * long}M${px + way * 5} ${z - 3}L${px} ${z}l${way * 5} 3` : "");
       }

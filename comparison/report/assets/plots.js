@@ -87,8 +87,8 @@ function unpack(bytes) {
   head.pairs = [];
   for (let a = 0; a < models; a++) for (let b = a + 1; b < models; b++) head.pairs.push([a, b]);
   for (const c of head.channels) {
-    const [low, high] = c.range;
-    const first = Array.from(sums(sums(new Uint16Array(planes(2)))), k => low + (high - low) * k / 65535);
+    const [lowest, step] = c.grid;
+    const first = Array.from(sums(sums(new Uint16Array(planes(2)))), k => (lowest + k) * step);
     const apart = [first.map(() => 0), ...Array.from({length: models - 1}, halves)];
     c.values = apart.map((e, k) => k ? first.map((v, i) => v - e[i]) : first);
     c.sizes = head.pairs.map(([a, b]) => apart[b].map((e, i) => Math.abs(e - apart[a][i]) || null));
