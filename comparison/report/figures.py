@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from comparison.agreement.refinement.work_precision import WorkPrecision
 
 _HEIGHT = 3.3  # inches, of a scene's figure
-_LEFT, _RIGHT = 0.155, 0.985  # of its width
+_LEFT, _RIGHT = 0.175, 0.965  # of its width
 _DECADES = 16  # of a logarithmic axis at most: double precision has no more
 _CROSSES = 80  # at most, to remain distinguishable
 _LONGEST = 24  # letters of a name in a legend
@@ -122,7 +122,7 @@ def _decades(values: Array) -> tuple[float, float]:
 
 
 def _name_axis(axes: Axes, name: str, unit: str) -> None:
-    axes.yaxis.set_label_coords(-0.125, 0.5)
+    axes.yaxis.set_label_coords(-0.135, 0.5)
     axes.set_ylabel(f"{name}\n({unit})" if unit else name, parse_math=False)
 
 
