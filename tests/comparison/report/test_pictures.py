@@ -121,9 +121,9 @@ def test_one_call_makes_a_table_that_shows_and_draws_itself(fake_model, central_
     assert list(table.frame)[:2] == ["time", "slider_x"]
     assert len(table.events) == 1
     shown = table._repr_html_()
-    assert shown.startswith("<table><caption>")
+    assert shown.startswith("<p>")
     assert "success; 401 samples to 0.800 s, 1 contacts" in shown
-    assert shown.count("<tr>") == 1 + len(table.channels)
+    assert shown.count("<tr") == 1 + len(table.channels)
     (axes,) = table.plot().axes
     assert axes.get_ylabel().startswith("slider x")
     upper, lower = table.plot("slider_vx", "slider_vy", other=table).axes
