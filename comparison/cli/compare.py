@@ -2,28 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from comparison.cli.console import saved, say, warn
-from comparison.cli.layout import wrapped
-from comparison.cli.options import REPORTS, AllowIndeterminate, OutFolder
+from comparison.cli.console import print_json, saved, say, warn, wrapped
+from comparison.cli.options import REPORTS, AllowIndeterminate, AsJson, OfScene, OutFolder
 from comparison.cli.pages import write_page
 
 if TYPE_CHECKING:
     from comparison.tables.table import Table
     from comparison.verdict.recorded import Recorded
 
-Finer = Annotated[Path | None, typer.Option(help="The run at a finer setting.", show_default=False)]
-Coarser = Annotated[Path | None, typer.Option(help="The run at a coarser setting.", show_default=False)]
-Starts = Annotated[
+_File = Annotated[Path, typer.Argument(hidden=True)]
+_Finer = Annotated[Path | None, typer.Option(metavar="FILE", help="The run at a finer setting.")]
+_Coarser = Annotated[Path | None, typer.Option(metavar="FILE", help="The run at a coarser setting.")]
+_Starts = Annotated[
     list[Path] | None,
     typer.Option(help="A run from a moved start; repeat for several.", metavar="FILE"),
 ]
-Refinement = Annotated[
+_Refinement = Annotated[
     str | None,
     typer.Option(
         metavar="FACTOR,ORDER", help="Factor between two settings, order of the error; default 2,2."
@@ -32,49 +33,49 @@ Refinement = Annotated[
 
 
 def compare(
-    a: Annotated[
-        Path, typer.Argument(help="A table: .csv, .parquet, .mat, .xlsx, or text of another program.")
-    ],
-    b: Annotated[Path, typer.Argument(help="The other table.")],
-    scene: Annotated[
-        str | None, typer.Option(help="Scene of the tables; default: the one recorded beside both.")
-    ] = None,
+    a: _File,
+    b: _File,
+    scene: OfScene = None,
     tolerance: Annotated[
-        float | None, typer.Option(help="Allowed difference, as a share of each channel's scale.")
+        float | None,
+        typer.Option(metavar="X", help="Allowed difference, as a share of each channel's scale."),
     ] = None,
     share: Annotated[
-        float, typer.Option(help="Share of the samples that must be within the tolerance.")
+        float, typer.Option(metavar="X", help="Share of the samples that must be within the tolerance.")
     ] = 1.0,
     mapping: Annotated[
-        Path | None, typer.Option(help="TOML file that assigns another program's columns to channels.")
+        Path | None,
+        typer.Option(metavar="FILE", help="TOML file that assigns another program's columns to channels."),
     ] = None,
     at_events: Annotated[
         str | None, typer.Option(metavar="left|right|both", help="Which rows of a repeated time count.")
     ] = None,
-    finer_a: Finer = None,
-    finer_b: Finer = None,
-    coarser_a: Coarser = None,
-    coarser_b: Coarser = None,
-    perturbed_a: Starts = None,
-    perturbed_b: Starts = None,
-    refinement_a: Refinement = None,
-    refinement_b: Refinement = None,
+    finer_a: _Finer = None,
+    finer_b: _Finer = None,
+    coarser_a: _Coarser = None,
+    coarser_b: _Coarser = None,
+    perturbed_a: _Starts = None,
+    perturbed_b: _Starts = None,
+    refinement_a: _Refinement = None,
+    refinement_b: _Refinement = None,
     period: Annotated[
         float | None,
-        typer.Option(help="Period of the motion, s; default: the scene's, else the span of the tables."),
+        typer.Option(
+            metavar="SECONDS", help="Period of the motion; by default the scene's, else the tables' span."
+        ),
     ] = None,
     out: OutFolder = None,
-    json: Annotated[Path | None, typer.Option(help="Also write the numbers to this file.")] = None,
+    json: AsJson = False,
     allow_indeterminate: AllowIndeterminate = False,
 ) -> int:
     """Compare any two tables, also of other programs.
 
-    A finer run of each, better with coarser and perturbed ones, gives their numerical uncertainty, by which
-    they are judged as by `sixbar validate`. Else a tolerance decides; without one: metrics and
-    "indeterminate".
+    A, B: .csv, .parquet, .mat, .xlsx, or text of another program. A finer run of each, better with coarser
+    and perturbed ones, gives their numerical uncertainty, by which they are judged as by `sixbar validate`.
+    Else a tolerance decides; without one: metrics and "indeterminate".
     """
     from comparison.cli.verdicts import channel_lines, verdict_lines
-    from comparison.files import check_file, check_folder, write_json
+    from comparison.files import check_folder
     from comparison.scene import command_line, load_scene
     from comparison.tables.foreign import AT_EVENTS, read_tables
     from comparison.tables.mapping import load_mapping
@@ -93,21 +94,19 @@ def compare(
     if at_events is not None and at_events not in AT_EVENTS:
         raise typer.BadParameter(f"--at-events {at_events!r} must be one of {', '.join(AT_EVENTS)}")
     folder = check_folder(out or REPORTS / "compare")
-    json = None if json is None else check_file(json)
     rules = None if mapping is None else load_mapping(mapping)
-    sides: dict[str, dict[str, Any]] = {
-        "a": {"base": a, "finer": finer_a, "coarser": coarser_a, "perturbed": perturbed_a or []},
-        "b": {"base": b, "finer": finer_b, "coarser": coarser_b, "perturbed": perturbed_b or []},
+    sides: dict[str, dict[str, list[Path]]] = {
+        "a": _runs(a, finer_a, coarser_a, perturbed_a),
+        "b": _runs(b, finer_b, coarser_b, perturbed_b),
     }
-    paths = [(side, path) for side, runs in sides.items() for path in _paths(runs)]
+    paths = [(side, path) for side, runs in sides.items() for files in runs.values() for path in files]
     tables, left_out = read_tables([path for _, path in paths], [side for side, _ in paths], rules, at_events)
     read = iter(tables)
-    both = [
-        _recorded(runs, read, refinement, f"--refinement-{side}")
-        for (side, runs), refinement in zip(sides.items(), (refinement_a, refinement_b), strict=True)
-    ]
-    bases = both[0].base, both[1].base
-    loaded, warnings = (load_scene(scene), ()) if scene is not None else recorded_scene(*bases)
+    first = _recorded(sides["a"], read, refinement_a, "--refinement-a")
+    second = _recorded(sides["b"], read, refinement_b, "--refinement-b")
+    loaded, warnings = (
+        (load_scene(scene), ()) if scene is not None else recorded_scene(first.base, second.base)
+    )
     if tolerance is None and loaded is not None:
         tolerance = loaded.tolerance
     options: dict[str, Any] = {
@@ -121,22 +120,24 @@ def compare(
         "--refinement-b": refinement_b,
     }
     further = [
-        part
+        word
         for side, runs in sides.items()
-        for kind in ("finer", "coarser", "perturbed")
-        for path in _paths({kind: runs[kind]})
-        for part in (f"--{kind}-{side}", str(path))
+        for kind, files in runs.items()
+        if kind != "base"
+        for path in files
+        for word in (f"--{kind}-{side}", str(path))
     ]
 
     def command_with(**changes: str) -> str:
         given = {name: value for name, value in (options | changes).items() if value is not None}
-        words = [part for name, value in given.items() for part in (name, str(value))]
+        words = [word for name, value in given.items() for word in (name, str(value))]
         return command_line("compare", [str(a), str(b)], {}, [*words, *further])
 
     command = command_with()
     labels = (a.stem, b.stem) if a.stem != b.stem else (str(a), str(b))
     comparison = compare_recorded(
-        *both,
+        first,
+        second,
         scene=loaded,
         tolerance=tolerance,
         share=share,
@@ -148,39 +149,38 @@ def compare(
     )
     if tolerance is None and finer_a is None:
         comparison = replace(comparison, closer_command=command_with(**{"--tolerance": "0.01"}))
-    for line in (*channel_lines(comparison), *wrapped(shift_line(comparison))):
-        typer.echo(line)
-    for line in verdict_lines([comparison], verbose=True):
-        typer.echo(line)
-    report = saved(lambda folder: write_page([comparison], folder, command), folder)
-    if json is not None:
-        numbers, name = as_mapping(comparison), json.name
-        saved(lambda folder: write_json(numbers, folder / name), json.parent)
-    say(str(report))
+    lines = (*channel_lines(comparison), *wrapped(shift_line(comparison)))
+    for line in (*lines, *verdict_lines([comparison], verbose=True)):
+        typer.echo(line, err=json)  # with colours
+    if json:
+        print_json(as_mapping(comparison))
+    say(str(saved(lambda folder: write_page([comparison], folder, command), folder)), err=json)
     warn(comparison.warnings)
     return exit_code([EXIT_CODES[comparison.verdict]], allow_indeterminate=allow_indeterminate)
 
 
-def _paths(runs: dict[str, Any]) -> list[Path]:
-    """Return the files of one program, in the order of its runs."""
-    return [
-        path
-        for files in runs.values()
-        for path in (files if isinstance(files, list) else [files])
-        if path is not None
-    ]
+def _runs(
+    base: Path, finer: Path | None, coarser: Path | None, perturbed: list[Path] | None
+) -> dict[str, list[Path]]:
+    """Return the files of one program by their part."""
+    files: dict[str, list[Path | None]] = {
+        "base": [base],
+        "finer": [finer],
+        "coarser": [coarser],
+        "perturbed": [*(perturbed or [])],
+    }
+    return {kind: [path for path in paths if path is not None] for kind, paths in files.items()}
 
 
-def _recorded(runs: dict[str, Any], tables: Any, refinement: str | None, option: str) -> Recorded:
+def _recorded(
+    runs: dict[str, list[Path]], tables: Iterator[Table], refinement: str | None, option: str
+) -> Recorded:
     from comparison.verdict.recorded import Recorded
 
-    def table(path: Path | None) -> Table | None:
-        return None if path is None else next(tables)
-
-    base = next(tables)
-    finer, coarser = table(runs["finer"]), table(runs["coarser"])
-    perturbed = [next(tables) for _ in runs["perturbed"]]
-    return Recorded(base, finer, coarser, perturbed, _factor_and_order(refinement, option))
+    read = {kind: [next(tables) for _ in files] for kind, files in runs.items()}
+    finer, coarser = (read[kind][0] if read[kind] else None for kind in ("finer", "coarser"))
+    known = _factor_and_order(refinement, option)
+    return Recorded(read["base"][0], finer, coarser, read["perturbed"], known)
 
 
 def _factor_and_order(text: str | None, option: str) -> tuple[float, float] | None:

@@ -1,22 +1,36 @@
-"""Console output: lines of results, warnings, one-line errors."""
+"""Console output: lines that fit the terminal, warnings, one-line errors, results saved whatever happens."""
 
 from __future__ import annotations
 
+import json
 import logging
 import os
+import shutil
 import sys
 import tempfile
+import textwrap
+import unicodedata
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TypeVar
 
 import typer
 
-from comparison.cli.layout import printable
-
 T = TypeVar("T")
+
+_GAP = "  "
+_COLOURS = {
+    "agree": "green",
+    "differ": "red",
+    "cannot compare": "red",
+    "indeterminate": "yellow",
+    "undecided": "yellow",
+}
+_HIDDEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
+"""Unicode categories of what a terminal would obey instead of showing it."""
+_LEAST = 12  # columns of a text that is cut
 
 
 class _Warnings(logging.Handler):
@@ -47,9 +61,115 @@ def session(*, program: bool) -> Iterator[None]:
         logger.removeHandler(handler)
 
 
-def say(text: str, *, err: bool = False) -> None:
+# Lines
+
+
+def say(*lines: str, err: bool = False) -> None:
     """Print lines; control characters of names and headers are shown, not obeyed."""
-    typer.echo(printable(text), err=err)
+    for line in lines:
+        typer.echo(printable(line), err=err)
+
+
+def print_json(value: object) -> int:
+    """Print a value as JSON (numbers that are not finite as null) and return 0."""
+    from comparison.files import plain
+
+    typer.echo(json.dumps(plain(value), indent=1, ensure_ascii=False, allow_nan=False))
+    return 0
+
+
+def width() -> int:
+    """Return the columns of the terminal, or ``$COLUMNS``; 80 where stdout is a file or a pipe."""
+    return shutil.get_terminal_size((80, 24)).columns
+
+
+def printable(text: str) -> str:
+    r"""Escape what is not shown by itself: ``\x1b``, but for the colours of this module."""
+    return "".join(
+        character.encode("unicode_escape").decode()
+        if character not in "\n\t" and unicodedata.category(character) in _HIDDEN
+        else character
+        for character in text
+    )
+
+
+def coloured(text: str, verdict: str) -> str:
+    """Return a text in the colour of a verdict; plain where ``$NO_COLOR`` is set. A file gets no colours."""
+    colour = None if os.environ.get("NO_COLOR") else _COLOURS.get(verdict.strip())
+    return text if colour is None else typer.style(text, fg=colour)
+
+
+def columns(
+    rows: Sequence[Sequence[str]],
+    *,
+    right: Collection[int] = (),
+    paint: Mapping[int, Callable[[str], str]] | None = None,
+) -> list[str]:
+    """Return rows as aligned lines.
+
+    No column is left out. Where lines are longer than the terminal, text in the last column is cut.
+
+    Parameters
+    ----------
+    rows
+        Cells, as many in each row, the headings among them.
+    right
+        Columns aligned to the right.
+    paint
+        Column -> what colours a cell, at its full width.
+    """
+    rows = [[printable(cell) for cell in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    last = len(widths) - 1
+    if last not in right:
+        left = width() - sum(widths[:-1]) - len(_GAP) * last
+        widths[last] = min(widths[last], max(left, _LEAST))
+    lines = []
+    for row in rows:
+        cells = [
+            cell.rjust(wide) if number in right else _cut(cell, wide).ljust(wide)
+            for number, (cell, wide) in enumerate(zip(row, widths, strict=True))
+        ]
+        while cells and not cells[-1].strip():
+            cells.pop()
+        if cells:
+            cells[-1] = cells[-1].rstrip()
+        painted = [(paint or {}).get(number, str)(cell) for number, cell in enumerate(cells)]
+        lines.append(_GAP.join(painted))
+    return lines
+
+
+def wrapped(text: str, *, first: str = "", rest: str | None = None) -> list[str]:
+    """Return a text as lines no longer than the terminal is wide; names and paths are not broken.
+
+    Parameters
+    ----------
+    text
+        One line.
+    first, rest
+        What the first line and the others begin with; by default the others are indented alike.
+    """
+    return textwrap.wrap(
+        printable(text),
+        max(width(), 40),
+        initial_indent=first,
+        subsequent_indent=" " * len(first) if rest is None else rest,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+
+
+def _cut(cell: str, wide: int) -> str:
+    return cell if len(cell) <= wide else cell[: max(0, wide - 3)].rstrip() + "..."
+
+
+# Warnings and errors
+
+
+def warn(warnings: Sequence[str]) -> None:
+    """Print warnings to stderr."""
+    for warning in warnings:
+        say(f"sixbar: warning: {' '.join(warning.split())}", err=True)
 
 
 def warn_about_the_cache() -> None:
@@ -57,10 +177,10 @@ def warn_about_the_cache() -> None:
     from comparison.execution.cache import cache_folder, cache_warnings
     from comparison.files import FolderError
 
-    found = cache_warnings()
-    warn(found)
+    messages = cache_warnings()
+    warn(messages)
     with suppress(FolderError):
-        if found:  # nor could matplotlib keep its fonts in the usual place
+        if messages:  # nor could matplotlib keep its fonts in the usual place
             os.environ.setdefault("MPLCONFIGDIR", str(cache_folder() / "matplotlib"))
 
 
@@ -87,15 +207,16 @@ def saved(write: Callable[[Path], T], folder: Path) -> T:
         raise FolderError(f"{reason}; the results are in {instead}") from error
 
 
-def warn(warnings: Sequence[str]) -> None:
-    """Print warnings to stderr."""
-    for warning in warnings:
-        say(f"sixbar: warning: {' '.join(warning.split())}", err=True)
-
-
 def fail(error: Exception) -> int:
     """Print a one-line error message and return its exit code."""
     return complain(*described(error))
+
+
+def complain(text: str, code: int) -> int:
+    """Print one line to stderr and return the exit code."""
+    with suppress(OSError):  # nobody reads it, or the disk that it goes to is full
+        say(f"sixbar: {' '.join(text.split())}", err=True)
+    return code
 
 
 def described(error: Exception) -> tuple[str, int]:
@@ -130,13 +251,6 @@ def is_refusal(error: Exception) -> bool:
 
     ours = SceneError | TableError | AccuracyError | BaselineError | FolderError | EngineError | LedgerError
     return isinstance(error, ours)
-
-
-def complain(text: str, code: int) -> int:
-    """Print one line to stderr and return the exit code."""
-    with suppress(OSError):  # nobody reads it, or the disk that it goes to is full
-        say(f"sixbar: {' '.join(text.split())}", err=True)
-    return code
 
 
 def _line(error: Exception) -> str:

@@ -6,13 +6,12 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from comparison.cli.console import saved, say, warn, warn_about_the_cache
-from comparison.cli.layout import wrapped
-from comparison.cli.options import REPORTS, Jobs, OutFolder, Quiet
+from comparison.cli.console import print_json, saved, say, warn, warn_about_the_cache, wrapped
+from comparison.cli.options import REPORTS, AsJson, Jobs, OutFolder, Quiet
 from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
@@ -20,17 +19,18 @@ if TYPE_CHECKING:
     from comparison.regression.check import Gate
     from comparison.scene import Scene
 
+BASELINE = Path("sixbar-baseline.toml")
 SHOWN = 20  # lines of regressions on a terminal; the files hold all
 
 
 def gate(
     scenes: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="[SCENE]...", help="Shipped names or TOML files.", show_default="those of the baseline"
-        ),
+        typer.Argument(metavar="SCENE", hidden=True),
     ] = None,
-    baseline: Annotated[Path, typer.Option(help="The baseline.")] = Path("sixbar-baseline.toml"),
+    baseline: Annotated[Path, typer.Option(metavar="FILE", help="The baseline.")] = Path(
+        "sixbar-baseline.toml"
+    ),
     update: Annotated[
         bool,
         typer.Option(
@@ -42,8 +42,12 @@ def gate(
     out: OutFolder = None,
     jobs: Jobs = None,
     quiet: Quiet = False,
+    json: AsJson = False,
 ) -> int:
-    """Run each model by itself and compare it with its baseline: a regression gate for CI."""
+    """Compare each model with its baseline: a regression gate for CI.
+
+    SCENE: shipped names or TOML files; by default those of the baseline.
+    """
     from comparison.execution.workers import cpus
     from comparison.files import check_folder, expanded
     from comparison.regression.baseline import read
@@ -63,11 +67,12 @@ def gate(
     with progress("gate", quiet=quiet) as report:
         result = hold_against(record, found, gone, n_jobs=jobs or cpus(), on_progress=report)
     command = shlex.join(["sixbar", "gate", *(scenes or []), "--baseline", str(baseline)])
-    for line in [_sentence(result)] if quiet else _lines(result):
-        for each in wrapped(line, rest="    "):
-            say(each)
+    lines = [_sentence(result)] if quiet else _lines(result)
+    say(*(each for line in lines for each in wrapped(line, rest="    ")), err=json)
+    if json:
+        print_json(_numbers(result, command))
     page = saved(lambda folder: _write(result, folder, command), folder)
-    say(str(page))
+    say(str(page), err=json)
     return result.exit_code
 
 
@@ -135,15 +140,7 @@ def _write_files(result: Gate, folder: Path, command: str) -> Path:
     from comparison.report.ci import write_job_summary, write_junit
 
     write_junit(result.cases, folder / "junit.xml", name="sixbar gate")
-    write_json(
-        {
-            "command": command,
-            "exit_code": result.exit_code,
-            "notes": result.notes,
-            "checks": [asdict(case) for case in result.cases],
-        },
-        folder / "gate.json",
-    )
+    write_json(_numbers(result, command), folder / "gate.json")
     groups = dict.fromkeys((case.suite, case.group) for case in result.cases)
     return write_job_summary(
         folder / "summary.md",
@@ -157,6 +154,15 @@ def _write_files(result: Gate, folder: Path, command: str) -> Path:
         rows=[(*group, *_counted(result.cases, group)) for group in groups],
         cases=result.cases,
     )
+
+
+def _numbers(result: Gate, command: str) -> dict[str, Any]:
+    return {
+        "command": command,
+        "exit_code": result.exit_code,
+        "notes": result.notes,
+        "checks": [asdict(case) for case in result.cases],
+    }
 
 
 def _counted(cases: Sequence[Case], group: tuple[str, str]) -> list[str]:

@@ -10,24 +10,14 @@ from typing import Annotated, Any
 import typer
 
 from comparison.cli.compare import compare
-from comparison.cli.console import (
-    complain,
-    fail,
-    say,
-    session,
-    warn,
-)
+from comparison.cli.console import complain, fail, say, session
 from comparison.cli.gate import gate
-from comparison.cli.layout import wrapped
-from comparison.cli.listing import channels, scenes
-from comparison.cli.options import Overrides, SceneName
+from comparison.cli.listing import channels, plan, scenes
 from comparison.cli.plot import animate, plot
-from comparison.cli.run import run
-from comparison.cli.settings import settings
+from comparison.cli.run import run, settings
 from comparison.cli.study import studies
 from comparison.cli.validate import validate
 
-_PLAN_INDENT = 14  # of what follows the names in a plan
 # The class raised by this typer: some of its releases vendor click.
 _UsageError: Any = typer.BadParameter.__base__
 
@@ -88,30 +78,13 @@ def _root(
     context: typer.Context,
     _version: Annotated[
         bool,
-        typer.Option("--version", is_eager=True, callback=_print_version, help="Print the version and exit."),
+        typer.Option(
+            "--version", "-V", is_eager=True, callback=_print_version, help="Print the version and exit."
+        ),
     ] = False,
 ) -> None:
     if context.invoked_subcommand is None:
         say(context.get_help())
-
-
-def plan(
-    scene: SceneName,
-    overrides: Overrides = None,
-) -> int:
-    """Show what each model integrates for a scene, what it leaves out and why, and the cost of a run."""
-    from comparison.accuracy.plan import channels_line, lines
-    from comparison.accuracy.plan import plan as plan_run
-    from comparison.execution.job import MODELS
-    from comparison.scene import load_scene, parse_set
-
-    loaded = load_scene(scene, parse_set(overrides or []))
-    warn(loaded.warnings)
-    said = [channels_line(loaded), *(line for model in MODELS for line in lines(plan_run(loaded, model)))]
-    for each in said:
-        for line in wrapped(each, rest=" " * _PLAN_INDENT):
-            say(line)
-    return 0
 
 
 for _command in (scenes, channels, plan, run, settings, validate, compare, plot, animate, gate):

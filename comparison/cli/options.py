@@ -9,6 +9,8 @@ import typer
 
 REPORTS = Path("reports/out")
 """Default parent folder of reports."""
+MAIN = "150rpm-0.2mm"
+"""The paper's central case."""
 
 
 def scene_names() -> list[str]:
@@ -24,14 +26,19 @@ def _model_names() -> list[str]:
 
 SceneName = Annotated[
     str,
-    typer.Argument(help="A shipped scene or the path of a TOML file.", autocompletion=scene_names),
+    # Hidden: typer shows its type beside it. What it is stands in the text of each command.
+    typer.Argument(metavar="SCENE", hidden=True, autocompletion=scene_names),
 ]
 SceneNames = Annotated[
     list[str] | None,
-    typer.Argument(
-        metavar="[SCENE]...",
-        help="Shipped names or TOML files.",
-        show_default="all",
+    typer.Argument(metavar="SCENE", hidden=True, autocompletion=scene_names),
+]
+OfScene = Annotated[
+    str | None,
+    typer.Option(
+        metavar="SCENE",
+        help="Scene of the tables; by default the one recorded beside them.",
+        show_default=False,
         autocompletion=scene_names,
     ),
 ]
@@ -41,6 +48,13 @@ Model = Annotated[
         metavar="NAME",
         help="Model: reference, exudyn, or one of another package.",
         autocompletion=_model_names,
+    ),
+]
+Models = Annotated[
+    str,
+    typer.Option(
+        metavar="NAME,NAME[,...]",
+        help="Two or more models: reference, exudyn, or those of installed packages.",
     ),
 ]
 Overrides = Annotated[
@@ -57,22 +71,23 @@ Accuracy = Annotated[
 AllowIndeterminate = Annotated[
     bool, typer.Option("--allow-indeterminate", help="Exit with 0 where the verdict is indeterminate.")
 ]
-Jobs = Annotated[int | None, typer.Option(min=1, help="Number of parallel runs.", show_default="CPUs")]
-OutFolder = Annotated[Path | None, typer.Option(help="Folder of the report.", show_default="reports/out/...")]
-Models = Annotated[
-    str,
+Jobs = Annotated[
+    int | None,
     typer.Option(
-        metavar="NAME,NAME[,...]",
-        help="Two or more models: reference, exudyn, or those of installed packages.",
+        metavar="N", min=1, help="Number of parallel runs; one per processor by default.", show_default=False
+    ),
+]
+OutFolder = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FOLDER", help="Folder of the report; below reports/out by default.", show_default=False
     ),
 ]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Also print the reason of every verdict.")]
 Quick = Annotated[
     bool,
-    typer.Option(
-        "--quick", help="Standard tier only; of the shipped scenes only the main one, 150rpm-0.2mm."
-    ),
+    typer.Option("--quick", help=f"Standard tier only; of the shipped scenes only the main one, {MAIN}."),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress; only the last lines of the result.")]
 NoProgress = Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")]
-AsJson = Annotated[bool, typer.Option("--json", help="As JSON, with all numbers.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print all numbers as JSON instead of lines.")]

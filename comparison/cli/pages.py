@@ -13,11 +13,7 @@ if TYPE_CHECKING:
 
 
 def write_validation(
-    results: Sequence[Validation],
-    folder: Path,
-    command: str,
-    code: int,
-    missing: Sequence[str],
+    results: Sequence[Validation], folder: Path, command: str, code: int, missing: Sequence[str]
 ) -> tuple[Path, list[str]]:
     """Write the report with its tables and summaries; return its path, and where partial results are.
 
@@ -44,15 +40,13 @@ def write_validation(
                 name = f"{result.comparison.name}.{which.replace(' ', '-')}.traceback.txt"
                 write_text(text, part / name)
                 kept.append(f"the traceback of the {which} run is in {folder / name}")
-        write_json(
-            {
-                "command": command,
-                "exit_code": code,
-                "not_compared": list(missing),
-                "scenes": [as_mapping(comparison) for comparison in comparisons],
-            },
-            part / "summary.json",
-        )
+        summary = {
+            "command": command,
+            "exit_code": code,
+            "not_compared": list(missing),
+            "scenes": [as_mapping(comparison) for comparison in comparisons],
+        }
+        write_json(summary, part / "summary.json")
         _write_for_ci(comparisons, part, command, missing)
         new = {path.name for path in part.rglob("*")}
     for name in (*missing, *(comparison.name for comparison in comparisons)):
@@ -68,10 +62,7 @@ def write_validation(
 
 
 def write_page(
-    comparisons: Sequence[SceneComparison],
-    folder: Path,
-    command: str,
-    missing: Sequence[str] = (),
+    comparisons: Sequence[SceneComparison], folder: Path, command: str, missing: Sequence[str] = ()
 ) -> Path:
     """Write the report of one or more scenes into a folder and return its path.
 
@@ -84,13 +75,7 @@ def write_page(
     title = comparisons[0].title if total == 1 else "Cross-validation of the two models"
     if missing:
         title += f" (incomplete: {len(comparisons)} of {total} scenes)"
-    return write_report(
-        comparisons,
-        folder,
-        title=title,
-        command=command,
-        origin=origin(),
-    )
+    return write_report(comparisons, folder, title=title, command=command, origin=origin())
 
 
 def _write_for_ci(
@@ -106,11 +91,11 @@ def _write_for_ci(
         *(Case(name, "standard", "verdict", "error", "not compared: interrupted") for name in missing),
     ]
     write_junit(cases, folder / "junit.xml", name="sixbar validate")
-    said = [headline(comparisons), incomplete(comparisons, missing), f"Made by: {command}"]
+    lines = [headline(comparisons), incomplete(comparisons, missing), f"Made by: {command}"]
     write_job_summary(
         folder / "summary.md",
         title="Cross-validation of the two models",
-        sentences=[line for line in said if line],
+        sentences=[line for line in lines if line],
         headings=("scene", "tier", "verdict", "why"),
         rows=[(c.name, tier.tier, tier.verdict, why(tier)) for c in comparisons for tier in c.tiers],
         cases=cases,

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from comparison.cli.console import say
-from comparison.cli.options import scene_names
+from comparison.cli.options import OfScene
 
 if TYPE_CHECKING:
     from comparison.tables.table import Table
 
 MOST_CHANNELS = 30
-_Tables = Annotated[
-    list[Path], typer.Argument(metavar="TABLE [TABLE]", help="One table, or two over each other.")
-]
+_Start = Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Start of the time shown.")]
+_End = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="End of the time shown.")]
+_Tables = Annotated[list[Path], typer.Argument(metavar="TABLE", hidden=True)]
 
 
 def plot(
@@ -27,12 +27,17 @@ def plot(
         str, typer.Option(metavar="NAME,NAME", help="Channels, a panel each; see `sixbar channels`.")
     ] = "slider_x",
     out: Annotated[
-        Path | None, typer.Option(help="The picture: .svg, .png or .pdf.", show_default="TABLE.svg")
+        Path | None,
+        typer.Option(metavar="FILE", help="The picture: .svg (default), .png or .pdf.", show_default=False),
     ] = None,
-    start: Annotated[float | None, typer.Option("--from", help="Start of the time shown, s.")] = None,
-    end: Annotated[float | None, typer.Option("--to", help="End of the time shown, s.")] = None,
+    start: Annotated[
+        float | None, typer.Option("--from", metavar="SECONDS", help="Start of the time shown.")
+    ] = None,
+    end: Annotated[
+        float | None, typer.Option("--to", metavar="SECONDS", help="End of the time shown.")
+    ] = None,
 ) -> int:
-    """Draw channels of one table, or of two over each other, as one picture."""
+    """Draw channels of one table, or of two over each other."""
     from comparison.files import check_file
     from comparison.report.pictures.plot import check_format, write_picture
 
@@ -54,18 +59,14 @@ def animate(
     tables: _Tables,
     out: Annotated[
         Path | None,
-        typer.Option(help="The animation, .html.", show_default="TABLE.html"),
+        typer.Option(metavar="FILE", help="The animation: .html.", show_default=False),
     ] = None,
-    scene: Annotated[
-        str | None,
-        typer.Option(
-            help="Scene of the tables; default: the one recorded beside.", autocompletion=scene_names
-        ),
-    ] = None,
+    scene: OfScene = None,
 ) -> int:
-    """Animate the press, and the slider in its guide magnified, with the forces at its corners.
+    """Animate the press, and the slider in its guide magnified.
 
-    The HTML file needs nothing else. Two tables are shown over each other.
+    The HTML file shows the forces at the slider's corners and needs nothing else. Two tables are shown over
+    each other.
     """
     from comparison.files import check_file
     from comparison.report.animation import recorded_scene, write_animation

@@ -1,4 +1,4 @@
-"""``sixbar run``: one scene by one model, with an estimate of its error where an accuracy is asked for."""
+"""``sixbar run``: one scene by one model; ``sixbar settings``: what the settings of both cost on a scene."""
 
 from __future__ import annotations
 
@@ -8,9 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from comparison.cli.console import saved, say, warn, warn_about_the_cache
-from comparison.cli.layout import wrapped
-from comparison.cli.options import Accuracy, Model, NoProgress, Overrides, SceneName
+from comparison.cli.console import (
+    columns,
+    complain,
+    print_json,
+    saved,
+    say,
+    warn,
+    warn_about_the_cache,
+    wrapped,
+)
+from comparison.cli.options import Accuracy, AsJson, Model, NoProgress, Overrides, SceneName
 from comparison.cli.progress import progress
 
 if TYPE_CHECKING:
@@ -20,18 +28,19 @@ if TYPE_CHECKING:
 
 NOT_REACHED = 3
 """Exit code where a wanted accuracy is not reachable, or an error could not be estimated: indeterminate."""
+INTERRUPTED = 130
 
 
 def run(
     scene: SceneName,
     model: Model,
-    out: Annotated[Path, typer.Option(help="The table to write: .csv or .parquet.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The table to write: .csv or .parquet.")],
     accuracy: Accuracy = None,
     check: Annotated[
         bool | None,
         typer.Option(
             "--check/--no-check",
-            help="Estimate the error by further runs of this scene; default: for an accuracy in metres, "
+            help="Estimate the error by further runs of this scene; by default for an accuracy in metres, "
             "where no measurement of this scene is at hand.",
         ),
     ] = None,
@@ -41,12 +50,14 @@ def run(
     ] = False,
     formulation: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Formulation of the equations; default: the scene's."),
+        typer.Option(metavar="NAME", help="Formulation of the equations; by default the scene's."),
     ] = None,
     overrides: Overrides = None,
     quiet: NoProgress = False,
 ) -> int:
-    """Run one scene by one model and write its table, with events and provenance beside it.
+    """Run one scene by one model and write its table.
+
+    SCENE: a shipped scene or the path of a TOML file. Events and provenance are written beside the table.
 
     An accuracy in metres is estimated from further runs of this very scene, and the setting refined until it
     holds on the predictable part of the run. If none does, the best table is written, and the exit code is 3.
@@ -87,8 +98,7 @@ def run(
         say(f"sixbar: {note}", err=True)
     warn(quality_warnings(table))
     path = saved(lambda folder: write(table, folder / out.name), out.parent)
-    for each in (*companions(table, path), path):
-        say(str(each))
+    say(*map(str, (*companions(table, path), path)))
     return code
 
 
@@ -104,8 +114,7 @@ def _single(scene: Scene, model: str, accuracy: str | None, *, quiet: bool) -> T
         values = solver_values(model, accuracy, scene)
         scene = scene.variant(values)
         for key, value in values.items():
-            for line in wrapped(f"{key} = {value:g}: {expectation(scene, model)}", rest="  "):
-                say(line)
+            say(*wrapped(f"{key} = {value:g}: {expectation(scene, model)}", rest="  "))
         record = {"accuracy": measured_record(scene, model, accuracy)}
     warn(scene.warnings)
     warn_about_the_cache()
@@ -123,15 +132,14 @@ def _checked(
     from comparison.agreement.refinement.words import cost_before, result
     from comparison.execution.workers import cpus
 
-    for line in wrapped(cost_before(scene, model, accuracy), rest="  "):
-        say(line)
+    say(*wrapped(cost_before(scene, model, accuracy), rest="  "))
     warn(scene.warnings)
     warn_about_the_cache()
     with progress(f"{scene.name} by {model}", quiet=quiet) as report:
-        found = accurate_run(scene, model, accuracy, n_jobs=cpus(), on_progress=report)
-    for line in wrapped(result(found), rest="  "):
-        say(line)
-    return found.with_uncertainty() if uncertainty else found.table, 0 if found.kept else NOT_REACHED
+        accurate = accurate_run(scene, model, accuracy, n_jobs=cpus(), on_progress=report)
+    say(*wrapped(result(accurate), rest="  "))
+    table = accurate.with_uncertainty() if uncertainty else accurate.table
+    return table, 0 if accurate.kept else NOT_REACHED
 
 
 def _kept(error: RunError, out: Path) -> RunError:
@@ -154,3 +162,67 @@ def _kept(error: RunError, out: Path) -> RunError:
         write_text(outcome.traceback, kept)
         return Error(replace(outcome, message=f"{outcome.message}; its traceback is in {kept}"), job)
     return error
+
+
+def settings(
+    scene: SceneName,
+    seconds: Annotated[float, typer.Option(metavar="SECONDS", help="Wall time for all runs.")] = 60.0,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The work-precision plot to write: .svg.")
+    ] = None,
+    overrides: Overrides = None,
+    quiet: NoProgress = False,
+    json: AsJson = False,
+) -> int:
+    """Find the cheapest settings of both models on a scene.
+
+    SCENE: a shipped scene or the path of a TOML file. Errors are those of slider_x against the most accurate
+    run that both models confirm. "front" marks what no other setting beats in error and processor time.
+    Ctrl-C ends the runs: what was measured is printed.
+    """
+    from comparison.agreement.refinement.settings_words import basis, commands, table
+    from comparison.agreement.refinement.work_precision import work_precision
+    from comparison.execution.workers import cpus
+    from comparison.files import check_file
+    from comparison.report.figures import draw_work_precision
+    from comparison.scene import load_scene, parse_set
+
+    if not 0 < seconds < float("inf"):
+        raise typer.BadParameter(f"--seconds {seconds:g} must be a positive number")
+    if out is not None:
+        if out.suffix.lower() != ".svg":
+            raise typer.BadParameter(f"{out}: the name must end in .svg")
+        out = check_file(out)
+    loaded = load_scene(scene, parse_set(overrides or []))
+    warn(loaded.warnings)
+    warn_about_the_cache()
+    with progress(f"settings of {loaded.name}", quiet=quiet) as report:
+        measured = work_precision(
+            loaded,
+            seconds,
+            n_jobs=cpus(),
+            on_finished=lambda share, row: report.finished(share, row.candidate.formulation),
+        )
+    say(*wrapped(basis(measured)), *columns(table(measured), right=(1, 2)), err=json)
+    for part, command in commands(measured):
+        say(f"{part}:", f"  {command}", err=json)
+    if json:
+        print_json(
+            [
+                {
+                    "formulation": row.candidate.formulation,
+                    "setting": row.candidate.setting,
+                    "status": row.status,
+                    "error_m": measured.error(row),
+                    "seconds": row.seconds,
+                    "front": row in measured.front,
+                }
+                for row in measured.rows
+            ]
+        )
+    if out is not None:
+        say(str(draw_work_precision(measured, out)), err=json)
+    if measured.interrupted:
+        # Not the usual line of an interrupted command: timed runs are not cached.
+        raise SystemExit(complain("interrupted; the other settings were not measured", INTERRUPTED))
+    return 0

@@ -9,13 +9,17 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from comparison.cli.console import say, warn, warn_about_the_cache
-from comparison.cli.layout import columns
+from comparison.cli.console import columns, say, warn, warn_about_the_cache
 from comparison.cli.options import REPORTS, Jobs, NoProgress, Overrides, SceneName
 from comparison.cli.progress import progress
 from comparison.studies import NAMES, STUDIES
 
-_OutStudy = Annotated[Path | None, typer.Option(help="Folder of the study.", show_default="reports/out/NAME")]
+_OutStudy = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FOLDER", help="Folder of the study; by default reports/out/NAME.", show_default=False
+    ),
+]
 
 
 _SHOWN = 5  # rows of a sweep on the terminal
@@ -82,8 +86,8 @@ def sweep(
         list[str] | None,
         typer.Option(metavar="KEY=LOW:HIGH", help="Range of a key for a Latin hypercube; repeat for more."),
     ] = None,
-    points: Annotated[int, typer.Option(help="Points of the Latin hypercube.")] = 100,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the Latin hypercube.")] = 0,
+    points: Annotated[int, typer.Option(metavar="N", help="Points of the Latin hypercube.")] = 100,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the Latin hypercube.")] = 0,
     model: Annotated[
         str,
         typer.Option(metavar="NAME,NAME", help="Models: reference, exudyn, those of other packages."),
@@ -93,8 +97,9 @@ def sweep(
         typer.Option(
             metavar="QUANTITY",
             help="min:CHANNEL, max:, rms:, end:, peak_error:slider_y, contacts, impulse, "
-            "largest:peak_force, steps ...; repeat for more.",
-            show_default="peak errors, contacts, impulse, largest force",
+            "largest:peak_force, steps ...; repeat for more. By default peak errors, contacts, impulse and "
+            "largest force.",
+            show_default=False,
         ),
     ] = None,
     overrides: Overrides = None,
@@ -102,14 +107,14 @@ def sweep(
     jobs: Jobs = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler; default: local processes."),
+        typer.Option(metavar="ADDRESS", help="Address of a Dask scheduler; by default local processes."),
     ] = None,
     quiet: NoProgress = False,
 ) -> int:
-    """Run a scene over values of its keys and write sweep.csv with one row per run.
+    """Run a scene over values of its keys: one row per run.
 
-    Finished runs are stored in the folder: the same command resumes an interrupted sweep. Failed runs are
-    rows with the reason.
+    SCENE: a shipped scene or the path of a TOML file. Writes sweep.csv. Finished runs are stored in the
+    folder: the same command resumes an interrupted sweep. Failed runs are rows with the reason.
     """
     from comparison.execution.task_store import on_processes
     from comparison.execution.workers import cpus
@@ -132,8 +137,7 @@ def sweep(
         raise typer.BadParameter(str(error)) from error
     if failed:
         warn([f"{failed} of {len(chosen) * len(models)} runs did not succeed: see the column status"])
-    for line in (*_head(path), str(path)):
-        say(line)
+    say(*_head(path), str(path))
     return 0
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isfinite
 
-from comparison.cli.layout import coloured, columns, wrapped
+from comparison.cli.console import coloured, columns, wrapped
 from comparison.formatting import MISSING, NO_BREAK, number, percent
 from comparison.verdict.results import SceneComparison
-from comparison.words.verdicts import mark, ratio, reason, reasons, scene_reason
+from comparison.words.verdicts import mark, ratio, reason, reasons
 
 _COVERAGE, _RATIO = 3, 4
 
@@ -17,18 +17,29 @@ def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = Fal
     """Return one line per scene and tier, below a heading; with their reasons below each if verbose.
 
     The columns are the verdict, the share of predictable samples, the ratio of the decisive channel, and
-    where the models part, or what is missing.
+    where the trajectories diverge, or what is missing.
     """
     tiers = [(scene.name, tier) for scene in comparisons for tier in scene.tiers]
     headings = ("scene", "tier", "verdict", "coverage", ratio(comparisons)[0], "")
-    rows = [headings, *(_row(name, tier) for name, tier in tiers)]
-    heading, *lines = columns(rows, right=(_COVERAGE, _RATIO), paint={2: lambda cell: coloured(cell, cell)})
-    if not verbose:
-        return [heading, *lines]
+    rows = [
+        (
+            name,
+            tier.tier,
+            tier.verdict,
+            percent(tier.coverage).replace(NO_BREAK, " "),
+            MISSING if tier.decisive is None else number(tier.decisive.ratio, 2),
+            _note(tier),
+        )
+        for name, tier in tiers
+    ]
+    heading, *lines = columns(
+        [headings, *rows], right=(_COVERAGE, _RATIO), paint={2: lambda cell: coloured(cell, cell)}
+    )
     shown = [heading]
     for line, (_, tier) in zip(lines, tiers, strict=True):
         shown.append(line)
-        shown += [each for topic, text in reasons(tier) for each in wrapped(text, first=f"    {topic:<12}  ")]
+        for topic, text in reasons(tier) if verbose else ():
+            shown += wrapped(text, first=f"    {topic:<12}  ")
     return shown
 
 
@@ -52,27 +63,14 @@ def channel_lines(comparison: SceneComparison) -> list[str]:
     return columns([heading, *rows], right=(2, 4, 5, 6, 7, 8), paint={1: lambda cell: coloured(cell, cell)})
 
 
-def _row(name: str, tier: SceneComparison) -> tuple[str, ...]:
-    return (
-        name,
-        tier.tier,
-        tier.verdict,
-        percent(tier.coverage).replace(NO_BREAK, " "),
-        MISSING if tier.decisive is None else number(tier.decisive.ratio, 2),
-        _note(tier),
-    )
-
-
 def _note(tier: SceneComparison) -> str:
-    """Return in a few words where the models part, or what is missing."""
-    if tier.verdict == "cannot compare":
-        return scene_reason(tier).removeprefix(f"scene {tier.name!r}: ")
+    """Return in a few words where the trajectories diverge, or what is missing."""
+    if tier.error:
+        return tier.error.removeprefix(f"scene {tier.name!r}: ")
     notes = []
-    if tier.verdict == "differ" and tier.attribution is not None and tier.attribution.outside_in:
+    if tier.verdict == "differ" and tier.attribution.outside_in:
         notes.append(f"{tier.attribution.outside_in} from {tier.attribution.outside_from:.3f} s")
-    if mark(tier):
-        notes.append(mark(tier))
-    worst = tier.worst_channel
-    if tier.verdict == "indeterminate" and worst is not None:
+    notes.append(mark(tier))
+    if tier.verdict == "indeterminate" and (worst := tier.worst_channel) is not None:
         notes.append(f"{worst.channel}: {reason(worst)}")
-    return "; ".join(notes)
+    return "; ".join(filter(None, notes))
