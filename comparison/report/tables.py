@@ -6,7 +6,7 @@ A `Table` has groups of columns, (heading, subheadings), and rows of one text a 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -55,64 +55,46 @@ class Table:
 def channel_table(scene: SceneComparison) -> Table:
     """Return the channels of a scene at one tier that were excited, and what their verdicts rest on."""
     excited = [channel for channel in scene.channels.values() if channel.verdict != "unexcited"]
-    limits = excited[0].limits if excited else None
-    whole: tuple[str, Sequence[str]] = ("|E| over the whole run", ("largest", "RMS"))
-    if any(channel.u is not None for channel in excited) and limits is not None:
-        against = f"{limits.k:g}u"
-        groups: list[tuple[str, Sequence[str]]] = [
-            ("Verdict", ()),
-            (excited[0].ratio_name, ()),
-            ("Share of samples", ("predictable", f"of these ≤ {against}")),
-            ("Worst predictable sample", ("|E|", against, "at (s)")),
-            whole,
-            ("Predictable, over time", ()),
+    judged = [channel for channel in excited if channel.threshold is not None]
+    known = any(channel.u is not None for channel in judged)
+    columns: list[tuple[str, str, Callable[[ChannelComparison], str]]] = []
+    if judged:
+        limit = f"{judged[0].limits.k:g}u" if known else "tolerance"
+        columns = [(judged[0].ratio_name, "", lambda c: number(c.ratio, 2))]
+        if known:
+            columns += [("Share of samples", "predictable", lambda c: percent(c.coverage, c.coverage_error))]
+        columns += [
+            (
+                "Share of samples",
+                f"of these ≤ {limit}" if known else "within",
+                lambda c: percent(c.explained),
+            ),
+            ("Worst sample", "|E|", lambda c: quantity(abs(c.worst_difference), c.unit)),
+            ("Worst sample", limit, lambda c: quantity(c.worst_threshold, c.unit)),
+            ("Worst sample", "at (s)", lambda c: number(c.worst_time, 4)),
         ]
-        rows = [
-            _channel_row(
-                channel,
-                [
-                    number(channel.ratio, 2),
-                    percent(channel.coverage, channel.coverage_error),
-                    percent(channel.explained),
-                    quantity(abs(channel.worst_difference), channel.unit),
-                    quantity(channel.worst_threshold, channel.unit),
-                    number(channel.worst_time, 4),
-                ],
-                _strip(scene.time, {"--outside": channel.beyond, "--shade": ~channel.predictable}),
-            )
-            for channel in excited
-        ]
-    else:
-        judged = any(channel.threshold is not None for channel in excited)
-        groups = [("Verdict", ())]
-        if judged:
-            groups += [("|E|/tolerance", ()), ("Tolerance", ()), ("Share of samples within", ())]
-        groups += [whole, *([("Beyond, over time", ())] if judged else [])]
-        rows = [
-            _channel_row(
-                channel,
-                [
-                    number(channel.ratio, 2),
-                    quantity(channel.worst_threshold, channel.unit),
-                    percent(channel.explained),
-                ]
-                if judged
-                else [],
-                _strip(scene.time, {"--outside": channel.beyond}) if judged else None,
-            )
-            for channel in excited
-        ]
-    return Table("Channel", groups, rows)
-
-
-def _channel_row(channel: ChannelComparison, cells: Sequence[str], strip: str | None) -> Row:
-    unit = pretty_unit(channel.unit)
-    whole = [
-        quantity(channel.max_difference, channel.unit),
-        quantity(channel.rms_difference, channel.unit),
+    columns += [
+        ("|E| over the whole run", "largest", lambda c: quantity(c.max_difference, c.unit)),
+        ("|E| over the whole run", "RMS", lambda c: quantity(c.rms_difference, c.unit)),
     ]
-    title = f"{channel.label} ({unit})" if unit else channel.label
-    return Row(channel.channel, [*cells, *whole], channel.verdict, title, strip)
+    groups: dict[str, list[str]] = {"Verdict": []}
+    for group, part, _ in columns:
+        groups.setdefault(group, []).extend([part] if part else [])
+    if judged:
+        groups["Predictable, over time" if known else "Beyond, over time"] = []
+    rows = [
+        Row(
+            channel.channel,
+            [value(channel) for _, _, value in columns],
+            channel.verdict,
+            f"{channel.label} ({pretty_unit(channel.unit)})" if channel.unit != "1" else channel.label,
+            _strip(scene.time, {"--outside": channel.beyond, "--shade": ~channel.predictable})
+            if judged
+            else None,
+        )
+        for channel in excited
+    ]
+    return Table("Channel", list(groups.items()), rows)
 
 
 def open_channels(scene: SceneComparison) -> list[tuple[str, str]]:
@@ -221,9 +203,10 @@ def reliability_table(scene: SceneComparison) -> Table | None:
         [
             ("Verdict", ()),
             ("Smallest reliability R", (*scene.labels, "at")),
-            ("95 % interval of R", scene.labels),
-            ("Difference of R", ("", "±", "± cycles", "± numerics", "± quadrature")),
+            ("Difference of R", ("value", "±")),
             ("Smallest P(|error| ≤ limit)", (*scene.labels, "at")),
+            ("95 % interval of R", scene.labels),
+            ("Parts of ±", ("cycles", "numerics", "quadrature")),
             ("R over the crank cycle", ()),
         ],
         [
@@ -252,15 +235,19 @@ def _reliability(difference: Difference) -> list[str]:
         "everywhere" if np.all(model.within == model.within[0]) else f"{model.angle[place]:g}°"
         for model, place in zip(models, least, strict=True)
     ]
-    halves = (difference.half_width, difference.sampling, difference.numerical, difference.quadrature)
+    half, *parts = (
+        number(value, 2) if np.isfinite(value) else MISSING
+        for value in (difference.half_width, difference.sampling, difference.numerical, difference.quadrature)
+    )
     return [
         *(rounded(model.minimum) for model in models),
         ", ".join(dict.fromkeys(places)),
-        *("{:.5f} … {:.5f}".format(*model.interval) for model in models),
         number(difference.minimum, 2),
-        *(number(half, 2) if np.isfinite(half) else MISSING for half in halves),
+        half,
         *(f"{model.within[place]:.3f}" for model, place in zip(models, least, strict=True)),
         ", ".join(dict.fromkeys(shares)),
+        *("{:.5f} … {:.5f}".format(*model.interval) for model in models),
+        *parts,
     ]
 
 
