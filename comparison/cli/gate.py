@@ -132,8 +132,7 @@ def _write(result: Gate, folder: Path, command: str) -> Path:
 
 def _write_files(result: Gate, folder: Path, command: str) -> Path:
     from comparison.files import write_json
-    from comparison.report.job_summary import write_job_summary
-    from comparison.report.junit import write_junit
+    from comparison.report.ci import write_job_summary, write_junit
     from comparison.words.regression import cases, notes, summary
 
     checks, remarks = cases(result), notes(result)

@@ -69,7 +69,7 @@ def write_page(
     Its title says so where scenes are missing.
     """
     from comparison.report import write_report
-    from comparison.report.origin import origin
+    from comparison.report.templates import origin
 
     total = len(comparisons) + len(missing)
     title = comparisons[0].title if total == 1 else "Cross-validation of the two models"
@@ -82,8 +82,7 @@ def _write_for_ci(
     comparisons: Sequence[SceneComparison], folder: Path, command: str, missing: Sequence[str]
 ) -> None:
     """Write the files for continuous integration: JUnit XML and a Markdown summary."""
-    from comparison.report.job_summary import write_job_summary
-    from comparison.report.junit import write_junit
+    from comparison.report.ci import write_job_summary, write_junit
     from comparison.words.cases import Case, of_comparisons
     from comparison.words.verdicts import headline, incomplete, why
 

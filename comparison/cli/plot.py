@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from comparison.cli.console import say
-from comparison.cli.options import NoProgress, OfScene
-from comparison.cli.progress import progress
+from comparison.cli.options import OfScene
 
 if TYPE_CHECKING:
     from comparison.tables.table import Table
@@ -63,7 +62,6 @@ def animate(
         typer.Option(metavar="FILE", help="The animation: .html.", show_default=False),
     ] = None,
     scene: OfScene = None,
-    quiet: NoProgress = False,
 ) -> int:
     """Animate the press, and the slider in its guide magnified.
 
@@ -71,28 +69,21 @@ def animate(
     each other.
     """
     from comparison.files import check_file
-    from comparison.report.pictures.animation import write_animation
-    from comparison.report.pictures.film import FORMATS, check_film, write_film
-    from comparison.report.pictures.motion import FORCES, NEEDED, motion, recorded_scene
+    from comparison.report.animation import recorded_scene, write_animation
+    from comparison.report.plots import FORCES, MOTION
     from comparison.scene import load_scene
 
     path = out or _beside(tables, ".html")
-    ending = path.suffix.lower()
-    if ending not in (".html", *FORMATS):
-        raise typer.BadParameter(f"{path}: the name must end in .html, {' or '.join(FORMATS)}")
+    if path.suffix.lower() != ".html":
+        raise typer.BadParameter(f"{path}: the name must end in .html")
     path = check_file(path)
-    check_film(path)
     read = _read(tables)
-    _check(read, (*NEEDED, *FORCES))
-    moving = motion(read, load_scene(scene).data if scene is not None else recorded_scene(read))
-    if ending == ".html":
-        options = ["--scene", scene] if scene is not None else []
-        command = shlex.join(["sixbar", "animate", *map(str, tables), *options])
-        title = f"Animation of {' and '.join(read)}"
-        say(str(write_animation(moving, path, title=title, command=command)))
-        return 0
-    with progress(path.name, quiet=quiet) as report:
-        say(str(write_film(moving, path, report)))
+    _check(read, (*MOTION, *FORCES))
+    options = ["--scene", scene] if scene is not None else []
+    command = shlex.join(["sixbar", "animate", *map(str, tables), *options])
+    data = load_scene(scene).data if scene is not None else recorded_scene(read)
+    title = f"Animation of {' and '.join(read)}"
+    say(str(write_animation(read, data, path, title=title, command=command)))
     return 0
 
 

@@ -185,7 +185,7 @@ def settings(
     from comparison.accuracy.work_precision import work_precision
     from comparison.execution.pool import cpus
     from comparison.files import check_file
-    from comparison.report.work_precision import draw
+    from comparison.report.figures import draw_work_precision
     from comparison.scene import load_scene, parse_set
     from comparison.words.accuracy import settings_basis, settings_commands, settings_table
 
@@ -223,7 +223,7 @@ def settings(
             ]
         )
     if out is not None:
-        say(str(draw(measured, out)), err=json)
+        say(str(draw_work_precision(measured, out)), err=json)
     if measured.interrupted:
         # Not the usual line of an interrupted command: timed runs are not cached.
         raise SystemExit(complain("interrupted; the other settings were not measured", INTERRUPTED))

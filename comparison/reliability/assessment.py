@@ -167,7 +167,6 @@ class Assessment:
         P(|e| <= upper limit), as the share of the time, and its interval (95 %).
     """
 
-    quantity: str
     limits: Limits
     angle: Array
     cycles: NDArray[np.intp]
@@ -292,7 +291,6 @@ def _assess(quantity: str, errors: SliderErrors, settings: Settings) -> Assessme
         low.append(max(0.0, min(float(share.low), within[k]) - unseen))
         high.append(min(1.0, max(float(share.high), within[k]) + unseen))
     return Assessment(
-        quantity=quantity,
         limits=limits,
         angle=360.0 * (np.arange(count) + 1) / settings.bins,
         cycles=np.array([width[k::count].size for k in range(count)]),

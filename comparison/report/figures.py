@@ -1,228 +1,200 @@
-"""Figure of one channel: both models above, the absolute difference and its threshold below."""
+"""Drawings by matplotlib: the static figure of a scene, reliability by crank angle, work and precision."""
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+from markupsafe import Markup
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import PathPatch
-from matplotlib.path import Path
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from comparison.formatting import decade, prefix, pretty_unit
+from comparison.models import MODELS
+from comparison.reliability.difference import Difference
 from comparison.report import svg
-from comparison.report.decimate import envelope, spans, upper_envelope
-from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.arrays import Array
+from comparison.verdict.results import ChannelComparison, SceneComparison
+from comparison.words.verdicts import threshold_name
 
-_LEFT, _RIGHT = 0.135, 0.965  # of the figure's width
-_UPPER = (0.545, 0.335)  # bottom and height, of the figure's height
-_LOWER = (0.125, 0.33)
-_DECADES = 16  # of the lower axes at most: double precision has no more
-_LONGEST = 19  # letters beside axes of 90 pt, and of a name in a legend
+if TYPE_CHECKING:
+    from comparison.accuracy.work_precision import WorkPrecision
+
+_HEIGHT = 3.3  # inches, of a scene's figure
+_LEFT, _RIGHT = 0.175, 0.965  # of its width
+_DECADES = 16  # of a logarithmic axis at most: double precision has no more
 _CROSSES = 80  # at most, to remain distinguishable
-_MARKED = 100  # up to so many samples each one is marked
-_EMPTY = Path(np.empty((0, 2)))
+_LONGEST = 24  # letters of a name in a legend
 
 
-@dataclass(frozen=True)
-class Curves:
-    """Plotted data of one channel. Arrays have shape (n,), the channel's unit, and n >= 2."""
+def relative_to_guide(scene: SceneComparison, channel: ChannelComparison) -> float:
+    """Return what is subtracted from a channel to be drawn: from x the guide's centre line (m), else 0.
 
-    label: str
-    """Short name for the axis."""
-    unit: str
-    period: float | None
-    """s; None omits the axis of crank cycles."""
-    walls: tuple[float, float] | None
-    """Two levels to mark."""
-    predictable_below: float
-    """Limit of the threshold for predictable samples; nan where there is none."""
-    time: Array
-    """s, increasing."""
-    a: Array
-    b: Array
-    size: Array
-    """|difference|."""
-    threshold: Array | None
-    predictable: BoolArray
-    outside: BoolArray
-
-    def between(self, start: float, end: float) -> Curves:
-        """Return the samples from start to end (s), and one more on either side."""
-        first = max(0, int(np.searchsorted(self.time, start)) - 1)
-        part = slice(first, int(np.searchsorted(self.time, end)) + 2)
-        return dataclasses.replace(
-            self,
-            time=self.time[part],
-            a=self.a[part],
-            b=self.b[part],
-            size=self.size[part],
-            threshold=None if self.threshold is None else self.threshold[part],
-            predictable=self.predictable[part],
-            outside=self.outside[part],
-        )
+    A clearance of 0.2 mm is invisible on an axis of half a metre.
+    """
+    guided = channel.channel == "slider_x" and scene.scene is not None
+    return float(scene.scene["mechanism"]["guide_x"]) if guided and scene.scene is not None else 0.0
 
 
-class ChannelFigure:
-    """Figure that is reused for all channels: creating axes costs more than moving lines.
-
-    To be created and used inside `svg.style`.
+def channel_figure(scene: SceneComparison, channel: ChannelComparison, key: str) -> Markup:
+    """Draw a channel, both models above, the size of their difference and its threshold below.
 
     Parameters
     ----------
-    labels
-        Names of the two models.
-    threshold_label
-        Name of the threshold of the difference.
+    scene, channel
+        The scene at one tier, and its channel of n >= 2 samples.
+    key
+        Unique on the page, see `svg.inline_svg`.
     """
-
-    def __init__(self, labels: tuple[str, str], threshold_label: str) -> None:
-        self._figure = figure = Figure()
+    with svg.style():
+        figure = Figure()
+        figure.set_figheight(_HEIGHT)
         width = _RIGHT - _LEFT
-        self._upper = upper = figure.add_axes((_LEFT, _UPPER[0], width, _UPPER[1]))
-        self._lower = lower = figure.add_axes((_LEFT, _LOWER[0], width, _LOWER[1]))
-        upper.spines["top"].set_visible(True)
-        upper.tick_params(labelbottom=False, labeltop=True, top=True, bottom=False)
-        upper.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
-        lower.set_yscale("log", nonpositive="clip")
-        lower.yaxis.set_minor_locator(NullLocator())
-        lower.yaxis.set_major_locator(LogLocator(numticks=6))
-        # Powers as plain text: laid out as mathematics they took half of the time of a drawing.
-        lower.yaxis.set_major_formatter(lambda value, _: decade(value) if value > 0 else "")
+        upper = figure.add_axes((_LEFT, 0.56, width, 0.345))
+        lower = figure.add_axes((_LEFT, 0.13, width, 0.335), sharex=upper)
+        upper.tick_params(labelbottom=False)
+        _models(upper, scene, channel)
+        _difference(lower, channel)
+        shades = svg.spans(~channel.predictable, channel.time)
+        for axes in (upper, lower):
+            for n, (low, high) in enumerate(shades):
+                label = "" if n else "not predictable"
+                axes.axvspan(low, high, color=svg.SHADE, lw=0, zorder=0, label=label)
+        lower.set_xlim(channel.time[0], channel.time[-1])
+        lower.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]))
         lower.set_xlabel("time (s)", labelpad=2)
-        for axes in (upper, lower):
-            axes.yaxis.set_label_coords(-0.11, 0.5)
+        _legend(figure, upper, 0.915, 2, list(scene.labels))
+        _legend(figure, lower, 0.475, 4, [])
+        return Markup(svg.inline_svg(figure, key))  # matplotlib escapes the text in its drawings
 
-        self._walls = [
-            upper.axhline(0.0, color=svg.LIMIT, lw=0.8, dashes=(1, 2), label="wall") for _ in range(2)
-        ]
-        (self._a,) = upper.plot([], [], label="first", **svg.MODEL_LINES[0])
-        (self._b,) = upper.plot([], [], label="second", **svg.MODEL_LINES[1])
-        (self._threshold,) = lower.plot(
-            [], [], color=svg.THRESHOLD, lw=1.2, dashes=(3.5, 1.2, 1, 1.2), label="threshold"
+
+def _models(axes: Axes, scene: SceneComparison, channel: ChannelComparison) -> None:
+    """Plot both models, in a unit that needs few digits."""
+    zero = relative_to_guide(scene, channel)
+    values = channel.a - zero, channel.b - zero
+    factor, unit = prefix(max(float(np.abs(of).max()) for of in values), channel.unit)
+    for n, (of, line) in enumerate(zip(values, svg.MODEL_LINES, strict=True)):
+        kept = svg.envelope(of)
+        axes.plot(channel.time[kept], of[kept] / factor, label=f"model {n}", **line)
+    axes.margins(y=0.06)
+    axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
+    name = "x − guide" if zero else channel.label.partition(",")[0].removeprefix("slider ")
+    _name_axis(axes, name, unit)
+
+
+def _difference(axes: Axes, channel: ChannelComparison) -> None:
+    """Plot |difference|, the largest of each column, its threshold, and crosses where it is beyond."""
+    time, size, threshold = channel.time, np.abs(channel.difference), channel.threshold
+    edge = svg.envelope(size if threshold is None else threshold)
+    kept = svg.upper_envelope(size)
+    shown = size[kept] if threshold is None else np.concatenate([size[kept], threshold[edge]])
+    axes.set_yscale("log", nonpositive="clip")
+    axes.set_ylim(*_decades(shown))
+    axes.plot(time[kept], size[kept], color=svg.DIFFERENCE, label="|difference|")
+    if threshold is not None:
+        axes.plot(
+            time[edge],
+            threshold[edge],
+            color=svg.THRESHOLD,
+            lw=1.2,
+            dashes=(3.5, 1.2, 1, 1.2),
+            label=threshold_name(channel),
         )
-        (self._size,) = lower.plot([], [], color=svg.DIFFERENCE, label="|difference|")
-        self._limit = lower.axhline(1.0, color=svg.LIMIT, lw=0.8, dashes=(1, 2))
-        (self._outside,) = lower.plot([], [], "x", color=svg.OUTSIDE, ms=4, label="outside")
-        self._shades = []
-        for axes in (upper, lower):
-            shade = PathPatch(_EMPTY, fc=svg.SHADE, lw=0, zorder=0, transform=axes.get_xaxis_transform())
-            axes.add_patch(shade)
-            self._shades.append(shade)
-        self._shades[1].set_label("not predictable")
-        self._cycles = figure.text(_RIGHT, 0.955, "crank cycles", ha="right", va="bottom")
-        self._legends = [
-            axes.legend(
-                handles=handles,
-                loc="lower left",
-                ncols=4,
-                bbox_to_anchor=(_LEFT, bottom),
-                bbox_transform=figure.transFigure,
-            )
-            for axes, bottom, handles in (
-                (upper, 0.958, [self._a, self._b, self._walls[0]]),
-                (
-                    lower,
-                    _LOWER[0] + _LOWER[1] + 0.012,
-                    [self._size, self._threshold, self._shades[1], self._outside],
-                ),
-            )
-        ]
-        # Set only now: a model may be named "$x" (mathematics to a label) or "_x" (left out of legends).
-        names = [*labels, threshold_label]
-        texts = [*self._legends[0].get_texts()[:2], self._legends[1].get_texts()[1]]
-        for text, name in zip(texts, names, strict=True):
-            text.set_parse_math(False)
-            text.set_text(name if len(name) <= _LONGEST else name[: _LONGEST - 1] + "…")
-
-    def svg(self, curves: Curves, key: str) -> str:
-        """Return the drawing as inline SVG; ``key`` is unique on the page."""
-        self._draw_models(curves)
-        self._draw_difference(curves)
-        self._set_time(curves)
-        edges = spans(~curves.predictable, curves.time)
-        self._say(0, 2, said=curves.walls is not None)
-        self._say(1, 1, said=curves.threshold is not None)
-        self._say(1, 2, said=bool(edges))
-        self._say(1, 3, said=bool(curves.outside.any()))
-        boxes = [
-            Path([(low, 0), (low, 1), (high, 1), (high, 0), (low, 0)], closed=True) for low, high in edges
-        ]
-        for shade in self._shades:
-            shade.set_path(Path.make_compound_path(*boxes) if boxes else _EMPTY)
-        return svg.inline_svg(self._figure, key)
-
-    def _say(self, legend: int, entry: int, *, said: bool) -> None:
-        """Show or hide an entry of a legend."""
-        self._legends[legend].get_texts()[entry].set_visible(said)
-        handle = self._legends[legend].legend_handles[entry]
-        if handle is not None:
-            handle.set_visible(said)
-
-    def _draw_models(self, curves: Curves) -> None:
-        """Plot both models, in a unit that needs few digits."""
-        low, high = float(min(curves.a.min(), curves.b.min())), float(max(curves.a.max(), curves.b.max()))
-        if curves.walls is not None:
-            low, high = min(low, curves.walls[0]), max(high, curves.walls[1])
-        margin = 0.06 * (high - low) or max(abs(high), 1.0)
-        factor, unit = prefix(max(abs(low), abs(high)), curves.unit)
-        for line, values, marker in ((self._a, curves.a, "o"), (self._b, curves.b, "x")):
-            kept = envelope(values)
-            line.set_data(curves.time[kept], values[kept] / factor)
-            line.set_marker(marker if len(values) <= _MARKED else "None")
-        for line, level in zip(self._walls, curves.walls or (0.0, 0.0), strict=True):
-            line.set_ydata([level / factor] * 2)
-            line.set_visible(curves.walls is not None)
-        self._upper.set_ylim((low - margin) / factor, (high + margin) / factor)
-        self._upper.set_ylabel(_with_unit(curves.label, unit), parse_math=False)
-
-    def _draw_difference(self, curves: Curves) -> None:
-        """Plot |difference|, the largest of each column, and its threshold."""
-        kept = upper_envelope(curves.size)
-        self._size.set_data(curves.time[kept], curves.size[kept])
-        shown = curves.size[kept]
-        self._threshold.set_visible(curves.threshold is not None)
-        if curves.threshold is not None:
-            edge = envelope(curves.threshold)
-            self._threshold.set_data(curves.time[edge], curves.threshold[edge])
-            shown = np.concatenate([shown, curves.threshold[edge]])
-        marks = upper_envelope(np.where(curves.outside, curves.size, 0.0), _CROSSES)
-        marks = marks[curves.outside[marks]]
-        self._outside.set_data(curves.time[marks], curves.size[marks])
-        limited = bool(curves.predictable_below > 0.0)
-        self._limit.set_visible(limited)
-        if limited:
-            self._limit.set_ydata([curves.predictable_below] * 2)
-            shown = np.append(shown, curves.predictable_below)
-        positive = shown[shown > 0.0]
-        high = float(positive.max()) if positive.size else 1.0
-        low = max(float(positive.min()) if positive.size else 0.1, high * 10.0**-_DECADES)
-        low = min(low, high / 100)  # at least three ticks
-        self._lower.set_ylim(low / 2.5, high * 4)
-        self._lower.set_ylabel(_with_unit("|difference|", pretty_unit(curves.unit)), parse_math=False)
-
-    def _set_time(self, curves: Curves) -> None:
-        """Set the time span of both axes, in seconds below and in crank cycles above."""
-        start, end = float(curves.time[0]), float(curves.time[-1])
-        self._lower.set_xticks(_ticks(start, end))
-        self._cycles.set_visible(curves.period is not None)
-        cycles = _ticks(start / curves.period, end / curves.period) if curves.period else np.array([])
-        self._upper.set_xticks(cycles * (curves.period or 1.0), [f"{cycle:g}" for cycle in cycles])
-        for axes in (self._upper, self._lower):
-            axes.set_xlim(start, end)
+    if (beyond := channel.beyond).any():
+        marks = svg.upper_envelope(np.where(beyond, size, 0.0), _CROSSES)
+        marks = marks[beyond[marks]]
+        axes.plot(time[marks], size[marks], "x", color=svg.OUTSIDE, ms=4, label="beyond")
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_locator(LogLocator(numticks=6))
+    # Powers as plain text: laid out as mathematics they took half of the time of a drawing.
+    axes.yaxis.set_major_formatter(lambda value, _: decade(value) if value > 0 else "")
+    _name_axis(axes, "|difference|", pretty_unit(channel.unit))
 
 
-def _ticks(start: float, end: float) -> Array:
-    """Return round numbers from start to end, both included if they are round, shape (some,)."""
-    ticks = np.asarray(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]).tick_values(start, end))
-    slack = 1e-9 * (end - start)
-    return ticks[(ticks >= start - slack) & (ticks <= end + slack)]
+def _decades(values: Array) -> tuple[float, float]:
+    """Return limits of a logarithmic axis that hold the positive values, two decades at least."""
+    positive = values[values > 0.0]
+    high = float(positive.max()) if positive.size else 1.0
+    low = max(float(positive.min()) if positive.size else 0.1, high * 10.0**-_DECADES)
+    return min(low, high / 100) / 2.5, high * 4
 
 
-def _with_unit(label: str, unit: str) -> str:
-    """Return the text for a vertical axis; the unit alone where both are longer than the axes are high."""
-    if not unit:
-        return label
-    return f"{label} ({unit})" if len(label + unit) <= _LONGEST else f"({unit})"
+def _name_axis(axes: Axes, name: str, unit: str) -> None:
+    axes.yaxis.set_label_coords(-0.135, 0.5)
+    axes.set_ylabel(f"{name}\n({unit})" if unit else name, parse_math=False)
+
+
+def _legend(figure: Figure, axes: Axes, bottom: float, columns: int, names: list[str]) -> None:
+    """Place a legend above axes; names stand for the first labels, as they are."""
+    handles, labels = axes.get_legend_handles_labels()
+    if names:
+        handles, labels = handles[: len(names)], labels[: len(names)]
+    legend = figure.legend(handles, labels, loc="lower left", ncols=columns, bbox_to_anchor=(_LEFT, bottom))
+    shortened = [name if len(name) <= _LONGEST else name[: _LONGEST - 1] + "…" for name in names]
+    svg.name_curves(legend, shortened or labels)
+
+
+def against_angle(quantities: dict[str, Difference], labels: tuple[str, str]) -> Figure:
+    """Return a figure of each quantity's reliability in both models, inside `svg.style`."""
+    figure = Figure(figsize=(5.56, 4.6))
+    panels = figure.subplots(len(quantities), 1, sharex=True, squeeze=False)[:, 0]
+    figure.subplots_adjust(0.16, 0.095, 0.965, 0.93, hspace=0.22)
+    for axes, (name, difference) in zip(panels, quantities.items(), strict=True):
+        cap = difference.a.cap
+        axes.axhline(cap, color=svg.LIMIT, lw=0.8, dashes=(1, 2), label="no error")
+        for model, mark, line in zip((difference.a, difference.b), "ox", svg.MODEL_LINES, strict=True):
+            axes.plot(model.angle, model.reliability, f"{mark}-", ms=5, clip_on=False, **line)
+        values = np.concatenate([difference.a.reliability, difference.b.reliability, [cap]])
+        margin = 0.08 * float(np.ptp(values)) or 1e-6
+        axes.set_ylim(values.min() - margin, values.max() + margin)
+        axes.yaxis.set_major_locator(MaxNLocator(3))
+        axes.set_ylabel(f"R, {name}")
+    panels[-1].set_xlim(0.0, 360.0)
+    panels[-1].set_xticks(np.arange(0, 361, 72))
+    panels[-1].set_xlabel("crank angle from the start (deg)", labelpad=2)
+    figure.align_ylabels(panels)
+    cap_line, first, second = panels[0].lines
+    legend = panels[0].legend(
+        handles=[first, second, cap_line],
+        labels=["first", "second", "no error"],
+        loc="lower left",
+        ncols=3,
+        bbox_to_anchor=(0.16, 0.945),
+        bbox_transform=figure.transFigure,
+    )
+    svg.name_curves(legend, [*labels, "no error"])
+    return figure
+
+
+def draw_work_precision(measured: WorkPrecision, path: Path) -> Path:
+    """Draw processor time over error, both logarithmic: a line a formulation, and the Pareto front behind.
+
+    Runs without a result, or without an error, are not drawn.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with svg.panels(path) as (axes,):
+        axes.set(
+            xscale="log", yscale="log", xlabel="largest error of slider x (m)", ylabel="processor time (s)"
+        )
+        front = [(measured.error(row), row.seconds) for row in measured.front if measured.error(row) > 0.0]
+        if front:
+            axes.plot(*zip(*front, strict=True), color=svg.SHADE, lw=5, label="Pareto front")
+        marks = {"minimal": "o", "multiplier": "s", "tree": "^", "full": "D"}
+        for formulation, mark in marks.items():
+            rows = [row for row in measured.rows if row.candidate.formulation == formulation]
+            points = [(measured.error(row), row.seconds) for row in rows if measured.error(row) > 0.0]
+            if points:
+                points.sort(key=lambda point: point[1])
+                model = rows[0].candidate.model
+                colour = svg.FIRST if model == MODELS[0] else svg.SECOND
+                label = f"{model}, {formulation}"
+                axes.plot(
+                    *zip(*points, strict=True), color=colour, marker=mark, mfc="none", ms=4, label=label
+                )
+        axes.margins(0.04)  # the outermost marks whole
+        axes.xaxis.set_major_locator(LogLocator(numticks=6))
+        axes.invert_xaxis()
+        svg.legend_above(axes, columns=2)
+    return path

@@ -1,35 +1,29 @@
-"""The report: one self-contained HTML file."""
+"""The report: one self-contained HTML file of the verdict, the worst channel, an overview and the scenes."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from math import isfinite, isnan
 from pathlib import Path
 from typing import Any
 
-from markupsafe import Markup
-
-from comparison.files import replacing
-from comparison.formatting import MISSING, percent, quantity
+from comparison.formatting import MISSING, number, percent, quantity
 from comparison.metrics.contacts import WINDOW
 from comparison.reliability.difference import MARGIN
-from comparison.report import overview, reliability, svg, tables
-from comparison.report.compact import compact
-from comparison.report.gallery import Drawing, figures, is_derived, representative
-from comparison.report.origin import Origin
-from comparison.report.plot_data import plot_data
-from comparison.report.schematic import Schematic, schematic
-from comparison.report.templates import ASSETS, TEMPLATES, script_hash, style
-from comparison.verdict.results import SceneComparison, rank
-from comparison.words import verdicts as words
+from comparison.report import tables
+from comparison.report.figures import channel_figure
+from comparison.report.plots import is_derived, scene_plots
+from comparison.report.schematic import schematic
+from comparison.report.templates import Origin, interactive_page, write_page
+from comparison.verdict.results import ChannelComparison, SceneComparison, rank
+from comparison.words import verdicts
+from comparison.words.reliability import notes
 
-
-def _script() -> str:
-    """Return the page's script: the plotting library with its licence, then ours."""
-    library = ASSETS / "uplot"
-    licence = (library / "LICENSE").read_text("utf-8")
-    parts = [(ASSETS / name).read_text("utf-8") for name in ("animation.js", "plots.js")]
-    return "\n".join([f"/* uPlot\n{licence}*/", (library / "uPlot.iife.min.js").read_text("utf-8"), *parts])
+_BUILT_IN = {
+    "reference": "a hand-written solver of the paper's equations",
+    "exudyn": "the same press, written independently as a multibody model in Exudyn",
+}
+"""What a built-in model is, for its label."""
 
 
 def write_report(
@@ -40,7 +34,7 @@ def write_report(
     command: str,
     origin: Origin | None = None,
 ) -> Path:
-    """Write ``report.html`` into a folder.
+    """Write ``report.html`` into a folder and return its path.
 
     Parameters
     ----------
@@ -55,17 +49,12 @@ def write_report(
     origin
         Of the report; None: not stated.
 
-    Returns
-    -------
-    path
-        Path of the page. Equal arguments give identical bytes.
+    Notes
+    -----
+    Equal arguments give identical bytes.
     """
     html = render(comparisons, title=title, command=command, origin=origin)
-    out.mkdir(parents=True, exist_ok=True)
-    path = out / "report.html"
-    with replacing(path) as part:
-        part.write_text(html, "utf-8")
-    return path
+    return write_page(html, out / "report.html")
 
 
 def render(
@@ -76,100 +65,203 @@ def render(
     origin: Origin | None = None,
 ) -> str:
     """Return the page as text; see `write_report`."""
-    comparisons = overview.failing_first(comparisons)
-    keys = [f"s{n}" for n in range(len(comparisons))]
-    script = _script()
-    plot_style = Markup((ASSETS / "uplot" / "uPlot.min.css").read_text("utf-8") + "\n")
-    with svg.style():
-        scenes = [_scene(scene, key, shown=key == "s0") for scene, key in zip(comparisons, keys, strict=True)]
-    return TEMPLATES.get_template("report.html.j2").render(
+    # Equally severe scenes stay in their order.
+    ordered = sorted(comparisons, key=lambda scene: -rank(scene.worst_verdict))
+    tiers = list(dict.fromkeys(tier.tier for scene in ordered for tier in scene.tiers))
+    channels = [c for scene in ordered for tier in scene.tiers for c in tier.channels.values()]
+    of_tables = bool(ordered) and all(scene.ran is None and scene.failed is None for scene in ordered)
+    if of_tables and len(ordered) == 1 and not all(label in title for label in ordered[0].labels):
+        title = f"{' and '.join(ordered[0].labels)}: {title[0].lower()}{title[1:]}"
+    judged = [tier for scene in ordered for tier in scene.tiers]
+    scenes = [_scene(scene, f"s{n}") for n, scene in enumerate(ordered)]
+    if len(ordered) == 1:  # of many they would be most of the page; summary.json has them
+        scenes[0]["information"] = tables.information_table(ordered[0])
+    return interactive_page(
+        "report.html.j2",
         title=title,
         command=command,
-        overall={"verdict": words.overall_verdict(comparisons), "sentence": words.headline(comparisons)},
-        failing=overview.failing(comparisons, keys),
-        grid=overview.grid(comparisons, keys),
-        tiers=overview.tiers(comparisons),
-        channel_grid=overview.channel_grid(comparisons, keys),
-        ratio=words.ratio(comparisons),
-        models=overview.models(comparisons),
+        verdict_of_all=verdicts.overall_verdict(comparisons),
+        headline=verdicts.headline(comparisons),
+        failing=[
+            {"name": scene.name, "tier": tier.tier, "verdict": tier.verdict, "key": f"s{n}-{tier.tier}"}
+            for n, scene in enumerate(ordered)
+            for tier in scene.tiers
+            if rank(tier.verdict) > rank("agree")
+        ],
+        worst=_worst(ordered),
+        tiers=tiers,
+        ratio=verdicts.ratio(comparisons)[0],
+        threshold=_threshold(channels),
+        of_tables=of_tables,
+        models=_models(judged),
         origin=origin,
-        schematic=_representative([scene["schematic"] for scene in scenes]),
         scenes=scenes,
-        reliability=any(scene.reliability is not None for scene in comparisons),
+        channel_names=list(dict.fromkeys(channel.channel for channel in channels)),
+        reliability=any(scene["reliability"] for scene in scenes),
         margin=MARGIN,
-        symbols=words.SYMBOLS,
-        definition=words.definition(comparisons),
-        contact_headings=tables.CONTACT_HEADINGS,
-        information_headings=list(tables.INFORMATION_HEADINGS.values()),
-        css=plot_style + style(),
-        script=Markup(script),
-        script_hash=script_hash(script),
+        definition=verdicts.definition(comparisons),
     )
 
 
-def _representative(drawings: Sequence[Schematic | None]) -> Schematic | None:
-    """Return the first drawing with a clearance, else the first of all."""
-    found = [drawing for drawing in drawings if drawing is not None]
-    return next((drawing for drawing in found if drawing.geometry["magnified"]), found[0] if found else None)
+def _threshold(channels: Sequence[ChannelComparison]) -> str:
+    """Return what decides on a page, "uncertainty", "tolerance" or "" where nothing does."""
+    if any(channel.u is not None for channel in channels):
+        return "uncertainty"
+    return "tolerance" if any(channel.threshold is not None for channel in channels) else ""
 
 
-def _scene(scene: SceneComparison, key: str, *, shown: bool) -> dict[str, Any]:
-    """Return the template data of one scene; ``key`` is the prefix of its ids."""
-    usual = _tier(scene)
-    rows = {row["name"]: row for row in usual["channels"]}
-    return usual | {
+def _worst(scenes: Sequence[SceneComparison]) -> dict[str, Any] | None:
+    """Return the channel nearest to its limit, or farthest beyond it, of the tier with the worst verdict.
+
+    None where no channel was judged.
+    """
+    judged = [
+        (rank(tier.verdict), channel.ratio, f"s{n}-{tier.tier}", tier, channel)
+        for n, scene in enumerate(scenes)
+        for tier in scene.tiers
+        if (channel := _figured(tier)) is not None
+    ]
+    if not judged:
+        return None
+    _, ratio, key, tier, channel = max(
+        judged, key=lambda each: (each[0], -1.0 if isnan(each[1]) else each[1])
+    )
+    return {
         "key": key,
-        "open": shown,
+        "scene": tier.name,
+        "tier": tier.tier,
+        "ratio": number(ratio, 2),
+        "figure": _figure(tier, channel, "worst"),
+    }
+
+
+def _figured(tier: SceneComparison) -> ChannelComparison | None:
+    """Return the channel to be drawn of a scene: that which decides, else the first that was excited."""
+    excited = [channel for channel in tier.channels.values() if channel.verdict != "unexcited"]
+    return tier.worst_channel or next(iter(excited), None)
+
+
+def _figure(tier: SceneComparison, channel: ChannelComparison, key: str) -> dict[str, Any]:
+    sign = channel.definition.sign
+    return {
+        "svg": channel_figure(tier, channel, key),
+        "heading": f"{channel.label} ({sign})" if sign else channel.label,
+        "labels": tier.labels,
+        "verdict": channel.verdict,
+        "worst": f"{channel.worst_time:.4g} s" if isfinite(channel.worst_time) else "",
+        "shaded": not channel.predictable.all(),
+    }
+
+
+def _scene(scene: SceneComparison, key: str) -> dict[str, Any]:
+    """Return the template data of one scene; ``key`` is the prefix of its ids."""
+    tiers = [_tier(tier, f"{key}-{tier.tier}") for tier in scene.tiers]
+    # That with the worst verdict first.
+    plotted = sorted(scene.tiers, key=lambda tier: -rank(tier.verdict))
+    plots = [{"tier": tier.tier, "text": scene_plots(tier)} for tier in plotted]
+    drawn = next((channel for tier in plotted if (channel := _figured(tier)) is not None), None)
+    owner = next((tier for tier in plotted if drawn is not None and drawn in tier.channels.values()), scene)
+    contacts = tables.contact_table(scene)
+    return {
+        "key": key,
         "name": scene.name,
+        "worst": scene.worst_verdict,
+        "sections": _sections(scene, tiers, plotted=any(data["text"] for data in plots)),
         "title": scene.title,
         "description": scene.description,
-        "shift": words.shift_line(scene),
+        "labels": scene.labels,
+        "shift": verdicts.shift_line(scene),
         "warnings": scene.warnings,
         "schematic": schematic(scene.scene),
-        "plots": _plots(scene),
-        "figures": _compact(figures(scene, key)),
-        "not_drawn": ", ".join(name for name, channel in scene.channels.items() if is_derived(channel)),
-        "unexcited": ", ".join(name for name, row in rows.items() if row["verdict"] == "unexcited"),
+        "plots": [data for data in plots if data["text"]],
+        "figure": None if drawn is None else _figure(owner, drawn, key) | {"tier": owner.tier},
+        "tiers": tiers,
+        "derived": ", ".join(name for name, channel in scene.channels.items() if is_derived(channel)),
+        "unexcited": ", ".join(
+            name for name, channel in scene.channels.items() if channel.verdict == "unexcited"
+        ),
         "without_contact": all(events is not None and events.empty for events in scene.events),
-        "contacts": tables.contact_rows(scene),
-        "impacts": tables.impact_rows(scene),
+        "contacts": contacts,
+        "impacts": tables.impact_table(scene) if contacts is not None else None,
         "impact_window": quantity(WINDOW * scene.period, "s") if scene.period else MISSING,
-        "information": tables.information_rows(scene),
-        "situations": tables.situation_rows(scene),
+        "situations": tables.situation_table(scene),
+        "information": None,
+        "reliability": any(tier["reliability"] for tier in tiers),
         "numbers": tables.scene_values(scene.scene),
         "command": scene.command,
-        "reliability_figures": _compact(reliability.drawings(scene, f"{key}-reliability")),
-        "tight": scene.tight
-        and _tier(scene.tight) | {"figures": _compact(representative(scene.tight, f"{key}-tight"))},
     }
 
 
-def _compact(drawings: Sequence[Drawing]) -> list[Drawing]:
-    return [replace(drawing, svg=Markup(compact(drawing.svg))) for drawing in drawings]
+def _sections(
+    scene: SceneComparison, tiers: Sequence[Mapping[str, Any]], *, plotted: bool
+) -> list[tuple[str, str]]:
+    """Return id, after the scene's, and name of the sections that a scene has."""
+    first = scene.tier
+    sections = {
+        "plots": ("Plots", plotted),
+        f"{first}-why": ("Why", True),
+        f"{first}-channels": ("Channels", bool(scene.channels)),
+        "contacts": ("Contacts", any(events is not None for events in scene.events)),
+        "reliability": ("Reliability", any(tier["reliability"] for tier in tiers)),
+        "runs": ("Runs", any(tier["runs"] for tier in tiers)),
+    }
+    return [(key, name) for key, (name, there) in sections.items() if there]
 
 
-def _plots(scene: SceneComparison) -> list[dict[str, str]]:
-    """Return the data of the plots by tier, that with the worst verdict first."""
-    tiers = sorted(scene.tiers, key=lambda tier: -rank(tier.verdict))
-    packed = [{"tier": tier.tier, "text": plot_data(tier)} for tier in tiers]
-    return [data for data in packed if data["text"]]
-
-
-def _tier(scene: SceneComparison) -> dict[str, Any]:
+def _tier(tier: SceneComparison, key: str) -> dict[str, Any]:
     """Return the template data of a scene at one tier."""
-    return {
-        "tier": scene.tier,
-        "verdict": scene.verdict,
-        "reason": words.scene_reason(scene),
-        "card": words.card(scene),
-        "confirmation": words.confirmation(scene),
-        "suspicious": scene.confirmation is not None and scene.confirmation.suspicious,
-        "labels": scene.labels,
-        "attribution": words.attribution_lines(scene),
-        "coverage": percent(scene.coverage, scene.coverage_error),
-        "explained": percent(scene.attribution.explained),
-        "channels": [tables.channel_row(channel, scene.time) for channel in scene.channels.values()],
-        "runs": tables.run_rows(scene.provenance),
-        "versions": tables.version_lines(scene.provenance),
-        "reliability": reliability.section(scene),
+    decisive, confirmation = tier.decisive, tier.confirmation
+    card = verdicts.card(tier)
+    facts = {
+        "Predictable": percent(tier.coverage, tier.coverage_error),
+        "Within the tolerance" if isnan(tier.coverage) else "Of these explained": percent(
+            tier.attribution.explained
+        ),
+        "Order of convergence": card.order,
     }
+    return {
+        "key": key,
+        "tier": tier.tier,
+        "verdict": tier.verdict,
+        "ratio": "" if decisive is None else number(decisive.ratio, 2),
+        "channel": "" if decisive is None else decisive.channel,
+        "coverage": "" if isnan(tier.coverage) else percent(tier.coverage),
+        "mark": verdicts.mark(tier),
+        "card": card,
+        "facts": {name: value for name, value in facts.items() if value not in {"", MISSING}},
+        "confirmation": verdicts.confirmation(tier),
+        "suspicious": confirmation is not None and confirmation.suspicious,
+        "reason": verdicts.scene_reason(tier),
+        "finer": verdicts.finer_runs(tier),
+        "attribution": verdicts.attribution_lines(tier),
+        "channels": tables.channel_table(tier) if tier.channels else None,
+        "cells": {name: _cell(channel) for name, channel in tier.channels.items()},
+        "open": tables.open_channels(tier),
+        "runs": tables.run_rows(tier.provenance),
+        "versions": tables.version_lines(tier.provenance),
+        "reliability": None
+        if tier.reliability is None
+        else {
+            "verdict": tier.reliability.verdict,
+            "notes": notes(tier.reliability),
+            "table": tables.reliability_table(tier),
+        },
+    }
+
+
+def _cell(channel: ChannelComparison) -> Mapping[str, str]:
+    """Return the cell of a channel in the overview of all of them."""
+    return {"verdict": channel.verdict, "ratio": "" if isnan(channel.ratio) else number(channel.ratio, 2)}
+
+
+def _models(tiers: Sequence[SceneComparison]) -> list[dict[str, str]]:
+    """Return each label with what it is, and the formulations and versions it ran with."""
+    models = []
+    for label in dict.fromkeys(label for tier in tiers for label in tier.labels):
+        runs = [tier.provenance[label] for tier in tiers if label in tier.provenance]
+        formulations = dict.fromkeys(str(run["formulation"]) for run in runs if run.get("formulation"))
+        versions: dict[str, str] = next((run["versions"] for run in runs if run.get("versions")), {})
+        own = [f"{name} {versions[name]}" for name in (label, "sixbar-crossval") if name in versions]
+        parts = [_BUILT_IN.get(label, ""), "; ".join(formulations), ", ".join(own)]
+        models.append({"label": label, "words": "; ".join(part for part in parts if part)})
+    return [model for model in models if model["words"]]

@@ -1,22 +1,28 @@
-"""Page of several models: the verdict of each pair on each scene, and who stands alone."""
+"""Page of several models: the verdict of each pair on each scene, the outlier, and all on common plots."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from comparison.files import replacing
-from comparison.formatting import MISSING, percent, quantity
-from comparison.report.templates import TEMPLATES, style
+from comparison.formatting import MISSING, number, percent, quantity
+from comparison.report.plots import table_plots
+from comparison.report.templates import interactive_page, write_page
+from comparison.tables.channels import channels
+from comparison.tables.table import Table, TableError
+from comparison.tables.table_files import read
 from comparison.verdict.several import Pair, Standing
-from comparison.words.verdicts import SYMBOLS, standing, standings
+from comparison.words.verdicts import standing, standings
+
+_DRAWN = 3
+"""Models on common plots at most: of more lines over each other none can be followed."""
 
 
 @dataclass(frozen=True)
 class PairResult:
-    """Verdict of a pair on a scene; ``found`` is the mapping of `comparison.report.text.as_mapping`."""
+    """Verdict of a pair on a scene; ``found`` is its entry in the pair's ``summary.json``."""
 
     pair: Pair
     found: dict[str, Any]
@@ -27,13 +33,16 @@ class PairResult:
         return f"{'-'.join(self.pair)}/report.html"
 
     @property
-    def largest(self) -> str:
-        """Largest difference of slider x over the whole run, and the share of it that is predictable."""
-        channel = self.found["channels"].get("slider_x")
+    def cells(self) -> tuple[str, str, str]:
+        """Ratio of the decisive channel, largest difference of slider x, and its predictable share."""
+        ratio, channel = self.found["ratio"], self.found["channels"].get("slider_x")
         if channel is None:
-            return MISSING
-        share = "" if channel["coverage"] is None else f", predictable {percent(channel['coverage'])}"
-        return f"slider x: {quantity(channel['max_difference'], channel['unit'])}{share}"
+            return MISSING, MISSING, MISSING
+        return (
+            MISSING if ratio is None else number(ratio, 2),
+            quantity(channel["max_difference"], channel["unit"]),
+            MISSING if channel["coverage"] is None else percent(channel["coverage"]),
+        )
 
 
 @dataclass(frozen=True)
@@ -47,18 +56,43 @@ class Row:
 
 
 def write_pairwise(rows: Sequence[Row], folder: Path, *, models: Sequence[str], command: str) -> Path:
-    """Write ``report.html`` of several models into a folder and return its path."""
-    page = TEMPLATES.get_template("pairwise.html.j2").render(
-        rows=rows,
-        pairs=[result.pair for result in rows[0].results],
+    """Write ``report.html`` of several models into a folder and return its path.
+
+    The curves are those of the tables that the pairs' reports have written into the folder.
+    """
+    html = interactive_page(
+        "pairwise.html.j2",
+        title=f"{len(models)} models against each other",
         models=models,
-        command=command,
+        pairs=[result.pair for result in rows[0].results],
+        rows=rows,
         lead=standings([row.standing for row in rows]),
-        symbols=SYMBOLS,
         sentence=standing,
-        css=style(),
+        plots=[_plots(row, folder, models) for row in rows],
+        command=command,
     )
-    path = folder / "report.html"
-    with replacing(path) as temporary:
-        temporary.write_text(page, "utf-8")
-    return path
+    return write_page(html, folder / "report.html")
+
+
+def _plots(row: Row, folder: Path, models: Sequence[str]) -> str:
+    """Return the plots of a scene's base runs, of the models that have one; empty without two."""
+    tables: dict[str, Table] = {}
+    for model in models:
+        for result in row.results:
+            path = folder / "-".join(result.pair) / "tables" / f"{row.name}-{model}.csv"
+            if model in result.pair and model not in tables and path.exists():
+                try:
+                    tables[model] = read(path)
+                except TableError:
+                    continue  # a run that did not succeed has no complete table
+    tables = dict(list(tables.items())[:_DRAWN])
+    if len(tables) < 2 or any(table.time.size < 2 for table in tables.values()):
+        return ""
+    scene: Mapping[str, Any] = next(iter(tables.values())).provenance.get("scene") or {}
+    names = [name for name in channels() if not (name.startswith("corner_") and not name.endswith("_normal"))]
+    return table_plots(
+        tables,
+        names,
+        period=60.0 / abs(float(scene["drive"]["speed_rpm"])) if scene else None,
+        guide=float(scene["mechanism"]["guide_x"]) if scene else 0.0,
+    )

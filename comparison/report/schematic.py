@@ -1,24 +1,37 @@
-"""Schematic of the press and of the slider in its guide, as SVG with the scene's dimensions.
+"""Drawing of the press and of the slider in its guide, as SVG with the scene's dimensions.
 
-The page's script moves the same drawing through the run: it addresses the parts by their classes.
+The pages' script moves the same drawing through the run: it addresses the parts by their classes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from math import cos, hypot, radians, sin, sqrt
+from typing import Any, NamedTuple
 
 from markupsafe import Markup, escape
 
 from comparison.formatting import NO_BREAK
-from comparison.report.mechanism import Joints, Point, joints
 
 WIDTH, HEIGHT = 600, 330
 _GUIDE = (448.0, 172.0)  # centre of the enlarged slider
 _SLIDER = (70.0, 118.0)  # its width and height
 _GAP = 18.0  # of the drawing is the clearance
 _PRESS = (16.0, 34.0, 300.0, 250.0)  # left, top, width, height
+
+Point = tuple[float, float]
+
+
+class Joints(NamedTuple):
+    """Positions, m: crank's bearing O, crank pin A, B on the rocker, its pivot H, its tip C, slider F."""
+
+    O: Point  # noqa: E741 - the paper's name
+    A: Point
+    B: Point
+    H: Point
+    C: Point
+    F: Point
 
 
 @dataclass(frozen=True)
@@ -31,6 +44,47 @@ class Schematic:
     geometry: dict[str, Any]
 
 
+def joints(mechanism: Mapping[str, Any], crank_angle_deg: float) -> Joints | None:
+    """Return the joints' positions; None where the mechanism cannot be assembled.
+
+    Both models compute their own; a drawing needs a tenth of a millimetre and neglects the clearances.
+
+    Parameters
+    ----------
+    mechanism
+        Section ``mechanism`` of a scene.
+    crank_angle_deg
+        From the x axis, counter-clockwise.
+    """
+    angle, crank = radians(crank_angle_deg), float(mechanism["crank"]["length"])
+    pin = (crank * cos(angle), crank * sin(angle))
+    pivot = (float(mechanism["rocker_pivot"][0]), float(mechanism["rocker_pivot"][1]))
+    rocker, rod2 = mechanism["rocker"], mechanism["rod2"]
+    middle = _crossing(pin, rod2["length"], pivot, rocker["centroid"], mechanism["rocker_branch"])
+    if middle is None:
+        return None
+    reach = rocker["length"] / rocker["centroid"]
+    tip = (pivot[0] + reach * (middle[0] - pivot[0]), pivot[1] + reach * (middle[1] - pivot[1]))
+    guide = float(mechanism["guide_x"])
+    left = mechanism["rod4"]["length"] ** 2 - (guide - tip[0]) ** 2
+    if left < 0.0:
+        return None
+    slider = (guide, tip[1] + mechanism["slider_branch"] * sqrt(left))
+    return Joints((0.0, 0.0), pin, middle, pivot, tip, slider)
+
+
+def _crossing(a: Point, from_a: float, b: Point, from_b: float, side: int) -> Point | None:
+    """Return where two circles cross, on the left (1) or right (-1) of the line from a to b."""
+    distance = hypot(b[0] - a[0], b[1] - a[1])
+    along = (distance**2 + from_a**2 - from_b**2) / (2 * distance)
+    height = from_a**2 - along**2
+    if height < 0.0:
+        return None
+    x, y = (b[0] - a[0]) / distance, (b[1] - a[1]) / distance
+    across = side * sqrt(height)
+    return a[0] + along * x - across * y, a[1] + along * y + across * x
+
+
 def schematic(scene: Mapping[str, Any] | None) -> Schematic | None:
     """Draw the press of a scene at its start.
 
@@ -41,23 +95,37 @@ def schematic(scene: Mapping[str, Any] | None) -> Schematic | None:
     """
     if scene is None:
         return None
-    mechanism = scene["mechanism"]
+    mechanism, drive = scene["mechanism"], scene["drive"]
     start = joints(mechanism, float(mechanism["crank_angle_deg"]))
     if start is None:
         return None
-    view = _View(start, mechanism)
-    clearance = float(scene["clearance"]["slider"]) if scene["joints"]["slider"] == "clearance" else 0.0
-    pin = float(scene["clearance"]["crank_pin"]) if scene["joints"]["crank_pin"] == "clearance" else 0.0
-    parts = [*_press(view, start, mechanism), *_enlarged(scene, clearance, pin)]
-    svg = f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" focusable="false">{"".join(parts)}</svg>'
-    words = _words(scene, clearance, pin)
+    clearances = [
+        float(scene["clearance"][joint]) if scene["joints"][joint] == "clearance" else 0.0
+        for joint in ("slider", "crank_pin")
+    ]
+    clearance, pin = clearances
+    # The stroke is some four cranks long; the slider starts near its top.
+    crank, length = float(mechanism["crank"]["length"]), float(mechanism["slider"]["length"])
+    xs = [point[0] for point in start] + [-crank, crank]
+    ys = [point[1] for point in start] + [-crank, start.F[1] - 5.5 * crank - length]
+    left, top, width, height = _PRESS
+    scale = min(width / (max(xs) - min(xs)), height / (max(ys) - min(ys)))
+    origin = (left + 14 - scale * min(xs), top + scale * max(ys))
+    at = Joints(*((origin[0] + scale * x, origin[1] - scale * y) for x, y in start))
+    parts = [*_press(at, mechanism, scale), *_enlarged(mechanism, clearance, pin)]
+    size = f"{_mm(mechanism['slider']['width'])} wide and {_mm(length)} long"
+    held = f"clearance {_mm(clearance)} on each side" if clearance else "held by its guide"
+    caption = f"Crank at {mechanism['crank_angle_deg']:g}° at the start, {drive['speed_rpm']:g} rpm; "
+    caption += f"slider {size}, {held}"
+    caption += f"; radial clearance at the crank pin A {_mm(pin)}." if pin else "."
     return Schematic(
-        svg=Markup(svg),  # numbers, and the texts of this module
-        caption=words,
-        alt=f"Schematic of the six-bar press at the start, and its slider in the guide enlarged. {words}",
+        # Numbers, and the texts of this module.
+        svg=Markup(f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" focusable="false">{"".join(parts)}</svg>'),
+        caption=caption,
+        alt=f"Schematic of the six-bar press at the start, and its slider in the guide enlarged. {caption}",
         geometry={
             "mechanism": {
-                "crank": mechanism["crank"]["length"],
+                "crank": crank,
                 "rod2": mechanism["rod2"]["length"],
                 "centroid": mechanism["rocker"]["centroid"],
                 "rocker": mechanism["rocker"]["length"],
@@ -65,11 +133,11 @@ def schematic(scene: Mapping[str, Any] | None) -> Schematic | None:
                 "pivot": list(mechanism["rocker_pivot"]),
                 "branches": [mechanism["rocker_branch"], mechanism["slider_branch"]],
                 "start": mechanism["crank_angle_deg"],
-                "speed": scene["drive"]["speed_rpm"] * 6.0,
+                "speed": drive["speed_rpm"] * 6.0,
             },
             "guide": mechanism["guide_x"],
-            "length": mechanism["slider"]["length"],
-            "view": [view.scale, *view.origin],
+            "length": length,
+            "view": [scale, *origin],
             # Pixels of the enlarged drawing per metre of clearance; 0 where the guide holds the slider.
             "magnified": _GAP / clearance if clearance else 0.0,
             "slider": [*_GUIDE, *_SLIDER],
@@ -77,26 +145,9 @@ def schematic(scene: Mapping[str, Any] | None) -> Schematic | None:
     )
 
 
-class _View:
-    """Map from metres to the drawing of the press."""
-
-    def __init__(self, start: Joints, mechanism: Mapping[str, Any]) -> None:
-        crank, slider = float(mechanism["crank"]["length"]), float(mechanism["slider"]["length"])
-        xs = [point[0] for point in start] + [-crank, crank]
-        # The stroke is some four cranks long; the slider starts near its top.
-        ys = [point[1] for point in start] + [-crank, start.F[1] - 5.5 * crank - slider]
-        left, top, width, height = _PRESS
-        self.scale = min(width / (max(xs) - min(xs)), height / (max(ys) - min(ys)))
-        self.origin = (left + 14 - self.scale * min(xs), top + self.scale * max(ys))
-
-    def __call__(self, point: Point) -> Point:
-        return self.origin[0] + self.scale * point[0], self.origin[1] - self.scale * point[1]
-
-
-def _press(view: _View, start: Joints, mechanism: Mapping[str, Any]) -> list[str]:
-    at = Joints(*(view(point) for point in start))
-    half = 0.5 * view.scale * float(mechanism["slider"]["width"])
-    tall = view.scale * float(mechanism["slider"]["length"])
+def _press(at: Joints, mechanism: Mapping[str, Any], scale: float) -> list[str]:
+    half = 0.5 * scale * float(mechanism["slider"]["width"])
+    tall = scale * float(mechanism["slider"]["length"])
     guide_x, bottom = at.F[0], _PRESS[1] + _PRESS[3]
     length = {name: _mm(mechanism[name]["length"]) for name in ("crank", "rod2", "rocker", "rod4")}
     return [
@@ -111,7 +162,7 @@ def _press(view: _View, start: Joints, mechanism: Mapping[str, Any]) -> list[str
         _line(at.C, at.F, "link rod4"),
         f'<rect class="body slider" x="{at.F[0] - half:.1f}" y="{at.F[1] - tall / 2:.1f}" '
         f'width="{2 * half:.1f}" height="{tall:.1f}"/>',
-        *(_ground(point) for point in (at.O, at.H)),
+        *(f'<path class="support" d="M{x:.1f} {y:.1f}l-7 11h14z"/>' for x, y in (at.O, at.H)),
         *(
             f'<circle class="joint at-{name}" cx="{p[0]:.1f}" cy="{p[1]:.1f}" r="3"/>'
             for name, p in at._asdict().items()
@@ -125,54 +176,37 @@ def _press(view: _View, start: Joints, mechanism: Mapping[str, Any]) -> list[str
     ]
 
 
-def _enlarged(scene: Mapping[str, Any], clearance: float, pin: float) -> list[str]:
+def _enlarged(mechanism: Mapping[str, Any], clearance: float, pin: float) -> list[str]:
     (x, y), (width, height) = _GUIDE, _SLIDER
-    gap = _GAP if clearance else 0.0
-    wall, top, bottom = width / 2 + gap, y - height / 2 - 30, y + height / 2 + 30
-    mechanism = scene["mechanism"]
+    wall = width / 2 + (_GAP if clearance else 0.0)
+    top, bottom = y - height / 2 - 30, y + height / 2 + 30
     across, tall = (_mm(mechanism["slider"][name]) for name in ("width", "length"))
-    half = (width / 2, height / 2)
-    corners = [(x + i * half[0], y + j * half[1]) for i, j in ((-1, 1), (1, 1), (1, -1), (-1, -1))]
+    corners = [(x + i * width / 2, y + j * height / 2) for i, j in ((-1, 1), (1, 1), (1, -1), (-1, -1))]
     outline = " ".join(f"{a:.1f},{b:.1f}" for a, b in corners)
+    gap = [f"c = {_mm(clearance)}", "a side"] if clearance else ["no clearance"]
     return [
-        _text(_GUIDE[0], 16, "slider in its guide, enlarged", "heading middle"),
+        _text(x, 16, "slider in its guide, enlarged", "heading middle"),
         *(
             f'<rect class="ground" x="{left:.1f}" y="{top:.1f}" width="14" height="{bottom - top:.1f}"/>'
             for left in (x - wall - 14, x + wall)
         ),
         *(_line((edge, top), (edge, bottom), "wall") for edge in (x - wall, x + wall)),
         _line((x, top), (x, bottom), "centre"),
-        f'<polygon class="body first" points="{outline}"/>',
-        f'<polygon class="body second" points="{outline}"/>',
+        *(f'<polygon class="body {model}" points="{outline}"/>' for model in ("first", "second")),
         *(
             f'<path class="force {model} {corner}" d=""/>'
             for model in ("first", "second")
             for corner in ("ll", "lr", "ul", "ur")
         ),
-        *(
-            [
-                _text(x + wall + 18, top + 10, f"c = {_mm(clearance)}"),
-                _text(x + wall + 18, top + 24, "a side"),
-            ]
-            if clearance
-            else [_text(x + wall + 18, top + 10, "no clearance")]
-        ),
+        *(_text(x + wall + 18, top + 10 + 14 * n, text) for n, text in enumerate(gap)),
         _text(x + wall + 18, y + 4, f"L = {tall}"),
         _text(x, bottom + 16, f"W = {across}", "middle"),
         *([_text(x + wall + 18, bottom, f"pin A: {_mm(pin)}")] if pin else []),
         *(
-            _text(x + i * (wall + 20), y + j * half[1] + 4, name, "middle small")
-            for name, i, j in (("ll", -1, 1), ("ul", -1, -1))
+            _text(x - wall - 20, y + j * height / 2 + 4, name, "middle small")
+            for name, j in (("ll", 1), ("ul", -1))
         ),
     ]
-
-
-def _words(scene: Mapping[str, Any], clearance: float, pin: float) -> str:
-    drive, mechanism = scene["drive"], scene["mechanism"]
-    said = f"Crank at {mechanism['crank_angle_deg']:g}° at the start, {drive['speed_rpm']:g} rpm; slider "
-    said += f"{_mm(mechanism['slider']['width'])} wide and {_mm(mechanism['slider']['length'])} long, "
-    said += f"clearance {_mm(clearance)} on each side" if clearance else "held by its guide"
-    return said + (f"; radial clearance at the crank pin A {_mm(pin)}." if pin else ".")
 
 
 def _mm(metres: float) -> str:
@@ -186,8 +220,3 @@ def _line(a: Point, b: Point, kind: str) -> str:
 def _text(x: float, y: float, text: str, kind: str = "") -> str:
     name = f' class="{kind}"' if kind else ""
     return f'<text{name} x="{x:.1f}" y="{y:.1f}">{escape(text)}</text>'
-
-
-def _ground(point: Point) -> str:
-    x, y = point
-    return f'<path class="support" d="M{x:.1f} {y:.1f}l-7 11h14z"/>'

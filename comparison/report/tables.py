@@ -1,9 +1,13 @@
-"""Rows of the report's tables as text: channels, contacts, runs, the scene's numbers."""
+"""The report's tables as text: channels, contacts, reliability, other measures, runs, the scene's numbers.
+
+A `Table` has groups of columns, (heading, subheadings), and rows of one text a column.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,122 +15,169 @@ import pandas as pd
 
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.metrics.contacts import SITUATIONS
-from comparison.report.decimate import spans
+from comparison.reliability.assessment import Assessment
+from comparison.reliability.difference import Difference
+from comparison.reliability.errors import unit_of
+from comparison.report import svg
 from comparison.tables.arrays import Array, BoolArray
 from comparison.tables.channels import CONTACTS, PIN
 from comparison.verdict.results import ChannelComparison, SceneComparison
-from comparison.words.verdicts import reason
+from comparison.words import verdicts
+from comparison.words.reliability import rounded
 
-CONTACT_HEADINGS = (
-    "Contacts",
-    "Median duration",
-    "Largest normal speed",
-    "Total impulse",
-    "Largest force",
-    "Deepest",
-)
-
-INFORMATION_HEADINGS = {
-    "sprague_geers_magnitude": "M",
-    "sprague_geers_phase": "P",
-    "sprague_geers_combined": "C",
-    "iso18571": "R",
-    "iso18571_corridor": "Corridor",
-    "iso18571_phase": "Phase",
-    "iso18571_magnitude": "Magnitude",
-    "iso18571_slope": "Slope",
-    "tube_share": "In the tube",
-}
+Groups = Sequence[tuple[str, Sequence[str]]]
 
 
-def channel_row(channel: ChannelComparison, time: Array) -> dict[str, Any]:
-    """Return one row of the channel table; ``time`` (s) has shape (n,)."""
-    unit = channel.unit
-    within = channel.largest_predictable
-    compared = channel.verdict != "unexcited"
-    located = compared and not np.isnan(channel.worst_threshold)
-    relation = ">" if abs(channel.worst_difference) > channel.worst_threshold else "≤"
-    return {
-        "name": channel.channel,
-        "label": channel.label,
-        "unit": pretty_unit(unit),
-        "verdict": channel.verdict,
-        "coverage": percent(channel.coverage, channel.coverage_error) if compared else MISSING,
-        "explained": percent(channel.explained) if compared else MISSING,
-        "largest": quantity(channel.max_difference, unit),
-        "largest_scaled": _of_scale(channel.max_scaled),
-        "largest_predictable": quantity(within, unit),
-        "largest_predictable_scaled": _of_scale(within / channel.scale if channel.scale else np.nan),
-        "rms": quantity(channel.rms_difference, unit),
-        "rms_error": "" if np.isnan(channel.rms_error) else f"± {quantity(channel.rms_error, unit, 1)}",
-        "rms_scaled": _of_scale(channel.rms_scaled),
-        "worst": quantity(abs(channel.worst_difference), unit) if located else MISSING,
-        "worst_threshold": (
-            f"{relation} {quantity(channel.worst_threshold, unit)}, at {channel.worst_time:.4f} s"
-            if located
-            else ""
-        ),
-        "reason": reason(channel),
-        "has_strip": compared,
-        "unpredictable": _strip(~channel.predictable, time),
-        "outside": _strip(channel.beyond, time),
-    }
+@dataclass(frozen=True)
+class Row:
+    """One line of a table."""
+
+    name: str
+    cells: Sequence[str]
+    verdict: str = ""
+    title: str = ""
+    """More about the name."""
+    strip: str | None = None
+    """Background of the last cell, which shows the run from left to right; None: there is no such cell."""
+    curves: Mapping[str, str] = field(default_factory=dict)
+    """Class -> path of a drawing 1000 wide and 10 high in the last cell."""
 
 
-def contact_rows(scene: SceneComparison) -> list[dict[str, Any]]:
-    """Return one row per corner (or pin) and one for all; empty without contacts."""
-    if all(events is None or events.empty for events in scene.events):
-        return []
-    met = [set(events["corner"]) for events in scene.events if events is not None]
-    places = [place for place in CONTACTS if place in set().union(*met)]
-    rows = [(CONTACTS[place], [_of_place(events, place) for events in scene.events]) for place in places]
-    rows.append(("all", list(scene.events)))
-    return [
-        {"place": name, "cells": list(zip(*(_contacts(events) for events in pair), strict=True))}
-        for name, pair in rows
+@dataclass(frozen=True)
+class Table:
+    """Columns of numbers."""
+
+    first: str
+    groups: Groups
+    rows: Sequence[Row]
+
+
+def channel_table(scene: SceneComparison) -> Table:
+    """Return the channels of a scene at one tier that were excited, and what their verdicts rest on."""
+    excited = [channel for channel in scene.channels.values() if channel.verdict != "unexcited"]
+    judged = [channel for channel in excited if channel.threshold is not None]
+    known = any(channel.u is not None for channel in judged)
+    columns: list[tuple[str, str, Callable[[ChannelComparison], str]]] = []
+    if judged:
+        limit = f"{judged[0].limits.k:g}u" if known else "tolerance"
+        columns = [(judged[0].ratio_name, "", lambda c: number(c.ratio, 2))]
+        if known:
+            columns += [("Share of samples", "predictable", lambda c: percent(c.coverage, c.coverage_error))]
+        columns += [
+            (
+                "Share of samples",
+                f"of these ≤ {limit}" if known else "within",
+                lambda c: percent(c.explained),
+            ),
+            ("Worst sample", "|E|", lambda c: quantity(abs(c.worst_difference), c.unit)),
+            ("Worst sample", limit, lambda c: quantity(c.worst_threshold, c.unit)),
+            ("Worst sample", "at (s)", lambda c: number(c.worst_time, 4)),
+        ]
+    columns += [
+        ("|E| over the whole run", "largest", lambda c: quantity(c.max_difference, c.unit)),
+        ("|E| over the whole run", "RMS", lambda c: quantity(c.rms_difference, c.unit)),
     ]
-
-
-def impact_rows(scene: SceneComparison) -> list[dict[str, Any]]:
-    """Return one row for all contacts and one for the predictable part; empty without contacts."""
-    words = {"all": "all", "predictable": "predictable part"}
-    if scene.impacts is None or not (scene.impacts["all"].count_a or scene.impacts["all"].count_b):
-        return []
-    return [
-        {
-            "words": words[part],
-            "cells": [
-                str(impacts.count_a),
-                str(impacts.count_b),
-                str(len(impacts.pairs)),
-                percent(impacts.recall),
-                percent(impacts.precision),
-                quantity(impacts.median_delay, "s"),
-                quantity(impacts.largest_delay, "s"),
-                _of_whole(impacts.total_impulse_error),
-                _of_whole(impacts.impulse_error),
-                _of_whole(impacts.normal_speed_error),
-                _of_whole(impacts.peak_force_error),
-            ],
-        }
-        for part, impacts in scene.impacts.items()
+    groups: dict[str, list[str]] = {"Verdict": []}
+    for group, part, _ in columns:
+        groups.setdefault(group, []).extend([part] if part else [])
+    if judged:
+        groups["Predictable, over time" if known else "Beyond, over time"] = []
+    rows = [
+        Row(
+            channel.channel,
+            [value(channel) for _, _, value in columns],
+            channel.verdict,
+            f"{channel.label} ({pretty_unit(channel.unit)})" if channel.unit != "1" else channel.label,
+            _strip(scene.time, {"--outside": channel.beyond, "--shade": ~channel.predictable})
+            if judged
+            else None,
+        )
+        for channel in excited
     ]
+    return Table("Channel", list(groups.items()), rows)
 
 
-def information_rows(scene: SceneComparison) -> list[dict[str, Any]]:
-    """Return one row per excited channel, with cells under `INFORMATION_HEADINGS`.
-
-    Two digits: of impacts, which samples meet or miss, the third depends on the sampling.
-    """
+def open_channels(scene: SceneComparison) -> list[tuple[str, str]]:
+    """Return the channels that neither agree nor are unexcited, with the reason of each verdict."""
     return [
-        {"name": name, "cells": [number(channel.metrics[key], 2) for key in INFORMATION_HEADINGS]}
+        (name, verdicts.reason(channel))
         for name, channel in scene.channels.items()
-        if channel.metrics
+        if channel.verdict not in {"agree", "unexcited"}
     ]
 
 
-def situation_rows(scene: SceneComparison) -> list[dict[str, Any]]:
-    """Return one row per situation with its time share in both models, and one for the crank pin.
+def contact_table(scene: SceneComparison) -> Table | None:
+    """Return a row per corner (or pin) and one for all; None without contacts."""
+    if all(events is None or events.empty for events in scene.events):
+        return None
+    touched = {place for events in scene.events if events is not None for place in events["corner"]}
+    rows = [(CONTACTS[place], place) for place in CONTACTS if place in touched] + [("all", "")]
+    headings = ("Number", "Median duration", "Largest normal speed", "Impulse", "Largest force", "Deepest")
+    return Table(
+        "Where",
+        [(heading, scene.labels) for heading in headings],
+        [
+            Row(name, [cell for pair in zip(*cells, strict=True) for cell in pair])
+            for name, place in rows
+            for cells in [[_contacts(events, place, len(headings)) for events in scene.events]]
+        ],
+    )
+
+
+def _contacts(events: pd.DataFrame | None, place: str, columns: int) -> list[str]:
+    if events is None:
+        return [MISSING] * columns
+    if place:
+        events = events[events["corner"] == place]
+    if events.empty:
+        return ["0", *[MISSING] * (columns - 1)]
+    return [
+        str(len(events)),
+        quantity(float((events["end"] - events["start"]).median()), "s"),
+        quantity(float(events["normal_speed"].max()), "m/s"),
+        quantity(float(events["impulse"].sum()), "N s"),
+        quantity(float(events["peak_force"].max()), "N"),
+        quantity(float(events["largest_depth"].max()), "m"),
+    ]
+
+
+def impact_table(scene: SceneComparison) -> Table | None:
+    """Return a row for all contacts and one for the predictable part; None where none can be matched."""
+    if scene.impacts is None or not (scene.impacts["all"].count_a or scene.impacts["all"].count_b):
+        return None
+    names = {"all": "all", "predictable": "predictable part"}
+    return Table(
+        "Contacts",
+        [
+            ("Number", (*scene.labels, "matched")),
+            ("Matched share", scene.labels),
+            ("Distance of starts", ("median", "largest")),
+            ("Error of", ("total impulse", "impulses", "normal speed", "peak force")),
+        ],
+        [
+            Row(
+                names[part],
+                [
+                    str(impacts.count_a),
+                    str(impacts.count_b),
+                    str(len(impacts.pairs)),
+                    percent(impacts.recall),
+                    percent(impacts.precision),
+                    quantity(impacts.median_delay, "s"),
+                    quantity(impacts.largest_delay, "s"),
+                    _share(impacts.total_impulse_error),
+                    _share(impacts.impulse_error),
+                    _share(impacts.normal_speed_error),
+                    _share(impacts.peak_force_error),
+                ],
+            )
+            for part, impacts in scene.impacts.items()
+        ],
+    )
+
+
+def situation_table(scene: SceneComparison) -> Table | None:
+    """Return the time share of each contact situation, and of a touching crank pin; None where unknown.
 
     Situations that occur in neither model are omitted.
     """
@@ -134,13 +185,113 @@ def situation_rows(scene: SceneComparison) -> list[dict[str, Any]]:
     rows = []
     if both != (None, None):
         rows += [
-            {"words": words, "cells": [_of_whole(shares[key]) if shares else MISSING for shares in both]}
+            Row(words, [_share(shares[key]) if shares else MISSING for shares in both])
             for key, words in SITUATIONS.items()
         ]
     if pins != (None, None):
-        cells = [MISSING if share is None else _of_whole(share) for share in pins]
-        rows.append({"words": f"{CONTACTS[PIN]} in contact", "cells": cells})
-    return rows
+        cells = [MISSING if share is None else _share(share) for share in pins]
+        rows.append(Row(f"{CONTACTS[PIN]} in contact", cells))
+    return Table("Situation", [(label, ()) for label in scene.labels], rows) if rows else None
+
+
+def reliability_table(scene: SceneComparison) -> Table | None:
+    """Return both models' smallest reliability and share within the limits, and their difference; or None."""
+    if scene.reliability is None or not scene.reliability.quantities:
+        return None
+    return Table(
+        "Quantity",
+        [
+            ("Verdict", ()),
+            ("Smallest reliability R", (*scene.labels, "at")),
+            ("Difference of R", ("value", "±")),
+            ("Smallest P(|error| ≤ limit)", (*scene.labels, "at")),
+            ("95 % interval of R", scene.labels),
+            ("Parts of ±", ("cycles", "numerics", "quadrature")),
+            ("R over the crank cycle", ()),
+        ],
+        [
+            Row(
+                f"{name}, {_limits(name, difference.a)}",
+                _reliability(difference),
+                difference.verdict,
+                curves=_curves(difference),
+            )
+            for name, difference in scene.reliability.quantities.items()
+        ],
+    )
+
+
+def _limits(name: str, model: Assessment) -> str:
+    unit, limits = unit_of(name), model.limits
+    upper = quantity(limits.upper, unit)
+    return f"{quantity(limits.lower, unit)} to {upper}" if limits.lower else f"≤ {upper}"
+
+
+def _reliability(difference: Difference) -> list[str]:
+    models = difference.a, difference.b
+    least = [int(model.within.argmin()) for model in models]
+    places = ["cap" if model.capped[model.worst] else f"{model.angle[model.worst]:g}°" for model in models]
+    shares = [
+        "everywhere" if np.all(model.within == model.within[0]) else f"{model.angle[place]:g}°"
+        for model, place in zip(models, least, strict=True)
+    ]
+    half, *parts = (
+        number(value, 2) if np.isfinite(value) else MISSING
+        for value in (difference.half_width, difference.sampling, difference.numerical, difference.quadrature)
+    )
+    return [
+        *(rounded(model.minimum) for model in models),
+        ", ".join(dict.fromkeys(places)),
+        number(difference.minimum, 2),
+        half,
+        *(f"{model.within[place]:.3f}" for model, place in zip(models, least, strict=True)),
+        ", ".join(dict.fromkeys(shares)),
+        *("{:.5f} … {:.5f}".format(*model.interval) for model in models),
+        *parts,
+    ]
+
+
+def _curves(difference: Difference) -> dict[str, str]:
+    """Return both models' reliability over the crank cycle as paths, the cap at the top."""
+    curves = {"first": difference.a.reliability, "second": difference.b.reliability}
+    low = min(float(curve.min()) for curve in curves.values())
+    span = max(difference.a.cap, *(float(curve.max()) for curve in curves.values())) - low or 1.0
+    return {
+        model: "M" + "L".join(
+            f"{1000 * n / max(1, curve.size - 1):.0f} {9.5 - 9 * (value - low) / span:.1f}"
+            for n, value in enumerate(curve.tolist())
+        )
+        for model, curve in curves.items()
+    }  # fmt: skip
+
+
+def information_table(scene: SceneComparison) -> Table | None:
+    """Return common measures of similarity of each excited channel; None without one.
+
+    Two digits: of impacts, which samples meet or miss, the third depends on the sampling.
+    """
+    groups = {
+        "Sprague and Geers": {
+            "M": "sprague_geers_magnitude",
+            "P": "sprague_geers_phase",
+            "C": "sprague_geers_combined",
+        },
+        "ISO/TS 18571": {
+            "R": "iso18571",
+            "corridor": "iso18571_corridor",
+            "phase": "iso18571_phase",
+            "magnitude": "iso18571_magnitude",
+            "slope": "iso18571_slope",
+        },
+        "Tube": {"inside": "tube_share"},
+    }
+    keys = [key for group in groups.values() for key in group.values()]
+    rows = [
+        Row(name, [number(channel.metrics[key], 2) for key in keys])
+        for name, channel in scene.channels.items()
+        if channel.metrics
+    ]
+    return Table("Channel", [(name, list(group)) for name, group in groups.items()], rows) if rows else None
 
 
 def run_rows(provenance: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]]:
@@ -148,8 +299,7 @@ def run_rows(provenance: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]
     return [
         {
             "name": name,
-            "formulation": str(run.get("formulation", "")),
-            "integrator": str(run.get("integrator", MISSING)),
+            "integrator": ", ".join(str(run[key]) for key in ("formulation", "integrator") if run.get(key)),
             "settings": _pairs(run.get("settings")),
             "counters": _pairs(run.get("counters")),
             "constraints": _pairs(run["constraints"]) if "constraints" in run else "",
@@ -185,39 +335,22 @@ def _flat(mapping: Mapping[str, Any], start: str = "") -> Iterable[str]:
             yield f"{start}{key} = {json.dumps(value, ensure_ascii=False)}"
 
 
-def _strip(mask: BoolArray, time: Array) -> str:
-    """Return the intervals of a mask as an SVG path, 1000 wide (the run) and 10 high."""
-    start, per_second = float(time[0]), 1000 / float(time[-1] - time[0])
-    boxes = spans(mask, time, columns=200)
-    scaled = [(per_second * (low - start), per_second * (high - low)) for low, high in boxes]
-    return "".join(f"M{left:.0f} 0h{width:.0f}v10h-{width:.0f}z" for left, width in scaled)
+def _strip(time: Array, masks: Mapping[str, BoolArray]) -> str:
+    """Return where masks hold over the run as CSS gradients, a colour's variable each, the first on top."""
+    start, span = float(time[0]), float(time[-1] - time[0])
+    layers = []
+    for colour, mask in masks.items():
+        stops, end = [], "0"
+        for low, high in svg.spans(mask, time, columns=200):
+            left, right = (f"{100 * (edge - start) / span:.4g}%" for edge in (low, high))
+            stops.append(f"#0000 {end} {left},var({colour}) {left} {right}")
+            end = right
+        if stops:
+            layers.append(f"linear-gradient(90deg,{','.join(stops)},#0000 {end})")
+    return ",".join(layers) or "none"
 
 
-def _of_place(events: pd.DataFrame | None, place: str) -> pd.DataFrame | None:
-    return None if events is None else events[events["corner"] == place]
-
-
-def _contacts(events: pd.DataFrame | None) -> list[str]:
-    """Return the cells of one model under `CONTACT_HEADINGS`."""
-    if events is None:
-        return [MISSING] * len(CONTACT_HEADINGS)
-    if events.empty:
-        return ["0", *[MISSING] * (len(CONTACT_HEADINGS) - 1)]
-    return [
-        str(len(events)),
-        quantity(float((events["end"] - events["start"]).median()), "s"),
-        quantity(float(events["normal_speed"].max()), "m/s"),
-        quantity(float(events["impulse"].sum()), "N s"),
-        quantity(float(events["peak_force"].max()), "N"),
-        quantity(float(events["largest_depth"].max()), "m"),
-    ]
-
-
-def _of_scale(scaled: float) -> str:
-    return "" if np.isnan(scaled) else f"{number(scaled)} of scale"
-
-
-def _of_whole(share: float) -> str:
+def _share(share: float) -> str:
     """Return percent with three digits, so that rare situations do not appear as zero."""
     return MISSING if np.isnan(share) else f"{number(100 * share)}{NO_BREAK}%"
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -10,26 +9,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from bouncing_press import make_scene
 from half_sines import half_sines
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from comparison.execution.run import Job
 from comparison.report import write_report
 from comparison.scene import load_scene
-from comparison.verdict.results import Confirmation, SceneComparison
+from comparison.verdict.results import Basis, Confirmation, Doubt, SceneComparison
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-
-
-def _made_up() -> Any:
-    # Test folders are no packages, so the neighbour is loaded by its path.
-    path = Path(__file__).parents[1] / "comparison" / "report" / "conftest.py"
-    spec = importlib.util.spec_from_file_location("made_up_comparisons", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="session")
@@ -39,34 +28,37 @@ def comparisons() -> list[SceneComparison]:
     Agreement at both tiers; a seeded fault; a difference that was confirmed, one that was withdrawn; too few
     predictable samples; a run that crashed.
     """
-    make = _made_up().make_scene
 
     def moved(columns: dict[str, Any]) -> dict[str, Any]:
         return columns | {"slider_x": columns["slider_x"] + 1e-6}
 
-    press, fault = make("press"), make("fault", alter=moved)
-    confirmed = Confirmation("confirmed", members=(99, 30), sentence="confirmed")
-    withdrawn = replace(confirmed, outcome="underestimated", factor=6.4, sentence="no difference of models")
-    return [
-        replace(press, tight=make("press", tier="tight")),
-        replace(fault, confirmation=Confirmation("unconfirmed", members=(3, 0), sentence="unconfirmed")),
+    press, fault = make_scene("press"), make_scene("fault", alter=moved)
+    confirmed = Confirmation("confirmed", members=(99, 30))
+    withdrawn = replace(confirmed, outcome="underestimated", factor=6.4)
+    vague = replace(press.channels["slider_x"], verdict="indeterminate", basis=Basis.COVERAGE)
+    scenes = [
+        replace(press, tight=make_scene("press", tier="tight")),
+        replace(fault, confirmation=Confirmation("unconfirmed", doubt=Doubt.FEW_RUNS, members=(3, 0))),
         replace(fault, name="confirmed", confirmation=confirmed),
         replace(press, name="underestimated", confirmation=withdrawn),
-        replace(press, name="undecided", verdict="indeterminate", reason="too few",
-            closer_command="sixbar validate press --accuracy strict"),
+        replace(
+            press, name="undecided", verdict="indeterminate", channels=press.channels | {"slider_x": vague},
+            closer_command="sixbar validate press --accuracy strict",
+        ),
         replace(
             press, name="crashed", verdict="cannot compare", channels={}, events=(None, None), provenance={},
-            reason="scene 'crashed': the exudyn run did not succeed: crashed; exit code 3",
+            error="scene 'crashed': the exudyn run did not succeed: crashed; exit code 3",
             failed=Job(load_scene("150rpm-0.2mm"), "exudyn"),
         ),
     ]  # fmt: skip
+    return [replace(scene, pulses=half_sines(scene)) for scene in scenes]
 
 
 @pytest.fixture(scope="session")
 def report(comparisons: list[SceneComparison], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("report")
-    pulses = {(tier.name, tier.tier): half_sines(tier) for scene in comparisons for tier in scene.tiers}
-    return write_report(comparisons, folder, title="Press", command="sixbar validate", pulses=pulses)
+    return write_report(
+        comparisons, tmp_path_factory.mktemp("report"), title="Press", command="sixbar validate"
+    )
 
 
 @pytest.fixture(scope="session")

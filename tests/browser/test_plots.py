@@ -25,8 +25,9 @@ id => {
 DATA = """
 () => {
   const v = [...viewers.values()].find(v => v.key === "s4-plots");
-  const {a, b, size, within, judged, zero} = v.data.channels.find(c => c.name === "slider_x");
-  return {t: [...v.data.t], a, b, size, within, judged, zero};
+  const c = v.data.channels.find(c => c.name === "slider_x");
+  const {values: [a, b], sizes: [size], within, judged, grid} = c;
+  return {t: [...v.data.t], a, b, size, within, judged, step: grid[1]};
 }
 """
 IN_VIEW = """
@@ -96,13 +97,16 @@ def test_the_data_are_those_of_the_comparison(
     channel = comparisons[0].channels["slider_x"]
     found = page.evaluate(DATA)
     assert found["t"] == pytest.approx(channel.time, abs=1e-12)
-    zero = found["zero"]
-    # 24 bits of a displacement of 0.2 mm; 8 bits of the difference and of its threshold.
-    assert found["a"] == pytest.approx(channel.a - zero, abs=2e-4 * 2**-23)
-    assert found["b"] == pytest.approx(channel.b - zero, abs=2e-4 * 2**-8)
+    zero = comparisons[0].scene["mechanism"]["guide_x"]
+    # Half of one of 65,534 steps of the values; 5 bits of the difference and of its threshold.
+    assert found["step"] == pytest.approx((channel.a.max() - channel.a.min()) / 65534)
+    assert found["a"] == pytest.approx(channel.a - zero, abs=0.51 * found["step"])
+    assert found["b"] == pytest.approx(
+        channel.b - zero, abs=0.51 * found["step"] + 2**-6 * abs(channel.difference).max()
+    )
     size = [value or 0.0 for value in found["size"]]
-    assert size == pytest.approx(abs(channel.difference), rel=2**-8, abs=1e-30)
-    assert found["within"] == pytest.approx(channel.limits.k * channel.u, rel=2**-8)
+    assert size == pytest.approx(abs(channel.difference), rel=2**-6, abs=1e-30)
+    assert found["within"] == pytest.approx(channel.threshold, rel=2**-6)
     assert found["judged"] == channel.predictable.tolist()
 
 
@@ -188,7 +192,7 @@ def test_an_impact_shows_both_pulses_up_to_the_peaks_of_the_event_tables(
     assert f"peak {first['peak_force']:.4g} N (reference), {second['peak_force']:.4g} N (exudyn)" in said
 
 
-def test_the_first_sample_outside_is_found(
+def test_the_first_sample_beyond_is_found(
     show: Callable[..., Page], comparisons: list[SceneComparison]
 ) -> None:
     page = opened(show, FAULT)
@@ -198,7 +202,7 @@ def test_the_first_sample_outside_is_found(
     assert press(page, "o", plots=FAULT)["index"] == earliest
     opened_page = opened(show)
     press(opened_page, "o")
-    assert "No sample is outside" in opened_page.locator(f"{PLOTS} .readout").inner_text()
+    assert "No sample is beyond 2 u" in opened_page.locator(f"{PLOTS} .readout").inner_text()
 
 
 def test_channels_tier_and_ratio_can_be_chosen(show: Callable[..., Page]) -> None:
@@ -206,7 +210,7 @@ def test_channels_tier_and_ratio_can_be_chosen(show: Callable[..., Page]) -> Non
     count = page.locator(f"{PLOTS} canvas").count()
     page.locator(f"{PLOTS} .picker input[name=slider_vx]").check()
     assert page.locator(f"{PLOTS} canvas").count() == count + 2
-    page.get_by_text("|E| / 2u", exact=True).locator("visible=true").first.click()
+    page.get_by_text("|E| / 2 u", exact=True).locator("visible=true").first.click()
     labels = page.evaluate("() => [...viewers.values()].at(-1).plots.map(p => p.axes[1].label)")
     assert "|difference| / 2 u" in labels
     page.locator(f"{PLOTS} .bar").get_by_text("tight", exact=True).click()
@@ -215,11 +219,12 @@ def test_channels_tier_and_ratio_can_be_chosen(show: Callable[..., Page]) -> Non
     assert "slider_vx" in state(page)["shown"]
 
 
-def test_the_schematic_moves_with_the_cursor(
+def test_the_schematic_moves_with_the_cursor_and_plays_forward_from_an_impact(
     show: Callable[..., Page], comparisons: list[SceneComparison]
 ) -> None:
     page = opened(show)
-    at = press(page, "n")["index"]
+    jumped = press(page, "n", "n")
+    at = jumped["index"]
     seen = page.evaluate(SCHEMATIC)
     channel, scene = comparisons[0].channels["slider_x"], comparisons[0].scene
     assert scene is not None
@@ -228,12 +233,34 @@ def test_the_schematic_moves_with_the_cursor(
     assert seen["x"] == pytest.approx(channel.a[at] - scene["mechanism"]["guide_x"], abs=0.2 / 18 * 2e-4)
     assert seen["crank"] == pytest.approx(scene["mechanism"]["crank"]["length"], abs=0.2 / seen["scale"])
     press(page, " ")
+    end = jumped["range"][1]
     page.wait_for_function(
-        "title => document.querySelector('#s4 .schematic .heading').textContent !== title", arg=seen["title"]
+        "([id, end]) => [...viewers.values()].find(v => '#' + v.key === id).range[0] > end", arg=[PLOTS, end]
     )
-    stopped = press(page, " ")["index"]
+    stopped = press(page, " ")
+    # The enlarged range has moved along, and is as wide as before.
+    assert stopped["index"] > at
+    assert stopped["range"][0] <= stopped["time"] <= stopped["range"][1]
+    assert stopped["range"][1] - stopped["range"][0] == pytest.approx(end - jumped["range"][0])
     page.wait_for_timeout(200)  # five pictures
-    assert state(page)["index"] == stopped
+    assert state(page)["index"] == stopped["index"]
+
+
+def test_playing_ends_with_the_run(show: Callable[..., Page]) -> None:
+    page = opened(show)
+    page.locator(f"{PLOTS} input[type=range]").evaluate(
+        "e => { e.value = 0.79; e.dispatchEvent(new Event('input')); }"
+    )
+    page.locator(f"{PLOTS} select").select_option("1")
+    assert (
+        page.get_by_role("button", name="Play or stop").locator("visible=true").first.inner_text() == "▶ play"
+    )
+    press(page, " ")
+    page.wait_for_function(
+        "id => { const v = [...viewers.values()].find(v => '#' + v.key === id);"
+        "return v.index === v.data.t.length - 1 && !v.timer; }",
+        arg=PLOTS,
+    )
 
 
 def test_plots_fit_a_phone(show: Callable[..., Page]) -> None:

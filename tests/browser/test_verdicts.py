@@ -59,7 +59,7 @@ def test_each_verdict_says_what_how_much_and_what_next(
 ) -> None:
     key = f"s{ORDER.index(scene)}"
     page = show(anchor=f"#{key}-standard")
-    cell = page.locator(f'.grid a[href="#{key}-standard"]')
+    cell = page.locator(f'.grid a.cell[href="#{key}-standard"]')
     assert sign in cell.inner_text()
     card = page.locator(f"#{key}-standard")
     card.wait_for(state="visible")

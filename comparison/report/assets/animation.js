@@ -1,4 +1,4 @@
-// Moves the schematic of a scene to the cursor of its plots: the press, and the slider of both models enlarged.
+// Moves the drawing of the press to the cursor of its plots: the press, and the slider of each model enlarged.
 
 function crossing([ax, ay], fromA, [bx, by], fromB, side) {
   const distance = Math.hypot(bx - ax, by - ay), along = (distance ** 2 + fromA ** 2 - fromB ** 2) / (2 * distance);
@@ -20,14 +20,14 @@ function animate(viewer) {
   const [cx, cy, width, height] = g.slider;
   const corners = {ll: [-1, 1], lr: [1, 1], ur: [1, -1], ul: [-1, -1]};
 
-  viewer.moved.push((of, index) => {
-    const t = of.data.t[index], channel = name => of.data.channels.find(c => c.name === name);
+  viewer.moved.push(({data}, index) => {
+    const t = data.t[index], channel = name => data.channels.find(c => c.name === name);
     const angle = (m.start + m.speed * t) * Math.PI / 180;
     const O = [0, 0], A = [m.crank * Math.cos(angle), m.crank * Math.sin(angle)], H = m.pivot;
     const B = crossing(A, m.rod2, H, m.centroid, m.branches[0]), reach = m.rocker / m.centroid;
     const C = [H[0] + reach * (B[0] - H[0]), H[1] + reach * (B[1] - H[1])];
     const y = channel("slider_y"), below = Math.sqrt(Math.max(0, m.rod4 ** 2 - (g.guide - C[0]) ** 2));
-    const F = [g.guide, y ? y.a[index] : C[1] + m.branches[1] * below];
+    const F = [g.guide, y ? y.values[0][index] : C[1] + m.branches[1] * below];
     line("crank", O, A); line("rod2", A, B); line("rocker", H, C); line("rod4", C, F);
     for (const [name, point] of Object.entries({O, A, B, H, C, F})) {
       const [x, z] = at(point);
@@ -37,15 +37,17 @@ function animate(viewer) {
     slider.setAttribute("y", (at(F)[1] - slider.height.baseVal.value / 2).toFixed(1));
     heading.textContent = `press at ${t.toFixed(4)} s`;
     // Relative displacements are enlarged alike, so that a corner touches its wall where its gap is zero.
-    const strongest = Math.max(1e-12, ...of.data.contacts.flat().map(k => k[3]));
-    ["first", "second"].forEach((model, side) => {
-      const value = name => { const c = channel(name); return c ? (side ? c.b : c.a)[index] : 0; };
+    data.strongest ??= Math.max(1e-12, ...data.contacts.flat().map(k => k[3]), ...Object.keys(corners)
+      .flatMap(name => channel(`corner_${name}_normal`)?.values[0] ?? []));
+    data.labels.forEach((_, side) => {
+      const value = name => channel(name)?.values[side][index] ?? 0, model = STYLES[side].name;
       const x = value("slider_x"), turned = value("slider_angle") * g.length / 2;
       const places = Object.fromEntries(Object.entries(corners).map(([name, [i, j]]) =>
         [name, [cx + i * width / 2 + g.magnified * (x + j * turned), cy + j * height / 2]]));
       part(`.body.${model}`).setAttribute("points", Object.values(places).map(p => p.map(v => v.toFixed(1)).join()).join(" "));
       for (const [name, [i]] of Object.entries(corners)) {
-        const force = value(`corner_${name}_normal`), long = force > 0 ? 8 + 40 * Math.sqrt(Math.min(1, force / strongest)) : 0;
+        // Square root: small forces beside the peak of the first impact remain visible.
+        const force = value(`corner_${name}_normal`), long = force > 0 ? 8 + 40 * Math.sqrt(Math.min(1, force / data.strongest)) : 0;
         const [px, py] = places[name], z = py + (side ? 3 : -3), way = -i;
         part(`.force.${model}.${name}`).setAttribute("d", long ? `M${px} ${z}h${way * long}M${px + way * 5} ${z - 3}L${px} ${z}l${way * 5} 3` : "");
       }

@@ -1,9 +1,12 @@
-// Interactive plots of a scene: both models above, their difference and its threshold below, one cursor for all.
+// Interactive plots: all models above, their differences and the threshold below, one cursor for all.
 "use strict";
 
 const CORNERS = ["ll", "lr", "ul", "ur", "pin"];
 const PLACES = ["lower left", "lower right", "upper left", "upper right", "crank pin"];
-const DIFFERENCE = "difference", RATIO = "ratio";
+// A thin line on a wide, pale one shows both where they coincide.
+const STYLES = [{name: "first", alpha: "99", width: 4.5}, {name: "second", alpha: "", width: 1.5}, {name: "third", alpha: "", width: 0.8}];
+const SIGNS = {agree: "✓", differ: "✗", indeterminate: "?"};
+const FONT = "12px system-ui, sans-serif";
 
 function element(tag, properties = {}, ...children) {
   const made = document.createElement(tag);
@@ -15,15 +18,44 @@ function element(tag, properties = {}, ...children) {
 }
 
 const colour = name => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+const stroke = side => colour(STYLES[side].name) + STYLES[side].alpha;
 
-// Digits that a reader can use: 3 significant ones, with an SI prefix from milli to nano where the unit takes one.
+// ---- numbers
+
+// Factor and prefix that bring a magnitude to between 1 and 1000; degrees and the like take none.
+function prefix(magnitude, unit) {
+  if (!unit || /^(deg|%|1)/.test(unit)) return [1, ""];
+  return [[1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]].find(([least]) => magnitude >= least * 0.9995) || [1, ""];
+}
+
 function quantity(value, unit) {
   if (value === null || value === undefined || Number.isNaN(value)) return "n/a";
-  const size = Math.abs(value);
-  const prefixes = unit && !/^(deg|%|1)/.test(unit) ? [[1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]] : [[1, ""]];
-  const [factor, letter] = prefixes.find(([least]) => size >= least * 0.9995) || prefixes[0];
+  const size = Math.abs(value), [factor, letter] = prefix(size, unit);
   const text = size && size < 0.001 * factor ? (value / factor).toExponential(2) : String(+(value / factor).toPrecision(4));
   return `${text} ${letter}${unit}`.trim();
+}
+
+// Decimals that tell neighbouring ticks apart.
+function decimals(step) {
+  for (let n = 0; n < 12; n++) if (Math.abs(step * 10 ** n - Math.round(step * 10 ** n)) < 1e-6 * step * 10 ** n) return n;
+  return 12;
+}
+
+const tickLabels = (...given) => tickTexts(...given).map(text => text.replace("-", "−"));
+
+// The last tick has the unit. Where ticks differ in late digits only, the first is written in full and the others as
+// what they are beyond it.
+function tickTexts(splits, unit, scaled = true) {
+  const last = splits.length - 1;
+  if (last < 1) return splits.map(v => quantity(v, unit));
+  const step = splits[1] - splits[0], most = Math.max(...splits.map(Math.abs));
+  if (most > 2000 * step) {
+    const [factor, letter] = prefix(splits[last] - splits[0], unit), digits = decimals(step / factor);
+    return splits.map((v, i) => i ? `+${((v - splits[0]) / factor).toFixed(digits)}` + (i === last ? ` ${letter}${unit}` : "")
+      : v.toPrecision(Math.min(12, Math.ceil(Math.log10(most / step)) + 1)));
+  }
+  const [factor, letter] = scaled ? prefix(most, unit) : [1, ""], digits = decimals(step / factor);
+  return splits.map((v, i) => (v / factor).toFixed(digits) + (scaled && i === last && letter + unit ? ` ${letter}${unit}` : ""));
 }
 
 // ---- data
@@ -36,11 +68,10 @@ async function inflate(text) {
 
 function unpack(bytes) {
   const length = new DataView(bytes.buffer).getUint32(0, true);
-  const head = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
-  const n = head.samples;
+  const head = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length))), n = head.samples;
   let at = 4 + length;
   // The bytes of all samples stand plane by plane, the lowest first; `size` of `width` are stored.
-  const planes = (width, size) => {
+  const planes = (size, width = size) => {
     const out = new Uint8Array(n * width);
     for (let k = 0; k < size; k++) {
       for (let i = 0; i < n; i++) out[i * width + width - size + k] = bytes[at + k * n + i];
@@ -48,36 +79,33 @@ function unpack(bytes) {
     at += size * n;
     return out.buffer;
   };
-  const [start, end] = head.time;
-  head.t = head.uneven ? Float64Array.from(new Float64Array(planes(8, 8)), t => start + t)
-    : Float64Array.from({length: n}, (_, i) => start + (end - start) * i / (n - 1));
+  const sums = values => { for (let i = 1; i < n; i++) values[i] += values[i - 1]; return values; };
+  const halves = () => Array.from(new Float32Array(planes(2, 4)));
+  head.t = head.step === null ? Float64Array.from(new Float64Array(planes(8)), t => head.start + t)
+    : Float64Array.from(sums(Float64Array.from(new Uint16Array(planes(2)))), i => head.start + head.step * i);
+  const models = head.labels.length;
+  head.pairs = [];
+  for (let a = 0; a < models; a++) for (let b = a + 1; b < models; b++) head.pairs.push([a, b]);
   for (const c of head.channels) {
-    const a = new Float32Array(planes(4, 4));
-    const e = new Float32Array(planes(4, 2)), limit = new Float32Array(planes(4, 2));
-    const shift = c.offset - c.zero;
-    c.a = Array.from(a, v => v + shift);
-    c.b = c.a.map((v, i) => v - e[i]);
-    c.size = Array.from(e, v => Math.abs(v) || null);
-    c.known = Boolean(c.threshold);
-    c.within = Array.from(limit, v => Math.abs(v));
-    c.judged = Array.from(limit, v => !(v < 0 || Object.is(v, -0)));
-    c.ratio = c.size.map((v, i) => c.judged[i] && c.within[i] ? (v || 0) / c.within[i] || null : null);
+    const [lowest, step] = c.grid;
+    const first = Array.from(sums(sums(new Uint16Array(planes(2)))), k => (lowest + k) * step);
+    const apart = [first.map(() => 0), ...Array.from({length: models - 1}, halves)];
+    c.values = apart.map((e, k) => k ? first.map((v, i) => v - e[i]) : first);
+    c.sizes = head.pairs.map(([a, b]) => apart[b].map((e, i) => Math.abs(e - apart[a][i]) || null));
+    const limit = c.threshold ? halves() : null;
+    c.within = limit && limit.map(Math.abs);
+    c.judged = first.map((_, i) => !limit || !(limit[i] < 0 || Object.is(limit[i], -0)));
+    c.ratio = limit && c.sizes[0].map((v, i) => c.judged[i] && c.within[i] ? (v || 0) / c.within[i] || null : null);
   }
   // Contacts resolved at a model's own steps: times and forces as shares of the last and of the largest.
-  const shares = count => {
-    const out = Array.from({length: count}, (_, i) => (bytes[at + i] + 256 * bytes[at + count + i]) / 65535);
-    at += 2 * count;
-    return out;
-  };
+  const shares = count => Array.from(bytes.subarray(at, at += count), v => v / 255);
   head.pulses = head.pulses.map((model, side) => {
     const count = model.count.reduce((a, b) => a + b, 0), times = shares(count), forces = shares(count);
     let from = 0;
     return model.of.map((place, i) => {
-      const contact = head.contacts[side][place], part = [from, from += model.count[i]];
-      return {
-        corner: contact[0], start: contact[1], end: contact[1] + model.last[i], most: model.peak[i],
-        t: times.slice(...part).map(v => contact[1] + v * model.last[i]), n: forces.slice(...part).map(v => v * model.peak[i]),
-      };
+      const [corner, start] = head.contacts[side][place], part = [from, from += model.count[i]];
+      const t = times.slice(...part).map(v => start + v * model.last[i]), n = forces.slice(...part).map(v => v * model.peak[i]);
+      return {corner, start, end: start + model.last[i], most: model.peak[i], t, n};
     });
   });
   return head;
@@ -105,23 +133,18 @@ function shade(u, judged, t) {
 
 const cornerOf = c => CORNERS.findIndex(name => c.name === `corner_${name}_normal`);
 
-// Peaks of the event table: contacts are shorter than samples are apart, so curves alone miss most of them.
-function peaks(viewer, c) {
-  const corner = cornerOf(c);
-  if (corner < 0) return [[], []];
-  return viewer.data.contacts.map((list, side) => {
+// Peaks of the event tables: contacts are shorter than samples are apart, so curves alone miss most of them.
+function peaks(data, corner) {
+  return data.contacts.map((list, side) => {
     // At the largest force of a resolved contact, in the middle of another.
-    const at = new Map(viewer.data.pulses[side].map(p => [p.start, p.t[p.n.indexOf(Math.max(...p.n))]]));
-    return list.filter(k => k[0] === corner).map(k => [at.get(k[1]) ?? k[1] + k[2] / 2, k[3]]);
+    const at = new Map(data.pulses[side].map(p => [p.start, p.t[p.n.indexOf(Math.max(...p.n))]]));
+    return corner < 0 ? [] : list.filter(k => k[0] === corner).map(k => [at.get(k[1]) ?? k[1] + k[2] / 2, k[3]]);
   });
 }
 
-// Width and colour of either model's curve: a thin line on a wide, pale one shows both where they coincide.
-const STYLES = [{name: "first", alpha: "99", width: 4}, {name: "second", alpha: "", width: 1.5}];
-const stroke = side => colour(STYLES[side].name) + STYLES[side].alpha;
-
-function drawPulses(u, pulses) {
-  const {ctx, bbox} = u, {min, max} = u.scales.x;
+function drawContacts(u, pulses, marks) {
+  const {ctx, bbox} = u, {min, max} = u.scales.x, r = 3 * devicePixelRatio;
+  const place = (t, value) => [u.valToPos(t, "x", true), u.valToPos(value, "y", true)];
   ctx.save();
   ctx.beginPath();
   ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
@@ -132,45 +155,36 @@ function drawPulses(u, pulses) {
     for (const p of list) {
       if (p.end < min || p.start > max) continue;
       ctx.beginPath();
-      p.t.forEach((t, i) => ctx.lineTo(u.valToPos(t, "x", true), u.valToPos(p.n[i], "y", true)));
+      p.t.forEach((t, i) => ctx.lineTo(...place(t, p.n[i])));
       ctx.stroke();
     }
   });
   ctx.restore();
-}
-
-function drawPeaks(u, marks) {
-  const {ctx} = u, r = 3 * devicePixelRatio;
   marks.forEach((list, side) => {
-    ctx.fillStyle = colour(side ? "second" : "first");
+    ctx.fillStyle = colour(STYLES[side].name);
     for (const [t, value] of list) {
-      if (t < u.scales.x.min || t > u.scales.x.max) continue;
-      const x = u.valToPos(t, "x", true), y = u.valToPos(value, "y", true), up = side ? -1 : 1;
+      if (t < min || t > max) continue;
+      const [x, y] = place(t, value), foot = y + (side ? -2 : 2) * r;
       ctx.beginPath();
       ctx.moveTo(x, y);
-      ctx.lineTo(x - r, y + up * 2 * r);
-      ctx.lineTo(x + r, y + up * 2 * r);
+      ctx.lineTo(x - r, foot);
+      ctx.lineTo(x + r, foot);
       ctx.fill();
     }
   });
 }
 
-// Decimals that tell neighbouring ticks apart.
-function decimals(splits, factor) {
-  const step = splits.length > 1 ? Math.abs(splits[1] - splits[0]) / factor : 1;
-  for (let n = 0; n < 12; n++) if (Math.abs(step * 10 ** n - Math.round(step * 10 ** n)) < 1e-6 * step * 10 ** n) return n;
-  return 12;
-}
+const sparse = u => u.series[0].idxs[1] - u.series[0].idxs[0] < u.bbox.width / 6;
 
 function options(viewer, width, height, extra) {
-  const axis = {stroke: colour("ink"), grid: {stroke: colour("grid"), width: 1}, ticks: {stroke: colour("line"), width: 1}, font: "12px system-ui, sans-serif"};
+  const axis = {stroke: colour("ink"), grid: {stroke: colour("grid"), width: 1}, ticks: {stroke: colour("line"), width: 1}, font: FONT};
   return {
     width, height, legend: {show: false},
     cursor: {sync: {key: viewer.key, scales: ["x", null]}, drag: {x: true, y: false, setScale: false}, points: {size: 6}},
     scales: {x: {time: false, min: viewer.range[0], max: viewer.range[1]}, ...extra.scales},
     axes: [
-      {...axis, space: 90, values: (u, splits) => splits.map(v => v.toFixed(decimals(splits, 1))), size: extra.last ? 40 : 24, label: extra.last ? "time (s)" : undefined, labelSize: 18},
-      {...axis, size: 66, label: extra.label, labelSize: 18, labelFont: "12px system-ui, sans-serif", ...extra.axis},
+      {...axis, space: 90, values: (u, splits) => tickLabels(splits, "s", false), size: extra.last ? 40 : 24, label: extra.last ? "time (s)" : undefined, labelSize: 18, labelFont: FONT},
+      {...axis, size: 84, label: extra.label, labelSize: 18, labelFont: FONT, ...extra.axis},
     ],
     series: [{}, ...extra.series],
     hooks: {
@@ -188,11 +202,10 @@ function options(viewer, width, height, extra) {
 }
 
 function modelsPlot(viewer, c, width) {
-  const marks = peaks(viewer, c), corner = cornerOf(c);
-  const pulses = viewer.data.pulses.map(list => list.filter(p => p.corner === corner));
+  const {data} = viewer, corner = cornerOf(c), marks = peaks(data, corner);
+  const pulses = data.pulses.map(list => list.filter(p => p.corner === corner));
   // Between samples far apart a line would be drawn through the middle of contacts that are known.
-  const lines = uPlot.paths.linear();
-  const paths = (u, ...rest) => pulses.flat().length && dense(u) ? null : lines(u, ...rest);
+  const lines = uPlot.paths.linear(), paths = (u, ...rest) => pulses.flat().length && sparse(u) ? null : lines(u, ...rest);
   const span = (u, low, high) => {
     // The plot has its new range only after this; what reaches into it counts with its peak.
     const [start, end] = viewer.range;
@@ -202,29 +215,18 @@ function modelsPlot(viewer, c, width) {
     const margin = 0.06 * (high - low);
     return [low - margin, high + margin];
   };
-  // Written in full these axes would need ten digits once they are enlarged.
-  const values = (u, splits) => {
-    const most = Math.max(...splits.map(Math.abs));
-    const [factor, letter] = !c.unit || /^(deg|%|1)/.test(c.unit) ? [1, ""]
-      : [[1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]].find(([least]) => most >= least * 0.9995) || [1, ""];
-    const digits = decimals(splits, factor);
-    return splits.map((v, i) => (v / factor).toFixed(digits) + (i === splits.length - 1 && letter + c.unit ? ` ${letter}${c.unit}` : ""));
-  };
-  const name = c.zero ? "x − guide" : c.label.split(",")[0];
   return [options(viewer, width, 190, {
-    label: name, judged: c.judged, scales: {y: {range: span}}, axis: {values, size: 84},
-    series: [
-      ...STYLES.map(({width}, side) => ({label: viewer.data.labels[side], stroke: stroke(side), width, paths, points: {show: u => dense(u)}})),
-    ],
-    draw: u => { drawPulses(u, pulses); drawPeaks(u, marks); },
-  }), [viewer.data.t, c.a, c.b]];
+    label: c.guide ? "x − guide" : c.label.split(",")[0], judged: c.judged, scales: {y: {range: span}},
+    axis: {space: 34, values: (u, splits) => tickLabels(splits, c.unit)},
+    series: data.labels.map((label, side) => ({label, stroke: stroke(side), width: STYLES[side].width, paths, points: {show: sparse}})),
+    draw: u => drawContacts(u, pulses, marks),
+  }), [data.t, ...c.values]];
 }
 
-const dense = u => u.data[0].length * 6 < u.bbox.width * u.data[0].length / Math.max(1, u.series[0].idxs[1] - u.series[0].idxs[0]);
-
 function differencePlot(viewer, c, width) {
-  const log = (lows, highs) => (u, low, high) => {
-    high = Math.max(high || lows, highs);
+  const {data} = viewer, ratio = viewer.ratio && c.threshold;
+  const log = (least, most) => (u, low, high) => {
+    high = Math.max(high || least, most);
     low = Math.max(Math.min(low || high / 1e3, high / 1e3), high * 1e-16);
     return [10 ** Math.floor(Math.log10(low)), 10 ** Math.ceil(Math.log10(high))];
   };
@@ -233,17 +235,27 @@ function differencePlot(viewer, c, width) {
     return Array.from({length: Math.floor((last - first) / step) + 1}, (_, i) => 10 ** (first + i * step));
   };
   const values = (u, splits) => splits.map(v => "10" + String(Math.round(Math.log10(v))).replace(/[-\d]/g, d => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(d)]));
-  const ratio = viewer.view === RATIO && c.known;
-  const line = {label: "difference", stroke: colour("difference"), width: 1.2, points: {show: u => dense(u)}};
-  const limit = {label: "threshold", stroke: colour(ratio ? "outside" : "threshold"), width: 1.2, dash: [8, 3, 2, 3], points: {show: false}};
-  const outside = {label: "outside", stroke: colour("outside"), width: 0, paths: () => null, points: {show: true, size: 6, fill: colour("outside")}};
-  const over = c.size.map((v, i) => c.known && c.judged[i] && v > c.within[i] ? (ratio ? c.ratio[i] : v) : null);
-  const data = ratio ? [viewer.data.t, c.ratio, c.t1 || (c.t1 = c.ratio.map(() => 1)), over]
-    : [viewer.data.t, c.size, c.known ? c.within : c.size.map(() => null), over];
+  const line = (label, name, width, more = {}) => ({label, stroke: colour(name), width, points: {show: sparse}, ...more});
+  const series = [], columns = [];
+  if (data.pairs.length === 1) {
+    series.push(line("difference", "difference", 1.2));
+    columns.push(ratio ? c.ratio : c.sizes[0]);
+  } else {
+    data.pairs.forEach(([a, b], n) => {
+      series.push(line(`${data.labels[a]} − ${data.labels[b]}`, `series-${n + 1}`, [3, 1.8, 0.9][n]));
+      columns.push(c.sizes[n]);
+    });
+  }
+  if (c.threshold) {
+    series.push(line("threshold", ratio ? "outside" : "threshold", 1.2, {dash: [8, 3, 2, 3], points: {show: false}}));
+    series.push(line("beyond", "outside", 0, {paths: () => null, points: {show: true, size: 6, fill: colour("outside")}}));
+    columns.push(ratio ? c.ratio.map(() => 1) : c.within);
+    columns.push(c.sizes[0].map((v, i) => c.judged[i] && v > c.within[i] ? (ratio ? c.ratio[i] : v) : null));
+  }
   return [options(viewer, width, 170, {
-    label: ratio ? `|difference| / ${c.threshold}` : `|difference| (${c.unit || "1"})`, judged: c.judged, last: true,
-    scales: {y: {distr: 3, range: log(1, ratio ? 2 : 0)}}, axis: {values, splits, filter: (u, splits) => splits, size: 84}, series: [line, limit, outside],
-  }), data];
+    label: ratio ? `|difference| / ${data.threshold}` : `|difference| (${c.unit || "1"})`, judged: c.judged, last: true,
+    scales: {y: {distr: 3, range: log(1, ratio ? 2 : 0)}}, axis: {values, splits, filter: (u, splits) => splits}, series,
+  }), [data.t, ...columns]];
 }
 
 // ---- the viewer
@@ -255,8 +267,9 @@ class Viewer {
     this.blocks = new Map([...root.querySelectorAll("script[data-tier]")].map(s => [s.dataset.tier, s]));
     this.tiers = new Map();
     this.plots = [];
-    this.view = DIFFERENCE;
-    this.index = 0;
+    this.ratio = false;
+    this.index = this.clock = 0;
+    this.speed = Number(root.dataset.speed || 0);
     this.moved = [];
   }
 
@@ -274,35 +287,40 @@ class Viewer {
   }
 
   controls() {
+    const {data} = this, judged = data.channels.some(c => c.threshold), touches = data.contacts.flat().length > 0;
+    const group = (legend, ...parts) => element("fieldset", {}, ...(legend ? [element("legend", {}, legend)] : []), ...parts);
     const button = (text, label, action) => element("button", {type: "button", ariaLabel: label, title: label, onclick: action}, text);
     const chip = (type, name, text, checked, action, title = "") => element("label", {className: "chip", title},
       element("input", {type, name, checked, onchange: action}), text);
     const bar = element("div", {className: "bar"});
     if (this.blocks.size > 1) {
-      bar.append(element("fieldset", {}, element("legend", {}, "Tier"), ...[...this.blocks.keys()].map(tier =>
-        chip("radio", `${this.key}-tier`, tier, tier === this.tier, () => this.open(tier)))));
+      bar.append(group("Tier", ...[...this.blocks.keys()].map(tier => chip("radio", `${this.key}-tier`, tier, tier === this.tier, () => this.open(tier)))));
     }
-    bar.append(element("fieldset", {}, element("legend", {}, "Lower plots"),
-      chip("radio", `${this.key}-view`, "|E| and threshold", this.view === DIFFERENCE, () => { this.view = DIFFERENCE; this.draw(); }),
-      chip("radio", `${this.key}-view`, "|E| / 2u", this.view === RATIO, () => { this.view = RATIO; this.draw(); })));
-    const jumps = element("fieldset", {}, element("legend", {}, "Go to"),
-      button("◂ impact", "Previous impact (p)", () => this.impact(-1)), button("impact ▸", "Next impact (n)", () => this.impact(1)),
-      button("first outside", "First sample outside its threshold (o)", () => this.outside()),
+    if (judged) {
+      const lower = (text, ratio) => chip("radio", `${this.key}-view`, text, this.ratio === ratio, () => { this.ratio = ratio; this.draw(); });
+      bar.append(group("Lower plots", lower(`|E| and ${data.threshold}`, false), lower(`|E| / ${data.threshold}`, true)));
+    }
+    bar.append(group("Go to",
+      ...(touches ? [button("◂ impact", "Previous impact (p)", () => this.impact(-1)), button("impact ▸", "Next impact (n)", () => this.impact(1))] : []),
+      ...(judged ? [button("first beyond", `First sample beyond ${data.threshold} (o)`, () => this.outside())] : []),
       button("+", "Enlarge (+)", () => this.scale(0.5)), button("−", "Reduce (−)", () => this.scale(2)),
-      button("whole run", "Whole run (0)", () => this.zoom(...this.whole)));
-    this.play = button("▶ play", "Play or stop the motion (space)", () => this.toggle());
-    jumps.append(this.play);
-    bar.append(jumps);
-    const marks = {agree: "✓", differ: "✗", indeterminate: "?"};
-    const picker = element("details", {className: "picker", open: innerWidth > 700}, element("summary", {}, "Channels"), ...this.data.channels.map(c =>
-      chip("checkbox", c.name, `${marks[c.verdict] || "!"} ${c.name}`, this.shown.has(c.name), event => {
+      button("whole run", "Whole run (0)", () => this.zoom(...this.whole))));
+    this.play = button("", "Play or stop the motion (space)", () => this.toggle());
+    this.slider = element("input", {type: "range", min: this.whole[0], max: this.whole[1], step: "any", value: this.data.t[this.index] ?? 0, ariaLabel: "Time",
+      oninput: event => this.go(this.near(Number(event.target.value)))});
+    const speeds = [["range in 10 s", 0], ["real time", 1], ...[2, 5, 10, 50, 200].map(n => [`1/${n}`, 1 / n])];
+    const speed = element("select", {ariaLabel: "Speed of the motion", onchange: event => { this.speed = Number(event.target.value); }},
+      ...speeds.map(([text, value]) => element("option", {value, selected: value === this.speed}, text)));
+    bar.append(group("", this.play, this.slider, speed));
+    const picker = element("details", {className: "picker", open: innerWidth > 700}, element("summary", {}, "Channels"), ...data.channels.map(c =>
+      chip("checkbox", c.name, `${SIGNS[c.verdict] || (c.verdict && "!")} ${c.name}`.trim(), this.shown.has(c.name), event => {
         if (event.target.checked) this.shown.add(c.name); else this.shown.delete(c.name);
         this.draw();
-      }, `${c.label}: ${c.verdict}`)));
+      }, c.verdict ? `${c.label}: ${c.verdict}` : c.label)));
     this.boxes = () => { for (const box of picker.querySelectorAll("input")) box.checked = this.shown.has(box.name); };
     this.readout = element("p", {className: "readout", role: "status", "aria-live": "off"});
     this.area = element("div", {className: "plots", tabIndex: 0, role: "group",
-      ariaLabel: "Plots. Keys: left and right move the cursor, with shift they pan; plus, minus and 0 zoom; n and p go to the next and previous impact, o to the first sample outside; space plays."});
+      ariaLabel: "Plots. Keys: left and right move the cursor, with shift they pan; plus, minus and 0 zoom; n and p go to the next and previous impact, o to the first sample beyond; space plays."});
     this.area.addEventListener("keydown", event => this.pressed(event));
     this.area.addEventListener("wheel", event => {
       // Without focus the wheel scrolls the page, as everywhere else.
@@ -312,17 +330,22 @@ class Viewer {
       if (over) this.scale(event.deltaY < 0 ? 0.8 : 1.25, this.range[0] + (event.clientX - over.left) / over.width * (this.range[1] - this.range[0]));
     }, {passive: false});
     this.area.addEventListener("pointerdown", () => this.area.focus({preventScroll: true}));
-    const some = this.data.samples < this.data.of ? ` Of ${this.data.of} samples ${this.data.samples} are kept, with all envelopes.` : "";
-    const help = element("p", {className: "soft"}, "Drag to enlarge; click, then the wheel enlarges too (or Ctrl and wheel). Keys: ← → cursor, Shift ← → pan, + − 0 zoom, n p impacts, o first outside, space play. Shaded: not predictable. Triangles: peaks of the event tables." + this.resolved() + some);
+    const help = element("details", {className: "more"}, element("summary", {}, "Keys and marks"), element("p", {className: "soft"}, this.help(judged, touches)));
     this.root.querySelector(".mount").replaceChildren(bar, picker, this.readout, this.area, help);
+    this.running(Boolean(this.timer));
   }
 
-  // What is known of forces between samples.
-  resolved() {
-    const {contacts, pulses, labels} = this.data;
-    if (!pulses.flat().length) return "";
-    const counts = labels.map((label, side) => `${pulses[side].length} of ${contacts[side].length} of ${label}`);
-    return ` Contacts drawn at the models' own steps between samples: ${counts.join(", ")}; of the others the peak alone.`;
+  help(judged, touches) {
+    const {contacts, pulses, labels, samples, of} = this.data;
+    const parts = ["Drag to enlarge; click, then the wheel enlarges too (or Ctrl and wheel). Keys: ← → cursor, Shift ← → pan, + − 0 zoom, n p impacts, o first beyond, space plays."];
+    if (judged) parts.push("Shaded: not predictable.");
+    if (touches) parts.push("Triangles: peaks of the event tables.");
+    if (pulses.flat().length) {
+      const counts = labels.map((label, side) => `${pulses[side].length} of ${contacts[side].length} of ${label}`);
+      parts.push(`Contacts drawn at the models' own steps between samples: ${counts.join(", ")}; of the others the peak alone.`);
+    }
+    if (samples < of) parts.push(`Of ${of} samples ${samples} are kept, with all envelopes.`);
+    return parts.join(" ");
   }
 
   draw() {
@@ -331,23 +354,23 @@ class Viewer {
     this.figures = new Map();
     this.area.replaceChildren();
     this.width = this.area.clientWidth;
-    for (const c of this.data.channels.filter(c => this.shown.has(c.name))) {
-      const legend = element("p", {className: "legend"}, element("b", {}, c.label), " ",
-        element("span", {className: "key first"}, this.data.labels[0]), " ", element("span", {className: "key second"}, this.data.labels[1]));
+    const {labels, pairs, channels} = this.data;
+    for (const c of channels.filter(c => this.shown.has(c.name))) {
+      const keys = labels.map((label, side) => element("span", {className: `key ${STYLES[side].name}`}, label));
+      if (pairs.length > 1) pairs.forEach(([a, b], n) => keys.push(element("span", {className: `key series-${n + 1}`}, `${labels[a]} − ${labels[b]}`)));
       const boxes = [element("div"), element("div")];
-      const figure = element("figure", {ariaLabel: `${c.label} over time, both models, and their difference. Verdict ${c.verdict}.`}, legend, ...boxes);
+      const figure = element("figure", {ariaLabel: `${c.label} over time, of ${labels.join(", ")}, and their difference.${c.verdict && ` Verdict ${c.verdict}.`}`},
+        element("p", {className: "legend"}, element("b", {}, c.label), ...keys), ...boxes);
       this.figures.set(c.name, figure);
       this.area.append(figure);
-      for (const [n, made] of [modelsPlot(this, c, this.width), differencePlot(this, c, this.width)].entries()) {
-        this.plots.push(new uPlot(...made, boxes[n]));
-      }
+      const made = [modelsPlot(this, c, this.width), ...(pairs.length ? [differencePlot(this, c, this.width)] : [])];
+      made.forEach((plot, n) => this.plots.push(new uPlot(...plot, boxes[n])));
     }
     this.at(this.index);
   }
 
   zoom(low, high) {
-    const [first, last] = this.whole, least = 1e-7;
-    let width = Math.min(Math.max(high - low, least), last - first);
+    const [first, last] = this.whole, width = Math.min(Math.max(high - low, 1e-7), last - first);
     low = Math.min(Math.max(low, first), last - width);
     this.range = [low, low + width];
     for (const plot of this.plots) plot.setScale("x", {min: low, max: low + width});
@@ -360,15 +383,15 @@ class Viewer {
   }
 
   // Puts the cursor of all plots at a sample, brings it into view and tells the drawing.
-  go(index) {
+  go(index, playing = false) {
     this.index = Math.min(Math.max(index, 0), this.data.t.length - 1);
-    const t = this.data.t[this.index], [low, high] = this.range;
-    if (t < low || t > high) this.zoom(t - (high - low) / 2, t + (high - low) / 2);
-    const wanted = this.index;
+    const wanted = this.index, t = this.data.t[wanted], [low, high] = this.range, span = high - low;
+    if (t < low || t > high) this.zoom(t - span / 2, t + span / 2);
+    else if (playing && t > low + 0.8 * span) this.zoom(t - 0.8 * span, t + 0.2 * span);
     // The plots take a new range over in a microtask; only then is the place of a sample known.
     queueMicrotask(() => {
       for (const plot of this.plots) plot.setCursor({left: plot.valToPos(t, "x"), top: 10}, false);
-      this.at(wanted);
+      this.at(wanted, playing);
     });
   }
 
@@ -379,18 +402,21 @@ class Viewer {
     return time - t[low] < t[high] - time ? low : high;
   }
 
-  at(index) {
+  at(index, playing = false) {
     this.index = index;
-    const t = this.data.t[index], parts = [`t = ${t.toFixed(5)} s`];
-    if (this.data.period) parts.push(`cycle ${(t / this.data.period + 1e-9).toFixed(3)}`);
-    for (const c of this.data.channels.filter(c => this.shown.has(c.name))) {
-      let text = `${c.name}: ${quantity(c.a[index], c.unit)}, ${quantity(c.b[index], c.unit)}; |E| ${quantity(c.size[index] || 0, c.unit)}`;
-      if (c.known) text += c.judged[index] ? `, ${(c.ratio[index] || 0).toPrecision(2)} times ${c.threshold}` : ", not predictable";
+    const {data} = this, t = data.t[index], parts = [`t = ${t.toFixed(5)} s`];
+    if (!playing) this.clock = t;
+    if (data.period) parts.push(`cycle ${(t / data.period + 1e-9).toFixed(3)}`);
+    for (const c of data.channels.filter(c => this.shown.has(c.name))) {
+      let text = `${c.name}: ${c.values.map(values => quantity(values[index], c.unit)).join(", ")}`;
+      if (c.sizes.length === 1) text += `; |E| ${quantity(c.sizes[0][index] || 0, c.unit)}`;
+      if (c.threshold) text += c.judged[index] ? `, ${(c.ratio[index] || 0).toPrecision(2)} times ${data.threshold}` : ", not predictable";
       parts.push(text);
     }
     if (this.note && this.note.index === index) parts.unshift(this.note.text);
     this.readout.textContent = parts.join("  ·  ");
     this.readout.dataset.time = t;
+    this.slider.value = t;
     for (const told of this.moved) told(this, index);
   }
 
@@ -404,12 +430,11 @@ class Viewer {
   }
 
   impact(step) {
-    const starts = [...new Set(this.data.contacts.flat().map(k => k[1]))].sort((a, b) => a - b);
+    const all = this.data.contacts.flat(), starts = [...new Set(all.map(k => k[1]))].sort((a, b) => a - b);
     const now = this.jumped ?? this.data.t[this.index];
     const next = step > 0 ? starts.find(t => t > now + 1e-6) : starts.findLast(t => t < now - 1e-6);
     if (next === undefined) return;
-    const [corner, start, length] = this.data.contacts.flat().find(k => k[1] === next);
-    const name = `corner_${CORNERS[corner]}_normal`;
+    const [corner, start, length] = all.find(k => k[1] === next), name = `corner_${CORNERS[corner]}_normal`;
     this.bring(name);
     // The plots get their heights in a microtask.
     requestAnimationFrame(() => this.figures.get(name)?.scrollIntoView({block: "nearest"}));
@@ -422,14 +447,14 @@ class Viewer {
 
   // Peak of each model's contact that touches nearest to an instant, within its length.
   peaks(corner, start, length) {
-    const found = this.data.contacts.map(list => list.filter(k => k[0] === corner && Math.abs(k[1] - start) < length)
+    const nearest = this.data.contacts.map(list => list.filter(k => k[0] === corner && Math.abs(k[1] - start) < length)
       .reduce((best, k) => best && Math.abs(best[1] - start) <= Math.abs(k[1] - start) ? best : k, null));
-    return `peak ${found.map((k, side) => `${k ? quantity(k[3], "N") : "none"} (${this.data.labels[side]})`).join(", ")}`;
+    return `peak ${nearest.map((k, side) => `${k ? quantity(k[3], "N") : "none"} (${this.data.labels[side]})`).join(", ")}`;
   }
 
   outside() {
     const all = this.data.channels.filter(c => c.outside.length).map(c => [c.outside[0], c.name]);
-    if (!all.length) { this.readout.textContent = "No sample is outside its threshold."; return; }
+    if (!all.length) { this.readout.textContent = `No sample is beyond ${this.data.threshold}.`; return; }
     const [index, name] = all.reduce((a, b) => b[0] < a[0] ? b : a);
     this.bring(name);
     const half = 0.02 * (this.data.period || this.whole[1] - this.whole[0]);
@@ -437,13 +462,33 @@ class Viewer {
     this.go(index);
   }
 
+  running(on) {
+    this.play.textContent = on ? "■ stop" : "▶ play";
+    this.play.setAttribute("aria-pressed", on);
+  }
+
+  // Runs forward from the cursor to the end of the run; an enlarged range moves along.
   toggle() {
-    clearInterval(this.timer);
-    this.timer = this.timer ? null : setInterval(() => {
-      const step = Math.max(1, Math.round((this.near(this.range[1]) - this.near(this.range[0])) / 300));
-      this.go(this.index + step >= this.near(this.range[1]) ? this.near(this.range[0]) : this.index + step);
+    if (this.timer) {
+      clearInterval(this.timer);
+      this.timer = null;
+      this.running(false);
+      return;
+    }
+    const last = this.data.t.length - 1;
+    if (this.index >= last) this.go(0);
+    this.clock = this.data.t[this.index];
+    this.jumped = undefined;
+    let before = performance.now();
+    this.timer = setInterval(() => {
+      const t = this.data.t, now = performance.now(), least = t[Math.min(this.index + 1, last)] - t[this.index];
+      const rate = this.speed || Math.max((this.range[1] - this.range[0]) / 10, 25 * least);
+      this.clock += rate * Math.min(now - before, 200) / 1000;
+      before = now;
+      this.go(this.near(this.clock), true);
+      if (this.clock >= this.whole[1]) this.toggle();
     }, 40);
-    this.play.textContent = this.timer ? "■ stop" : "▶ play";
+    this.running(true);
   }
 
   pressed(event) {
@@ -470,7 +515,7 @@ async function show(root) {
   if (viewers.has(root)) return;
   const viewer = new Viewer(root);
   viewers.set(root, viewer);
-  if (typeof animate === "function") animate(viewer);
+  animate(viewer);
   await viewer.open(root.dataset.first);
 }
 
@@ -478,30 +523,29 @@ function start() {
   // Without what the plots need, the page keeps its drawings.
   if (typeof DecompressionStream !== "function") return;
   document.documentElement.classList.add("interactive");
-  const all = [...document.querySelectorAll(".viewer")];
   const seen = new IntersectionObserver(entries => {
     for (const entry of entries) if (entry.isIntersecting) { seen.unobserve(entry.target); show(entry.target); }
   }, {rootMargin: "400px"});
-  for (const root of all) seen.observe(root);
+  for (const root of document.querySelectorAll(".viewer")) seen.observe(root);
+  const redraw = changed => { for (const v of viewers.values()) if (v.data && v.area.clientWidth && changed(v)) v.draw(); };
   let wait;
   addEventListener("resize", () => {
     clearTimeout(wait);
-    wait = setTimeout(() => { for (const v of viewers.values()) if (v.data && v.area.clientWidth && v.area.clientWidth !== v.width) v.draw(); }, 150);
+    wait = setTimeout(() => redraw(v => v.area.clientWidth !== v.width), 150);
   });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { for (const v of viewers.values()) if (v.data) v.draw(); });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => redraw(() => true));
 }
 
 function reveal() {
   const target = location.hash && document.getElementById(location.hash.slice(1));
-  const closed = target && target.closest("details:not([open])");
-  if (!closed) return;
-  closed.open = true;
+  if (!target) return;
+  for (let closed = target; closed; closed = closed.parentElement.closest("details")) if (closed.tagName === "DETAILS") closed.open = true;
   target.scrollIntoView();
 }
 
 addEventListener("hashchange", reveal);
 // Collapsed sections are opened for printing where style sheets cannot do it.
-addEventListener("beforeprint", () => document.querySelectorAll("details:not([open])").forEach(d => { d.open = true; d.dataset.closed = ""; }));
+addEventListener("beforeprint", () => document.querySelectorAll("details.scene:not([open])").forEach(d => { d.open = true; d.dataset.closed = ""; }));
 addEventListener("afterprint", () => document.querySelectorAll("[data-closed]").forEach(d => { d.open = false; delete d.dataset.closed; }));
 start();
 reveal();

@@ -1,1 +1,1 @@
-"""Pictures and animations of result tables, of one run or of two over each other."""
+"""Pictures of result tables: in files, and in notebooks."""

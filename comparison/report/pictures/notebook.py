@@ -11,16 +11,15 @@ True
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
 from dataclasses import dataclass
+
+import pandas as pd
 
 from comparison.formatting import number
 from comparison.report.pictures.plot import Picture, picture
 from comparison.tables.channels import channels
 from comparison.tables.result import Result
 from comparison.tables.table import Table
-
-_ROWS = 5
 
 
 @dataclass(frozen=True)
@@ -56,20 +55,20 @@ class RunTable(Table):
 
     def _repr_html_(self) -> str:
         known = channels()
-        rows = [
-            (
-                name,
-                known[name].unit if name in known else "",
-                number(float(self.frame[name].min())),
-                number(float(self.frame[name].max())),
-            )
+        rows = pd.DataFrame(
+            {
+                "channel": name,
+                "unit": known[name].unit if name in known else "",
+                "smallest": number(float(self.frame[name].min())),
+                "largest": number(float(self.frame[name].max())),
+            }
             for name in self.channels
-        ]
+        )
         status = self.provenance.get("status", "")
         contacts = "" if self.events is None else f", {len(self.events)} contacts"
         head = f"{self._label('run')}{': ' if status else ''}{status}; {len(self.frame)} samples to "
         head += f"{number(float(self.time[-1]))} s{contacts}" if len(self.frame) else "none"
-        return _table(head, ("channel", "unit", "smallest", "largest"), rows)
+        return f"<p>{html.escape(head)}</p>{rows.to_html(index=False, border=0)}"
 
 
 def tabulated(result: Result) -> RunTable:
@@ -81,14 +80,3 @@ def tabulated(result: Result) -> RunTable:
         If the result is incomplete, or its columns differ in length.
     """
     return RunTable.from_result(result)
-
-
-def _table(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in headings)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
-    )
-    return (
-        f"<table><caption>{html.escape(caption)}</caption><thead><tr>{head}</tr></thead>"
-        f"<tbody>{body}</tbody></table>"
-    )

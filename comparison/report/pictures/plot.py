@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 from comparison.files import replacing
 from comparison.formatting import prefix
 from comparison.report import svg
-from comparison.report.decimate import envelope
 from comparison.tables.arrays import Array
 from comparison.tables.channels import UNCERTAINTY, Channel
 from comparison.tables.channels import channels as all_channels
@@ -155,11 +154,11 @@ def _draw(
     factor, unit = prefix(max(float(np.nanmax(np.abs(values))) for values in curves.values()), _unit(known))
     for number, ((label, values), line) in enumerate(zip(curves.items(), svg.MODEL_LINES, strict=False)):
         own = line | {"color": colours.get(str(line["color"]), line["color"])}
-        kept = envelope(values, _COLUMNS)
+        kept = svg.envelope(values, _COLUMNS)
         panel.plot(times[label][kept], values[kept] / factor, label=f"table {number}", **own)
         if (u := errors.get(label)) is not None:
             low, high = ((values + sign * u) / factor for sign in (-1.0, 1.0))
-            kept = np.union1d(envelope(low, _COLUMNS), envelope(high, _COLUMNS))
+            kept = np.union1d(svg.envelope(low, _COLUMNS), svg.envelope(high, _COLUMNS))
             panel.fill_between(
                 times[label][kept], low[kept], high[kept], color=own["color"], alpha=_SHADED, lw=0
             )

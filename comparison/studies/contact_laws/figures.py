@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from comparison.report import svg
-from comparison.report.decimate import envelope, upper_envelope
+from comparison.report.svg import envelope, upper_envelope
 from comparison.tables.table import Table
 
 REVERSAL = (0.195, 0.235)

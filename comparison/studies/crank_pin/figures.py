@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, NullLocator, ScalarFormatter
 
 from comparison.report import svg
-from comparison.report.decimate import envelope
+from comparison.report.svg import envelope
 from comparison.studies.crank_pin.peaks import PRINTED, WORDS
 from comparison.studies.crank_pin.runs import MODULUS, Runs
 from comparison.studies.shared.errors import error

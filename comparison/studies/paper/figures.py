@@ -15,7 +15,7 @@ from comparison.formatting import pretty_unit
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES
 from comparison.report import svg
-from comparison.report.decimate import envelope, upper_envelope
+from comparison.report.svg import envelope, upper_envelope
 from comparison.studies.paper.measures import reliabilities, scene_of
 from comparison.studies.paper.runs import CENTRAL, CHANNELS, PIN, Runs, second
 from comparison.studies.shared.published import published

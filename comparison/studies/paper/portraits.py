@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from comparison.models import MODELS
 from comparison.report import svg
-from comparison.report.decimate import envelope
+from comparison.report.svg import envelope
 from comparison.scene import load_scene
 from comparison.studies.paper.figures import COLUMNS, LINES, grid
 from comparison.studies.paper.runs import CENTRAL, PIN, Runs, second

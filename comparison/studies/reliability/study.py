@@ -23,7 +23,7 @@ from comparison.reliability.difference import (
     ideal_scenes,
 )
 from comparison.reliability.errors import QUANTITIES, slider_errors, unit_of
-from comparison.report.reliability import against_angle
+from comparison.report.figures import against_angle
 from comparison.report.svg import style, write_svg
 from comparison.scene import Scene, load_scene
 from comparison.studies.shared.frames import rows_table

@@ -13,8 +13,8 @@ from comparison.execution.run import Progress
 from comparison.files import replacing
 from comparison.formatting import MISSING, percent
 from comparison.models import made_on
-from comparison.report.gallery import figures
-from comparison.report.svg import standalone, style
+from comparison.report.figures import channel_figure
+from comparison.report.svg import standalone
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies.shared.frames import rows_table
 from comparison.studies.shared.study import Study
@@ -116,10 +116,7 @@ def draw(results: Results, folder: Path) -> None:
 
 def picture(scene: SceneComparison, channel: str) -> str:
     """Return the report's figure of one channel as an SVG file of its own."""
-    with style():
-        drawings = figures(scene, "readme")
-    label = scene.channels[channel].label
-    return standalone(next(drawing.svg for drawing in drawings[1:] if drawing.heading.startswith(label)))
+    return standalone(channel_figure(scene, scene.channels[channel], "readme"))
 
 
 STUDY = Study(

@@ -18,7 +18,7 @@ from faulty_disk import contents, failing, small_files
 
 from comparison.cli import main
 from comparison.execution.store import fetch, keep
-from comparison.report.origin import origin
+from comparison.report.templates import origin
 
 pytest.importorskip("resource", reason="limits of file sizes are POSIX")
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("fake_models")]
@@ -68,7 +68,7 @@ def command(scene_file, tmp_path, monkeypatch, fake_model):
     monkeypatch.setattr("comparison.execution.run.load", lambda _: fake_model.simulate)
     monkeypatch.delenv("SIXBAR_TEST_LOG")  # a file that the fakes write
     written = origin()
-    monkeypatch.setattr("comparison.report.origin.origin", lambda: written)  # with the time of day
+    monkeypatch.setattr("comparison.report.templates.origin", lambda: written)  # with the time of day
     text = Path(scene_file("own", 9.0, "groups = []\n")).read_text()
     for which, gravity in (("old", "9.0"), ("new", "9.5")):
         (tmp_path / which).mkdir()

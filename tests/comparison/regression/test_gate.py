@@ -11,6 +11,8 @@ import pytest
 from gate_command import BASELINE, checks, edit, gate, seal
 
 from comparison.cli import main
+from comparison.regression.check import Excused, Gate
+from comparison.words.regression import notes, summary
 
 pytestmark = pytest.mark.usefixtures("elsewhere", "wide")
 
@@ -168,3 +170,11 @@ def test_a_value_that_starts_nearby_reach_as_well_is_a_note_and_no_regression(sc
     ).groups()
     assert int(number) >= 10
     assert starts.startswith("20 runs")
+
+
+def test_one_channel_is_spoken_of_as_one():
+    result = Gate([], None, {}, [Excused("own", ("exudyn", "tight"), 1, 20)], [])
+    assert (result.exit_code, summary(result)) == (0, "All 0 checks passed: both models match their baseline")
+    (note,) = notes(result)
+    assert note.startswith("exudyn tight, scene 'own': 1 channel deviates no more than 20 runs from ")
+    assert note.endswith("; its thresholds are too small")

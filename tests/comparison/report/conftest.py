@@ -1,13 +1,15 @@
-"""Scenes of a made-up press, and their page."""
+"""Scenes of a made-up press, their page, and tables of the press with what records their scene."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import pandas as pd
 import pytest
 from bouncing_press import make_scene
 from outline import page
 
+from comparison.tables.table_files import write
 from comparison.verdict.results import SceneComparison
 
 
@@ -52,3 +54,24 @@ def broken(scene: SceneComparison) -> SceneComparison:
 @pytest.fixture(scope="module")
 def html(scene: SceneComparison, differing: SceneComparison) -> str:
     return page(scene, differing)
+
+
+@pytest.fixture
+def tables(make_table, central_case):
+    """Two tables of the scene, the second a thousandth larger, with events."""
+    record = {"scene": central_case.data, "model": "reference"}
+    events = pd.DataFrame({"corner": ["ll"], "start": [0.01], "end": [0.02]})
+    first, second = make_table(), make_table(stretch=1e-3)
+    return {
+        "a": replace(first, provenance=record, events=events),
+        "b": replace(second, provenance=record | {"model": "exudyn"}),
+    }
+
+
+@pytest.fixture
+def files(tables, tmp_path, monkeypatch):
+    """The same as files a.csv and b.csv here."""
+    monkeypatch.chdir(tmp_path)
+    for label, table in tables.items():
+        write(table, f"{label}.csv")
+    return tmp_path

@@ -4,8 +4,7 @@ from math import hypot
 
 import pytest
 
-from comparison.report.mechanism import joints
-from comparison.report.schematic import schematic
+from comparison.report.schematic import joints, schematic
 from comparison.scene import load_scene
 
 

@@ -1,4 +1,4 @@
-"""One picture of one table or two, in a file and on the command line."""
+"""One picture of one table or two: in a file, on the command line, in a notebook."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import pytest
 
 from comparison.cli import main
 from comparison.report import svg
+from comparison.report.pictures.notebook import tabulated
 from comparison.report.pictures.plot import picture
 from comparison.tables.table import TableError
 
@@ -113,3 +114,23 @@ def test_an_estimated_error_is_shaded_about_its_curve(tables):
     # Micrometres, from the guide's centre line; the shade is as wide at the top as at the bottom.
     assert corners[:, 1].max() == pytest.approx(line.get_ydata().max() + 50.0)
     assert corners[:, 1].min() == pytest.approx(line.get_ydata().min() - 50.0)
+
+
+def test_one_call_makes_a_table_that_shows_and_draws_itself(fake_model, central_case):
+    table = tabulated(fake_model.simulate(central_case.data))
+    assert list(table.frame)[:2] == ["time", "slider_x"]
+    assert len(table.events) == 1
+    shown = table._repr_html_()
+    assert shown.startswith("<p>")
+    assert "success; 401 samples to 0.800 s, 1 contacts" in shown
+    assert shown.count("<tr") == 1 + len(table.channels)
+    (axes,) = table.plot().axes
+    assert axes.get_ylabel().startswith("slider x")
+    upper, lower = table.plot("slider_vx", "slider_vy", other=table).axes
+    assert len(upper.get_lines()) == len(lower.get_lines()) == 2
+
+
+def test_names_are_escaped(fake_model, central_case):
+    result = fake_model.simulate(central_case.data)
+    result.columns["<b>"] = result.columns["time"]
+    assert "<b>" not in tabulated(result)._repr_html_()

@@ -1,0 +1,281 @@
+"""Data of the interactive plots: curves of two or more models, their differences and thresholds, packed.
+
+The numbers have the digits that a plot shows, are deflated, and written as Base64; ``plots.js`` reads them.
+Of a channel the first model's values are stored in 65,534 steps of their range, the others by their
+difference from it and the threshold with 5 bits of mantissa, i.e. to 1.6 %.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from comparison.files import plain
+from comparison.formatting import pretty_unit
+from comparison.metrics.contacts import Pulse
+from comparison.report.figures import relative_to_guide
+from comparison.report.svg import envelope, upper_envelope
+from comparison.tables.arrays import Array, BoolArray
+from comparison.tables.channels import CONTACTS, CORNERS, channels
+from comparison.tables.table import Table
+from comparison.verdict.results import ChannelComparison, SceneComparison
+from comparison.words.verdicts import threshold_name
+
+MOST = 6_000
+"""Samples; of a longer run the envelopes are kept."""
+MOTION = ("slider_x", "slider_y", "slider_angle")
+"""Channels that the moving drawing needs."""
+FORCES = tuple(f"corner_{corner}_normal" for corner in CORNERS)
+_MANTISSA = 5  # bits of differences and thresholds
+_PULSE = 25  # points of a resolved contact at most
+_UNIFORM = 1e-9  # of the run time: such times are stored by their steps
+
+
+@dataclass(frozen=True)
+class _Curves:
+    """A channel to be packed; arrays have shape (n,)."""
+
+    name: str
+    label: str
+    unit: str
+    verdict: str
+    zero: float
+    """Subtracted from the values."""
+    models: Sequence[Array]
+    """Of each model."""
+    threshold: Array | None = None
+    predictable: BoolArray | None = None
+    beyond: BoolArray | None = None
+
+
+def is_derived(channel: ChannelComparison) -> bool:
+    """Return whether a channel is left to the table: a corner's gap or friction force that does not differ.
+
+    These follow from positions and normal forces, which are drawn, and would triple the corners' plots.
+    """
+    corner = channel.channel.startswith("corner_") and not channel.channel.endswith("_normal")
+    return corner and channel.verdict not in {"differ", "unexcited"}
+
+
+def scene_plots(scene: SceneComparison) -> str:
+    """Return the plots of a scene at one tier as Base64; empty if there is nothing to draw.
+
+    Channels that were not excited are omitted, and those that follow from others (`is_derived`), unless one
+    of these decides the verdict.
+    """
+    decisive = scene.decisive
+    shown = [
+        channel
+        for channel in scene.channels.values()
+        if channel.verdict != "unexcited" and (channel is decisive or not is_derived(channel))
+    ]
+    if not shown or scene.time.size < 2:
+        return ""
+    curves = [
+        _Curves(
+            name=channel.channel,
+            label=channel.label,
+            unit=channel.unit,
+            verdict=channel.verdict,
+            zero=relative_to_guide(scene, channel),
+            models=(channel.a, channel.b),
+            threshold=channel.threshold,
+            predictable=channel.predictable,
+            beyond=channel.beyond,
+        )
+        for channel in shown
+    ]
+    first = ["slider_x", *([decisive.channel] if decisive is not None else [])]
+    head = {
+        "labels": list(scene.labels),
+        "tier": scene.tier,
+        "period": scene.period,
+        "threshold": threshold_name(decisive or shown[0]),
+        "first": first,
+    }
+    return _pack(head, scene.time, curves, scene.events, scene.pulses)
+
+
+def table_plots(
+    tables: Mapping[str, Table],
+    names: Sequence[str],
+    *,
+    period: float | None,
+    guide: float,
+    pulses: Sequence[Sequence[Pulse]] = (),
+) -> str:
+    """Return plots of tables over each other, at the times of the first, as Base64.
+
+    Parameters
+    ----------
+    tables
+        Label -> table.
+    names
+        Channels; those that a table lacks are left out.
+    period
+        Of a crank cycle, s.
+    guide
+        The guide's centre line, which x is measured from, m.
+    pulses
+        Resolved contacts of each table.
+    """
+    time = next(iter(tables.values())).time
+    curves = [
+        _Curves(
+            name=name,
+            label=channels()[name].label,
+            unit=channels()[name].unit,
+            verdict="",
+            zero=guide if name == "slider_x" else 0.0,
+            models=[np.interp(time, table.time, table.values(name)) for table in tables.values()],
+        )
+        for name in names
+        if all(name in table.channels for table in tables.values())
+    ]
+    head = {"labels": list(tables), "tier": "", "period": period, "threshold": "", "first": ["slider_x"]}
+    events = [table.events for table in tables.values()]
+    return _pack(head, time, curves, events, pulses or [()] * len(tables))
+
+
+def _pack(
+    head: dict[str, Any],
+    time: Array,
+    curves: Sequence[_Curves],
+    events: Sequence[pd.DataFrame | None],
+    pulses: Sequence[Sequence[Pulse]],
+) -> str:
+    kept = _kept(curves, time)
+    described, arrays = [], []
+    interval = (time[-1] - time[0]) / (time.size - 1)
+    even = np.abs(time - time[0] - interval * np.arange(time.size)).max() <= _UNIFORM * (time[-1] - time[0])
+    arrays.append(_integers(np.diff(kept, prepend=0)) if even else _planes(time[kept] - time[0], "<f8"))
+    for curve in curves:
+        first, *others = (np.asarray(values)[kept] - curve.zero for values in curve.models)
+        # Zero lies on the grid of values, so that what does not touch or move is exactly zero.
+        low, high = float(first.min()), float(first.max())
+        step = (high - low) / 65534.0 or abs(low) or 1.0
+        lowest = math.floor(low / step)
+        arrays.append(_integers(np.diff(np.rint(first / step) - lowest, n=2, prepend=[0.0, 0.0])))
+        arrays += [_halves(first - other) for other in others]
+        if curve.threshold is not None:
+            # The sign is free: negative where the sample is not predictable.
+            limit = np.array(curve.threshold[kept])
+            if curve.predictable is not None:
+                limit[~curve.predictable[kept]] *= -1.0
+            arrays.append(_halves(limit))
+        beyond = np.empty(0) if curve.beyond is None else np.flatnonzero(curve.beyond[kept])
+        described.append(
+            {
+                "name": curve.name,
+                "label": curve.label,
+                "unit": pretty_unit(curve.unit),
+                "verdict": curve.verdict,
+                "guide": bool(curve.zero),
+                "grid": [lowest, step],
+                "threshold": curve.threshold is not None,
+                "outside": beyond[:1].tolist(),
+            }
+        )
+    resolved = []
+    for table, own in zip(events, pulses, strict=True):
+        what, packed = _pulses(table, own)
+        resolved.append(what)
+        arrays += packed
+    names = [curve.name for curve in curves]
+    head |= {
+        "samples": int(kept.size),
+        "of": int(time.size),
+        "start": float(time[0]),
+        "step": float(interval) if even else None,
+        "contacts": [_contacts(table) for table in events],
+        "first": [name for name in dict.fromkeys(head["first"]) if name in names] or names[:1],
+        "pulses": resolved,
+        "channels": described,
+    }
+    text = json.dumps(plain(head), separators=(",", ":"))
+    body = len(text).to_bytes(4, "little") + text.encode() + b"".join(arrays)
+    return base64.b64encode(zlib.compress(body, 9)).decode()
+
+
+def _kept(curves: Sequence[_Curves], time: Array) -> NDArray[np.intp]:
+    """Return the indices of the samples to be drawn, increasing."""
+    if time.size <= MOST:
+        return np.arange(time.size)
+    columns = MOST // (4 * len(curves))
+    indices = [np.array([0, time.size - 1])]
+    for curve in curves:
+        indices.append(envelope(curve.models[0], columns))
+        indices += [upper_envelope(np.abs(curve.models[0] - other), columns) for other in curve.models[1:]]
+        if curve.beyond is not None:
+            indices.append(upper_envelope(curve.beyond.astype(np.float64), columns))
+    return np.unique(np.concatenate(indices))
+
+
+def _contacts(events: pd.DataFrame | None) -> list[list[Any]]:
+    """Return corner, start (s), duration (s) and peak force (N) of each contact, by start."""
+    if events is None or events.empty:
+        return []
+    places = list(CONTACTS)
+    peaks = events["peak_force"] if "peak_force" in events else pd.Series(0.0, events.index)
+    rows = zip(events["corner"], events["start"], events["end"], peaks, strict=True)
+    return [
+        [places.index(corner), round(start, 8), float(f"{end - start:.4g}"), float(f"{peak:.4g}")]
+        for corner, start, end, peak in sorted(rows, key=lambda row: float(row[1]))
+    ]
+
+
+def _pulses(events: pd.DataFrame | None, pulses: Sequence[Pulse]) -> tuple[dict[str, Any], list[bytes]]:
+    """Return which of the sorted contacts are resolved, by how many points, and these in shares of 8 bits."""
+    if events is None or not pulses:
+        return {"of": [], "count": [], "last": [], "peak": []}, []
+    place = np.argsort(np.argsort(events["start"].to_numpy(), kind="stable"))
+    ordered = sorted(pulses, key=lambda pulse: int(place[pulse.row]))
+    thinned = [_thinned(pulse) for pulse in ordered]
+    described = {
+        "of": [int(place[pulse.row]) for pulse in ordered],
+        "count": [part.size for part in thinned],
+        "last": [float(f"{pulse.time[-1]:.6g}") for pulse in ordered],
+        "peak": [float(f"{pulse.force.max():.6g}") for pulse in ordered],
+    }
+    times = [pulse.time[part] / pulse.time[-1] for pulse, part in zip(ordered, thinned, strict=True)]
+    forces = [pulse.force[part] / pulse.force.max() for pulse, part in zip(ordered, thinned, strict=True)]
+    return described, [_shares(np.concatenate(times)), _shares(np.concatenate(forces))]
+
+
+def _thinned(pulse: Pulse) -> NDArray[np.intp]:
+    """Return the points of a pulse to be drawn: evenly chosen, its ends and its peak among them."""
+    size = pulse.time.size
+    even = np.linspace(0, size - 1, min(size, _PULSE)).round().astype(np.intp)
+    return np.union1d(even, int(pulse.force.argmax()))
+
+
+def _shares(values: Array) -> bytes:
+    return np.rint(255.0 * np.clip(values, 0.0, 1.0)).astype(np.uint8).tobytes()
+
+
+def _integers(values: Array | NDArray[np.intp]) -> bytes:
+    """Return integers modulo 65,536."""
+    return _planes(np.asarray(values).astype(np.int64) & 0xFFFF, "<u2")
+
+
+def _halves(values: Array) -> bytes:
+    """Return the upper halves of 32-bit numbers, rounded to `_MANTISSA` bits."""
+    dropped = 23 - _MANTISSA
+    bits = values.astype("<f4").view("<u4")
+    rounded = (bits + (1 << (dropped - 1))) >> dropped << (dropped - 16)
+    return _planes(rounded, "<u2")
+
+
+def _planes(values: Array | NDArray[Any], kind: str) -> bytes:
+    """Return numbers byte by byte of all samples: neighbours are alike and deflate well."""
+    number = np.dtype(kind)
+    return values.astype(number).view(np.uint8).reshape(-1, number.itemsize).T.tobytes()

@@ -1,0 +1,108 @@
+"""The animation, and the page of three models: one viewer, one drawing, nothing asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from playwright.sync_api import Browser, Page
+
+from comparison.report.animation import write_animation
+from comparison.report.pairwise import PairResult, Row, write_pairwise
+from comparison.scene import load_scene
+from comparison.tables.table import Table
+from comparison.tables.table_files import write
+from comparison.verdict.several import pairs, standing
+
+pytestmark = pytest.mark.browser
+
+
+def table(size: float) -> Table:
+    """The slider swings across its guide."""
+    time = np.linspace(0.0, 0.8, 401)
+    x = size * 2e-4 * np.sin(20.0 * time)
+    columns = {"time": time, "slider_x": x - 0.55, "slider_y": 0.1 * x, "slider_angle": 5.0 * x}
+    return Table(pd.DataFrame(columns), provenance={"scene": load_scene("150rpm-0.2mm").data})
+
+
+@pytest.fixture
+def shown(browser: Browser) -> Any:
+    """Return what opens a file on a phone; an error or a request that leaves the page fails the test."""
+    wrong: list[str] = []
+    pages = []
+
+    def opened(path: Path) -> Page:
+        page = browser.new_page(viewport={"width": 390, "height": 800})
+        pages.append(page)
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        page.on("console", lambda message: wrong.append(message.text))
+        page.on("request", lambda r: None if r.url == path.as_uri() else wrong.append(r.url))
+        page.goto(path.as_uri())
+        page.locator("canvas").first.wait_for()
+        return page
+
+    yield opened
+    for page in pages:
+        page.close()
+    assert wrong == []
+
+
+def state(page: Page) -> list[Any]:
+    return list(
+        page.evaluate(
+            """() => {
+                const v = [...viewers.values()][0], part = name => document.querySelector(name);
+                return [v.index, v.slider.value, ...[".body.first", ".body.second"].map(
+                    name => part(name).getAttribute("points")), part(".at-A").getAttribute("cx"),
+                    part(".heading").textContent];
+            }"""
+        )
+    )
+
+
+def test_the_animation_moves_drawing_cursor_and_clock_together(
+    shown: Callable[[Path], Page], tmp_path: Path
+) -> None:
+    tables = {"a": table(1.0), "b": table(0.9)}
+    scene = load_scene("150rpm-0.2mm").data
+    page = shown(write_animation(tables, scene, tmp_path / "a.html", title="a", command="sixbar"))
+    page.focus(".plots")
+    first = state(page)
+    page.keyboard.press("ArrowRight")
+    page.wait_for_timeout(50)
+    second = state(page)
+    assert second[0] == 1
+    assert all(before != after for before, after in zip(first, second, strict=True))
+    page.keyboard.press("Space")
+    assert page.locator("button[aria-pressed=true]").inner_text() == "■ stop"
+    page.wait_for_function("() => [...viewers.values()][0].index > 5")
+    page.keyboard.press("Space")
+    assert page.locator("button[aria-pressed=false]").inner_text() == "▶ play"
+    # On a phone nothing has to be scrolled to the side.
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_three_models_are_on_common_plots(shown: Callable[[Path], Page], tmp_path: Path) -> None:
+    models = ("a", "b", "c")
+    found = {"verdict": "agree", "ratio": 0.5, "channels": {}}
+    for first, second in pairs(models):
+        for model in (first, second):
+            folder = tmp_path / f"{first}-{second}" / "tables"
+            write(table(1.0 + 0.1 * models.index(model)), folder / f"swing-{model}.csv")
+    results = [PairResult(pair, found) for pair in pairs(models)]
+    row = Row("swing", "A swing", standing(models, dict.fromkeys(pairs(models), "agree")), results)
+    page = shown(write_pairwise([row], tmp_path, models=models, command="sixbar validate"))
+    drawn = page.evaluate(
+        "() => [...viewers.values()][0].plots.map(p => p.series.slice(1).map(s => s.label))"
+    )
+    assert drawn == [["a", "b", "c"], ["a − b", "a − c", "b − c"]]
+    largest = page.evaluate(
+        "() => [...viewers.values()][0].data.channels[0].sizes.map(s => Math.max(...s.map(v => v || 0)))"
+    )
+    # 5 bits of mantissa of either difference from the first.
+    assert largest == pytest.approx([2e-5, 4e-5, 2e-5], rel=0.05)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390

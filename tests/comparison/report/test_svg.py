@@ -1,0 +1,146 @@
+"""Drawings show what the samples hold: no spike lost, no part of another drawing, colours of the page."""
+
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import pairwise
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from bouncing_press import make_scene, stretched
+from hypothesis import given
+from hypothesis import strategies as st
+
+from comparison.report import svg
+from comparison.report.figures import channel_figure
+from comparison.verdict.results import SceneComparison
+
+
+@given(st.integers(1, 3000), st.integers(1, 50), st.integers(0, 2**32 - 1))
+def test_envelopes_keep_the_extrema_of_every_column(n: int, columns: int, seed: int) -> None:
+    values = np.random.default_rng(seed).standard_normal(n)
+    kept, upper = svg.envelope(values, columns), svg.upper_envelope(values, columns)
+    assert np.all(np.diff(kept) > 0)
+    assert (kept[0], kept[-1]) == (0, n - 1)
+    assert len(kept) <= max(2 * columns + 2, n if n <= 2 * columns else 0)
+    edges = (np.arange(columns + 1) * n) // columns
+    for start, stop in pairwise(edges):
+        inside = values[kept[(kept >= start) & (kept < stop)]]
+        if stop > start:
+            assert inside.min() == values[start:stop].min()
+            assert inside.max() == values[start:stop].max()
+    if n > columns:
+        largest = [values[start:stop].max() for start, stop in pairwise(edges)]
+        np.testing.assert_array_equal(values[upper], largest)
+
+
+@given(st.lists(st.booleans(), min_size=2, max_size=400))
+def test_spans_cover_the_mask_and_nothing_else(mask: list[bool]) -> None:
+    time = np.arange(len(mask)) * 0.1
+    # As many columns as samples: no stretch needs widening but the halves at both ends.
+    spans = svg.spans(np.array(mask), time, columns=len(mask))
+    assert [any(low - 1e-12 <= t <= high + 1e-12 for low, high in spans) for t in time] == mask
+    assert all(end < start for (_, end), (start, _) in pairwise(spans))
+
+
+def test_narrow_spans_are_widened_to_a_column_join_and_stay_inside() -> None:
+    mask = np.zeros(1001, dtype=bool)
+    mask[[0, 2, 1000]] = True
+    assert svg.spans(mask, np.linspace(0.0, 1.0, 1001), columns=100) == [
+        (0.0, pytest.approx(0.007)),
+        (pytest.approx(0.99475), 1.0),
+    ]
+
+
+def lines(drawing: str, role: str) -> list[np.ndarray]:
+    """Return the vertices of every path of that colour, each of shape (n, 2), y downwards."""
+    paths = re.findall(rf'<path d="([^"]*)"[^>]*stroke: {re.escape(role)}', drawing)
+    return [np.array(re.findall(r"(-?[\d.]+) (-?[\d.]+)", path), dtype=float) for path in paths]
+
+
+def test_a_force_of_one_sample_stands_at_full_height() -> None:
+    def spike(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        force = np.zeros_like(columns["slider_x"])
+        force[733] = 50.0
+        return columns | {"corner_ur_normal": force}
+
+    scene = make_scene(alter=spike)
+    drawing = channel_figure(scene, scene.channels["corner_ur_normal"], "k")
+    second = max(lines(drawing, "var(--second)"), key=len)
+    # Axes 0.345 of 237.6 pt high with 6 % of margin at either end: 73.2 pt. Simplification may take 0.2 pt.
+    assert np.ptp(second[:, 1]) == pytest.approx(0.345 * 237.6 / 1.12, abs=0.5)
+
+
+def test_a_figure_says_what_is_beyond_and_what_is_not_predictable(
+    scene: SceneComparison, differing: SceneComparison
+) -> None:
+    for comparison in (scene, differing):
+        for name in ("slider_x", "corner_ll_normal"):
+            channel = comparison.channels[name]
+            drawing = channel_figure(comparison, channel, "k")
+            crossed = bool(channel.beyond.any())
+            assert (">beyond<" in drawing) == crossed == (channel.explained < 1.0)
+            # One is in the legend.
+            assert (len(re.findall(r"<use [^>]*--outside", drawing)) > 1) == crossed
+            assert (">not predictable<" in drawing) == (channel.coverage < 1.0)
+    assert ">beyond<" in channel_figure(differing, differing.channels["corner_ll_normal"], "k")
+
+
+def test_two_drawings_on_a_page_do_not_use_each_others_parts(scene: SceneComparison) -> None:
+    drawings = [channel_figure(scene, scene.channels["slider_x"], key) for key in ("s0", "s1")]
+    ids = [set(re.findall(r'\bid="([^"]+)"', text)) for text in drawings]
+    used = [set(re.findall(r'(?:url\(#|href="#)([^")]+)', text)) for text in drawings]
+    assert ids[0]
+    assert not ids[0] & ids[1]
+    assert used == ids  # nothing dangling, no id without a use
+
+
+def test_equal_data_give_equal_text_in_the_colours_of_the_page_whatever_the_users_settings(
+    scene: SceneComparison,
+) -> None:
+    plain = channel_figure(scene, scene.channels["slider_x"], "k")
+    own = {"lines.linewidth": 7, "svg.hashsalt": "other", "svg.fonttype": "path", "font.size": 33}
+    with mpl.rc_context(own):
+        assert channel_figure(scene, scene.channels["slider_x"], "k") == plain
+        assert mpl.rcParams["lines.linewidth"] == 7  # and theirs are left alone
+    assert "date" not in plain
+    assert not re.findall(r"#[0-9a-f]{6}\b", plain)
+    alone = svg.standalone(plain)
+    assert not re.search(r"var\(|--", alone)  # programs other than browsers know no variables
+    assert not set(re.findall(r"#[0-9a-f]{6}", alone)) - set(svg.light_colours().values())
+
+
+def test_names_are_shown_as_they_are_or_shortened(scene: SceneComparison) -> None:
+    for labels, shown in (
+        (("<b>", "$x$"), ("&lt;b&gt;", "$x$")),
+        (("_run", "x" * 80), ("_run", "x" * 23 + "…")),
+    ):
+        drawing = channel_figure(replace(scene, labels=labels), scene.channels["slider_x"], "k")
+        assert all(f">{name}</text>" in drawing for name in shown)
+
+
+@pytest.mark.parametrize("n", [2, 3, 401])
+@pytest.mark.parametrize("value", [0.0, 3.7, 1e300])
+def test_short_tables_and_constant_values_are_drawn_without_a_warning(
+    scene: SceneComparison, n: int, value: float
+) -> None:
+    channel, zero = scene.channels["corner_ll_normal"], np.zeros(n)
+    short = replace(
+        channel, time=np.linspace(0.0, 0.8, n), a=zero + value, b=zero + value, u_a=None, u_b=None,
+        predictable=np.ones(n, dtype=bool),
+    )  # fmt: skip
+    assert channel_figure(scene, short, "k").startswith("<svg ")
+
+
+def test_a_figure_of_many_cycles_stays_small(scene: SceneComparison) -> None:
+    longer = stretched(scene.channels["slider_x"], 200)
+    # At most 800 vertices a model and for the threshold and 400 for the difference, 16 bytes each, are 45 kB;
+    # 400 stretches of shade in both axes, 130 bytes each, 104 kB.
+    assert len(channel_figure(scene, longer, "k")) < 160e3
+
+
+def test_pyplot_is_not_imported() -> None:
+    code = "import sys, comparison.report; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
